@@ -1,0 +1,130 @@
+//! The wire between the emulated board and the simulated chip on the PC.
+//!
+//! On a board the firmware talks to the ADS1258 over SPI and three pins. In the emulator the same
+//! transactions travel as records through two FIFOs, each with the virtual time at which it
+//! happens, so the simulated chip can move on exactly as the real one would have.
+//!
+//! A record is a fixed header followed by `length` payload bytes; all numbers are little endian.
+//! Every request is answered by one reply of the same payload length.
+
+/// Longest payload of one record, in bytes: the longest SPI transaction of the driver fits.
+pub const PAYLOAD_MAX: usize = 32;
+
+/// Bytes of a [`Request`] header.
+pub const REQUEST_BYTES: usize = 8;
+
+/// Bytes of a [`Reply`] header.
+pub const REPLY_BYTES: usize = 12;
+
+/// "No falling edge of DRDY in sight" in [`Reply::next_drdy_us`].
+pub const NEVER: u32 = u32::MAX;
+
+/// What the emulated board does to the chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Operation {
+    /// Nothing but let time pass: asks for the state of DRDY.
+    Poll = 0,
+    /// One SPI transaction, CS low around the payload; the reply carries what DOUT said.
+    Transfer = 1,
+    /// Drive START to `level`.
+    Start = 2,
+    /// Drive RESET to `level`.
+    Reset = 3,
+}
+
+/// From the emulated board to the PC.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// What is done.
+    pub operation: Operation,
+    /// Pin level for [`Operation::Start`] and [`Operation::Reset`].
+    pub level: bool,
+    /// Payload bytes that follow, at most [`PAYLOAD_MAX`].
+    pub length: u8,
+    /// Virtual time of the board's microsecond counter, wrapping.
+    pub now_us: u32,
+}
+
+/// From the PC to the emulated board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reply {
+    /// Level of DRDY after the operation (active low: `true` is "no data").
+    pub drdy_high: bool,
+    /// The scene has ended: the firmware finishes, flushes its telemetry and leaves the emulator.
+    pub ended: bool,
+    /// Payload bytes that follow: the request's own length.
+    pub length: u8,
+    /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the first.
+    pub drdy_us: u32,
+    /// Microseconds from `now_us` to the next falling edge, or [`NEVER`].
+    pub next_drdy_us: u32,
+}
+
+impl Request {
+    /// The header's bytes.
+    pub fn encode(&self) -> [u8; REQUEST_BYTES] {
+        let t = self.now_us.to_le_bytes();
+        [self.operation as u8, self.level as u8, self.length, 0, t[0], t[1], t[2], t[3]]
+    }
+
+    /// Reads a header back; `None` if the operation is unknown or the payload too long.
+    pub fn decode(b: &[u8; REQUEST_BYTES]) -> Option<Self> {
+        let operation = match b[0] {
+            0 => Operation::Poll,
+            1 => Operation::Transfer,
+            2 => Operation::Start,
+            3 => Operation::Reset,
+            _ => return None,
+        };
+        (b[2] as usize <= PAYLOAD_MAX).then_some(Self {
+            operation,
+            level: b[1] != 0,
+            length: b[2],
+            now_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
+        })
+    }
+}
+
+impl Reply {
+    /// The header's bytes.
+    pub fn encode(&self) -> [u8; REPLY_BYTES] {
+        let d = self.drdy_us.to_le_bytes();
+        let n = self.next_drdy_us.to_le_bytes();
+        let flags = self.drdy_high as u8 | (self.ended as u8) << 1;
+        [flags, self.length, 0, 0, d[0], d[1], d[2], d[3], n[0], n[1], n[2], n[3]]
+    }
+
+    /// Reads a header back; `None` if the payload is too long.
+    pub fn decode(b: &[u8; REPLY_BYTES]) -> Option<Self> {
+        (b[1] as usize <= PAYLOAD_MAX).then_some(Self {
+            drdy_high: b[0] & 1 != 0,
+            ended: b[0] & 2 != 0,
+            length: b[1],
+            drdy_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
+            next_drdy_us: u32::from_le_bytes([b[8], b[9], b[10], b[11]]),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn headers_survive_the_wire() {
+        let request = Request { operation: Operation::Transfer, level: true, length: 5, now_us: 0xfedc_ba98 };
+        assert_eq!(Request::decode(&request.encode()), Some(request));
+        let reply = Reply { drdy_high: true, ended: true, length: 5, drdy_us: 7, next_drdy_us: NEVER };
+        assert_eq!(Reply::decode(&reply.encode()), Some(reply));
+    }
+
+    #[test]
+    fn damaged_headers_are_refused() {
+        assert_eq!(Request::decode(&[9, 0, 0, 0, 0, 0, 0, 0]), None);
+        assert_eq!(Request::decode(&[1, 0, 200, 0, 0, 0, 0, 0]), None);
+        let mut reply = [0; REPLY_BYTES];
+        reply[1] = 200;
+        assert_eq!(Reply::decode(&reply), None);
+    }
+}

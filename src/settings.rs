@@ -1,0 +1,83 @@
+//! What a user may set, with units, bounds and where each default comes from.
+
+use serde::{Deserialize, Serialize};
+
+/// Taxels: analog inputs AIN0 to AIN15, one piezoresistor each.
+pub const TAXELS: usize = 16;
+
+/// Frames the window's ring keeps: the paper's longest slide (60 mm at 15 mm/s, 965 frames at
+/// 241 Hz) with 0.6 s to spare for noticing its end and for the fit.
+pub const RING_FRAMES: usize = 1120;
+
+/// Where the sliding phase comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SlideRule {
+    /// From the signal itself: it starts when the held signals begin to change together and ends when they stop.
+    Found,
+    /// From the protocol (paper, equations 4 and 5): `delay_s` after the spike, `length_mm` at `speed_mm_s`.
+    Protocol {
+        /// Hold time between the contact spike and the slide, seconds.
+        delay_s: f32,
+        /// Speed of the stimulus, millimetres per second.
+        speed_mm_s: f32,
+        /// Length of the slide to use, millimetres (paper: 55 of 60).
+        length_mm: f32,
+    },
+}
+
+/// Everything a user may set.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Length of a window, seconds.
+    pub window_s: f32,
+    /// From the start of one window to the start of the next, seconds.
+    pub hop_s: f32,
+    /// Most harmonics of the tone that are fitted, the fundamental included.
+    pub harmonics: u8,
+    /// Reference voltage of the ADC, volts.
+    pub vref_v: f32,
+    /// Where the sliding phase comes from.
+    pub slide: SlideRule,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { window_s: 1.0, hop_s: 0.25, harmonics: 3, vref_v: 4.096, slide: SlideRule::Found }
+    }
+}
+
+/// A setting outside its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettingsError {
+    /// Name of the field, with its unit.
+    pub field: &'static str,
+    /// What was asked for.
+    pub value: f32,
+    /// Least allowed value.
+    pub least: f32,
+    /// Greatest allowed value.
+    pub greatest: f32,
+}
+
+impl Settings {
+    /// Checks every bound; the first field outside is told.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let check = |field, value: f32, least: f32, greatest: f32| {
+            if value >= least && value <= greatest {
+                Ok(())
+            } else {
+                Err(SettingsError { field, value, least, greatest })
+            }
+        };
+        check("window_s", self.window_s, 0.1, 4.0)?;
+        check("hop_s", self.hop_s, 0.02, 4.0)?;
+        check("harmonics", self.harmonics as f32, 1.0, 5.0)?;
+        check("vref_v", self.vref_v, 0.5, 5.5)?;
+        if let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = self.slide {
+            check("delay_s", delay_s, 0.0, 60.0)?;
+            check("speed_mm_s", speed_mm_s, 0.1, 2000.0)?;
+            check("length_mm", length_mm, 0.1, 2000.0)?;
+        }
+        Ok(())
+    }
+}
