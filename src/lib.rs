@@ -4,7 +4,12 @@
 
 pub mod bridge;
 pub mod frame;
+pub mod moments;
+pub mod normal;
+pub mod phase;
 pub mod pipeline;
 pub mod settings;
+pub mod sine_fit;
+pub mod spectrum;
 pub mod telemetry;
 pub mod window;

@@ -1,19 +1,101 @@
-//! The sliding phase in a fixed buffer: windows of w seconds, hop by hop (stub).
+//! The sliding phase in a fixed buffer: windows of w seconds, hop by hop.
+//!
+//! A window of the paper's longest slide holds 62 kB, so there is one ring and nobody copies it:
+//! windows overlap in it and name their frames by number. The fit reads it a short block at a time,
+//! on the chip behind a lock that lasts for one block, so the tasks above are held up for
+//! microseconds at most. If the writer laps a reader, the reader is told.
 
 use crate::settings::{RING_FRAMES, TAXELS};
 use crate::telemetry::Span;
 
-/// The latest frames, as volts-to-be: codes less each taxel's reference code, exact in f32.
+/// One frame's values: code less the taxel's reference code, exact in f32 (`Ring::set_reference`).
+pub type Values = [f32; TAXELS];
+
+/// Where the fit reads frames from: a table or the ring itself on a PC, the ring behind a lock on
+/// the chip.
+pub trait FrameSource {
+    /// Shows `read` up to `most` consecutive frames from frame number `first` on: their values, and
+    /// per frame a mask of the taxels that hold a valid value (bit k is taxel k; 0 is a missing
+    /// frame). At least one frame is shown. None if `first` is not, or no longer, there.
+    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R>;
+}
+
+/// The latest [`RING_FRAMES`] frames.
 #[derive(Debug)]
 pub struct Ring {
-    /// Values, frame by frame.
-    pub values: [[f32; TAXELS]; RING_FRAMES],
+    values: [Values; RING_FRAMES],
+    valid: [u16; RING_FRAMES],
+    t_us: [u32; RING_FRAMES],
+    /// Number of the frame that is written next.
+    next: u32,
+    /// Frames that are there, at most [`RING_FRAMES`].
+    filled: u32,
 }
 
 impl Ring {
     /// An empty ring; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { values: [[0.0; TAXELS]; RING_FRAMES] }
+        Self {
+            values: [[0.0; TAXELS]; RING_FRAMES],
+            valid: [0; RING_FRAMES],
+            t_us: [0; RING_FRAMES],
+            next: 0,
+            filled: 0,
+        }
+    }
+
+    /// Number of the frame that is written next.
+    pub const fn next(&self) -> u32 {
+        self.next
+    }
+
+    /// Number of the oldest frame that is there.
+    pub const fn oldest(&self) -> u32 {
+        self.next.wrapping_sub(self.filled)
+    }
+
+    /// Empties the ring; the next frame written gets `number`.
+    pub fn restart(&mut self, number: u32) {
+        self.next = number;
+        self.filled = 0;
+    }
+
+    /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (the low
+    /// 32 bits of the device time in microseconds).
+    pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
+        let at = self.next as usize % RING_FRAMES;
+        if let (Some(v), Some(m), Some(t)) = (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at)) {
+            *v = *values;
+            *m = valid;
+            *t = t_us;
+        }
+        self.next = self.next.wrapping_add(1);
+        self.filled = (self.filled + 1).min(RING_FRAMES as u32);
+    }
+
+    /// Place of a frame in the arrays, if it is there.
+    fn place(&self, number: u32) -> Option<usize> {
+        let age = self.next.wrapping_sub(number);
+        (age >= 1 && age <= self.filled).then_some(number as usize % RING_FRAMES)
+    }
+
+    /// One frame's values and mask, if it is there.
+    pub fn frame(&self, number: u32) -> Option<(&Values, u16)> {
+        let at = self.place(number)?;
+        Some((self.values.get(at)?, *self.valid.get(at)?))
+    }
+
+    /// Time of a frame's first slot, low 32 bits of the device time in microseconds.
+    pub fn t_us(&self, number: u32) -> Option<u32> {
+        self.t_us.get(self.place(number)?).copied()
+    }
+
+    /// See [`FrameSource::read`].
+    pub fn read<R>(&self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+        let at = self.place(first)?;
+        let there = self.next.wrapping_sub(first) as usize;
+        let end = at + most.min(there).min(RING_FRAMES - at);
+        Some(read(self.values.get(at..end)?, self.valid.get(at..end)?))
     }
 }
 
@@ -23,25 +105,43 @@ impl Default for Ring {
     }
 }
 
-/// A stretch of the ring to fit.
+impl FrameSource for &Ring {
+    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+        Ring::read(self, first, most, read)
+    }
+}
+
+/// A stretch of frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Number of its first frame.
     pub first: u32,
     /// Frames in it.
-    pub frames: u16,
+    pub frames: u32,
+    /// Device time of its end, microseconds.
+    pub end_us: u64,
+    /// Frames per second by the board's clock, measured over the window.
+    pub frame_rate_hz: f32,
     /// What it covers.
     pub span: Span,
 }
 
-/// Where the fit reads frames from: the ring itself on a PC, the ring behind a lock on the chip.
-pub trait FrameSource {
-    /// Runs `read` on the ring for a short while.
-    fn with<R>(&mut self, read: impl FnOnce(&Ring) -> R) -> R;
+/// A table of frames in memory, numbered from 0: a recording on a PC.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'a> {
+    /// The frames' values.
+    pub values: &'a [Values],
+    /// Mask of valid taxels per frame.
+    pub valid: &'a [u16],
 }
 
-impl FrameSource for &Ring {
-    fn with<R>(&mut self, read: impl FnOnce(&Ring) -> R) -> R {
-        read(self)
+impl FrameSource for Table<'_> {
+    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+        let at = first as usize;
+        let end = at.saturating_add(most).min(self.values.len());
+        if at >= end {
+            return None;
+        }
+        Some(read(self.values.get(at..end)?, self.valid.get(at..end)?))
     }
 }

@@ -1,0 +1,176 @@
+//! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
+//!
+//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
+//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`ridgetone::bridge`] records through two
+//! FIFOs, telemetry leaves on USART3 (the emulator's third serial port), and the run ends with the
+//! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
+
+use super::semihost::{self, Exit};
+use super::{Line, line::LINE_BAUD, link};
+use core::convert::Infallible;
+use cortex_m_rt::{ExceptionFrame, exception};
+use defmt_rtt as _;
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::spi::{self, Operation as Op, SpiDevice};
+use ridgetone::bridge::{Operation, PAYLOAD_MAX};
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Config;
+use stm32f4xx_hal::serial;
+
+pub use link::ended;
+
+/// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
+pub const POWER_UP_US: u32 = 20_000;
+
+/// Ticks of the emulator's timers in a microsecond.
+const TICKS_PER_US: u32 = 1000;
+
+/// The board's parts that `main.rs` hands to its tasks.
+pub struct Board {
+    /// The bridge's transfers.
+    pub spi: Bridge,
+    /// START.
+    pub start: Pin,
+    /// RESET.
+    pub reset: Pin,
+    /// DRDY.
+    pub drdy: Drdy,
+    /// Telemetry.
+    pub line: Line,
+}
+
+/// An SPI device whose transactions travel over the bridge, one record each.
+pub struct Bridge;
+
+/// The transaction is longer than a record.
+#[derive(Clone, Copy, Debug)]
+pub struct TooLong;
+
+impl spi::Error for TooLong {
+    fn kind(&self) -> spi::ErrorKind {
+        spi::ErrorKind::Other
+    }
+}
+
+impl spi::ErrorType for Bridge {
+    type Error = TooLong;
+}
+
+impl SpiDevice for Bridge {
+    fn transaction(&mut self, operations: &mut [Op<'_, u8>]) -> Result<(), TooLong> {
+        let mut wire = [0; PAYLOAD_MAX];
+        let mut length = 0;
+        for operation in operations.iter() {
+            let (said, bytes) = match operation {
+                Op::Read(read) => (&[][..], read.len()),
+                Op::Write(write) => (*write, write.len()),
+                Op::Transfer(read, write) => (*write, read.len().max(write.len())),
+                Op::TransferInPlace(both) => (&**both, both.len()),
+                // Waiting inside a transaction needs no record: the bridge carries no partial one.
+                Op::DelayNs(_) => continue,
+            };
+            let slot = wire.get_mut(length..length + bytes).ok_or(TooLong)?;
+            slot.get_mut(..said.len()).ok_or(TooLong)?.copy_from_slice(said);
+            length += bytes;
+        }
+        let wire = wire.get_mut(..length).ok_or(TooLong)?;
+        link::exchange(Operation::Transfer, false, wire);
+
+        let mut rest = &*wire;
+        for operation in operations {
+            let (heard, bytes): (&mut [u8], usize) = match operation {
+                Op::Read(read) => {
+                    let bytes = read.len();
+                    (read, bytes)
+                }
+                Op::Write(write) => (&mut [], write.len()),
+                Op::Transfer(read, write) => {
+                    let bytes = read.len().max(write.len());
+                    (read, bytes)
+                }
+                Op::TransferInPlace(both) => {
+                    let bytes = both.len();
+                    (both, bytes)
+                }
+                Op::DelayNs(_) => continue,
+            };
+            let (slot, after) = rest.split_at_checked(bytes).ok_or(TooLong)?;
+            heard.copy_from_slice(slot.get(..heard.len()).ok_or(TooLong)?);
+            rest = after;
+        }
+        Ok(())
+    }
+}
+
+/// START or RESET.
+pub struct Pin(Operation);
+
+impl digital::ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        link::exchange(self.0, false, &mut []);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        link::exchange(self.0, true, &mut []);
+        Ok(())
+    }
+}
+
+/// The falling edge of DRDY.
+pub struct Drdy;
+
+impl Drdy {
+    /// Whether there is data to read.
+    #[inline(always)]
+    pub fn acknowledge(&mut self) -> bool {
+        !ended()
+    }
+
+    /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping: the
+    /// chip's own, so that it does not depend on how fast the emulated processor got here.
+    pub fn edge_us(&self) -> u32 {
+        link::edge_us()
+    }
+}
+
+/// Sets the board up.
+pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
+    let mut rcc = device.RCC.freeze(Config::hsi());
+    super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
+
+    let gpiob = device.GPIOB.split(&mut rcc);
+    let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
+        Ok(tx) => tx,
+        Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
+    };
+
+    link::open(device.TIM3, &mut rcc);
+    let mut start = Pin(Operation::Start);
+    let mut reset = Pin(Operation::Reset);
+    let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
+    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx) }
+}
+
+/// Ends the emulator: all is done.
+pub fn leave() {
+    semihost::exit(Exit::Done)
+}
+
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    semihost::say(format_args!("firmware {info}"));
+    semihost::exit(Exit::Panic)
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    semihost::say(format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()));
+    semihost::exit(Exit::Fault)
+}

@@ -1,0 +1,160 @@
+//! Adafruit Feather STM32F405 Express (product 4382), 168 MHz from its 12 MHz crystal.
+//!
+//! | ADS1258 | Feather | STM32F405 | |
+//! |---|---|---|---|
+//! | CS | A0 | PA4 | output, high at rest |
+//! | SCLK | A1 | PA5 | SPI1 SCK, AF5, 5.25 MHz |
+//! | DOUT | A2 | PA6 | SPI1 MISO, AF5 |
+//! | DIN | A3 | PA7 | SPI1 MOSI, AF5 |
+//! | DRDY | A4 | PC4 | EXTI4, falling edge |
+//! | START | A5 | PC5 | output, low until the registers are written |
+//! | RESET | D6 | PC6 | output, high at rest |
+//!
+//! Telemetry leaves on TX (PB10, USART3, AF7) at 921600 baud, 8N1; the baud rate generator divides
+//! 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
+//!
+//! The time of a DRDY edge is read first thing in its interrupt, so it is late by the interrupt's
+//! entry: 12 cycles (0.07 us), up to a few microseconds when something masked interrupts. A timer's
+//! input capture would be exact, but PC4 is on no timer channel of this chip; wiring DRDY to D6
+//! (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
+
+use super::Line;
+use super::line::LINE_BAUD;
+use core::convert::Infallible;
+use defmt_rtt as _;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use panic_probe as _;
+use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA4, PC4, PC5, PC6, PinState, Pull, Speed};
+use stm32f4xx_hal::pac::{self, SPI1};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Config;
+use stm32f4xx_hal::serial;
+use stm32f4xx_hal::spi::Spi;
+
+/// From power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864 MHz,
+/// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
+pub const POWER_UP_US: u32 = 200_000;
+
+/// SPI clock, hertz: 84 MHz / 16, the fastest divider below half the chip's clock (7.86 MHz).
+const SPI_HZ: u32 = 5_250_000;
+
+/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127 ns).
+const CS_SETTLE_CYCLES: u32 = 32;
+
+/// Clock of the timers on APB1 in MHz: twice PCLK1.
+const TIMER_MHZ: u32 = 84;
+
+/// The board's parts that `main.rs` hands to its tasks.
+pub struct Board {
+    /// SPI1 with CS.
+    pub spi: ExclusiveDevice<Spi<SPI1>, SettledCs, NoDelay>,
+    /// START.
+    pub start: PC5<Output>,
+    /// RESET.
+    pub reset: PC6<Output>,
+    /// DRDY.
+    pub drdy: Drdy,
+    /// Telemetry.
+    pub line: Line,
+}
+
+/// CS that gives the chip its set-up time after each edge.
+pub struct SettledCs(PA4<Output>);
+
+impl ErrorType for SettledCs {
+    type Error = Infallible;
+}
+
+impl OutputPin for SettledCs {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set_low();
+        cortex_m::asm::delay(CS_SETTLE_CYCLES);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set_high();
+        cortex_m::asm::delay(CS_SETTLE_CYCLES);
+        Ok(())
+    }
+}
+
+/// The falling edge of DRDY.
+pub struct Drdy {
+    pin: PC4<Input>,
+    edge_us: u32,
+}
+
+impl Drdy {
+    /// Notes the time and clears the interrupt; call it first thing. Whether there is data to read.
+    #[inline(always)]
+    pub fn acknowledge(&mut self) -> bool {
+        self.edge_us = super::now_us();
+        self.pin.clear_interrupt_pending_bit();
+        // The write must have reached EXTI before the handler returns, or the interrupt fires twice.
+        cortex_m::asm::dsb();
+        self.pin.is_low()
+    }
+
+    /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping.
+    pub fn edge_us(&self) -> u32 {
+        self.edge_us
+    }
+}
+
+/// Sets the board up.
+pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
+    let clocks = Config::hse(12.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz());
+    let mut rcc = device.RCC.freeze(clocks);
+
+    // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
+    device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
+
+    super::clock::start(device.TIM2, &mut rcc, TIMER_MHZ);
+
+    let gpioa = device.GPIOA.split(&mut rcc);
+    let gpiob = device.GPIOB.split(&mut rcc);
+    let gpioc = device.GPIOC.split(&mut rcc);
+
+    let start = gpioc.pc5.into_push_pull_output_in_state(PinState::Low);
+    let reset = gpioc.pc6.into_push_pull_output_in_state(PinState::High);
+    let cs = SettledCs(gpioa.pa4.into_push_pull_output_in_state(PinState::High));
+
+    let mut sck = gpioa.pa5.into_alternate::<5>();
+    let miso = gpioa.pa6.into_alternate::<5>();
+    let mut mosi = gpioa.pa7.into_alternate::<5>();
+    // The slowest setting of the pins is too slow above 4 MHz (datasheet DS8626, I/O AC characteristics).
+    sck.set_speed(Speed::Medium);
+    mosi.set_speed(Speed::Medium);
+    let bus = Spi::new(device.SPI1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), &mut rcc);
+    // CS is infallible, so there is no error to meet.
+    let spi = match ExclusiveDevice::new_no_delay(bus, cs) {
+        Ok(spi) => spi,
+        Err(never) => match never {},
+    };
+
+    let mut exti = device.EXTI;
+    let mut syscfg = device.SYSCFG.constrain(&mut rcc);
+    let mut pin = Input::new(gpioc.pc4, Pull::None);
+    pin.make_interrupt_source(&mut syscfg);
+    pin.trigger_on_edge(&mut exti, Edge::Falling);
+    pin.enable_interrupt(&mut exti);
+
+    let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
+        Ok(tx) => tx,
+        // Not met at run time: the divider of a fixed baud rate from a fixed clock.
+        Err(_) => defmt::panic!("USART3 cannot do {} baud", LINE_BAUD),
+    };
+
+    Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx) }
+}
+
+/// A board's signal never ends.
+pub const fn ended() -> bool {
+    false
+}
+
+/// Never called, as [`ended`] is never true.
+pub const fn leave() {}

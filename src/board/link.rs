@@ -1,0 +1,146 @@
+//! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
+//!
+//! Every reply says when DRDY falls next, and TIM3 is set to that moment; its interrupt pends EXTI4,
+//! as the pin would. While no edge is in sight the chip is asked again every [`POLL_US`].
+
+use super::semihost::{self, Exit, File};
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use critical_section::Mutex;
+use ridgetone::bridge::{NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use stm32f4xx_hal::pac::{self, Interrupt, NVIC, RCC, TIM3, interrupt};
+use stm32f4xx_hal::rcc::{Enable, Reset};
+
+/// Longest time without asking the chip, microseconds.
+const POLL_US: u32 = 10_000;
+
+/// TIM3's ticks are microseconds: the emulator's timers run at 1 GHz.
+const TICKS_PER_US: u16 = 1000;
+
+static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
+static ENDED: AtomicBool = AtomicBool::new(false);
+
+struct Link {
+    request: File,
+    reply: File,
+    alarm: TIM3,
+    /// Whether the alarm is set to an edge of DRDY, not to the next poll.
+    edge_ahead: bool,
+    /// Time of the latest edge as the chip tells it.
+    edge_us: u32,
+}
+
+/// Opens the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory and takes
+/// TIM3 for the alarm. Waits until the PC has opened its ends.
+pub fn open(alarm: TIM3, rcc: &mut RCC) {
+    TIM3::enable(rcc);
+    TIM3::reset(rcc);
+    alarm.psc().write(|w| w.psc().set(TICKS_PER_US.saturating_sub(1)));
+    let (Some(request), Some(reply)) = (File::write_to(c"spi.request"), File::read_from(c"spi.reply")) else {
+        semihost::say(format_args!("cannot open spi.request and spi.reply"));
+        semihost::exit(Exit::Bridge)
+    };
+    let link = Link { request, reply, alarm, edge_ahead: false, edge_us: 0 };
+    critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
+    // SAFETY: the handler below takes what it shares from behind the critical section's lock.
+    unsafe { NVIC::unmask(Interrupt::TIM3) };
+}
+
+/// Does something to the chip; a transfer's payload is replaced by what DOUT said.
+pub fn exchange(operation: Operation, level: bool, payload: &mut [u8]) {
+    with_link(|link| {
+        if !ended() {
+            link.exchange(operation, level, payload);
+        }
+    });
+}
+
+/// Time of the latest falling edge of DRDY, microseconds.
+pub fn edge_us() -> u32 {
+    let mut edge_us = 0;
+    with_link(|link| edge_us = link.edge_us);
+    edge_us
+}
+
+/// Whether the scene is over. From then on the chip is left alone.
+pub fn ended() -> bool {
+    ENDED.load(Relaxed)
+}
+
+fn with_link(action: impl FnOnce(&mut Link)) {
+    critical_section::with(|cs| {
+        // Never borrowed twice: everything here runs with interrupts masked and calls nothing back.
+        if let Ok(mut link) = LINK.borrow(cs).try_borrow_mut() {
+            if let Some(link) = link.as_mut() {
+                action(link);
+            }
+        }
+    });
+}
+
+impl Link {
+    fn exchange(&mut self, operation: Operation, level: bool, payload: &mut [u8]) {
+        let now_us = super::now_us();
+        let request = Request { operation, level, length: payload.len() as u8, now_us };
+        let Some(reply) = self.carry(&request, payload) else {
+            semihost::say(format_args!("the bridge to the simulated chip broke at {now_us} us"));
+            semihost::exit(Exit::Bridge)
+        };
+        self.edge_us = reply.drdy_us;
+        if reply.ended {
+            ENDED.store(true, Relaxed);
+        }
+        // A transfer takes the data away; after anything else a low DRDY is an edge not yet served.
+        if reply.ended || (!reply.drdy_high && operation != Operation::Transfer) {
+            NVIC::pend(Interrupt::EXTI4);
+        }
+        self.edge_ahead = reply.next_drdy_us <= POLL_US;
+        self.arm(if reply.next_drdy_us == NEVER { POLL_US } else { reply.next_drdy_us.min(POLL_US) });
+    }
+
+    fn carry(&mut self, request: &Request, payload: &mut [u8]) -> Option<Reply> {
+        let mut record = [0; REQUEST_BYTES + PAYLOAD_MAX];
+        let (header, rest) = record.split_first_chunk_mut::<REQUEST_BYTES>()?;
+        *header = request.encode();
+        rest.get_mut(..payload.len())?.copy_from_slice(payload);
+        let sent = self.request.write_all(record.get(..REQUEST_BYTES + payload.len())?);
+
+        let mut record = [0; REPLY_BYTES + PAYLOAD_MAX];
+        let answer = record.get_mut(..REPLY_BYTES + payload.len())?;
+        if !sent || !self.reply.read_exact(answer) {
+            return None;
+        }
+        let (header, said) = answer.split_first_chunk::<REPLY_BYTES>()?;
+        payload.copy_from_slice(said);
+        Reply::decode(header).filter(|reply| reply.length == request.length)
+    }
+
+    /// Sets the alarm. A microsecond later than asked: it must not ring before the edge.
+    fn arm(&mut self, delay_us: u32) {
+        self.alarm.cr1().write(|w| w.cen().clear_bit());
+        self.alarm.egr().write(|w| w.ug().set_bit());
+        self.alarm.sr().write(|w| w.uif().clear_bit());
+        self.alarm.dier().write(|w| w.uie().set_bit());
+        self.alarm.cr1().write(|w| w.cen().set_bit());
+        self.alarm.arr().write(|w| w.arr().set(delay_us.saturating_add(1) as u16));
+    }
+
+    fn ring(&mut self) {
+        self.alarm.cr1().write(|w| w.cen().clear_bit());
+        self.alarm.sr().write(|w| w.uif().clear_bit());
+        if self.edge_ahead {
+            self.edge_ahead = false;
+            NVIC::pend(Interrupt::EXTI4);
+        } else if ended() {
+            // Nobody to ask any more; the idle task still wakes up by this.
+            self.arm(POLL_US);
+        } else {
+            self.exchange(Operation::Poll, false, &mut []);
+        }
+    }
+}
+
+#[interrupt]
+fn TIM3() {
+    with_link(Link::ring);
+}

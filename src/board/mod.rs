@@ -1,0 +1,57 @@
+//! The hardware: one file per board, nothing but registers and time.
+//!
+//! # Porting
+//!
+//! A board is a module with the items below; copy the nearest one, list it here and give it a
+//! feature in `Cargo.toml`. `main.rs` names no pin and no register.
+//!
+//! | item | what it must do |
+//! |---|---|
+//! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
+//! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
+//! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
+//! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time |
+//! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
+//! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
+//! | `POWER_UP_US` | from power-up to the first register access, microseconds |
+//! | `ended() -> bool` | whether the run is over; a real board never is |
+//! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
+//!
+//! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
+//! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
+//!
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty"; `CAN1_TX`, `CAN1_RX0` and
+//! `CAN1_RX1` are the three tasks that software pends, for the sole reason that nothing else uses
+//! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
+//! `rtic::app`. Priorities need five levels.
+//!
+//! Panics: a board brings its own panic handler.
+
+// The only place of the firmware that may: a register read in `clock.rs`, host calls of the emulator.
+#![allow(unsafe_code)]
+
+mod clock;
+mod line;
+
+#[cfg(feature = "emulated")]
+mod emulated;
+#[cfg(feature = "feather-f405")]
+mod feather_f405;
+#[cfg(feature = "emulated")]
+mod link;
+#[cfg(feature = "emulated")]
+mod semihost;
+
+#[cfg(feature = "emulated")]
+pub use emulated::*;
+#[cfg(feature = "feather-f405")]
+pub use feather_f405::*;
+
+pub use clock::now_us;
+pub use line::Line;
+
+/// Waits, microseconds, by the microsecond counter.
+pub fn wait_us(duration_us: u32) {
+    let from_us = now_us();
+    while now_us().wrapping_sub(from_us) < duration_us {}
+}

@@ -1,0 +1,94 @@
+//! What the emulator's host does for the board: files, messages, the end of the run.
+//!
+//! The calls and their argument blocks: Arm, "Semihosting for AArch32 and AArch64", 2.0.
+
+use core::fmt::Write;
+use cortex_m_semihosting::{hio, nr, syscall};
+
+/// SYS_EXIT_EXTENDED: unlike SYS_EXIT it carries a status on a 32-bit core too.
+const EXIT_EXTENDED: usize = 0x20;
+
+/// Code for `ADP_Stopped_ApplicationExit`.
+const APPLICATION_EXIT: usize = 0x2_0026;
+
+/// `fopen` mode "rb" in SYS_OPEN's numbering.
+const READ_BINARY: usize = 1;
+
+/// `fopen` mode "wb" in SYS_OPEN's numbering.
+const WRITE_BINARY: usize = 5;
+
+/// How a run ends, as the emulator's exit status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Exit {
+    /// The scene has ended and all telemetry is out.
+    Done = 0,
+    /// A file of the bridge could not be opened, or its other end went away, or spoke nonsense.
+    Bridge = 2,
+    /// The processor faulted.
+    Fault = 3,
+    /// The firmware panicked; a Rust program's usual status.
+    Panic = 101,
+}
+
+/// A file on the host.
+#[derive(Clone, Copy, Debug)]
+pub struct File(usize);
+
+impl File {
+    /// Opens for reading.
+    pub fn read_from(path: &'static core::ffi::CStr) -> Option<Self> {
+        Self::open(path, READ_BINARY)
+    }
+
+    /// Opens for writing.
+    pub fn write_to(path: &'static core::ffi::CStr) -> Option<Self> {
+        Self::open(path, WRITE_BINARY)
+    }
+
+    fn open(path: &'static core::ffi::CStr, mode: usize) -> Option<Self> {
+        let block = [path.as_ptr() as usize, mode, path.to_bytes().len()];
+        // SAFETY: SYS_OPEN reads a block of three words and the string, both alive during the call.
+        let handle = unsafe { syscall(nr::OPEN, &block) };
+        (handle != usize::MAX).then_some(Self(handle))
+    }
+
+    /// Writes all of `bytes`; false if that failed.
+    pub fn write_all(self, bytes: &[u8]) -> bool {
+        let block = [self.0, bytes.as_ptr() as usize, bytes.len()];
+        // SAFETY: SYS_WRITE reads a block of three words and `bytes`, both alive during the call.
+        let left = unsafe { syscall(nr::WRITE, &block) };
+        left == 0
+    }
+
+    /// Fills `bytes`; false at the end of the file or on failure. A pipe may give less at a time.
+    pub fn read_exact(self, bytes: &mut [u8]) -> bool {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let block = [self.0, rest.as_mut_ptr() as usize, rest.len()];
+            // SAFETY: SYS_READ reads a block of three words and writes into `rest`, which is ours alone
+            // and as long as said.
+            let left = unsafe { syscall(nr::READ, &block) };
+            let Some(read) = rest.len().checked_sub(left).filter(|read| *read > 0) else { return false };
+            rest = rest.get_mut(read..).unwrap_or_default();
+        }
+        true
+    }
+}
+
+/// Says something on the emulator's standard error.
+pub fn say(message: core::fmt::Arguments) {
+    if let Ok(mut stderr) = hio::hstderr() {
+        let _ = stderr.write_fmt(message);
+        let _ = stderr.write_str("\n");
+    }
+}
+
+/// Ends the emulator with an exit status.
+pub fn exit(status: Exit) -> ! {
+    let block = [APPLICATION_EXIT, status as usize];
+    loop {
+        // SAFETY: SYS_EXIT_EXTENDED reads a block of two words, alive during the call.
+        unsafe { syscall(EXIT_EXTENDED, &block) };
+    }
+}

@@ -1,0 +1,407 @@
+//! Sums over a window: all that the fit needs to know of the data, one pass each.
+//!
+//! The abscissa is `u`, the frame's place in the window: -1 at its start, 1 at its end. A frequency
+//! is `nu`, cycles per unit of `u`, that is half the cycles in the window. Frames with a missing
+//! conversion are left out of every sum.
+
+use crate::phase::{cos_sin, from_turns};
+use crate::settings::TAXELS;
+use crate::window::{FrameSource, Values};
+
+/// Most harmonics, the fundamental included.
+pub const HARMONICS_MAX: usize = 5;
+
+/// Frames read at a time: the time the ring is locked, and the stretch over which the rotation of
+/// a phasor is taken from a table.
+const BLOCK: usize = 16;
+
+/// A stretch of frames and how to read it.
+pub struct Stretch<'a, S> {
+    /// Where the frames come from.
+    pub source: &'a mut S,
+    /// Number of the first frame.
+    pub first: u32,
+    /// Frames in it.
+    pub frames: u32,
+}
+
+impl<S: FrameSource> Stretch<'_, S> {
+    /// Shows every frame block by block, each block with the number of its first frame in the
+    /// stretch. None if the frames were overwritten meanwhile.
+    fn blocks(&mut self, mut visit: impl FnMut(u32, &[Values], &[u16])) -> Option<()> {
+        let mut done = 0;
+        while done < self.frames {
+            let most = (self.frames - done).min(BLOCK as u32) as usize;
+            let shown = self.source.read(self.first.wrapping_add(done), most, |values, valid| {
+                visit(done, values, valid);
+                values.len() as u32
+            })?;
+            if shown == 0 {
+                return None;
+            }
+            done += shown;
+        }
+        Some(())
+    }
+
+    /// Half the window in frames: one unit of `u`.
+    pub fn half(&self) -> f32 {
+        0.5 * self.frames as f32
+    }
+
+    /// `u` of a frame of the stretch.
+    fn u(&self, frame: u32) -> f32 {
+        (frame as f32 - 0.5 * (self.frames as f32 - 1.0)) / self.half()
+    }
+}
+
+/// Level and slope of every channel, and which of them can be used.
+#[derive(Clone, Debug)]
+pub struct Levels {
+    /// Offset of each channel, on its straight line at the centre; the passes that follow subtract it.
+    pub offset: Values,
+    /// Slope per unit of `u` of a straight line through each channel.
+    pub slope: Values,
+    /// Sum of squares about that straight line.
+    pub about_line: Values,
+    /// Sum of squares about the mean.
+    pub about_mean: Values,
+    /// Taxels with a valid value in every frame that counts, and not constant.
+    pub usable: u16,
+    /// Frames that count.
+    pub frames: u32,
+}
+
+/// First pass: levels. A frame counts if any taxel has a value in it; a taxel that is missing in
+/// one of those is not usable. None if the frames were overwritten.
+pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
+    let mut reference: Option<Values> = None;
+    let mut usable = u16::MAX;
+    let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
+    let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
+    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
+    stretch.blocks(|at, values, valid| {
+        let mut part = [[0f32; TAXELS]; 3];
+        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
+            if *valid == 0 {
+                continue;
+            }
+            let zero = reference.get_or_insert(*value);
+            let u = start + step * (at + i as u32) as f32;
+            usable &= *valid;
+            n += 1;
+            sum_u += u;
+            sum_uu += u * u;
+            for c in 0..TAXELS {
+                let y = value[c] - zero[c];
+                part[0][c] += y;
+                part[1][c] += u * y;
+                part[2][c] += y * y;
+            }
+        }
+        for c in 0..TAXELS {
+            y0[c] += part[0][c];
+            y1[c] += part[1][c];
+            yy[c] += part[2][c];
+        }
+    })?;
+    let mut result = Levels {
+        offset: [0.0; TAXELS],
+        slope: [0.0; TAXELS],
+        about_line: [0.0; TAXELS],
+        about_mean: [0.0; TAXELS],
+        usable: 0,
+        frames: n,
+    };
+    let Some(reference) = reference.filter(|_| n >= 4) else { return Some(result) };
+    let count = n as f32;
+    let spread = sum_uu - sum_u * sum_u / count;
+    for c in 0..TAXELS {
+        let mean = y0[c] / count;
+        let along = y1[c] - sum_u * mean;
+        let slope = along / spread;
+        let about_mean = yy[c] - y0[c] * mean;
+        let about = about_mean - along * slope;
+        result.offset[c] = reference[c] + (mean - slope * sum_u / count);
+        result.slope[c] = slope;
+        result.about_line[c] = about;
+        result.about_mean[c] = about_mean;
+        // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
+        if usable & 1 << c != 0 && about > 1e-6 * yy[c] && about > 0.0 {
+            result.usable |= 1 << c;
+        }
+    }
+    Some(result)
+}
+
+/// Sums of the harmonics alone, over the frames that count: sums of u^w cos(k theta) and
+/// u^w sin(k theta) for w = 0, 1, 2 and k = 0 ..= 2 x harmonics.
+#[derive(Clone, Debug)]
+pub struct Trigonometric {
+    cos: [[f32; 2 * HARMONICS_MAX + 1]; 3],
+    sin: [[f32; 2 * HARMONICS_MAX + 1]; 3],
+}
+
+/// One of the functions a channel is made of, but for a power of `u`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wave {
+    /// 1
+    One,
+    /// cos(h theta)
+    Cos(usize),
+    /// sin(h theta)
+    Sin(usize),
+}
+
+impl Trigonometric {
+    /// Sum of u^power x a x b, power 0 to 2.
+    pub fn product(&self, power: usize, a: Wave, b: Wave) -> f32 {
+        let (cos, sin) = (&self.cos[power], &self.sin[power]);
+        let signed = |to: usize, from: usize| if to >= from { sin[to - from] } else { -sin[from - to] };
+        match (a, b) {
+            (Wave::One, Wave::One) => cos[0],
+            (Wave::One, Wave::Cos(h)) | (Wave::Cos(h), Wave::One) => cos[h],
+            (Wave::One, Wave::Sin(h)) | (Wave::Sin(h), Wave::One) => sin[h],
+            (Wave::Cos(i), Wave::Cos(j)) => 0.5 * (cos[i.abs_diff(j)] + cos[i + j]),
+            (Wave::Sin(i), Wave::Sin(j)) => 0.5 * (cos[i.abs_diff(j)] - cos[i + j]),
+            (Wave::Cos(i), Wave::Sin(j)) | (Wave::Sin(j), Wave::Cos(i)) => 0.5 * (sin[i + j] + signed(j, i)),
+        }
+    }
+}
+
+/// One channel against the harmonics; y is the channel less its [`Levels::offset`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Correlation {
+    /// Sum of y.
+    pub y: f32,
+    /// Sum of u y.
+    pub uy: f32,
+    /// Sum of y squared.
+    pub yy: f32,
+    /// Sums of y cos(h theta), h from 1.
+    pub cos: [f32; HARMONICS_MAX],
+    /// Sums of y sin(h theta).
+    pub sin: [f32; HARMONICS_MAX],
+    /// Sums of u y cos(h theta).
+    pub u_cos: [f32; HARMONICS_MAX],
+    /// Sums of u y sin(h theta).
+    pub u_sin: [f32; HARMONICS_MAX],
+}
+
+/// What one pass at one frequency gives.
+#[derive(Clone, Debug)]
+pub struct Moments {
+    /// Sums of the harmonics alone.
+    pub trigonometric: Trigonometric,
+    /// Each channel against them.
+    pub channels: [Correlation; TAXELS],
+}
+
+/// The harmonics over one block of frames.
+struct Waves {
+    u: [f32; BLOCK],
+    cos: [[f32; BLOCK]; HARMONICS_MAX],
+    sin: [[f32; BLOCK]; HARMONICS_MAX],
+}
+
+/// Makes the harmonics of a frequency block after block, without drifting: each block starts from
+/// the exact phase and is turned by a table.
+struct Oscillator {
+    turn: [(f32, f32); BLOCK],
+    phase_0: u32,
+    step: u32,
+    u_0: f32,
+    u_step: f32,
+}
+
+impl Oscillator {
+    fn new<S: FrameSource>(stretch: &Stretch<'_, S>, nu: f32) -> Self {
+        let step = from_turns(nu / stretch.half());
+        let mut turn = [(1.0, 0.0); BLOCK];
+        for (i, turn) in turn.iter_mut().enumerate() {
+            *turn = cos_sin(step.wrapping_mul(i as u32));
+        }
+        // Phase zero at the centre, which lies half way between two frames if their number is even.
+        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        let phase_0 = (back as u32).wrapping_neg();
+        Self { turn, phase_0, step, u_0: stretch.u(0), u_step: 1.0 / stretch.half() }
+    }
+
+    fn fill<const H: usize>(&self, at: u32, frames: usize, waves: &mut Waves) {
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(at)));
+        for i in 0..frames.min(BLOCK) {
+            let (tc, ts) = self.turn[i];
+            let (c1, s1) = (c * tc - s * ts, s * tc + c * ts);
+            waves.u[i] = self.u_0 + self.u_step * (at + i as u32) as f32;
+            let (mut ch, mut sh) = (c1, s1);
+            for h in 0..H {
+                waves.cos[h][i] = ch;
+                waves.sin[h][i] = sh;
+                (ch, sh) = (ch * c1 - sh * s1, sh * c1 + ch * s1);
+            }
+        }
+    }
+}
+
+/// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
+/// frames were overwritten.
+pub fn moments<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    nu: f32,
+    harmonics: usize,
+) -> Option<Moments> {
+    match harmonics {
+        0 | 1 => pass::<S, 1>(stretch, levels, nu),
+        2 => pass::<S, 2>(stretch, levels, nu),
+        3 => pass::<S, 3>(stretch, levels, nu),
+        4 => pass::<S, 4>(stretch, levels, nu),
+        _ => pass::<S, HARMONICS_MAX>(stretch, levels, nu),
+    }
+}
+
+fn pass<S: FrameSource, const H: usize>(stretch: &mut Stretch<'_, S>, levels: &Levels, nu: f32) -> Option<Moments> {
+    let oscillator = Oscillator::new(stretch, nu);
+    let mut waves = Waves { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] };
+    let mut out = Moments {
+        trigonometric: Trigonometric { cos: [[0.0; 11]; 3], sin: [[0.0; 11]; 3] },
+        channels: [Correlation::default(); TAXELS],
+    };
+    stretch.blocks(|at, values, valid| {
+        let frames = values.len().min(BLOCK);
+        oscillator.fill::<H>(at, frames, &mut waves);
+        for (i, valid) in valid.iter().enumerate().take(frames) {
+            if *valid != 0 {
+                out.trigonometric.add::<H>(&waves, i);
+            }
+        }
+        for c in 0..TAXELS {
+            if levels.usable & 1 << c != 0 {
+                out.channels[c].add::<H>(&waves, values, valid, c, levels.offset[c]);
+            }
+        }
+    })?;
+    Some(out)
+}
+
+impl Trigonometric {
+    fn add<const H: usize>(&mut self, waves: &Waves, i: usize) {
+        let (u, c1, s1) = (waves.u[i], waves.cos[0][i], waves.sin[0][i]);
+        let (mut c, mut s) = (1.0, 0.0);
+        for k in 0..=2 * H {
+            let (uc, us) = (u * c, u * s);
+            self.cos[0][k] += c;
+            self.sin[0][k] += s;
+            self.cos[1][k] += uc;
+            self.sin[1][k] += us;
+            self.cos[2][k] += u * uc;
+            self.sin[2][k] += u * us;
+            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+        }
+    }
+}
+
+impl Correlation {
+    #[inline(always)]
+    fn add<const H: usize>(&mut self, waves: &Waves, values: &[Values], valid: &[u16], taxel: usize, offset: f32) {
+        let (mut y0, mut uy, mut yy) = (0.0, 0.0, 0.0);
+        let (mut cos, mut sin, mut u_cos, mut u_sin) = ([0.0; H], [0.0; H], [0.0; H], [0.0; H]);
+        for (i, (value, valid)) in values.iter().zip(valid).enumerate().take(BLOCK) {
+            if *valid == 0 {
+                continue;
+            }
+            let y = value[taxel] - offset;
+            let t = waves.u[i] * y;
+            y0 += y;
+            uy += t;
+            yy += y * y;
+            for h in 0..H {
+                let (c, s) = (waves.cos[h][i], waves.sin[h][i]);
+                cos[h] += y * c;
+                sin[h] += y * s;
+                u_cos[h] += t * c;
+                u_sin[h] += t * s;
+            }
+        }
+        self.y += y0;
+        self.uy += uy;
+        self.yy += yy;
+        for h in 0..H {
+            self.cos[h] += cos[h];
+            self.sin[h] += sin[h];
+            self.u_cos[h] += u_cos[h];
+            self.u_sin[h] += u_sin[h];
+        }
+    }
+}
+
+/// What a channel's model is made of: offset, slope, and per harmonic the factors of cosine and sine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Model {
+    /// Offset beyond [`Levels::offset`].
+    pub offset: f32,
+    /// Slope per unit of `u`.
+    pub slope: f32,
+    /// Factors of cos(h theta).
+    pub cos: [f32; HARMONICS_MAX],
+    /// Factors of sin(h theta).
+    pub sin: [f32; HARMONICS_MAX],
+}
+
+/// Sums of squares of what models leave of each channel, taken sample by sample: the difference of
+/// two sums of squares would drown a small residual in rounding. None if the frames were overwritten.
+pub fn residuals<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    nu: f32,
+    harmonics: usize,
+    models: &[Model; TAXELS],
+) -> Option<Values> {
+    let oscillator = Oscillator::new(stretch, nu);
+    let mut waves = Waves { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] };
+    let mut sums = [0f32; TAXELS];
+    let harmonics = harmonics.min(HARMONICS_MAX);
+    stretch.blocks(|at, values, valid| {
+        let frames = values.len().min(BLOCK);
+        oscillator.fill::<HARMONICS_MAX>(at, frames, &mut waves);
+        for (c, model) in models.iter().enumerate() {
+            if levels.usable & 1 << c == 0 {
+                continue;
+            }
+            let mut part = 0.0;
+            for (i, (value, valid)) in values.iter().zip(valid).enumerate().take(frames) {
+                if *valid == 0 {
+                    continue;
+                }
+                let mut rest = value[c] - levels.offset[c] - model.offset - model.slope * waves.u[i];
+                for h in 0..harmonics {
+                    rest -= model.cos[h] * waves.cos[h][i] + model.sin[h] * waves.sin[h][i];
+                }
+                part += rest * rest;
+            }
+            sums[c] += part;
+        }
+    })?;
+    Some(sums)
+}
+
+/// Copies one channel, less its straight line, into `out` (zeros behind it and where frames are
+/// missing). None if the frames were overwritten.
+pub fn detrended<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    taxel: usize,
+    out: &mut [f32],
+) -> Option<()> {
+    out.fill(0.0);
+    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
+    stretch.blocks(|at, values, valid| {
+        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
+            let frame = at + i as u32;
+            if let Some(place) = out.get_mut(frame as usize).filter(|_| *valid != 0) {
+                let u = start + step * frame as f32;
+                *place = value[taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
+            }
+        }
+    })
+}

@@ -1,0 +1,68 @@
+//! What the tasks count, each from its own priority, for `health` to report.
+
+use crate::pipeline::Counters;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// Counters that every task may bump without a lock.
+#[derive(Debug, Default)]
+pub struct Tally {
+    overruns: AtomicU32,
+    hops_skipped: AtomicU32,
+    messages_dropped: AtomicU32,
+    load_bits: AtomicU32,
+}
+
+impl Tally {
+    /// Everything at zero.
+    pub const fn new() -> Self {
+        const ZERO: AtomicU32 = AtomicU32::new(0);
+        Self { overruns: ZERO, hops_skipped: ZERO, messages_dropped: ZERO, load_bits: ZERO }
+    }
+
+    /// A conversion was lost between interrupt and queue.
+    pub fn overrun(&self) {
+        self.overruns.fetch_add(1, Relaxed);
+    }
+
+    /// A window was not fitted.
+    pub fn hop_skipped(&self) {
+        self.hops_skipped.fetch_add(1, Relaxed);
+    }
+
+    /// A message was dropped.
+    pub fn message_dropped(&self) {
+        self.messages_dropped.fetch_add(1, Relaxed);
+    }
+
+    /// Processor load, 0 to 1.
+    pub fn set_load(&self, load: f32) {
+        self.load_bits.store(load.to_bits(), Relaxed);
+    }
+
+    /// All of it, as the detector reports it.
+    pub fn counters(&self) -> Counters {
+        Counters {
+            overruns: self.overruns.load(Relaxed),
+            hops_skipped: self.hops_skipped.load(Relaxed),
+            messages_dropped: self.messages_dropped.load(Relaxed),
+            load: f32::from_bits(self.load_bits.load(Relaxed)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_counted_is_reported() {
+        let tally = Tally::new();
+        tally.overrun();
+        tally.hop_skipped();
+        tally.hop_skipped();
+        tally.message_dropped();
+        tally.set_load(0.25);
+        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, load: 0.25 };
+        assert_eq!(tally.counters(), expected);
+    }
+}
