@@ -1,4 +1,4 @@
-//! The firmware: an RTIC app of four tasks, no arithmetic.
+//! The firmware: an RTIC app, no arithmetic.
 //!
 //! | task | priority | interrupt | does |
 //! |---|---|---|---|
@@ -6,6 +6,7 @@
 //! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
+//! | `watch` | 1 | SysTick, twice a second | has `drdy` check the chip's registers |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` | spectrum and sine fit |
 //! | `idle` | 0 | | sleeps and measures the load |
 //!
@@ -42,18 +43,19 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, Board};
+    use crate::board::{self, Board, POWER_UP_US, Wait};
     use crate::load::LoadMeter;
     use crate::outbox::Outbox;
     use crate::tally::Tally;
     use ads1258::{Ads1258, Config};
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+    use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::frame::TimedConversion;
     use ridgetone::pipeline::{Detector, Estimator};
     use ridgetone::settings::{Settings, SlideRule};
     use ridgetone::telemetry::{self, Event, Span, WIRE_MAX};
-    use ridgetone::window::{FrameSource, Ring, Window};
+    use ridgetone::window::{FrameSource, Ring, Values, Window};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -71,9 +73,11 @@ mod app {
     /// With no more than this many bytes waiting the longest packet still fits (a queue holds one
     /// less than its size).
     const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
-    /// How often the chip is asked to answer before the firmware gives up on it.
-    const SETUP_ATTEMPTS: u32 = 10;
 
+    /// What the chip converts: sixteen taxels and its own readings at 241.14 scans a second.
+    const SCAN: Config = Config::paper_scan();
+
+    const DRDY: Interrupt = Interrupt::EXTI4;
     const DETECT: Interrupt = Interrupt::CAN1_RX0;
     const REPORT: Interrupt = Interrupt::CAN1_TX;
     const FIT: Interrupt = Interrupt::CAN1_RX1;
@@ -86,7 +90,9 @@ mod app {
         ring: &'static mut Ring,
         outbox: Outbox<PACKETS>,
         tally: Tally,
-        /// The signal is over and the last window is in the queue.
+        /// The registers are to be checked with the next conversion.
+        check: AtomicBool,
+        /// The signal is over, and the last window is in its queue.
         finished: AtomicBool,
         /// Bytes are waiting for the line.
         sending: AtomicBool,
@@ -94,7 +100,7 @@ mod app {
 
     #[local]
     struct Local {
-        adc: Ads1258<Spi>,
+        chip: Chip,
         drdy: board::Drdy,
         line: board::Line,
         samples_in: Producer<'static, TimedConversion>,
@@ -112,24 +118,213 @@ mod app {
         bytes: Queue<u8, BYTES> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Board { spi, mut start, mut reset, drdy, line } = board::init(cx.device, cx.core);
-        let mut adc = Ads1258::new(spi);
-        set_up(&mut adc, &mut start, &mut reset);
+        let Board { spi, start, reset, drdy, line } = board::init(cx.device, cx.core);
+        let mut chip = Chip { adc: Ads1258::new(spi), start, reset };
+        Wait.delay_us(POWER_UP_US);
+        if !chip.set_up() {
+            defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
+        }
 
         let (samples_in, samples_out) = cx.local.samples.split();
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
-        // The greeting goes out even if the chip does not answer.
+        // The greeting goes out even if the chip is silent.
         rtic::pend(DETECT);
         (
             Shared {
                 ring: cx.local.ring,
                 outbox: Outbox::new(),
                 tally: Tally::new(),
+                check: AtomicBool::new(false),
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
             },
-            Local { adc, drdy, line, samples_in, samples_out, windows_in, windows_out, bytes_in, bytes_out },
+            Local { chip, drdy, line, samples_in, samples_out, windows_in, windows_out, bytes_in, bytes_out },
         )
+    }
+
+    /// DRDY has fallen: one read, one push.
+    #[task(binds = EXTI4, priority = 5, local = [chip, drdy, samples_in], shared = [&tally, &check])]
+    fn drdy(cx: drdy::Context) {
+        let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
+        let tally = cx.shared.tally;
+        if drdy.acknowledge() {
+            let queued = chip.adc.read().is_ok_and(|conversion| {
+                samples_in.enqueue(TimedConversion { t_us: drdy.edge_us(), conversion }).is_ok()
+            });
+            if !queued {
+                tally.overrun();
+            }
+        }
+        // Right after a read the next conversion is furthest away.
+        if cx.shared.check.swap(false, Relaxed) && !board::ended() && !chip.is_set_up() && !chip.set_up() {
+            tally.overrun();
+        }
+        rtic::pend(DETECT);
+    }
+
+    /// Sends one byte, or rests.
+    #[task(binds = USART3, priority = 4, local = [line, bytes_out], shared = [&sending])]
+    fn line(cx: line::Context) {
+        let line::LocalResources { line, bytes_out, .. } = cx.local;
+        // Pended by `report` while a byte is on its way: the interrupt will come by itself.
+        if !line.ready() {
+            return;
+        }
+        match bytes_out.dequeue() {
+            Some(byte) => line.send(byte),
+            None => {
+                line.rest();
+                cx.shared.sending.store(false, Relaxed);
+            }
+        }
+        if bytes_out.len() == LOW_WATER {
+            rtic::pend(REPORT);
+        }
+    }
+
+    /// Frames, contact, windows.
+    #[task(
+        binds = CAN1_RX0,
+        priority = 3,
+        local = [detector: Detector = Detector::new(SETTINGS), samples_out, windows_in, greeted: bool = false],
+        shared = [ring, outbox, &tally, &finished],
+    )]
+    fn detect(mut cx: detect::Context) {
+        let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
+        let tally = cx.shared.tally;
+        let mut emit = |event| {
+            if cx.shared.outbox.lock(|outbox| outbox.post(event)) {
+                tally.message_dropped();
+            }
+            rtic::pend(REPORT);
+        };
+        let mut due = |window: Window| {
+            // A hop is worth fitting only if the fit keeps up; a whole slide always is.
+            let wanted = window.span == Span::Slide || windows_in.is_empty();
+            if !wanted || windows_in.enqueue(window).is_err() {
+                tally.hop_skipped();
+            }
+            rtic::pend(FIT);
+        };
+
+        if !*greeted {
+            *greeted = true;
+            emit(detector.hello());
+        }
+        while let Some(conversion) = samples_out.dequeue() {
+            let counters = tally.counters();
+            cx.shared.ring.lock(|ring| detector.push(conversion, ring, &counters, &mut emit, &mut due));
+        }
+        if board::ended() && !cx.shared.finished.load(Relaxed) {
+            detector.finish(&tally.counters(), &mut emit, &mut due);
+            cx.shared.finished.store(true, Relaxed);
+        }
+    }
+
+    /// Encodes packets while the line has room.
+    #[task(
+        binds = CAN1_TX,
+        priority = 2,
+        local = [bytes_in, wire: [u8; WIRE_MAX] = [0; WIRE_MAX]],
+        shared = [outbox, &tally, &sending],
+    )]
+    fn report(mut cx: report::Context) {
+        let report::LocalResources { bytes_in, wire, .. } = cx.local;
+        while bytes_in.len() <= LOW_WATER {
+            let Some(packet) = cx.shared.outbox.lock(|outbox| outbox.take()) else { break };
+            let encoded = telemetry::encode(&packet, wire).ok().and_then(|length| wire.get(..length));
+            let Some(encoded) = encoded else {
+                cx.shared.tally.message_dropped();
+                continue;
+            };
+            cx.shared.sending.store(true, Relaxed);
+            for byte in encoded {
+                // There is room: see above.
+                let _ = bytes_in.enqueue(*byte);
+            }
+            rtic::pend(LINE);
+        }
+    }
+
+    /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since.
+    #[task(binds = SysTick, priority = 1, shared = [&check])]
+    fn watch(cx: watch::Context) {
+        if cx.shared.check.swap(true, Relaxed) {
+            rtic::pend(DRDY);
+        }
+    }
+
+    /// Spectrum and sine fit.
+    #[task(
+        binds = CAN1_RX1,
+        priority = 1,
+        local = [estimator: Estimator = Estimator::new(SETTINGS), windows_out],
+        shared = [ring, outbox, &tally],
+    )]
+    fn fit(mut cx: fit::Context) {
+        while let Some(window) = cx.local.windows_out.dequeue() {
+            let Some(estimate) = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) else {
+                cx.shared.tally.hop_skipped();
+                continue;
+            };
+            if cx.shared.outbox.lock(|outbox| outbox.post(Event::Estimate(estimate))) {
+                cx.shared.tally.message_dropped();
+            }
+            rtic::pend(REPORT);
+        }
+    }
+
+    /// Sleeps, measures the load, and leaves when all is done.
+    #[idle(local = [meter: LoadMeter = LoadMeter::new()], shared = [outbox, &tally, &finished, &sending])]
+    fn idle(mut cx: idle::Context) -> ! {
+        loop {
+            // With interrupts masked the processor still wakes up, but serves them only after the
+            // clock has been read: the sleep is measured without what follows it.
+            let load = cortex_m::interrupt::free(|_| {
+                let from_us = board::now_us();
+                cortex_m::asm::wfi();
+                cx.local.meter.slept(from_us, board::now_us())
+            });
+            if let Some(load) = load {
+                cx.shared.tally.set_load(load);
+            }
+            // Here no interrupt is pending, so no window is being fitted.
+            let finished = cx.shared.finished.load(Relaxed) && !cx.shared.sending.load(Relaxed);
+            if finished && cx.shared.outbox.lock(|outbox| outbox.is_empty()) {
+                board::leave();
+            }
+        }
+    }
+
+    /// The chip with its pins.
+    pub struct Chip {
+        adc: Ads1258<board::Spi>,
+        start: board::Start,
+        reset: board::Reset,
+    }
+
+    impl Chip {
+        /// Resets the chip, writes its registers, reads them back and starts the scan.
+        fn set_up(&mut self) -> bool {
+            self.adc.stop(&mut self.start).is_ok()
+                && self.adc.reset_by_pin(&mut self.reset, &mut Wait).is_ok()
+                && self.adc.configure(&SCAN).is_ok()
+                && self.adc.start(&mut self.start).is_ok()
+        }
+
+        /// Whether the registers still hold what was written.
+        fn is_set_up(&mut self) -> bool {
+            self.adc.verify(&SCAN).is_ok()
+        }
+    }
+
+    /// The ring behind its lock: `detect` waits no longer than one read.
+    struct Locked<'a, M>(&'a mut M);
+
+    impl<M: Mutex<T = &'static mut Ring>> FrameSource for Locked<'_, M> {
+        fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+            self.0.lock(|ring| ring.read(first, most, read))
+        }
     }
 }

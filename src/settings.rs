@@ -5,6 +5,13 @@ use serde::{Deserialize, Serialize};
 /// Taxels: analog inputs AIN0 to AIN15, one piezoresistor each.
 pub const TAXELS: usize = 16;
 
+/// What the chip is told to do: the paper's 241 Hz per channel, and its own health readings in every
+/// scan (datasheet's rate formula: 15.72864 MHz / (128 x 24.265625 x 21 slots)).
+pub const SCAN: ads1258::Config = ads1258::Config::paper_scan();
+
+/// Frames per second at the nominal clock.
+pub const FRAME_RATE_HZ: f32 = SCAN.frame_rate_hz();
+
 /// Frames the window's ring keeps: the paper's longest slide (60 mm at 15 mm/s, 965 frames at
 /// 241 Hz) with 0.6 s to spare for noticing its end and for the fit.
 pub const RING_FRAMES: usize = 1120;

@@ -170,19 +170,45 @@ pub struct Packet {
 /// Most bytes of a packet on the wire, checksum, stuffing and delimiter included.
 pub const WIRE_MAX: usize = 512;
 
-/// The packet could not be encoded: the buffer is shorter than [`WIRE_MAX`].
+/// Bytes of the checksum behind the content.
+const CHECKSUM_BYTES: usize = 4;
+
+/// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
+const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The packet could not be encoded: it is longer than [`WIRE_MAX`] allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLong;
 
+impl core::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "the packet is longer than {WIRE_MAX} bytes on the wire")
+    }
+}
+
+impl core::error::Error for TooLong {}
+
 /// Encodes a packet: postcard, CRC-32 little endian, COBS, a zero byte. Returns the bytes used of `wire`.
-pub fn encode(_packet: &Packet, _wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
-    Err(TooLong)
+pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
+    // COBS adds one byte in 254 and one in front; the zero behind it is one more.
+    const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
+    let mut plain = [0; PLAIN_MAX];
+    let room = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
+    let length = postcard::to_slice(packet, room).map_err(|_| TooLong)?.len();
+    let checksum = CHECKSUM.checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
+    plain.get_mut(length..length + CHECKSUM_BYTES).ok_or(TooLong)?.copy_from_slice(&checksum);
+    let content = plain.get(..length + CHECKSUM_BYTES).ok_or(TooLong)?;
+    let used = cobs::try_encode(content, wire).map_err(|_| TooLong)?;
+    *wire.get_mut(used).ok_or(TooLong)? = 0;
+    Ok(used + 1)
 }
 
 /// Puts packets together from bytes as they come, counting what is damaged.
 #[derive(Debug, Default)]
 pub struct Decoder {
     buffer: Vec<u8, WIRE_MAX>,
+    overlong: bool,
+    expected: Option<u16>,
     /// Frames that failed stuffing, checksum or content and were skipped.
     pub damaged: u32,
     /// Packets that never came, by their sequence numbers.
@@ -190,9 +216,118 @@ pub struct Decoder {
 }
 
 impl Decoder {
+    /// A decoder that has seen nothing; it finds its place at the next zero byte.
+    pub const fn new() -> Self {
+        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, missing: 0 }
+    }
+
     /// Takes one byte; gives a packet when it was the last of one.
     pub fn push(&mut self, byte: u8) -> Option<Packet> {
-        let _ = self.buffer.push(byte);
-        None
+        if byte != 0 {
+            self.overlong |= self.buffer.push(byte).is_err();
+            return None;
+        }
+        let packet = if self.overlong { None } else { unpack(&mut self.buffer) };
+        // Zeros in a row are an idle line, not a packet.
+        let damaged = packet.is_none() && !self.buffer.is_empty();
+        self.damaged = self.damaged.saturating_add(damaged as u32);
+        self.buffer.clear();
+        self.overlong = false;
+        if let Some(packet) = &packet {
+            let gap = match self.expected {
+                // A device that greets has started anew.
+                Some(expected) if !matches!(packet.event, Event::Hello(_)) => packet.sequence.wrapping_sub(expected),
+                _ => 0,
+            };
+            self.missing = self.missing.saturating_add(gap as u32);
+            self.expected = Some(packet.sequence.wrapping_add(1));
+        }
+        packet
+    }
+}
+
+/// The packet in one stuffed frame, if all of it is as it was sent.
+fn unpack(frame: &mut [u8]) -> Option<Packet> {
+    let length = cobs::decode_in_place(frame).ok()?;
+    let (content, checksum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
+    if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
+        return None;
+    }
+    let (packet, rest) = postcard::take_from_bytes(content).ok()?;
+    rest.is_empty().then_some(packet)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+
+    fn estimate() -> Event {
+        let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
+        Event::Estimate(Estimate {
+            t_us: u64::MAX,
+            window_s: 1.0,
+            span: Span::Slide,
+            status: Status::Good,
+            frequency_hz: 8.333_333,
+            sigma_hz: 1e-3,
+            harmonics: 5,
+            frames_missing: u16::MAX,
+            channels: (0..TAXELS as u8).map(channel).collect(),
+        })
+    }
+
+    fn sent(sequence: u16, event: Event) -> std::vec::Vec<u8> {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence, event }, &mut wire).unwrap();
+        wire[..used].to_vec()
+    }
+
+    #[test]
+    fn the_longest_packet_comes_back() {
+        let bytes = sent(u16::MAX, estimate());
+        let mut decoder = Decoder::new();
+        let packets: std::vec::Vec<_> = bytes.iter().filter_map(|b| decoder.push(*b)).collect();
+        assert_eq!(packets, [Packet { sequence: u16::MAX, event: estimate() }]);
+        assert_eq!((decoder.damaged, decoder.missing), (0, 0));
+    }
+
+    #[test]
+    fn every_single_damaged_byte_is_noticed_and_the_next_packet_is_read() {
+        let (bad, good) = (sent(7, estimate()), sent(8, Event::Release(Release { t_us: 5 })));
+        for place in 0..bad.len() - 1 {
+            let mut bytes = bad.clone();
+            bytes[place] ^= 0x10;
+            bytes.extend(&good);
+            let mut decoder = Decoder::new();
+            let packets: std::vec::Vec<_> = bytes.iter().filter_map(|b| decoder.push(*b)).collect();
+            assert_eq!(packets.len(), 1, "byte {place}");
+            assert_eq!(packets[0].sequence, 8);
+            assert!(decoder.damaged >= 1);
+        }
+    }
+
+    #[test]
+    fn losses_are_counted_by_sequence_across_the_wrap() {
+        let mut decoder = Decoder::new();
+        for sequence in [65_533, 65_534, 2, 3] {
+            for byte in sent(sequence, Event::Release(Release { t_us: 5 })) {
+                decoder.push(byte);
+            }
+        }
+        assert_eq!((decoder.damaged, decoder.missing), (0, 3));
+    }
+
+    #[test]
+    fn a_flood_of_anything_leaves_it_ready() {
+        let mut decoder = Decoder::new();
+        let mut x = 1u32;
+        for _ in 0..1_000_000 {
+            x = x.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            assert_eq!(decoder.push((x >> 24) as u8), None);
+        }
+        decoder.push(0);
+        let packets: std::vec::Vec<_> = sent(3, estimate()).iter().filter_map(|b| decoder.push(*b)).collect();
+        assert_eq!(packets.len(), 1);
     }
 }

@@ -26,14 +26,24 @@ pub const POWER_UP_US: u32 = 20_000;
 /// Ticks of the emulator's timers in a microsecond.
 const TICKS_PER_US: u32 = 1000;
 
+/// Half a second: the emulator's processor clock is 168 MHz for SysTick, whatever `-icount` says.
+const HEARTBEAT_TICKS: u32 = 10_500_000;
+
+/// SPI with CS.
+pub type Spi = Bridge;
+/// The pin START.
+pub type Start = Pin;
+/// The pin RESET.
+pub type Reset = Pin;
+
 /// The board's parts that `main.rs` hands to its tasks.
 pub struct Board {
     /// The bridge's transfers.
-    pub spi: Bridge,
+    pub spi: Spi,
     /// START.
-    pub start: Pin,
+    pub start: Start,
     /// RESET.
-    pub reset: Pin,
+    pub reset: Reset,
     /// DRDY.
     pub drdy: Drdy,
     /// Telemetry.
@@ -129,7 +139,7 @@ impl Drdy {
     /// Whether there is data to read.
     #[inline(always)]
     pub fn acknowledge(&mut self) -> bool {
-        !ended()
+        link::take_edge()
     }
 
     /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping: the
@@ -140,9 +150,10 @@ impl Drdy {
 }
 
 /// Sets the board up.
-pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
+pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
+    super::clock::start_heartbeat(core.SYST, HEARTBEAT_TICKS);
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());

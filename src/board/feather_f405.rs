@@ -30,7 +30,7 @@ use stm32f4xx_hal::pac::{self, SPI1};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial;
-use stm32f4xx_hal::spi::Spi;
+use stm32f4xx_hal::spi;
 
 /// From power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864 MHz,
 /// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
@@ -45,14 +45,24 @@ const CS_SETTLE_CYCLES: u32 = 32;
 /// Clock of the timers on APB1 in MHz: twice PCLK1.
 const TIMER_MHZ: u32 = 84;
 
+/// Half a second at 168 MHz / 8.
+const HEARTBEAT_TICKS: u32 = 10_500_000;
+
+/// SPI with CS.
+pub type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs, NoDelay>;
+/// The pin START.
+pub type Start = PC5<Output>;
+/// The pin RESET.
+pub type Reset = PC6<Output>;
+
 /// The board's parts that `main.rs` hands to its tasks.
 pub struct Board {
     /// SPI1 with CS.
-    pub spi: ExclusiveDevice<Spi<SPI1>, SettledCs, NoDelay>,
+    pub spi: Spi,
     /// START.
-    pub start: PC5<Output>,
+    pub start: Start,
     /// RESET.
-    pub reset: PC6<Output>,
+    pub reset: Reset,
     /// DRDY.
     pub drdy: Drdy,
     /// Telemetry.
@@ -104,7 +114,7 @@ impl Drdy {
 }
 
 /// Sets the board up.
-pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
+pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let clocks = Config::hse(12.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz());
     let mut rcc = device.RCC.freeze(clocks);
 
@@ -112,6 +122,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
 
     super::clock::start(device.TIM2, &mut rcc, TIMER_MHZ);
+    super::clock::start_heartbeat(core.SYST, HEARTBEAT_TICKS);
 
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
@@ -127,7 +138,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     // The slowest setting of the pins is too slow above 4 MHz (datasheet DS8626, I/O AC characteristics).
     sck.set_speed(Speed::Medium);
     mosi.set_speed(Speed::Medium);
-    let bus = Spi::new(device.SPI1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), &mut rcc);
+    let bus = spi::Spi::new(device.SPI1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), &mut rcc);
     // CS is infallible, so there is no error to meet.
     let spi = match ExclusiveDevice::new_no_delay(bus, cs) {
         Ok(spi) => spi,

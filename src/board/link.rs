@@ -8,7 +8,7 @@ use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use critical_section::Mutex;
 use ridgetone::bridge::{NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
-use stm32f4xx_hal::pac::{self, Interrupt, NVIC, RCC, TIM3, interrupt};
+use stm32f4xx_hal::pac::{Interrupt, NVIC, RCC, TIM3, interrupt};
 use stm32f4xx_hal::rcc::{Enable, Reset};
 
 /// Longest time without asking the chip, microseconds.
@@ -26,6 +26,8 @@ struct Link {
     alarm: TIM3,
     /// Whether the alarm is set to an edge of DRDY, not to the next poll.
     edge_ahead: bool,
+    /// An edge of DRDY has come and nobody has read its data.
+    edge_pending: bool,
     /// Time of the latest edge as the chip tells it.
     edge_us: u32,
 }
@@ -40,7 +42,7 @@ pub fn open(alarm: TIM3, rcc: &mut RCC) {
         semihost::say(format_args!("cannot open spi.request and spi.reply"));
         semihost::exit(Exit::Bridge)
     };
-    let link = Link { request, reply, alarm, edge_ahead: false, edge_us: 0 };
+    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0 };
     critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
     // SAFETY: the handler below takes what it shares from behind the critical section's lock.
     unsafe { NVIC::unmask(Interrupt::TIM3) };
@@ -53,6 +55,13 @@ pub fn exchange(operation: Operation, level: bool, payload: &mut [u8]) {
             link.exchange(operation, level, payload);
         }
     });
+}
+
+/// Whether DRDY has fallen since the last time this was asked.
+pub fn take_edge() -> bool {
+    let mut edge = false;
+    with_link(|link| edge = core::mem::take(&mut link.edge_pending));
+    edge
 }
 
 /// Time of the latest falling edge of DRDY, microseconds.
@@ -91,7 +100,10 @@ impl Link {
             ENDED.store(true, Relaxed);
         }
         // A transfer takes the data away; after anything else a low DRDY is an edge not yet served.
-        if reply.ended || (!reply.drdy_high && operation != Operation::Transfer) {
+        if !reply.drdy_high && operation != Operation::Transfer {
+            self.edge();
+        }
+        if reply.ended {
             NVIC::pend(Interrupt::EXTI4);
         }
         self.edge_ahead = reply.next_drdy_us <= POLL_US;
@@ -125,12 +137,17 @@ impl Link {
         self.alarm.arr().write(|w| w.arr().set(delay_us.saturating_add(1) as u16));
     }
 
+    fn edge(&mut self) {
+        self.edge_pending = true;
+        NVIC::pend(Interrupt::EXTI4);
+    }
+
     fn ring(&mut self) {
         self.alarm.cr1().write(|w| w.cen().clear_bit());
         self.alarm.sr().write(|w| w.uif().clear_bit());
         if self.edge_ahead {
             self.edge_ahead = false;
-            NVIC::pend(Interrupt::EXTI4);
+            self.edge();
         } else if ended() {
             // Nobody to ask any more; the idle task still wakes up by this.
             self.arm(POLL_US);

@@ -12,7 +12,9 @@
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time |
 //! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
+//! | the types `Spi`, `Start`, `Reset` | of these three |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
+//! | a SysTick interrupt about twice a second | for the watch over the chip, also while no DRDY comes |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
@@ -50,8 +52,16 @@ pub use feather_f405::*;
 pub use clock::now_us;
 pub use line::Line;
 
-/// Waits, microseconds, by the microsecond counter.
-pub fn wait_us(duration_us: u32) {
-    let from_us = now_us();
-    while now_us().wrapping_sub(from_us) < duration_us {}
+use embedded_hal::delay::DelayNs;
+
+/// Waits by the microsecond counter.
+pub struct Wait;
+
+impl DelayNs for Wait {
+    fn delay_ns(&mut self, duration_ns: u32) {
+        // One more: the counter may be just about to step.
+        let duration_us = duration_ns.div_ceil(1000).saturating_add(1);
+        let from_us = now_us();
+        while now_us().wrapping_sub(from_us) < duration_us {}
+    }
 }
