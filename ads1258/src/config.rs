@@ -1,0 +1,251 @@
+//! What the chip shall do: the whole configuration, checked before a bit of it reaches the chip.
+
+use crate::{
+    Channel, Config0, Config1, ConfigError, DataRate, Delay, IdleMode, Register, Scan, SensorBias, Sysred, rate, scan,
+};
+
+/// Clock from the 32.768 kHz crystal (CLKSEL low), which the chip's PLL multiplies by 480, in Hz (SBAS297G, clock source).
+pub const CRYSTAL_CLOCK_HZ: u32 = 15_728_640;
+
+/// Lowest external clock in Hz (SBAS297G, electrical characteristics).
+pub const CLOCK_MIN_HZ: u32 = 100_000;
+
+/// Highest external clock in Hz (SBAS297G, electrical characteristics).
+pub const CLOCK_MAX_HZ: u32 = 16_000_000;
+
+/// What the multiplexer connects to the converter: MUXMOD with the registers that belong to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mux {
+    /// All selected channels one after the other, in ascending channel id, again and again.
+    AutoScan {
+        /// MUXDIF: bit n selects DIFFn, the pair AIN(2n) minus AIN(2n + 1).
+        differential: u8,
+        /// MUXSG1 and MUXSG0: bit n selects AINn against AINCOM.
+        single: u16,
+        /// SYSRED: the internal readings.
+        internal: Sysred,
+    },
+    /// One pair of inputs, faster. Internal readings are not available here. MUXSCH.
+    Fixed {
+        /// AINP: the number of the positive input, 0 to 15.
+        ainp: u8,
+        /// AINN: the number of the negative input, 0 to 15.
+        ainn: u8,
+    },
+}
+
+/// The whole configuration of the chip.
+///
+/// The default is what the chip does after a reset, with the crystal as clock. STAT is always set: a read by command
+/// sends the status byte in any case, and so nothing depends on it.
+///
+/// Source: SBAS297G, register descriptions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// fCLK in Hz, [`CLOCK_MIN_HZ`] to [`CLOCK_MAX_HZ`]. No register holds it; the rates follow from it.
+    pub clock_hz: u32,
+    /// What is converted.
+    pub mux: Mux,
+    /// DRATE: speed against noise.
+    pub data_rate: DataRate,
+    /// DLY: time between switching the multiplexer and converting.
+    pub delay: Delay,
+    /// CHOP: half the speed, noise divided by 1.4, offset drift by 25. Excludes REF, GAIN, TEMP and VCC.
+    pub chop: bool,
+    /// IDLMOD: what the chip does while START is low.
+    pub idle_mode: IdleMode,
+    /// SBCS: sensor bias current.
+    pub sensor_bias: SensorBias,
+    /// BYPAS: the converter measures at its own pins instead of behind the multiplexer, for an amplifier in between.
+    /// With nothing there the codes read 0x7F_FFFF.
+    pub bypass: bool,
+    /// CLKENB: CLKIO puts out the clock when the crystal is in use.
+    pub clock_output: bool,
+    /// SPIRST: the SPI port forgets a transfer when SCLK rests for 256 tCLK (16 us at 16 MHz) instead of 4096 tCLK.
+    /// Leave it off: a transfer that is interrupted for longer would be cut.
+    pub short_spi_timeout: bool,
+    /// GPIOC: bit n set makes GPIOn an input, clear an output.
+    pub gpio_inputs: u8,
+    /// GPIOD: the level of each GPIO pin that is an output.
+    pub gpio_levels: u8,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self::RESET
+    }
+}
+
+impl Config {
+    /// What the chip does after a reset, with the crystal as clock: AIN0 to AIN15 in turn at the highest data rate.
+    pub const RESET: Self = Self {
+        clock_hz: CRYSTAL_CLOCK_HZ,
+        mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::NONE },
+        data_rate: DataRate::Drate3,
+        delay: Delay::Dly0,
+        chop: false,
+        idle_mode: IdleMode::Sleep,
+        sensor_bias: SensorBias::Off,
+        bypass: false,
+        clock_output: true,
+        short_spi_timeout: false,
+        gpio_inputs: 0xFF,
+        gpio_levels: 0x00,
+    };
+
+    /// Sixteen inputs and all five internal readings at 241.14 scans/s: 21 slots, crystal clock, CHOP 0, DRATE 1, DLY 3.
+    ///
+    /// The rate is the 241 Hz per channel of the tactile sensing paper this driver was written for; the internal
+    /// readings let every scan show the health of the chip. Standby in place of sleep makes the first conversion after
+    /// START come at once.
+    #[must_use]
+    pub const fn paper_scan() -> Self {
+        Self {
+            mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::ALL },
+            data_rate: DataRate::Drate1,
+            delay: Delay::Dly3,
+            idle_mode: IdleMode::Standby,
+            ..Self::RESET
+        }
+    }
+
+    /// Whether the chip can do this.
+    ///
+    /// # Errors
+    ///
+    /// The first rule that is broken, as a [`ConfigError`].
+    pub const fn validate(&self) -> Result<(), ConfigError> {
+        if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
+            return Err(ConfigError::Clock { clock_hz: self.clock_hz });
+        }
+        match self.mux {
+            Mux::AutoScan { internal, .. } if self.chop && internal.excludes_chop() => {
+                Err(ConfigError::ChopWithInternalReadings)
+            }
+            Mux::AutoScan { .. } if self.channel_mask() == 0 => Err(ConfigError::EmptyScan),
+            Mux::Fixed { ainp: number, .. } | Mux::Fixed { ainn: number, .. } if number > 15 => {
+                Err(ConfigError::ChannelNumber { number })
+            }
+            Mux::AutoScan { .. } | Mux::Fixed { .. } => Ok(()),
+        }
+    }
+
+    /// The bytes for the writable registers, CONFIG0 (0x00) to GPIOD (0x08).
+    ///
+    /// The registers of the multiplexer mode that is not in use are 0.
+    ///
+    /// # Errors
+    ///
+    /// A [`ConfigError`] if the chip cannot do this.
+    pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
+        if let Err(error) = self.validate() {
+            return Err(error);
+        }
+        let config0 = Config0 {
+            spirst: self.short_spi_timeout,
+            muxmod: matches!(self.mux, Mux::Fixed { .. }),
+            bypas: self.bypass,
+            clkenb: self.clock_output,
+            chop: self.chop,
+            stat: true,
+        };
+        let config1 =
+            Config1 { idlmod: self.idle_mode, dly: self.delay, sbcs: self.sensor_bias, drate: self.data_rate };
+        let (muxsch, muxdif, single, sysred) = match self.mux {
+            Mux::AutoScan { differential, single, internal } => (0, differential, single, internal.to_bits()),
+            Mux::Fixed { ainp, ainn } => (ainp << 4 | ainn, 0, 0, 0),
+        };
+        let [muxsg0, muxsg1] = single.to_le_bytes();
+        Ok([
+            config0.to_bits(),
+            config1.to_bits(),
+            muxsch,
+            muxdif,
+            muxsg0,
+            muxsg1,
+            sysred,
+            self.gpio_inputs,
+            self.gpio_levels,
+        ])
+    }
+
+    /// The channels of the scan as a mask: bit n is channel id n. 0 in fixed mode.
+    #[must_use]
+    pub const fn channel_mask(&self) -> u32 {
+        match self.mux {
+            Mux::AutoScan { differential, single, internal } => {
+                differential as u32 | (single as u32) << 8 | (internal.to_bits() as u32) << 24
+            }
+            Mux::Fixed { .. } => 0,
+        }
+    }
+
+    /// Conversions per scan, 0 to 29; 1 in fixed mode.
+    #[must_use]
+    pub const fn slots(&self) -> usize {
+        match self.mux {
+            Mux::AutoScan { .. } => self.channel_mask().count_ones() as usize,
+            Mux::Fixed { .. } => 1,
+        }
+    }
+
+    /// The channels of one scan in the order in which they arrive, by ascending channel id. Empty in fixed mode.
+    ///
+    /// ```
+    /// use ads1258::{Channel, Config};
+    /// let mut scan = Config::paper_scan().scan();
+    /// assert_eq!(scan.len(), 21);
+    /// assert_eq!(scan.next(), Some(Channel::Single(0)));
+    /// assert_eq!(scan.last(), Some(Channel::Ref));
+    /// ```
+    #[must_use]
+    pub const fn scan(&self) -> Scan {
+        Scan::new(self.channel_mask())
+    }
+
+    /// The channel that follows `channel` in the scan; after the last one the first.
+    ///
+    /// For a `channel` outside the scan it is the next one in it. In fixed mode, or with an empty scan, it is `channel`.
+    #[must_use]
+    pub const fn next_channel(&self, channel: Channel) -> Channel {
+        match scan::after(self.channel_mask(), channel) {
+            Some(next) => next,
+            None => channel,
+        }
+    }
+
+    /// Clock periods (tCLK) per conversion, exactly: 128 to 29764.
+    #[must_use]
+    pub const fn conversion_ticks(&self) -> u32 {
+        match self.mux {
+            Mux::AutoScan { .. } => rate::auto_scan_ticks(self.data_rate, self.delay, self.chop),
+            Mux::Fixed { .. } => rate::fixed_channel_ticks(self.data_rate, self.delay, self.chop),
+        }
+    }
+
+    /// Clock periods (tCLK) per scan of all slots, exactly; 0 for an empty scan.
+    #[must_use]
+    pub const fn frame_ticks(&self) -> u32 {
+        self.conversion_ticks().saturating_mul(self.slots() as u32)
+    }
+
+    /// Conversions per second in Hz, over all channels together.
+    #[must_use]
+    pub const fn conversion_rate_hz(&self) -> f32 {
+        rate::per_second(self.clock_hz, self.conversion_ticks())
+    }
+
+    /// Scans per second in Hz, that is, conversions per second of each channel; 0 for an empty scan.
+    #[must_use]
+    pub const fn frame_rate_hz(&self) -> f32 {
+        rate::per_second(self.clock_hz, self.frame_ticks())
+    }
+
+    /// Highest SCLK in Hz: half of the clock (SBAS297G, SPI timing: SCLK period of at least 2 tCLK).
+    #[must_use]
+    pub const fn sclk_max_hz(&self) -> u32 {
+        self.clock_hz / 2
+    }
+}

@@ -1,0 +1,152 @@
+//! The values of the bit fields of CONFIG1. Each `Default` is the value after a reset.
+
+/// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
+///
+/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`rate`](crate::rate) has them
+/// for everything else. Source: SBAS297G, CONFIG1 register and rate and noise tables.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum DataRate {
+    /// 1831 SPS scanning, 1953 SPS fixed, -3 dB at 869 Hz, 2.8 uVrms.
+    Drate0 = 0,
+    /// 6168 SPS scanning, 7812.5 SPS fixed, -3 dB at 3418 Hz, 4.5 uVrms.
+    Drate1 = 1,
+    /// 15123 SPS scanning, 31250 SPS fixed, -3 dB at 12402 Hz, 7.9 uVrms.
+    Drate2 = 2,
+    /// 23739 SPS scanning, 125000 SPS fixed, -3 dB at 25390 Hz, 12 uVrms. The reset value.
+    #[default]
+    Drate3 = 3,
+}
+
+impl DataRate {
+    /// All four in the order of their bits.
+    pub const ALL: [Self; 4] = [Self::Drate0, Self::Drate1, Self::Drate2, Self::Drate3];
+
+    /// N of the rate formula, 4^(3 - DRATE), in units of 128 tCLK: 64, 16, 4, 1.
+    #[must_use]
+    pub const fn averages(self) -> u32 {
+        match self {
+            Self::Drate0 => 64,
+            Self::Drate1 => 16,
+            Self::Drate2 => 4,
+            Self::Drate3 => 1,
+        }
+    }
+
+    /// From DRATE\[1:0\]; the upper bits are ignored.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        match bits & 0x03 {
+            0 => Self::Drate0,
+            1 => Self::Drate1,
+            2 => Self::Drate2,
+            _ => Self::Drate3,
+        }
+    }
+}
+
+/// DLY\[2:0\]: the time between switching the multiplexer and converting, for the signal to settle.
+///
+/// Source: SBAS297G, CONFIG1 register and switch time delay.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Delay {
+    /// No delay. The reset value.
+    #[default]
+    Dly0 = 0,
+    /// 128 tCLK (8 us at 16 MHz).
+    Dly1 = 1,
+    /// 256 tCLK (16 us at 16 MHz).
+    Dly2 = 2,
+    /// 512 tCLK (32 us at 16 MHz).
+    Dly3 = 3,
+    /// 1024 tCLK (64 us at 16 MHz).
+    Dly4 = 4,
+    /// 2048 tCLK (128 us at 16 MHz).
+    Dly5 = 5,
+    /// 4096 tCLK (256 us at 16 MHz).
+    Dly6 = 6,
+    /// 6144 tCLK (384 us at 16 MHz).
+    Dly7 = 7,
+}
+
+impl Delay {
+    /// All eight in the order of their bits.
+    pub const ALL: [Self; 8] =
+        [Self::Dly0, Self::Dly1, Self::Dly2, Self::Dly3, Self::Dly4, Self::Dly5, Self::Dly6, Self::Dly7];
+
+    /// TD of the rate formula in units of 128 tCLK: 0, 1, 2, 4, 8, 16, 32, 48.
+    #[must_use]
+    pub const fn td(self) -> u32 {
+        match self {
+            Self::Dly0 => 0,
+            Self::Dly1 => 1,
+            Self::Dly2 => 2,
+            Self::Dly3 => 4,
+            Self::Dly4 => 8,
+            Self::Dly5 => 16,
+            Self::Dly6 => 32,
+            Self::Dly7 => 48,
+        }
+    }
+
+    /// From DLY\[2:0\]; the upper bits are ignored.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Self {
+        match bits & 0x07 {
+            0 => Self::Dly0,
+            1 => Self::Dly1,
+            2 => Self::Dly2,
+            3 => Self::Dly3,
+            4 => Self::Dly4,
+            5 => Self::Dly5,
+            6 => Self::Dly6,
+            _ => Self::Dly7,
+        }
+    }
+}
+
+/// IDLMOD: what the chip does when START is low.
+///
+/// Source: SBAS297G, CONFIG1 register.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum IdleMode {
+    /// Ready at once, at more supply current.
+    Standby = 0,
+    /// Less supply current, longer until the first conversion. The reset value.
+    #[default]
+    Sleep = 1,
+}
+
+/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor.
+///
+/// Bits 10 are not defined. Source: SBAS297G, CONFIG1 register.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum SensorBias {
+    /// No current. The reset value.
+    #[default]
+    Off = 0b00,
+    /// 1.5 uA nominal.
+    MicroAmps1_5 = 0b01,
+    /// 24 uA nominal.
+    MicroAmps24 = 0b11,
+}
+
+impl SensorBias {
+    /// From SBCS\[1:0\], `None` for the undefined bits 10; the upper bits are ignored.
+    #[must_use]
+    pub const fn from_bits(bits: u8) -> Option<Self> {
+        match bits & 0x03 {
+            0b00 => Some(Self::Off),
+            0b01 => Some(Self::MicroAmps1_5),
+            0b11 => Some(Self::MicroAmps24),
+            _ => None,
+        }
+    }
+}

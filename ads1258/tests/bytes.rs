@@ -1,0 +1,234 @@
+//! Every method, byte for byte, against scripted SPI transactions.
+
+use ads1258::{Ads1258, Channel, Config, ConfigError, Conversion, Error, Mux, RESET_LOW_US, Register, Status};
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, Phase, Polarity, SpiDevice};
+use embedded_hal_mock::eh1::delay::{CheckedDelay, Transaction as DelayTransaction};
+use embedded_hal_mock::eh1::digital::{Mock as PinMock, State, Transaction as PinTransaction};
+use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
+
+/// The registers of `Config::paper_scan()`, worked out by hand from the register map.
+const PAPER_IMAGE: [u8; 9] = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D, 0xFF, 0x00];
+
+/// What DOUT holds during a command byte: nothing to be used.
+const POISON: u8 = 0xEE;
+
+fn writing(bytes: &[u8]) -> Vec<SpiTransaction<u8>> {
+    vec![
+        SpiTransaction::transaction_start(),
+        SpiTransaction::write_vec(bytes.to_vec()),
+        SpiTransaction::transaction_end(),
+    ]
+}
+
+fn reading(command: u8, answer: &[u8]) -> Vec<SpiTransaction<u8>> {
+    let mut sent = vec![command];
+    sent.resize(answer.len() + 1, 0);
+    let received = [&[POISON], answer].concat();
+    vec![
+        SpiTransaction::transaction_start(),
+        SpiTransaction::transfer_in_place(sent, received),
+        SpiTransaction::transaction_end(),
+    ]
+}
+
+/// Runs `call` on a driver whose bus expects exactly these transactions.
+fn expect<T>(script: &[Vec<SpiTransaction<u8>>], call: impl FnOnce(&mut Ads1258<SpiMock<u8>>) -> T) -> T {
+    let mut adc = Ads1258::new(SpiMock::new(&script.concat()));
+    let result = call(&mut adc);
+    adc.destroy().done();
+    result
+}
+
+#[test]
+fn the_bus_is_in_mode_0() {
+    assert_eq!(ads1258::MODE.polarity, Polarity::IdleLow);
+    assert_eq!(ads1258::MODE.phase, Phase::CaptureOnFirstTransition);
+}
+
+#[test]
+fn reset_and_pulse_convert_are_one_byte_each() {
+    expect(&[writing(&[0xC0])], |adc| adc.reset()).unwrap();
+    expect(&[writing(&[0x80])], |adc| adc.pulse_convert()).unwrap();
+}
+
+#[test]
+fn single_registers() {
+    for register in Register::ALL {
+        let address = register.address();
+        let value = expect(&[reading(0x40 | address, &[0x5A])], |adc| adc.read_register(register));
+        assert_eq!(value, Ok(0x5A));
+        if register != Register::Id {
+            expect(&[writing(&[0x60 | address, 0xA5])], |adc| adc.write_register(register, 0xA5)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn several_registers() {
+    let mut values = [0; 10];
+    let answer = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
+    expect(&[reading(0x50, &answer)], |adc| adc.read_registers(Register::Config0, &mut values)).unwrap();
+    assert_eq!(values, answer);
+
+    let mut values = [0; 2];
+    expect(&[reading(0x54, &[0x12, 0x34])], |adc| adc.read_registers(Register::Muxsg0, &mut values)).unwrap();
+    assert_eq!(values, [0x12, 0x34]);
+
+    expect(&[writing(&[0x70, 1, 2, 3, 4, 5, 6, 7, 8, 9])], |adc| {
+        adc.write_registers(Register::Config0, &[1, 2, 3, 4, 5, 6, 7, 8, 9])
+    })
+    .unwrap();
+    expect(&[writing(&[0x77, 0xF0, 0x0A])], |adc| adc.write_registers(Register::Gpioc, &[0xF0, 0x0A])).unwrap();
+}
+
+#[test]
+fn ranges_off_the_map_transfer_nothing() {
+    for first in Register::ALL {
+        let places = 10 - usize::from(first.address());
+        for count in [0, places + 1, 11, 12, 300] {
+            let expected = Err(Error::RegisterRange { first, count });
+            assert_eq!(expect(&[], |adc| adc.read_registers(first, &mut vec![0; count])), expected);
+            assert_eq!(expect(&[], |adc| adc.write_registers(first, &vec![0; count])), expected);
+        }
+        // The last register, ID, can be read but not written.
+        let expected = Err(Error::RegisterRange { first, count: places });
+        assert_eq!(expect(&[], |adc| adc.write_registers(first, &vec![0; places])), expected);
+    }
+    let expected = Err(Error::RegisterRange { first: Register::Id, count: 1 });
+    assert_eq!(expect(&[], |adc| adc.write_register(Register::Id, 0)), expected);
+}
+
+#[test]
+fn id_counts_bit_4_only() {
+    for id in 0..=0xFF_u8 {
+        let expected = if id & 0x10 == 0 { Ok(id) } else { Err(Error::Id { read: id }) };
+        assert_eq!(expect(&[reading(0x49, &[id])], |adc| adc.read_id()), expected);
+    }
+}
+
+#[test]
+fn configure_writes_all_and_reads_all_back() {
+    let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &PAPER_IMAGE)];
+    expect(&script, |adc| adc.configure(&Config::paper_scan())).unwrap();
+}
+
+#[test]
+fn every_wrong_bit_is_found_by_configure_and_verify() {
+    for (index, register) in Register::ALL.into_iter().take(9).enumerate() {
+        for bit in 0..8 {
+            let mut found = PAPER_IMAGE;
+            found[index] ^= 1 << bit;
+            // All GPIO pins are inputs here, so GPIOD reads as whatever is connected.
+            let expected = if register == Register::Gpiod {
+                Ok(())
+            } else {
+                Err(Error::Verify { register, wrote: PAPER_IMAGE[index], read: found[index] })
+            };
+            let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &found)];
+            assert_eq!(expect(&script, |adc| adc.configure(&Config::paper_scan())), expected);
+            assert_eq!(expect(&script[1..], |adc| adc.verify(&Config::paper_scan())), expected);
+        }
+    }
+}
+
+#[test]
+fn output_pins_are_verified_and_input_pins_are_not() {
+    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x05, ..Config::paper_scan() };
+    let image = config.registers().unwrap();
+    assert_eq!(image[7..], [0xF0, 0x05]);
+    for levels in 0..=0xFF_u8 {
+        let mut found = image;
+        found[8] = levels;
+        let expected = if levels & 0x0F == 0x05 {
+            Ok(())
+        } else {
+            Err(Error::Verify { register: Register::Gpiod, wrote: 0x05, read: levels })
+        };
+        assert_eq!(expect(&[reading(0x50, &found)], |adc| adc.verify(&config)), expected);
+    }
+}
+
+#[test]
+fn a_bus_without_chip_is_found() {
+    for stuck in [0x00, 0xFF] {
+        let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &[stuck; 9])];
+        let result = expect(&script, |adc| adc.configure(&Config::paper_scan()));
+        assert_eq!(result, Err(Error::Verify { register: Register::Config0, wrote: 0x0A, read: stuck }));
+    }
+}
+
+#[test]
+fn an_impossible_configuration_transfers_nothing() {
+    let config = Config { mux: Mux::Fixed { ainp: 16, ainn: 0 }, ..Config::default() };
+    let expected = Err(Error::Config(ConfigError::ChannelNumber { number: 16 }));
+    assert_eq!(expect(&[], |adc| adc.configure(&config)), expected);
+    assert_eq!(expect(&[], |adc| adc.verify(&config)), expected);
+}
+
+#[test]
+fn read_is_one_transfer_of_five_bytes() {
+    let conversion = expect(&[reading(0x30, &[0x97, 0x80, 0x00, 0x01])], |adc| adc.read()).unwrap();
+    assert_eq!(conversion, Conversion { status: Status(0x97), code: -0x7F_FFFF });
+    assert_eq!(conversion.status.channel(), Some(Channel::Single(15)));
+}
+
+#[test]
+fn the_pins() {
+    let adc = Ads1258::new(SpiMock::<u8>::new(&[]));
+    let mut start = PinMock::new(&[PinTransaction::set(State::High), PinTransaction::set(State::Low)]);
+    adc.start(&mut start).unwrap();
+    adc.stop(&mut start).unwrap();
+    start.done();
+
+    let mut adc = adc;
+    let mut reset = PinMock::new(&[PinTransaction::set(State::Low), PinTransaction::set(State::High)]);
+    let mut delay = CheckedDelay::new(&[DelayTransaction::delay_us(RESET_LOW_US)]);
+    adc.reset_by_pin(&mut reset, &mut delay).unwrap();
+    reset.done();
+    delay.done();
+    adc.destroy().done();
+
+    // 2 tCLK at the slowest clock.
+    const { assert!(RESET_LOW_US >= 2 * 1_000_000 / ads1258::CLOCK_MIN_HZ) }
+}
+
+/// A bus that always fails.
+struct Broken;
+
+impl ErrorType for Broken {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Broken {
+    fn transaction(&mut self, _: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        Err(ErrorKind::ModeFault)
+    }
+}
+
+#[test]
+fn errors_of_the_bus_are_passed_on() {
+    let mut adc = Ads1258::new(Broken);
+    let expected = Error::Spi(ErrorKind::ModeFault);
+    assert_eq!(adc.reset(), Err(expected));
+    assert_eq!(adc.pulse_convert(), Err(expected));
+    assert_eq!(adc.configure(&Config::default()), Err(expected));
+    assert_eq!(adc.verify(&Config::default()), Err(expected));
+    assert_eq!(adc.read(), Err(expected));
+    assert_eq!(adc.read_id(), Err(expected));
+    assert_eq!(adc.write_register(Register::Gpiod, 0), Err(expected));
+    let mut values = [0x77; 3];
+    assert_eq!(adc.read_registers(Register::Config0, &mut values), Err(expected));
+    assert_eq!(values, [0x77; 3]);
+}
+
+#[test]
+fn errors_can_be_shown() {
+    let error: Error<ErrorKind> = Error::Verify { register: Register::Muxsg1, wrote: 0xFF, read: 0x0F };
+    assert_eq!(error.to_string(), "MUXSG1 should hold 0xFF, but holds 0x0F");
+    let error: Error<ErrorKind> = ConfigError::EmptyScan.into();
+    assert_eq!(error.to_string(), "configuration: no channel selected for the scan");
+    assert!(std::error::Error::source(&error).is_some());
+    assert_eq!(Error::Spi(ErrorKind::Overrun).to_string(), "SPI: Overrun");
+    let error: Error<ErrorKind> = Error::Id { read: 0x9B };
+    assert_eq!(error.to_string(), "ID is 0x9B: not an ADS1258");
+}

@@ -1,0 +1,85 @@
+//! The rate formula against the datasheet's table, and the rates of the project's scans.
+
+use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred, rate};
+
+/// Rate table of the datasheet SBAS297G at 16 MHz, DLY 0, CHOP 0: auto-scan and fixed-channel SPS.
+const TABLE: [(DataRate, f32, f32); 4] = [
+    (DataRate::Drate3, 23739.0, 125_000.0),
+    (DataRate::Drate2, 15123.0, 31250.0),
+    (DataRate::Drate1, 6168.0, 7812.5),
+    (DataRate::Drate0, 1831.0, 1953.0),
+];
+
+/// Whether a rate is the table's entry: exactly, or rounded to whole samples per second as most entries are.
+fn agrees(rate_hz: f32, entry: f32) -> bool {
+    rate_hz == entry || rate_hz.round() == entry
+}
+
+#[test]
+fn every_entry_of_the_rate_table() {
+    for (data_rate, auto_scan, fixed_channel) in TABLE {
+        let auto_scan_hz = rate::auto_scan_hz(16_000_000, data_rate, Delay::Dly0, false);
+        let fixed_channel_hz = rate::fixed_channel_hz(16_000_000, data_rate, Delay::Dly0, false);
+        assert!(agrees(auto_scan_hz, auto_scan), "{data_rate:?}: {auto_scan_hz} is not {auto_scan}");
+        assert!(agrees(fixed_channel_hz, fixed_channel), "{data_rate:?}: {fixed_channel_hz} is not {fixed_channel}");
+    }
+}
+
+#[test]
+fn ticks_are_the_formula_without_rounding() {
+    for data_rate in DataRate::ALL {
+        for delay in Delay::ALL {
+            for chop in [false, true] {
+                let n = 4_f64.powi(3 - data_rate as i32);
+                let td = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 48.0][delay as usize];
+                let (chop_count, halves) = if chop { (1.0, 2.0) } else { (0.0, 1.0) };
+                let auto_scan = 128.0 * (n + 4.265625 + td) * halves;
+                let fixed_channel = 128.0 * (n + chop_count * (4.265625 + td)) * halves;
+                assert_eq!(f64::from(rate::auto_scan_ticks(data_rate, delay, chop)), auto_scan);
+                assert_eq!(f64::from(rate::fixed_channel_ticks(data_rate, delay, chop)), fixed_channel);
+
+                let clock_hz = CRYSTAL_CLOCK_HZ;
+                let expected_hz = (f64::from(clock_hz) / auto_scan) as f32;
+                assert_eq!(rate::auto_scan_hz(clock_hz, data_rate, delay, chop), expected_hz);
+                let expected_hz = (f64::from(clock_hz) / fixed_channel) as f32;
+                assert_eq!(rate::fixed_channel_hz(clock_hz, data_rate, delay, chop), expected_hz);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_default_scan_has_241_14_frames_per_second() {
+    const CONFIG: Config = Config::paper_scan();
+    const FRAME_RATE_HZ: f32 = CONFIG.frame_rate_hz();
+    assert_eq!(CONFIG.clock_hz, 32_768 * 480);
+    assert_eq!(CONFIG.slots(), 21);
+    assert_eq!(CONFIG.conversion_ticks(), 128 * 20 + 546);
+    assert_eq!(CONFIG.frame_ticks(), 21 * 3106);
+    assert_eq!(format!("{FRAME_RATE_HZ:.2}"), "241.14");
+    assert_eq!(CONFIG.conversion_rate_hz(), 15_728_640.0 / 3106.0);
+}
+
+#[test]
+fn the_chopped_alternative_has_240_15_frames_per_second() {
+    let config = Config {
+        clock_hz: 16_000_000,
+        mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::NONE },
+        data_rate: DataRate::Drate2,
+        delay: Delay::Dly4,
+        chop: true,
+        ..Config::default()
+    };
+    assert_eq!(config.validate(), Ok(()));
+    assert_eq!(format!("{:.2}", config.frame_rate_hz()), "240.15");
+}
+
+#[test]
+fn degenerate_rates_are_finite() {
+    let empty =
+        Config { mux: Mux::AutoScan { differential: 0, single: 0, internal: Sysred::NONE }, ..Config::default() };
+    assert_eq!(empty.frame_rate_hz(), 0.0);
+    let fixed = Config { mux: Mux::Fixed { ainp: 0, ainn: 1 }, clock_hz: 16_000_000, ..Config::default() };
+    assert_eq!(fixed.frame_rate_hz(), 125_000.0);
+    assert_eq!(fixed.sclk_max_hz(), 8_000_000);
+}
