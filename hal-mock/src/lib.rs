@@ -1,1 +1,84 @@
-//! stub
+//! Simulated hardware for a PC, so that firmware code can be tested without a board: an ADS1258 that answers SPI byte
+//! for byte in virtual time, scenes (what the finger feels) and traces (CSV).
+//!
+//! The crate has its own register map and depends on neither the driver nor the firmware: driver and simulator check
+//! each other. Everything is deterministic for a seed, on every platform.
+//!
+//! # The rooms, in the order of a signal
+//! - [`scene`]: volts as a function of input and time; constants and added noise.
+//! - [`sliding`]: the scene of the paper's protocol, with its truth.
+//! - [`trace`]: scenes from and to CSV.
+//! - [`chip`]: the ADS1258.
+//! - [`rig`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock.
+//!
+//! ```
+//! use embedded_hal::{digital::OutputPin, spi::SpiDevice};
+//! use hal_mock::{Options, Rig, Sliding, SlidingScene};
+//!
+//! let scene = SlidingScene::new(Sliding::default())?;
+//! let rig = Rig::new(scene, Options::default());
+//! let (mut spi, mut start) = (rig.spi(), rig.start_pin());
+//! spi.write(&[0x70, 0x02, 0x31])?; // CONFIG0: status byte; CONFIG1: DRATE 1, DLY 3
+//! start.set_high()?;
+//! let drdy_ns = rig.wait_for_drdy().expect("the scene has begun");
+//! let mut read = [0x30, 0, 0, 0, 0]; // read by command: status and 24 bits
+//! spi.transfer_in_place(&mut read)?;
+//! assert_eq!(read[1], 0x88); // new data from AIN0
+//! assert_eq!(drdy_ns, 167_083); // 128 (16 + 4) + 68 cycles of 15.72864 MHz
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What is modelled, and where it comes from
+//! From the datasheet SBAS297G unless said otherwise:
+//! - registers with reset values, read-only and reserved bits; GPIO levels;
+//! - commands, single and multiple register access ending after 09h, read by command (safe across DRDY, repeatable
+//!   with NEW = 0) and direct read (3 or 4 bytes by STAT; a DRDY edge in its middle mixes old and new bytes; zeros
+//!   after it until CS or the time-out), pulse convert, reset;
+//! - commands one after the other without toggling CS, but no direct read behind a command;
+//! - the SPI time-out, on the gaps between bytes;
+//! - auto-scan in ascending CHID, resumed by START, put back to its top by a write to MUXDIF, MUXSG0, MUXSG1 or
+//!   SYSRED; fixed channel; internal readings and their scalings;
+//! - rates, the first conversion's delay, DRDY with its pulse of 1 tCLK over unread data, lost data;
+//! - code width VREF / 780000h, clipping, OVF beyond 1.06 VREF, SUPPLY below 4.3 V, BYPAS with nothing connected;
+//! - noise of the data rate, white and Gaussian; offset, gain and clock error.
+//!
+//! A conversion uses the settings it began with; a register write acts on the next one.
+//!
+//! # Where the sources do not say
+//! A driver must not rely on these; they can be chosen: DOUT where it is undefined ([`Poison`]), CHID in fixed-channel
+//! mode, what CHOP does to the readings it excludes ([`ChopInternal`]), whether DLY delays the first conversion, how
+//! long waking from sleep takes, power-up time, all but bit 4 of ID; see [`Options`].
+//!
+//! These are not to be chosen and could be otherwise: an unread result keeps DRDY low across START; reading registers
+//! does not move DRDY; reserved bits read as 0; pulse convert while converting does nothing; a direct read of a result
+//! already read gives it again with NEW = 0 if CS was toggled; data before the first conversion are zero.
+//!
+//! # Not modelled
+//! - The filter's frequency response: each conversion is one sample at the middle of the aperture, so everything up to
+//!   any frequency aliases; unsettled results after an input step in fixed-channel mode.
+//! - The signal path: the RC filter of the board (390 Hz), source impedance, multiplexer settling and crosstalk,
+//!   sensor bias current (SBCS), integral nonlinearity, drift, input range limits of the pins, analogue overload
+//!   recovery.
+//! - Electrical timing: SCLK against tCLK, CS set-up and hold, the width of RESET pulses, SPI modes other than 0,
+//!   anything finer than a byte (a byte acts at its first SCLK; a frame cut within a byte; an SCLK so slow that the
+//!   time-out strikes within a byte).
+//! - Power: PWDN, supply ramps, currents; CLKSEL and CLKENB pins and crystal start-up; jitter and drift of the clock.
+//! - The ADS1158 (16 bits).
+//! - In the sliding scene: acceleration, stick and slip, skin dynamics, fingerprints, creep, temperature, contact
+//!   geometry; the numbers of its channels are plausible, not measured.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod chip;
+mod random;
+pub mod rig;
+pub mod scene;
+pub mod sliding;
+pub mod trace;
+
+pub use chip::{Ads1258, Analog, ChopInternal, Counters, Options, Poison};
+pub use rig::Rig;
+pub use scene::{Constant, Noisy, Scene};
+pub use sliding::{ParameterError, Sliding, SlidingScene, TABLE_2, Truth};
+pub use trace::{Table, Trace, TraceError, write_csv};

@@ -1,0 +1,199 @@
+//! A behavioural ADS1258: SPI bytes and pin levels in, SPI bytes and DRDY out, in virtual nanoseconds.
+//!
+//! Source of every fact: the TI datasheet SBAS297G, unless an item says otherwise.
+
+mod clock;
+mod code;
+mod convert;
+mod faults;
+mod interface;
+mod options;
+mod registers;
+mod slot;
+mod timing;
+
+pub use options::{Analog, ChopInternal, Counters, Options, Poison};
+pub use registers::REGISTERS;
+
+use crate::random::{Random, Stream};
+use crate::scene::Scene;
+use clock::Clock;
+use convert::{Conversion, Outcome};
+use faults::Faults;
+use interface::Interface;
+use registers::Registers;
+use timing::Timing;
+
+/// The simulated chip.
+///
+/// All times are virtual nanoseconds and must not decrease from call to call; a call with an earlier time acts at the
+/// latest time seen. Scene time zero is the first start condition (rising START or pulse convert) after construction,
+/// so what is measured does not depend on how long the start-up took. Each conversion samples the scene once, at the
+/// middle of the filter's aperture: [`sample_delay_ns`](Self::sample_delay_ns) before its DRDY edge.
+pub struct Ads1258 {
+    scene: Box<dyn Scene>,
+    options: Options,
+    clock: Clock,
+    registers: Registers,
+    interface: Interface,
+    faults: Faults,
+    noise: Random,
+    poison: Random,
+    now_ns: u64,
+    start: bool,
+    reset_low: bool,
+    /// Time of scene zero.
+    zero_ns: Option<u64>,
+    /// The conversion under way.
+    conversion: Option<Conversion>,
+    /// CHID of the slot begun last; `None`: the scan begins at the top.
+    last_chid: Option<u8>,
+    outcome: Outcome,
+    drdy_low: bool,
+    latest_fall_ns: Option<u64>,
+    counters: Counters,
+}
+
+impl Ads1258 {
+    /// A chip in its power-up state at time 0: registers at their defaults, START low, RESET high.
+    pub fn new(input: Box<dyn Scene>, options: Options) -> Self {
+        Self {
+            scene: input,
+            clock: Clock::new(options.clock_hz, options.clock_error_ppm),
+            registers: Registers::new(options.id),
+            interface: Interface::default(),
+            faults: Faults::default(),
+            noise: Random::new(options.seed, Stream::ChipNoise),
+            poison: Random::new(options.seed, Stream::Poison),
+            now_ns: 0,
+            start: false,
+            reset_low: false,
+            zero_ns: None,
+            conversion: None,
+            last_chid: None,
+            outcome: Outcome::default(),
+            drdy_low: false,
+            latest_fall_ns: None,
+            counters: Counters::default(),
+            options,
+        }
+    }
+
+    /// Lets time pass until `now_ns`: every conversion due by then is finished.
+    pub fn advance_to(&mut self, now_ns: u64) {
+        while let Some(edge_ns) = self.next_drdy_fall_ns().filter(|&edge_ns| edge_ns <= now_ns) {
+            self.now_ns = edge_ns;
+            self.finish_conversion(edge_ns);
+        }
+        self.now_ns = self.now_ns.max(now_ns);
+    }
+
+    /// The START pin. High converts continuously; low finishes the running conversion, then idles. The scan goes on
+    /// where it stopped.
+    pub fn set_start(&mut self, now_ns: u64, high: bool) {
+        self.advance_to(now_ns);
+        self.start = high;
+        if high && self.conversion.is_none() {
+            self.start_condition();
+        }
+    }
+
+    /// The RESET pin. Low puts registers and interface into their defaults and ends the running conversion; the chip
+    /// is ready when it goes high again (and converts at once if START is high).
+    pub fn set_reset(&mut self, now_ns: u64, high: bool) {
+        self.advance_to(now_ns);
+        let was_low = std::mem::replace(&mut self.reset_low, !high);
+        if !high {
+            self.registers.reset();
+            self.interface = Interface::default();
+            self.conversion = None;
+            self.last_chid = None;
+            self.outcome = Outcome::default();
+            self.drdy_low = false;
+        } else if was_low && self.start {
+            self.start_condition();
+        }
+    }
+
+    /// Level of the DRDY pin. Low: there is an unread result. While one stays unread the pin is high for the last tCLK
+    /// before the next falls.
+    pub fn drdy_high(&mut self, now_ns: u64) -> bool {
+        self.advance_to(now_ns);
+        let pulse = self.conversion.as_ref().is_some_and(|c| self.now_ns >= c.at_ns(self.clock, c.end_cycle - 1));
+        !self.drdy_low || pulse
+    }
+
+    /// Time of the latest falling edge of DRDY.
+    pub fn latest_drdy_fall_ns(&self) -> Option<u64> {
+        self.latest_fall_ns
+    }
+
+    /// Time of the next falling edge of DRDY, later than the time advanced to. `None` while idle, in reset, stalled, or
+    /// when no input is selected.
+    pub fn next_drdy_fall_ns(&self) -> Option<u64> {
+        self.conversion.as_ref().map(|c| c.at_ns(self.clock, c.end_cycle))
+    }
+
+    /// True when the scene is over at the time advanced to. The chip goes on converting what the scene gives then.
+    pub fn ended(&self) -> bool {
+        self.scene_time_s().is_some_and(|t_s| t_s >= self.scene.end_s())
+    }
+
+    /// Scene time in seconds at the time advanced to; `None` before the first start condition.
+    pub fn scene_time_s(&self) -> Option<f64> {
+        self.zero_ns.map(|zero_ns| self.now_ns.saturating_sub(zero_ns) as f64 * 1e-9)
+    }
+
+    /// Time at which scene time was zero: the first start condition.
+    pub fn scene_zero_ns(&self) -> Option<u64> {
+        self.zero_ns
+    }
+
+    /// By how many nanoseconds (rounded down) a conversion with the present settings samples its input before its
+    /// DRDY edge: 64 (N + 4) tCLK, the middle of the symmetric filter, and with CHOP half a pass more.
+    pub fn sample_delay_ns(&self) -> u64 {
+        self.clock.ns(Timing::of(&self.registers).sample_delay_cycles())
+    }
+
+    /// Time from one DRDY edge to the next with the present settings, in nanoseconds, rounded down.
+    pub fn conversion_period_ns(&self) -> u64 {
+        self.clock.ns(Timing::of(&self.registers).period_cycles())
+    }
+
+    /// Duration of `cycles` tCLK of this chip's own clock in nanoseconds, rounded down.
+    pub fn cycles_ns(&self, cycles: u64) -> u64 {
+        self.clock.ns(cycles)
+    }
+
+    /// What the chip has done so far.
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// All registers, as a read over SPI would give them.
+    pub fn registers(&self) -> [u8; REGISTERS] {
+        std::array::from_fn(|address| self.registers.read(address as u8).unwrap_or(0))
+    }
+
+    /// Physical values, to be changed while the chip runs.
+    pub fn analog_mut(&mut self) -> &mut Analog {
+        &mut self.options.analog
+    }
+
+    /// The options as constructed, with the present physical values.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// Levels outside on those GPIO pins that are inputs (bit n: GPIOn); all low at construction.
+    pub fn set_gpio_inputs(&mut self, levels: u8) {
+        self.registers.gpio_inputs = levels;
+    }
+
+    fn poison_byte(&mut self) -> u8 {
+        match self.options.poison {
+            Poison::Random => self.poison.byte(),
+            Poison::Byte(byte) => byte,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! The converter: start conditions, the scan, results and DRDY.
+
+use super::Ads1258;
+use super::clock::Clock;
+use super::code;
+use super::slot::{Slot, next_slot};
+use super::timing::Timing;
+
+/// A conversion under way, with the settings it began with: a register write acts on the next one.
+#[derive(Clone, Debug)]
+pub(crate) struct Conversion {
+    /// Time of this run's cycle 0, its start condition.
+    epoch_ns: u64,
+    /// Cycle of the result, counted from the start condition so that nothing accumulates.
+    pub(crate) end_cycle: u64,
+    sample_cycle: u64,
+    slot: Slot,
+    drate: u8,
+    chop: bool,
+    bypas: bool,
+}
+
+impl Conversion {
+    pub(crate) fn at_ns(&self, clock: Clock, cycle: u64) -> u64 {
+        self.epoch_ns + clock.ns(cycle)
+    }
+}
+
+/// The latest result: what a data read gives.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Outcome {
+    pub(crate) new: bool,
+    overflow: bool,
+    supply: bool,
+    chid: u8,
+    code: i32,
+}
+
+impl Outcome {
+    /// Status byte and the three data bytes.
+    pub(crate) fn bytes(self) -> [u8; 4] {
+        let [_, high, mid, low] = self.code.to_be_bytes();
+        let status =
+            u8::from(self.new) << 7 | u8::from(self.overflow) << 6 | u8::from(self.supply) << 5 | (self.chid & 0x1F);
+        [status, high, mid, low]
+    }
+}
+
+/// Below this analogue supply, about, the SUPPLY flag is set.
+const SUPPLY_V: f64 = 4.3;
+
+impl Ads1258 {
+    /// Rising START, pulse convert, or the end of whatever held a high START back.
+    pub(crate) fn start_condition(&mut self) {
+        if self.reset_low || self.faults.stalled {
+            return;
+        }
+        // A start during power-up takes effect at its end.
+        let epoch_ns = self.now_ns.max(self.clock.ns(self.options.power_up_cycles));
+        let timing = Timing::of(&self.registers);
+        let wake = if self.registers.idlmod() { self.options.sleep_wake_cycles } else { 0 };
+        self.zero_ns.get_or_insert(epoch_ns);
+        self.begin(epoch_ns, wake + timing.first_cycles(self.options.first_conversion_with_delay));
+    }
+
+    fn begin(&mut self, epoch_ns: u64, end_cycle: u64) {
+        self.conversion = next_slot(&self.registers, self.last_chid, self.options.chop_internal).map(|slot| {
+            if slot.chid().is_some() {
+                self.last_chid = slot.chid();
+            }
+            Conversion {
+                epoch_ns,
+                end_cycle,
+                sample_cycle: end_cycle.saturating_sub(Timing::of(&self.registers).sample_delay_cycles()),
+                slot,
+                drate: self.registers.drate(),
+                chop: self.registers.chop(),
+                bypas: self.registers.bypas(),
+            }
+        });
+    }
+
+    /// Ends the running conversion at its DRDY edge and begins the next one if START is high.
+    pub(crate) fn finish_conversion(&mut self, edge_ns: u64) {
+        let Some(conversion) = self.conversion.take() else { return };
+        self.counters.conversions += 1;
+        self.counters.lost += u64::from(self.outcome.new);
+        self.outcome = self.measure(&conversion);
+        self.drdy_low = true;
+        self.latest_fall_ns = Some(edge_ns);
+        if self.start {
+            let period = Timing::of(&self.registers).period_cycles();
+            self.begin(conversion.epoch_ns, conversion.end_cycle + period);
+        }
+    }
+
+    fn measure(&mut self, c: &Conversion) -> Outcome {
+        let zero_ns = self.zero_ns.unwrap_or(c.epoch_ns);
+        // Seconds of the run from its cycles, not from rounded nanoseconds: the same for every start-up time.
+        let t_s = (c.epoch_ns - zero_ns) as f64 * 1e-9 + self.clock.seconds(c.sample_cycle);
+        // With the ADC's inputs taken from pins where nothing is connected the codes clip. The internal readings other
+        // than OFFSET do not go over these pins.
+        let external = matches!(c.slot, Slot::Single(_) | Slot::Differential(_) | Slot::Fixed { .. } | Slot::Offset);
+        let analog = self.options.analog;
+        let scene = &mut self.scene;
+        let mut ideal = code::ideal(c.slot, &analog, c.chop, |input| scene.volts(input, t_s));
+        if c.bypas && external {
+            ideal = f64::INFINITY;
+        }
+        if self.options.noise {
+            ideal += code::noise_sigma(c.drate, c.chop, &analog) * self.noise.gaussian();
+        }
+        let (mut code, overflow) = code::quantise(ideal);
+        let supply = analog.avdd_v < SUPPLY_V;
+        if supply || (c.chop && c.slot.excluded_by_chop()) {
+            code = i32::from_be_bytes([0, self.poison_byte(), self.poison_byte(), self.poison_byte()]);
+        }
+        let chid = match c.slot.chid().or(self.options.fixed_channel_chid) {
+            Some(chid) => chid,
+            None => self.poison_byte(),
+        };
+        Outcome { new: true, overflow, supply, chid, code }
+    }
+}

@@ -1,0 +1,123 @@
+//! What can be chosen about the simulated chip: its clock, its surroundings, and which way it goes where the datasheet
+//! does not say.
+
+/// Physical values around and inside the chip; may be changed while it runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Analog {
+    /// Reference voltage VREFP - VREFN in volts, default 4.096.
+    pub reference_v: f64,
+    /// Analogue supply AVDD - AVSS in volts, default 5.0. Below 4.3 V the SUPPLY flag is set and all data are poison.
+    pub avdd_v: f64,
+    /// Voltage on AINCOM in volts, default 0: single-ended inputs are measured against it.
+    pub aincom_v: f64,
+    /// Temperature of the chip in degrees Celsius, default 25.
+    pub temperature_c: f64,
+    /// Slope of the temperature sensor in microvolts per degree, default 394; 563 where board and chip share one
+    /// temperature.
+    pub temperature_uv_per_c: f64,
+    /// Offset error in volts, default 0. Chopping removes it.
+    pub offset_v: f64,
+    /// Gain, default 1: what the GAIN reading shows.
+    pub gain: f64,
+}
+
+impl Default for Analog {
+    fn default() -> Self {
+        Self {
+            reference_v: 4.096,
+            avdd_v: 5.0,
+            aincom_v: 0.0,
+            temperature_c: 25.0,
+            temperature_uv_per_c: 394.0,
+            offset_v: 0.0,
+            gain: 1.0,
+        }
+    }
+}
+
+/// What DOUT carries where the datasheet leaves it undefined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Poison {
+    /// Seeded random bytes: what relies on them fails.
+    #[default]
+    Random,
+    /// Always this byte, e.g. 0x00 or 0xFF.
+    Byte(u8),
+}
+
+/// What CHOP = 1 does to the readings it excludes: VCC, TEMP, GAIN and REF.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ChopInternal {
+    /// They stay in the scan and their data are poison.
+    #[default]
+    Poisoned,
+    /// The scan skips them.
+    Skipped,
+}
+
+/// Choices at construction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Nominal clock in hertz, default 15,728,640 (32.768 kHz crystal x 480); the chip allows up to 16,000,000.
+    pub clock_hz: u32,
+    /// Error of the clock in parts per million; positive is fast. Default 0.
+    pub clock_error_ppm: f64,
+    /// Physical values; see also `Ads1258::analog_mut`.
+    pub analog: Analog,
+    /// Gaussian noise of the chosen data rate (12, 7.9, 4.5 or 2.8 uVrms for DRATE 3 to 0, / 1.4 with CHOP) on every
+    /// reading. Default on.
+    pub noise: bool,
+    /// Seed of noise and poison, default 1.
+    pub seed: u64,
+    /// What undefined DOUT carries, default random.
+    pub poison: Poison,
+    /// The ID register, default 8Bh. Only bit 4 (0 = ADS1258) is guaranteed by the datasheet.
+    pub id: u8,
+    /// CHID in the status byte in fixed-channel mode. `None`, the default: poison, as it is not specified.
+    pub fixed_channel_chid: Option<u8>,
+    /// What CHOP does to internal readings; not specified.
+    pub chop_internal: ChopInternal,
+    /// Whether the first conversion after START contains the switching delay DLY too; not specified. Default no.
+    pub first_conversion_with_delay: bool,
+    /// Clock cycles by which the first result is later when the chip idled in sleep (IDLMOD = 1) instead of standby.
+    /// Not in our sources; default 0.
+    pub sleep_wake_cycles: u64,
+    /// Clock cycles after construction during which the chip is not there yet. Default 0; 2^18 (16.4 ms) after
+    /// power-up in the datasheet.
+    pub power_up_cycles: u64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            clock_hz: 15_728_640,
+            clock_error_ppm: 0.0,
+            analog: Analog::default(),
+            noise: true,
+            seed: 1,
+            poison: Poison::default(),
+            id: 0x8B,
+            fixed_channel_chid: None,
+            chop_internal: ChopInternal::default(),
+            first_conversion_with_delay: false,
+            sleep_wake_cycles: 0,
+            power_up_cycles: 0,
+        }
+    }
+}
+
+/// What the chip has done so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct Counters {
+    /// Conversions finished.
+    pub conversions: u64,
+    /// Results that were read at least once.
+    pub read: u64,
+    /// Results that the next one overwrote unread.
+    pub lost: u64,
+    /// Register bytes written over SPI.
+    pub register_writes: u64,
+    /// Command bytes the datasheet does not define or that had no effect: reserved, read by command without MUL, pulse
+    /// convert while converting, a direct read or padding behind another command.
+    pub odd_commands: u64,
+}

@@ -1,0 +1,111 @@
+//! The ten registers: names and bits as in the datasheet, SBAS297G.
+
+/// Number of registers, at addresses 00h to 09h.
+pub const REGISTERS: usize = 10;
+
+pub(crate) const CONFIG0: u8 = 0x00;
+pub(crate) const CONFIG1: u8 = 0x01;
+pub(crate) const MUXSCH: u8 = 0x02;
+pub(crate) const MUXDIF: u8 = 0x03;
+pub(crate) const MUXSG0: u8 = 0x04;
+pub(crate) const MUXSG1: u8 = 0x05;
+pub(crate) const SYSRED: u8 = 0x06;
+pub(crate) const GPIOC: u8 = 0x07;
+pub(crate) const GPIOD: u8 = 0x08;
+pub(crate) const ID: u8 = 0x09;
+
+const RESET: [u8; REGISTERS] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
+
+/// Bits that a write can change. Reserved bits read as 0 and ID is read-only.
+const WRITABLE: [u8; REGISTERS] = [0x7E, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x3D, 0xFF, 0xFF, 0x00];
+
+/// The register file.
+#[derive(Clone, Debug)]
+pub(crate) struct Registers {
+    bytes: [u8; REGISTERS],
+    /// Levels on the GPIO pins that are inputs.
+    pub(crate) gpio_inputs: u8,
+    id: u8,
+}
+
+impl Registers {
+    pub(crate) fn new(id: u8) -> Self {
+        let mut registers = Self { bytes: RESET, gpio_inputs: 0, id };
+        registers.reset();
+        registers
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.bytes = RESET;
+        self.bytes[usize::from(ID)] = self.id;
+    }
+
+    /// `None` above 09h.
+    pub(crate) fn read(&self, address: u8) -> Option<u8> {
+        let byte = *self.bytes.get(usize::from(address))?;
+        // GPIOD shows the pins: the driven level where GPIOC says output (0), the outside level elsewhere.
+        Some(if address == GPIOD { (byte & !self.byte(GPIOC)) | (self.gpio_inputs & self.byte(GPIOC)) } else { byte })
+    }
+
+    /// A write over SPI: read-only and reserved bits keep their value, addresses above 09h are ignored.
+    pub(crate) fn write(&mut self, address: u8, value: u8) {
+        let at = usize::from(address);
+        if let (Some(byte), Some(&mask)) = (self.bytes.get_mut(at), WRITABLE.get(at)) {
+            *byte = (*byte & !mask) | (value & mask);
+        }
+    }
+
+    /// Flips bits whatever their kind: a fault, not a write.
+    pub(crate) fn flip(&mut self, address: u8, mask: u8) {
+        if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
+            *byte ^= mask;
+        }
+    }
+
+    pub(crate) fn byte(&self, address: u8) -> u8 {
+        self.bytes[usize::from(address)]
+    }
+
+    fn bit(&self, address: u8, bit: u8) -> bool {
+        self.byte(address) & (1 << bit) != 0
+    }
+
+    /// SPI interface time-out of 256 tCLK instead of 4096.
+    pub(crate) fn spirst(&self) -> bool {
+        self.bit(CONFIG0, 6)
+    }
+
+    /// Fixed channel instead of auto-scan.
+    pub(crate) fn muxmod(&self) -> bool {
+        self.bit(CONFIG0, 5)
+    }
+
+    /// External ADC inputs instead of the multiplexer's.
+    pub(crate) fn bypas(&self) -> bool {
+        self.bit(CONFIG0, 4)
+    }
+
+    pub(crate) fn chop(&self) -> bool {
+        self.bit(CONFIG0, 2)
+    }
+
+    /// Status byte in front of a direct read.
+    pub(crate) fn stat(&self) -> bool {
+        self.bit(CONFIG0, 1)
+    }
+
+    /// Sleep instead of standby while idle.
+    pub(crate) fn idlmod(&self) -> bool {
+        self.bit(CONFIG1, 7)
+    }
+
+    /// DLY[2:0], 0 to 7.
+    pub(crate) fn dly(&self) -> u8 {
+        (self.byte(CONFIG1) >> 4) & 7
+    }
+
+    /// DRATE[1:0], 0 (slowest) to 3.
+    pub(crate) fn drate(&self) -> u8 {
+        self.byte(CONFIG1) & 3
+    }
+}

@@ -1,0 +1,107 @@
+//! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
+
+mod error;
+mod table;
+mod write;
+
+pub use error::TraceError;
+pub use table::{TIME_COLUMN, Table};
+pub use write::write_csv;
+
+use crate::scene::{INPUTS, Scene};
+use std::path::Path;
+
+/// A table played to the chip: its column k is on AINk, inputs without a column are at 0 V.
+///
+/// Between rows the voltage is interpolated linearly, before the first and after the last row it stays. The last row
+/// lasts as long as the one before it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    table: Table,
+    scan_rate_hz: f64,
+    scale: f64,
+    /// The row looked up last: time only goes forward, so the next one is near.
+    at: usize,
+}
+
+impl Trace {
+    /// Reads a trace from a CSV file in volts. `scan_rate_hz` is the rate of rows for a file without a `time_s`
+    /// column: row k is at k / `scan_rate_hz`.
+    ///
+    /// # Errors
+    /// See [`Table::load`]; also more than 16 channels, or a rate that is not positive.
+    pub fn load(path: impl AsRef<Path>, scan_rate_hz: f64) -> Result<Self, TraceError> {
+        Self::from_table(Table::load(path)?, scan_rate_hz)
+    }
+
+    /// Makes a table of at most 16 columns a trace, in volts.
+    ///
+    /// # Errors
+    /// [`TraceError::TooManyChannels`]; [`TraceError::ScanRate`] if the rate is not positive, also where a `time_s`
+    /// column makes it unimportant.
+    pub fn from_table(table: Table, scan_rate_hz: f64) -> Result<Self, TraceError> {
+        if table.names().len() > INPUTS {
+            return Err(TraceError::TooManyChannels { file: table.file().to_owned(), channels: table.names().len() });
+        }
+        if !(scan_rate_hz.is_finite() && scan_rate_hz > 0.0) {
+            return Err(TraceError::ScanRate { file: table.file().to_owned(), scan_rate_hz });
+        }
+        Ok(Self { table, scan_rate_hz, scale: 1.0, at: 0 })
+    }
+
+    /// Volts per unit of the table, default 1.
+    pub fn with_scale(mut self, volts_per_unit: f64) -> Self {
+        self.scale = volts_per_unit;
+        self
+    }
+
+    /// The table as read.
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// Time of a row in seconds after the first row.
+    pub fn row_time_s(&self, row: usize) -> f64 {
+        match self.table.time_s() {
+            Some(times) => times[row] - times[0],
+            None => row as f64 / self.scan_rate_hz,
+        }
+    }
+}
+
+impl Scene for Trace {
+    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
+        let rows = self.table.rows();
+        let column = usize::from(input);
+        if column >= self.table.names().len() {
+            return 0.0;
+        }
+        // `at` becomes the last row not later than t_s (or the first row).
+        let mut at = self.at;
+        while at > 0 && self.row_time_s(at) > t_s {
+            at -= 1;
+        }
+        while at + 1 < rows.len() && self.row_time_s(at + 1) <= t_s {
+            at += 1;
+        }
+        self.at = at;
+        let here = rows[at][column];
+        let value = match rows.get(at + 1) {
+            Some(next) => {
+                let (from_s, to_s) = (self.row_time_s(at), self.row_time_s(at + 1));
+                here + (next[column] - here) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
+            }
+            None => here,
+        };
+        self.scale * value
+    }
+
+    fn end_s(&self) -> f64 {
+        let last = self.table.rows().len() - 1;
+        let lasts_s = match last.checked_sub(1) {
+            Some(before) => self.row_time_s(last) - self.row_time_s(before),
+            None => 1.0 / self.scan_rate_hz,
+        };
+        self.row_time_s(last) + lasts_s
+    }
+}
