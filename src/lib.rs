@@ -3,8 +3,10 @@
 #![forbid(unsafe_code)]
 
 pub mod bridge;
+pub mod contact;
 pub mod frame;
 pub mod moments;
+pub mod motion;
 pub mod normal;
 pub mod phase;
 pub mod pipeline;

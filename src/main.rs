@@ -6,7 +6,7 @@
 //! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
-//! | `watch` | 1 | SysTick, twice a second | has `drdy` check the chip's registers |
+//! | `watch` | 1 | TIM4, twice a second | has `drdy` check the chip's registers |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` | spectrum and sine fit |
 //! | `idle` | 0 | | sleeps and measures the load |
 //!
@@ -248,8 +248,9 @@ mod app {
     }
 
     /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since.
-    #[task(binds = SysTick, priority = 1, shared = [&check])]
+    #[task(binds = TIM4, priority = 1, shared = [&check])]
     fn watch(cx: watch::Context) {
+        board::acknowledge_heartbeat();
         if cx.shared.check.swap(true, Relaxed) {
             rtic::pend(DRDY);
         }

@@ -8,7 +8,8 @@
 use crate::settings::{RING_FRAMES, TAXELS};
 use crate::telemetry::Span;
 
-/// One frame's values: code less the taxel's reference code, exact in f32 (`Ring::set_reference`).
+/// One frame's values: code less the taxel's reference code ([`Window::reference`]), a whole
+/// number and exact in f32.
 pub type Values = [f32; TAXELS];
 
 /// Where the fit reads frames from: a table or the ring itself on a PC, the ring behind a lock on
@@ -122,6 +123,8 @@ pub struct Window {
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
+    /// Codes that the frames' values are relative to.
+    pub reference: [i32; TAXELS],
     /// What it covers.
     pub span: Span,
 }

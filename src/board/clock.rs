@@ -1,9 +1,7 @@
-//! Time: TIM2 as the microsecond counter, 32 bit, free running, wrapping after 71.6 minutes; SysTick as
-//! a slow heartbeat.
+//! Time: TIM2 as the microsecond counter, 32 bit, free running, wrapping after 71.6 minutes; TIM4 as a
+//! slow heartbeat.
 
-use cortex_m::peripheral::SYST;
-use cortex_m::peripheral::syst::SystClkSource;
-use stm32f4xx_hal::pac::{RCC, TIM2};
+use stm32f4xx_hal::pac::{RCC, TIM2, TIM4};
 use stm32f4xx_hal::rcc::{Enable, Reset};
 
 /// Starts the counter. `ticks_per_us`: the timer's clock in MHz, at most 65536.
@@ -16,13 +14,25 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Starts SysTick's interrupt. Period: `ticks` of an eighth of the processor's clock, at most 2^24.
-pub fn start_heartbeat(mut syst: SYST, ticks: u32) {
-    syst.set_clock_source(SystClkSource::External);
-    syst.set_reload(ticks.saturating_sub(1));
-    syst.clear_current();
-    syst.enable_interrupt();
-    syst.enable_counter();
+/// Starts the interrupt TIM4, every half second. `ticks_per_us`: as above, at most 130.
+pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
+    TIM4::enable(rcc);
+    TIM4::reset(rcc);
+    // 1000 periods of 500 us each. The counter has 16 bits.
+    timer.psc().write(|w| w.psc().set(ticks_per_us.saturating_mul(500).saturating_sub(1) as u16));
+    timer.arr().write(|w| w.arr().set(999));
+    timer.egr().write(|w| w.ug().set_bit());
+    timer.sr().write(|w| w.uif().clear_bit());
+    timer.dier().write(|w| w.uie().set_bit());
+    timer.cr1().write(|w| w.cen().set_bit());
+}
+
+/// Clears the interrupt TIM4.
+pub fn acknowledge_heartbeat() {
+    // SAFETY: TIM4 exists for ever, nobody else touches it once it runs, and writing its status
+    // register only clears flags.
+    unsafe { (*TIM4::ptr()).sr().write(|w| w.uif().clear_bit()) };
+    cortex_m::asm::dsb();
 }
 
 /// Microseconds since [`start`], wrapping.

@@ -26,9 +26,6 @@ pub const POWER_UP_US: u32 = 20_000;
 /// Ticks of the emulator's timers in a microsecond.
 const TICKS_PER_US: u32 = 1000;
 
-/// Half a second: the emulator's processor clock is 168 MHz for SysTick, whatever `-icount` says.
-const HEARTBEAT_TICKS: u32 = 10_500_000;
-
 /// SPI with CS.
 pub type Spi = Bridge;
 /// The pin START.
@@ -153,7 +150,6 @@ impl Drdy {
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
-    super::clock::start_heartbeat(core.SYST, HEARTBEAT_TICKS);
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
@@ -162,7 +158,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
-    link::open(device.TIM3, &mut rcc);
+    link::open(core.SYST);
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());

@@ -45,9 +45,6 @@ const CS_SETTLE_CYCLES: u32 = 32;
 /// Clock of the timers on APB1 in MHz: twice PCLK1.
 const TIMER_MHZ: u32 = 84;
 
-/// Half a second at 168 MHz / 8.
-const HEARTBEAT_TICKS: u32 = 10_500_000;
-
 /// SPI with CS.
 pub type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs, NoDelay>;
 /// The pin START.
@@ -114,7 +111,7 @@ impl Drdy {
 }
 
 /// Sets the board up.
-pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
+pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let clocks = Config::hse(12.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz());
     let mut rcc = device.RCC.freeze(clocks);
 
@@ -122,7 +119,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
 
     super::clock::start(device.TIM2, &mut rcc, TIMER_MHZ);
-    super::clock::start_heartbeat(core.SYST, HEARTBEAT_TICKS);
+    super::clock::start_heartbeat(device.TIM4, &mut rcc, TIMER_MHZ);
 
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);

@@ -1,21 +1,27 @@
 //! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
 //!
-//! Every reply says when DRDY falls next, and TIM3 is set to that moment; its interrupt pends EXTI4,
-//! as the pin would. While no edge is in sight the chip is asked again every [`POLL_US`].
+//! Every reply says when DRDY falls next, and SysTick is set to that moment; its interrupt pends
+//! EXTI4, as the pin would. While no edge is in sight the chip is asked again every [`POLL_US`].
+//! SysTick, because it can be set for one shot; the emulator's TIM2 to TIM5 always go on.
 
 use super::semihost::{self, Exit, File};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
+use cortex_m_rt::exception;
 use critical_section::Mutex;
 use ridgetone::bridge::{NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
-use stm32f4xx_hal::pac::{Interrupt, NVIC, RCC, TIM3, interrupt};
-use stm32f4xx_hal::rcc::{Enable, Reset};
+use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
 /// Longest time without asking the chip, microseconds.
 const POLL_US: u32 = 10_000;
 
-/// TIM3's ticks are microseconds: the emulator's timers run at 1 GHz.
-const TICKS_PER_US: u16 = 1000;
+/// SysTick counts the emulated processor's clock, 168 MHz whatever `-icount` says.
+const TICKS_PER_US: u32 = 168;
+
+/// Period of the interrupt TIM4, microseconds: half a second, as on the board.
+const HEARTBEAT_US: u32 = 500_000;
 
 static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
@@ -23,29 +29,28 @@ static ENDED: AtomicBool = AtomicBool::new(false);
 struct Link {
     request: File,
     reply: File,
-    alarm: TIM3,
+    alarm: SYST,
     /// Whether the alarm is set to an edge of DRDY, not to the next poll.
     edge_ahead: bool,
     /// An edge of DRDY has come and nobody has read its data.
     edge_pending: bool,
     /// Time of the latest edge as the chip tells it.
     edge_us: u32,
+    /// When TIM4 was pended last.
+    heartbeat_us: u32,
 }
 
 /// Opens the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory and takes
-/// TIM3 for the alarm. Waits until the PC has opened its ends.
-pub fn open(alarm: TIM3, rcc: &mut RCC) {
-    TIM3::enable(rcc);
-    TIM3::reset(rcc);
-    alarm.psc().write(|w| w.psc().set(TICKS_PER_US.saturating_sub(1)));
+/// SysTick for the alarm. Waits until the PC has opened its ends.
+pub fn open(mut alarm: SYST) {
+    alarm.set_clock_source(SystClkSource::Core);
+    alarm.enable_interrupt();
     let (Some(request), Some(reply)) = (File::write_to(c"spi.request"), File::read_from(c"spi.reply")) else {
         semihost::say(format_args!("cannot open spi.request and spi.reply"));
         semihost::exit(Exit::Bridge)
     };
-    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0 };
+    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0, heartbeat_us: 0 };
     critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
-    // SAFETY: the handler below takes what it shares from behind the critical section's lock.
-    unsafe { NVIC::unmask(Interrupt::TIM3) };
 }
 
 /// Does something to the chip; a transfer's payload is replaced by what DOUT said.
@@ -96,6 +101,10 @@ impl Link {
             semihost::exit(Exit::Bridge)
         };
         self.edge_us = reply.drdy_us;
+        if now_us.wrapping_sub(self.heartbeat_us) >= HEARTBEAT_US {
+            self.heartbeat_us = now_us;
+            NVIC::pend(Interrupt::TIM4);
+        }
         if reply.ended {
             ENDED.store(true, Relaxed);
         }
@@ -129,12 +138,16 @@ impl Link {
 
     /// Sets the alarm. A microsecond later than asked: it must not ring before the edge.
     fn arm(&mut self, delay_us: u32) {
-        self.alarm.cr1().write(|w| w.cen().clear_bit());
-        self.alarm.egr().write(|w| w.ug().set_bit());
-        self.alarm.sr().write(|w| w.uif().clear_bit());
-        self.alarm.dier().write(|w| w.uie().set_bit());
-        self.alarm.cr1().write(|w| w.cen().set_bit());
-        self.alarm.arr().write(|w| w.arr().set(delay_us.saturating_add(1) as u16));
+        self.alarm.disable_counter();
+        self.alarm.set_reload(delay_us.saturating_add(1).saturating_mul(TICKS_PER_US));
+        self.alarm.clear_current();
+        // An alarm that has rung meanwhile belongs to the past.
+        SCB::clear_pendst();
+        self.alarm.enable_counter();
+        while SYST::get_current() == 0 {}
+        // Loaded; a reload value of zero stops the counter when it gets there. It must not start over:
+        // while the processor sleeps, the emulator would then skip two periods instead of one.
+        self.alarm.set_reload(0);
     }
 
     fn edge(&mut self) {
@@ -143,8 +156,7 @@ impl Link {
     }
 
     fn ring(&mut self) {
-        self.alarm.cr1().write(|w| w.cen().clear_bit());
-        self.alarm.sr().write(|w| w.uif().clear_bit());
+        self.alarm.disable_counter();
         if self.edge_ahead {
             self.edge_ahead = false;
             self.edge();
@@ -157,7 +169,7 @@ impl Link {
     }
 }
 
-#[interrupt]
-fn TIM3() {
+#[exception]
+fn SysTick() {
     with_link(Link::ring);
 }

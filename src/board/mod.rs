@@ -14,7 +14,8 @@
 //! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
 //! | the types `Spi`, `Start`, `Reset` | of these three |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
-//! | a SysTick interrupt about twice a second | for the watch over the chip, also while no DRDY comes |
+//! | an interrupt TIM4 about twice a second | for the watch over the chip, also while no DRDY comes |
+//! | `acknowledge_heartbeat()` | clears it |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
@@ -49,7 +50,7 @@ pub use emulated::*;
 #[cfg(feature = "feather-f405")]
 pub use feather_f405::*;
 
-pub use clock::now_us;
+pub use clock::{acknowledge_heartbeat, now_us};
 pub use line::Line;
 
 use embedded_hal::delay::DelayNs;

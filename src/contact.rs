@@ -1,0 +1,391 @@
+//! Phases of a touch: idle (A), contact spike and hold (B), slide (C), hold (D), release (E).
+//!
+//! The spike is found as in the paper's equations 2 and 3, over all taxels and as the data come: the
+//! taxel whose deviation from its idle level is the greatest tells the time. The slide comes either
+//! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
+//! begin to change and ends when they stop, both dated back to the frame where it happened.
+
+use crate::motion::{BLOCK_FRAMES, Block, Motion};
+use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
+use crate::window::{Ring, Values};
+
+/// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.
+const LEARN_BLOCKS: u32 = 8;
+/// A block's mean this far from the idle level is contact: as [`crate::motion`]'s own limit, with
+/// room for the uncertainty of the level.
+const TOUCHED: f32 = 100.0;
+/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
+/// looks for it in the first 0.8 s of a record that contains it.
+const SPIKE_FRAMES: u32 = 72;
+/// Frames before the block of the first touch where the spike may have begun.
+const LOOK_BACK: u32 = 4;
+/// Blocks in a row without any change after which something is still: 66 ms.
+const STILL_BLOCKS: u32 = 4;
+/// Blocks with quick changes after which a motion is a slide and not a step: 150 ms.
+const SLIDE_BLOCKS: u32 = 9;
+/// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
+const SLOW_SLIDE_BLOCKS: u32 = 22;
+/// Levels are back at idle within this share of the way to the loaded ones, squared (a fifth).
+const BACK_AT_IDLE: f32 = 0.04;
+/// A frame this far from a level is not at that level: chi-square of 16, mean and 4.5 times 5.7.
+const DEPARTED: f32 = 42.0;
+/// Frames that are searched for the moment when a motion began or ended: 0.66 s.
+const SEARCH_FRAMES: u32 = 160;
+/// Blocks by which a slow change may lag behind what it is a sign of: the longest comparison.
+const SLOW_BLOCKS: u32 = 16;
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// The contact spike.
+    Contact {
+        /// Frame of its peak.
+        frame: u32,
+        /// Taxel with the greatest deviation.
+        taxel: u8,
+        /// That deviation from the idle level, codes.
+        height: f32,
+    },
+    /// A slide began at this frame.
+    SlideStart(u32),
+    /// The slide has ended: first frame and the one behind its last.
+    SlideEnd(u32, u32),
+    /// The finger is off since this frame.
+    Release(u32),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    Learning,
+    Idle,
+    /// Since this frame; the spike's peak is being looked for.
+    Spike(u32),
+    Hold,
+    /// Something moves; a slide or only a step. Level that was held before, frame.
+    Moving {
+        held: Values,
+        from: u32,
+        quick: u32,
+        any: u32,
+    },
+    /// Since this frame.
+    Slide(u32),
+}
+
+/// The state machine.
+#[derive(Clone, Debug)]
+pub struct ContactDetector {
+    rule: SlideRule,
+    phase: Phase,
+    motion: Motion,
+    idle: Values,
+    idle_blocks: u32,
+    loaded: Values,
+    peak: Values,
+    peak_frame: [u32; TAXELS],
+    /// Blocks in a row without a quick, and without any, change.
+    still_quick: u32,
+    still: u32,
+    /// Slide by protocol: first frame and the one behind its last, until it is over.
+    planned: Option<(u32, u32)>,
+    moving_until: u32,
+}
+
+impl ContactDetector {
+    /// At rest, having seen nothing.
+    pub const fn new(rule: SlideRule) -> Self {
+        Self {
+            rule,
+            phase: Phase::Learning,
+            motion: Motion::new(),
+            idle: [0.0; TAXELS],
+            idle_blocks: 0,
+            loaded: [0.0; TAXELS],
+            peak: [0.0; TAXELS],
+            peak_frame: [0; TAXELS],
+            still_quick: 0,
+            still: 0,
+            planned: None,
+            moving_until: 0,
+        }
+    }
+
+    /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
+    pub const fn sliding(&self) -> Option<(u32, u32)> {
+        match self.phase {
+            Phase::Slide(start) => Some((start, self.moving_until)),
+            _ => None,
+        }
+    }
+
+    /// Takes frame `number`, the latest one in `ring`; tells what changed.
+    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        if let Phase::Spike(_) = self.phase {
+            self.track_spike(number, values);
+        }
+        self.follow_plan(number, changed);
+        let Some(block) = self.motion.push(values) else { return };
+        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
+        self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
+        let learn = self.step(number, &block, ring, changed);
+        self.motion.next_block(learn);
+    }
+
+    /// The data has ended: a slide that still runs is over.
+    pub fn finish(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
+        if let Phase::Slide(start) = self.phase {
+            let end = if self.planned.is_some() { number } else { self.moving_until.max(start) };
+            self.enter(Phase::Hold);
+            changed(Change::SlideEnd(start, end));
+        }
+    }
+
+    /// One block further. True if the finger was still, so that the noise can be learned from it.
+    fn step(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+        match self.phase {
+            Phase::Learning => {
+                self.idle_blocks += 1;
+                let share = 1.0 / self.idle_blocks as f32;
+                self.follow_idle(&block.mean, share);
+                if self.idle_blocks == LEARN_BLOCKS {
+                    self.enter(Phase::Idle);
+                }
+                true
+            }
+            Phase::Idle => {
+                let off = self.motion.distance(&block.mean, &self.idle) * BLOCK_FRAMES as f32;
+                if off > TOUCHED {
+                    self.begin_spike(number, ring);
+                    return false;
+                }
+                self.follow_idle(&block.mean, 1.0 / 16.0);
+                !block.quick
+            }
+            Phase::Spike(since) => {
+                let over = number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6;
+                if over {
+                    self.loaded = block.mean;
+                    self.end_spike(number, ring, changed);
+                }
+                false
+            }
+            Phase::Hold => self.hold(number, block, ring, changed),
+            Phase::Moving { held, from, quick, any } => {
+                let quick = quick + block.quick as u32;
+                let any = any + (block.quick || block.slow) as u32;
+                if self.released(number, &block.mean, ring, changed) {
+                } else if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
+                    let start = self.departure_from(&held, from, ring);
+                    self.moving_until = number;
+                    self.phase = Phase::Slide(start);
+                    changed(Change::SlideStart(start));
+                } else if self.still >= STILL_BLOCKS {
+                    self.enter(Phase::Hold);
+                } else {
+                    self.phase = Phase::Moving { held, from, quick, any };
+                }
+                false
+            }
+            Phase::Slide(start) => {
+                self.slide(start, number, block, ring, changed);
+                false
+            }
+        }
+    }
+
+    fn enter(&mut self, phase: Phase) {
+        self.phase = phase;
+        self.motion.restart();
+        self.still = 0;
+        self.still_quick = 0;
+    }
+
+    fn follow_idle(&mut self, mean: &Values, share: f32) {
+        for c in 0..TAXELS {
+            self.idle[c] += share * (mean[c] - self.idle[c]);
+        }
+    }
+
+    fn begin_spike(&mut self, number: u32, ring: &Ring) {
+        self.enter(Phase::Spike(number));
+        self.peak = [0.0; TAXELS];
+        let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
+        for frame in 0..BLOCK_FRAMES + LOOK_BACK {
+            let frame = first.wrapping_add(frame);
+            if let Some((values, _)) = ring.frame(frame) {
+                self.track_spike(frame, values);
+            }
+        }
+    }
+
+    /// Equation 3, for every taxel at once.
+    fn track_spike(&mut self, number: u32, values: &Values) {
+        for c in 0..TAXELS {
+            let off = values[c] - self.idle[c];
+            if off.abs() > self.peak[c].abs() {
+                self.peak[c] = off;
+                self.peak_frame[c] = number;
+            }
+        }
+    }
+
+    /// Equation 2: the taxel with the best defined spike tells the time.
+    fn end_spike(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        let mut best = 0;
+        for c in 1..TAXELS {
+            if self.peak[c].abs() > self.peak[best].abs() {
+                best = c;
+            }
+        }
+        let frame = self.peak_frame[best];
+        self.planned = match self.rule {
+            SlideRule::Found => None,
+            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
+                let start = frame.wrapping_add((delay_s * FRAME_RATE_HZ + 0.5) as u32);
+                Some((start, start.wrapping_add((length_mm / speed_mm_s * FRAME_RATE_HZ + 0.5) as u32)))
+            }
+        };
+        changed(Change::Contact { frame, taxel: best as u8, height: self.peak[best] });
+        let mean = self.loaded;
+        self.enter(Phase::Hold);
+        if self.back_at_idle(&mean, &self.peak_level()) {
+            self.release(number, &mean, ring, changed);
+        }
+    }
+
+    /// The level of the spike's peaks.
+    fn peak_level(&self) -> Values {
+        let mut level = self.idle;
+        for c in 0..TAXELS {
+            level[c] += self.peak[c];
+        }
+        level
+    }
+
+    fn back_at_idle(&self, mean: &Values, loaded: &Values) -> bool {
+        self.motion.distance(mean, &self.idle) < BACK_AT_IDLE * self.motion.distance(loaded, &self.idle)
+    }
+
+    fn hold(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+        if self.released(number, &block.mean, ring, changed) {
+            return false;
+        }
+        if !(block.quick || block.slow) {
+            self.loaded = block.mean;
+            return true;
+        }
+        if self.rule == SlideRule::Found {
+            // The block before may hold the first of the motion already.
+            let held = self.motion.recent_mean(2, 4).unwrap_or(self.loaded);
+            let from = number.wrapping_sub(BLOCK_FRAMES - 1);
+            self.phase = Phase::Moving { held, from, quick: block.quick as u32, any: 1 };
+        }
+        false
+    }
+
+    /// Ends the touch if the levels are still and back at idle.
+    fn released(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+        if self.still_quick < STILL_BLOCKS || !self.back_at_idle(mean, &self.loaded) {
+            return false;
+        }
+        self.release(number, mean, ring, changed);
+        true
+    }
+
+    fn release(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
+        let frame = self.arrival_at(&level, number, ring);
+        self.idle = level;
+        self.planned = None;
+        self.enter(Phase::Idle);
+        changed(Change::Release(frame));
+    }
+
+    fn slide(&mut self, start: u32, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        if self.planned.is_some() {
+            return;
+        }
+        if block.quick {
+            self.moving_until = number.wrapping_sub(BLOCK_FRAMES - 1);
+        } else if block.slow {
+            let sure = number.wrapping_sub(BLOCK_FRAMES * (SLOW_BLOCKS + 1) - 1);
+            if sure.wrapping_sub(start) > self.moving_until.wrapping_sub(start)
+                && sure.wrapping_sub(start) < u32::MAX / 2
+            {
+                self.moving_until = sure;
+            }
+        }
+        if self.still < STILL_BLOCKS {
+            return;
+        }
+        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
+        let end = self.arrival_at(&level, number, ring);
+        let loaded = self.loaded;
+        self.enter(Phase::Hold);
+        changed(Change::SlideEnd(start, end));
+        if self.back_at_idle(&level, &loaded) {
+            self.release(number, &level, ring, changed);
+        } else {
+            self.loaded = level;
+        }
+    }
+
+    /// Starts and ends the slide by protocol.
+    fn follow_plan(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
+        let Some((start, end)) = self.planned else { return };
+        let past = |frame: u32| number.wrapping_sub(frame) < u32::MAX / 2;
+        match self.phase {
+            Phase::Hold if past(start) => {
+                self.phase = Phase::Slide(start);
+                changed(Change::SlideStart(start));
+            }
+            Phase::Slide(_) if past(end) => {
+                self.planned = None;
+                self.enter(Phase::Hold);
+                changed(Change::SlideEnd(start, end));
+            }
+            Phase::Slide(_) => self.moving_until = number.wrapping_add(1),
+            _ => {}
+        }
+    }
+
+    fn departed(&self, frame: u32, level: &Values, ring: &Ring) -> bool {
+        ring.frame(frame).is_some_and(|(values, _)| self.motion.distance(values, level) > DEPARTED)
+    }
+
+    /// The first frame off `level` of the stretch that is off it around frame `from`: back from
+    /// there as long as frames are off the level, else forward to the first that is.
+    fn departure_from(&self, level: &Values, from: u32, ring: &Ring) -> u32 {
+        let mut first = from;
+        let mut ahead = 0;
+        while ahead < SEARCH_FRAMES && !self.departed(first, level, ring) {
+            first = first.wrapping_add(1);
+            ahead += 1;
+        }
+        if ahead > 0 {
+            return if ahead < SEARCH_FRAMES { first } else { from };
+        }
+        for _ in 0..SEARCH_FRAMES {
+            let before = first.wrapping_sub(1);
+            // Two frames at the level: one alone may be a wave passing through it.
+            if !self.departed(before, level, ring) && !self.departed(before.wrapping_sub(1), level, ring) {
+                break;
+            }
+            first = before;
+        }
+        first
+    }
+
+    /// The first frame of the stretch up to `number` that is at `level` throughout.
+    fn arrival_at(&self, level: &Values, number: u32, ring: &Ring) -> u32 {
+        let mut frame = number;
+        for _ in 0..SEARCH_FRAMES {
+            // Two frames off the level: one alone may be noise.
+            if self.departed(frame, level, ring) && self.departed(frame.wrapping_sub(1), level, ring) {
+                return frame.wrapping_add(1);
+            }
+            frame = frame.wrapping_sub(1);
+        }
+        number
+    }
+}
