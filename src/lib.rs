@@ -1,6 +1,36 @@
 //! Ridgetone: the tone of the ridges under a robotic fingertip, measured on the chip.
+//!
+//! Sixteen piezoresistors under a compliant skin slide over a grating; all of them see one common
+//! frequency, f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one
+//! and gives events: contact, slide, estimates of that frequency with their uncertainty, release.
+//! It needs no operating system, no allocation and no hardware; the firmware and the PC run it alike
+//! and get the same numbers to the last bit.
+//!
+//! The rooms, in the order in which a sample walks through them:
+//!
+//! | room | what happens there |
+//! |---|---|
+//! | [`settings`] | what a user may set, with units, bounds and where each default comes from |
+//! | [`frame`] | conversions become 16-channel frames, by the chip's own channel id |
+//! | [`motion`], [`contact`] | is anything moving; idle, contact spike, hold, slide, release |
+//! | [`window`] | the sliding phase in a fixed buffer, window by window |
+//! | [`moments`] | one pass over a window: all that the fit needs to know of it |
+//! | [`spectrum`] | a periodogram over the channels: the first guess |
+//! | [`sine_fit`] | least squares with one common frequency: the frequency and its uncertainty |
+//! | [`pipeline`] | composes the rooms: push(conversion) gives events |
+//! | [`telemetry`] | the events on the wire |
+//!
+//! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations) and [`bridge`] (the wire
+//! between the emulated board and the simulated chip).
+//!
+//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
+//! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
 #![forbid(unsafe_code)]
+// Taxels and unknowns are numbered; loops over several arrays at once read better by number.
+#![allow(clippy::needless_range_loop)]
+// `!(a > b)` is meant where it stands: a NaN belongs on that side.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod bridge;
 pub mod contact;

@@ -47,13 +47,13 @@ mod app {
     use crate::load::LoadMeter;
     use crate::outbox::Outbox;
     use crate::tally::Tally;
-    use ads1258::{Ads1258, Config};
+    use ads1258::Ads1258;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::frame::TimedConversion;
     use ridgetone::pipeline::{Detector, Estimator};
-    use ridgetone::settings::{Settings, SlideRule};
+    use ridgetone::settings::{SCAN, Settings, SlideRule};
     use ridgetone::telemetry::{self, Event, Span, WIRE_MAX};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
     use rtic::Mutex;
@@ -73,9 +73,6 @@ mod app {
     /// With no more than this many bytes waiting the longest packet still fits (a queue holds one
     /// less than its size).
     const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
-
-    /// What the chip converts: sixteen taxels and its own readings at 241.14 scans a second.
-    const SCAN: Config = Config::paper_scan();
 
     const DRDY: Interrupt = Interrupt::EXTI4;
     const DETECT: Interrupt = Interrupt::CAN1_RX0;
@@ -217,7 +214,8 @@ mod app {
             cx.shared.ring.lock(|ring| detector.push(conversion, ring, &counters, &mut emit, &mut due));
         }
         if board::ended() && !cx.shared.finished.load(Relaxed) {
-            detector.finish(&tally.counters(), &mut emit, &mut due);
+            let counters = tally.counters();
+            cx.shared.ring.lock(|ring| detector.finish(ring, &counters, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
     }

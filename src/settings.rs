@@ -49,7 +49,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { window_s: 1.0, hop_s: 0.25, harmonics: 3, vref_v: 4.096, slide: SlideRule::Found }
+        Self { window_s: 1.0, hop_s: 0.25, harmonics: 4, vref_v: 4.096, slide: SlideRule::Found }
     }
 }
 

@@ -33,10 +33,6 @@ const AMBIGUOUS_SHARE: f32 = 0.04;
 /// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
 /// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
 const LINE_OFFSET_MAX: f32 = 0.06;
-/// Power of one line in one channel, in units of its noise, that noise alone reaches once in a
-/// thousand times: the chi-square point of two degrees of freedom.
-const LINE_POWER_MIN: f32 = 13.8;
-
 /// One channel of a [`Fit`], in the units of its frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelFit {
@@ -102,7 +98,7 @@ impl Shape {
         match index {
             0 => (Wave::One, 0),
             1 if self.slope => (Wave::One, 1),
-            _ if (index - first) % 2 == 0 => (Wave::Cos((index - first) / 2 + 1), 0),
+            _ if (index - first).is_multiple_of(2) => (Wave::Cos((index - first) / 2 + 1), 0),
             _ => (Wave::Sin((index - first) / 2 + 1), 0),
         }
     }
@@ -150,7 +146,7 @@ fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Option<So
     // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each of
     // those has in common with the model's own functions, `spread` what it has beside them.
     let waves = 2 * shape.harmonics;
-    let wave = |index: usize| if index % 2 == 0 { Wave::Cos(index / 2 + 1) } else { Wave::Sin(index / 2 + 1) };
+    let wave = |index: usize| if index.is_multiple_of(2) { Wave::Cos(index / 2 + 1) } else { Wave::Sin(index / 2 + 1) };
     let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
     let mut spread = [[0.0; 2 * HARMONICS_MAX]; 2 * HARMONICS_MAX];
     for (d, across) in across.iter_mut().enumerate().take(waves) {
@@ -277,11 +273,12 @@ fn gain(levels: &Levels, rest: &Values, shape: &Shape) -> f32 {
 }
 
 /// Gain that noise alone reaches in one search out of a hundred: the chi-square point of
-/// `unknowns` degrees of freedom at one hundredth over the number of independent frequencies
-/// (Wilson and Hilferty's cube), halved.
+/// `unknowns` degrees of freedom at one hundredth over the number of tries (Wilson and Hilferty's
+/// cube), halved. A search between the frequencies of a transform counts for twice as many of them,
+/// and the number of harmonics and the place of the fundamental are chosen too: four tries a frame.
 fn gain_by_chance(unknowns: f32, frames: f32) -> f32 {
-    // Normal deviate of the tail 0.01 / (frames / 2), by Mills' ratio.
-    let tail = 0.02 / frames;
+    // Normal deviate of the tail, by Mills' ratio.
+    let tail = 0.01 / (4.0 * frames);
     let z2 = -2.0 * libm::logf(tail * 2.5);
     let z = libm::sqrtf((z2 - libm::logf(z2)).max(1.0));
     let cube = 1.0 - 2.0 / (9.0 * unknowns) + z * libm::sqrtf(2.0 / (9.0 * unknowns));
@@ -316,16 +313,21 @@ impl Fitter {
         let Some((nu, ambiguous)) = self.fundamental(stretch, &levels, nu)? else {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         };
-        let harmonics = self.harmonics_below_nyquist(stretch, nu);
-        let Some(mut best) = converge(stretch, &levels, nu, harmonics)? else {
+        // Where a window is too short to tell so many harmonics apart, fewer may do.
+        let mut harmonics = self.harmonics_below_nyquist(stretch, nu);
+        let mut best = converge(stretch, &levels, nu, harmonics)?;
+        while best.is_none() && harmonics > 1 {
+            harmonics -= 1;
+            best = converge(stretch, &levels, nu, harmonics)?;
+        }
+        let Some(mut best) = best else {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         };
         // As many harmonics as the scene carries and no more.
-        let carried = carried(&best, &levels);
+        let carried = carried(&best, power_by_chance(&levels));
         if carried < best.shape.harmonics {
-            match converge(stretch, &levels, best.nu, carried)? {
-                Some(leaner) => best = leaner,
-                None => return Some(Fit::without_tone(Status::TooShort, &levels)),
+            if let Some(leaner) = converge(stretch, &levels, best.nu, carried)? {
+                best = leaner;
             }
         }
         self.conclude(stretch, &levels, best, ambiguous)
@@ -393,7 +395,7 @@ impl Fitter {
                 continue;
             }
             let share = share_between(&comb, part);
-            if share > highest && lines_hold(&comb, part) {
+            if share > highest && lines_hold(&comb, part, power_by_chance(levels)) {
                 highest = share;
                 if share > SUBHARMONIC_SHARE {
                     (found, ambiguous) = (comb.nu, false);
@@ -512,26 +514,30 @@ fn share_between(comb: &Solution, part: usize) -> f32 {
     if all > 0.0 { between / all } else { 0.0 }
 }
 
+/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
+/// thousand times: the chi-square point of two degrees of freedom for each channel (Wilson and
+/// Hilferty's cube, normal deviate 3.09).
+fn power_by_chance(levels: &Levels) -> f32 {
+    let degrees = 2.0 * levels.usable.count_ones() as f32;
+    let cube = 1.0 - 2.0 / (9.0 * degrees) + 3.09 * libm::sqrtf(2.0 / (9.0 * degrees));
+    degrees * cube * cube * cube
+}
+
 /// Whether the lines of a comb below its strongest one, the `part`-th, are lines of their own: each
 /// stands out of the noise, and the first is at its place, so that it is not the skirt of a drift or
 /// of another line.
-fn lines_hold(comb: &Solution, part: usize) -> bool {
+fn lines_hold(comb: &Solution, part: usize, by_chance: f32) -> bool {
     let off = comb.offset[0].abs();
     // Offsets are in `nu`, half of what they are in cycles per window.
     let at_its_place = off <= (0.5 * LINE_OFFSET_MAX).max(3.0 * comb.offset_sigma[0]).min(0.25);
-    at_its_place && comb.power.iter().take(part - 1).all(|power| *power > LINE_POWER_MIN)
+    at_its_place && comb.power.iter().take(part - 1).all(|power| *power > by_chance)
 }
 
-/// Harmonics up to the last that stands out of the noise: its power over all channels beyond the
-/// chi-square point of one in a thousand.
-fn carried(best: &Solution, levels: &Levels) -> usize {
-    let degrees = 2.0 * levels.usable.count_ones() as f32;
-    let cube = 1.0 - 2.0 / (9.0 * degrees) + 3.09 * libm::sqrtf(2.0 / (9.0 * degrees));
-    let point = degrees * cube * cube * cube;
+/// Harmonics up to the last that stands out of the noise.
+fn carried(best: &Solution, by_chance: f32) -> usize {
     let mut harmonics = 1;
     for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
-        // `power` is in units of noise variance: its expectation without a line is `degrees`.
-        if *power > point {
+        if *power > by_chance {
             harmonics = h + 1;
         }
     }

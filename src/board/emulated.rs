@@ -165,8 +165,10 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx) }
 }
 
-/// Ends the emulator: all is done.
+/// Ends the emulator: all is done. Tells how deep the stack has been.
 pub fn leave() {
+    let (deepest, size) = super::stack::use_bytes();
+    semihost::say(format_args!("stack: {deepest} of {size} bytes used at most"));
     semihost::exit(Exit::Done)
 }
 

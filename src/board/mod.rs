@@ -44,6 +44,8 @@ mod feather_f405;
 mod link;
 #[cfg(feature = "emulated")]
 mod semihost;
+#[cfg(feature = "emulated")]
+mod stack;
 
 #[cfg(feature = "emulated")]
 pub use emulated::*;

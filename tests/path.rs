@@ -1,0 +1,137 @@
+//! The whole path on a PC: SPI bytes in, telemetry out, over the paper's protocol.
+
+mod support;
+
+use hal_mock::{Sliding, SlidingScene, TABLE_2};
+use ridgetone::settings::{Settings, SlideRule};
+use ridgetone::telemetry::{Event, Status};
+use support::{all, outcome, run};
+
+fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {
+    SlidingScene::new(Sliding { speed_mm_s, period_mm, snr_db: Some(snr_db), seed, ..Sliding::default() }).unwrap()
+}
+
+/// The bars of the emulated run (host/tests/emulated.rs), here without an emulator.
+#[test]
+fn all_of_table_2_within_its_bars() {
+    for (number, (speed_mm_s, period_mm)) in TABLE_2.into_iter().enumerate() {
+        for seed in 1..=4 {
+            let scene = scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed);
+            let truth = scene.truth();
+            let out = outcome(&run(scene, Settings::default(), all));
+            let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}: {out:?} {truth:?}");
+
+            assert_eq!(out.contacts_s.len(), 1, "{what}");
+            assert!((out.contacts_s[0] - truth.contact_s).abs() < 0.005, "{what}");
+            assert_eq!(out.slides_s.len(), 1, "{what}");
+            assert!((out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020, "{what}");
+            assert!((out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020, "{what}");
+            assert_eq!(out.releases_s.len(), 1, "{what}");
+            assert!((out.releases_s[0] - truth.release_s).abs() < 0.050, "{what}");
+
+            assert_eq!(out.slide_fits.len(), 1, "{what}");
+            let fit = &out.slide_fits[0];
+            let off = fit.frequency_hz as f64 - truth.frequency_hz;
+            assert_eq!(fit.status, Status::Good, "{what}");
+            assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
+            assert!(off.abs() < 5.0 * fit.sigma_hz as f64, "{what}");
+            assert_eq!(fit.channels.len(), 16, "{what}");
+            assert!(!out.window_fits.is_empty(), "{what}");
+            for fit in &out.window_fits {
+                assert_eq!(fit.status, Status::Good, "{what}");
+                assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma_hz as f64, "{what}");
+            }
+            assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
+        }
+    }
+}
+
+#[test]
+fn the_greeting_comes_first_and_health_once_a_second() {
+    let scene = scene(30.0, 3.6, 20.0, 1);
+    let end_s = scene.truth().end_s;
+    let events = run(scene, Settings::default(), all);
+    assert!(matches!(&events[0], Event::Hello(hello) if hello.settings == Settings::default()));
+    let health = events.iter().filter(|event| matches!(event, Event::Health(_))).count();
+    assert_eq!(health, end_s as usize + 1);
+    let last = outcome(&events).health;
+    // The simulated chip's own supply, reference and temperature.
+    assert!((last.supply_v - 5.0).abs() < 1e-3, "{last:?}");
+    assert!((last.reference_v - 4.096).abs() < 1e-3, "{last:?}");
+    assert!((last.temperature_c - 25.0).abs() < 0.5, "{last:?}");
+    assert!((last.gain - 1.0).abs() < 1e-4, "{last:?}");
+    // The datasheet's rate formula, by the board's clock.
+    assert!((last.frame_rate_hz - 241.14).abs() < 0.01, "{last:?}");
+}
+
+#[test]
+fn the_slide_by_protocol_follows_the_paper() {
+    let settings = Settings {
+        slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 },
+        ..Settings::default()
+    };
+    let scene = scene(30.0, 3.6, 20.0, 3);
+    let truth = scene.truth();
+    let out = outcome(&run(scene, settings, all));
+    let (start_s, end_s) = out.slides_s[0];
+    // Equations 4 and 5, to within a frame of the spike.
+    assert!((start_s - (out.contacts_s[0] + 1.0)).abs() < 0.005);
+    assert!((end_s - start_s - 55.0 / 30.0).abs() < 0.005);
+    assert_eq!(out.slides_s.len(), 1);
+    assert_eq!(out.releases_s.len(), 1);
+    let fit = &out.slide_fits[0];
+    assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 0.002 * truth.frequency_hz);
+}
+
+#[test]
+fn a_finger_in_the_air_says_nothing() {
+    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 20.0 }, 20e-6, 5);
+    let out = outcome(&run(still, Settings::default(), all));
+    assert!(out.contacts_s.is_empty() && out.slides_s.is_empty() && out.window_fits.is_empty(), "{out:?}");
+}
+
+#[test]
+fn lost_conversions_are_counted_and_their_frames_left_out() {
+    let scene = scene(30.0, 3.6, 20.0, 2);
+    let truth = scene.truth();
+    let mut lost = 0;
+    let events = run(scene, Settings::default(), |count, conversion| {
+        // One conversion in 997, and a hole of five scans and a half in the middle of the slide.
+        let gone = count % 997 == 500 || (11_000..11_115).contains(&count);
+        lost += gone as u32;
+        (!gone).then_some(conversion)
+    });
+    let out = outcome(&events);
+    assert_eq!(out.health.conversions_lost, lost);
+    let fit = &out.slide_fits[0];
+    assert_eq!(fit.status, Status::Good);
+    assert!(fit.frames_missing > 5, "{fit:?}");
+    assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma_hz as f64, "{fit:?}");
+}
+
+/// A conversion's slot in the scan is a delay: without it the phases of taxels 0 and 15 would be
+/// 15 / 21 of a frame apart.
+#[test]
+fn phases_are_those_of_one_moment() {
+    struct Together;
+    impl hal_mock::Scene for Together {
+        fn volts(&mut self, _: u8, t_s: f64) -> f64 {
+            let level = if t_s < 0.5 { 0.0 } else { 0.02 };
+            let slid = if t_s > 1.5 { (t_s - 1.5).min(2.0) } else { 0.0 };
+            2.5 + level + 1e-3 * (std::f64::consts::TAU * 40.0 * slid).sin()
+        }
+        fn end_s(&self) -> f64 {
+            4.5
+        }
+    }
+    let out = outcome(&run(Together, Settings::default(), all));
+    let fit = &out.slide_fits[0];
+    assert!((fit.frequency_hz - 40.0).abs() < 1e-3, "{fit:?}");
+    let first = fit.channels[0].phase_rad;
+    for channel in &fit.channels {
+        let apart = (channel.phase_rad - first + std::f32::consts::PI).rem_euclid(std::f32::consts::TAU) - std::f32::consts::PI;
+        assert!(apart.abs() < 2e-3, "{fit:?}");
+        assert!((channel.amplitude_v - 1e-3).abs() < 1e-5, "{fit:?}");
+        assert!((channel.offset_v - 2.52).abs() < 1e-4, "{fit:?}");
+    }
+}

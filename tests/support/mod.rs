@@ -1,0 +1,100 @@
+//! What the whole-path tests share: a rig that runs a scene through driver, pipeline and telemetry.
+
+use hal_mock::{Options, Rig, Scene};
+use ridgetone::frame::TimedConversion;
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::{SCAN, Settings};
+use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+
+/// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
+/// the wire; `keep` may drop or change conversions on the way. Gives what a reader gets.
+pub fn run(
+    scene: impl Scene + 'static,
+    settings: Settings,
+    mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
+) -> Vec<Event> {
+    let rig = Rig::new(scene, Options::default());
+    let mut adc = ads1258::Ads1258::new(rig.spi());
+    let mut start = rig.start_pin();
+    adc.stop(&mut start).unwrap();
+    adc.configure(&SCAN).unwrap();
+    adc.start(&mut start).unwrap();
+
+    let mut pipeline = Box::new(Pipeline::new(settings));
+    let mut wire = Wire::default();
+    wire.send(pipeline.hello());
+    let mut count = 0;
+    while let Some(edge_ns) = rig.wait_for_drdy() {
+        let conversion = adc.read().unwrap();
+        if rig.with_chip(|chip| chip.ended()) {
+            break;
+        }
+        if let Some(kept) = keep(count, TimedConversion { t_us: (edge_ns / 1000) as u32, conversion }) {
+            pipeline.push(kept, &mut |event| wire.send(event));
+        }
+        count += 1;
+    }
+    pipeline.finish(&mut |event| wire.send(event));
+    assert_eq!((wire.decoder.damaged, wire.decoder.missing), (0, 0));
+    wire.received
+}
+
+/// Everything is kept.
+pub fn all(_: u32, conversion: TimedConversion) -> Option<TimedConversion> {
+    Some(conversion)
+}
+
+#[derive(Default)]
+struct Wire {
+    sequence: u16,
+    decoder: Decoder,
+    received: Vec<Event>,
+}
+
+impl Wire {
+    fn send(&mut self, event: Event) {
+        let mut bytes = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence: self.sequence, event }, &mut bytes).unwrap();
+        self.sequence = self.sequence.wrapping_add(1);
+        for byte in &bytes[..used] {
+            self.received.extend(self.decoder.push(*byte).map(|packet| packet.event));
+        }
+    }
+}
+
+/// What a run of one touch came to.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// Times of the contact spikes, seconds.
+    pub contacts_s: Vec<f64>,
+    /// Starts and ends of the slides, seconds.
+    pub slides_s: Vec<(f64, f64)>,
+    /// Releases, seconds.
+    pub releases_s: Vec<f64>,
+    /// Fits over whole slides.
+    pub slide_fits: Vec<ridgetone::telemetry::Estimate>,
+    /// Fits over windows.
+    pub window_fits: Vec<ridgetone::telemetry::Estimate>,
+    /// The last health message.
+    pub health: ridgetone::telemetry::Health,
+}
+
+/// Sorts the events of a run.
+pub fn outcome(events: &[Event]) -> Outcome {
+    let mut out = Outcome::default();
+    let seconds = |us: u64| us as f64 * 1e-6;
+    for event in events {
+        match event {
+            Event::Contact(contact) => out.contacts_s.push(seconds(contact.t_us)),
+            Event::Slide(slide) => {
+                out.slides_s.extend(slide.end_us.map(|end| (seconds(slide.start_us), seconds(end))));
+            }
+            Event::Release(release) => out.releases_s.push(seconds(release.t_us)),
+            Event::Estimate(fit) if fit.span == ridgetone::telemetry::Span::Slide => out.slide_fits.push(fit.clone()),
+            Event::Estimate(fit) => out.window_fits.push(fit.clone()),
+            Event::Health(health) => out.health = *health,
+            Event::Hello(_) => {}
+        }
+    }
+    out
+}
