@@ -14,10 +14,12 @@
 //! | [`frame`] | conversions become 16-channel frames, by the chip's own channel id |
 //! | [`motion`], [`contact`] | is anything moving; idle, contact spike, hold, slide, release |
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
-//! | [`moments`] | one pass over a window: all that the fit needs to know of it |
+//! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
+//! | [`levels`], [`moments`] | one pass over a window each: all that the fit needs to know of it |
 //! | [`spectrum`] | a periodogram over the channels: the first guess |
-//! | [`sine_fit`] | least squares with one common frequency: the frequency and its uncertainty |
-//! | [`pipeline`] | composes the rooms: push(conversion) gives events |
+//! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
+//! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
+//! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations) and [`bridge`] (the wire
@@ -34,7 +36,9 @@
 
 pub mod bridge;
 pub mod contact;
+pub mod detector;
 pub mod frame;
+pub mod levels;
 pub mod moments;
 pub mod motion;
 pub mod normal;
@@ -42,6 +46,7 @@ pub mod phase;
 pub mod pipeline;
 pub mod settings;
 pub mod sine_fit;
+pub mod solve;
 pub mod spectrum;
 pub mod telemetry;
 pub mod window;

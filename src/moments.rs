@@ -4,6 +4,7 @@
 //! is `nu`, cycles per unit of `u`, that is half the cycles in the window. Frames with a missing
 //! conversion are left out of every sum.
 
+use crate::levels::Levels;
 use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
@@ -28,7 +29,7 @@ pub struct Stretch<'a, S> {
 impl<S: FrameSource> Stretch<'_, S> {
     /// Shows every frame block by block, each block with the number of its first frame in the
     /// stretch. None if the frames were overwritten meanwhile.
-    fn blocks(&mut self, mut visit: impl FnMut(u32, &[Values], &[u16])) -> Option<()> {
+    pub(crate) fn blocks(&mut self, mut visit: impl FnMut(u32, &[Values], &[u16])) -> Option<()> {
         let mut done = 0;
         while done < self.frames {
             let most = (self.frames - done).min(BLOCK as u32) as usize;
@@ -50,88 +51,9 @@ impl<S: FrameSource> Stretch<'_, S> {
     }
 
     /// `u` of a frame of the stretch.
-    fn u(&self, frame: u32) -> f32 {
+    pub(crate) fn u(&self, frame: u32) -> f32 {
         (frame as f32 - 0.5 * (self.frames as f32 - 1.0)) / self.half()
     }
-}
-
-/// Level and slope of every channel, and which of them can be used.
-#[derive(Clone, Debug)]
-pub struct Levels {
-    /// Offset of each channel, on its straight line at the centre; the passes that follow subtract it.
-    pub offset: Values,
-    /// Slope per unit of `u` of a straight line through each channel.
-    pub slope: Values,
-    /// Sum of squares about that straight line.
-    pub about_line: Values,
-    /// Sum of squares about the mean.
-    pub about_mean: Values,
-    /// Taxels with a valid value in every frame that counts, and not constant.
-    pub usable: u16,
-    /// Frames that count.
-    pub frames: u32,
-}
-
-/// First pass: levels. A frame counts if any taxel has a value in it; a taxel that is missing in
-/// one of those is not usable. None if the frames were overwritten.
-pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
-    let mut reference: Option<Values> = None;
-    let mut usable = u16::MAX;
-    let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
-    let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
-    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|at, values, valid| {
-        let mut part = [[0f32; TAXELS]; 3];
-        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
-            if *valid == 0 {
-                continue;
-            }
-            let zero = reference.get_or_insert(*value);
-            let u = start + step * (at + i as u32) as f32;
-            usable &= *valid;
-            n += 1;
-            sum_u += u;
-            sum_uu += u * u;
-            for c in 0..TAXELS {
-                let y = value[c] - zero[c];
-                part[0][c] += y;
-                part[1][c] += u * y;
-                part[2][c] += y * y;
-            }
-        }
-        for c in 0..TAXELS {
-            y0[c] += part[0][c];
-            y1[c] += part[1][c];
-            yy[c] += part[2][c];
-        }
-    })?;
-    let mut result = Levels {
-        offset: [0.0; TAXELS],
-        slope: [0.0; TAXELS],
-        about_line: [0.0; TAXELS],
-        about_mean: [0.0; TAXELS],
-        usable: 0,
-        frames: n,
-    };
-    let Some(reference) = reference.filter(|_| n >= 4) else { return Some(result) };
-    let count = n as f32;
-    let spread = sum_uu - sum_u * sum_u / count;
-    for c in 0..TAXELS {
-        let mean = y0[c] / count;
-        let along = y1[c] - sum_u * mean;
-        let slope = along / spread;
-        let about_mean = yy[c] - y0[c] * mean;
-        let about = about_mean - along * slope;
-        result.offset[c] = reference[c] + (mean - slope * sum_u / count);
-        result.slope[c] = slope;
-        result.about_line[c] = about;
-        result.about_mean[c] = about_mean;
-        // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
-        if usable & 1 << c != 0 && about > 1e-6 * yy[c] && about > 0.0 {
-            result.usable |= 1 << c;
-        }
-    }
-    Some(result)
 }
 
 /// Sums of the harmonics alone, over the frames that count: sums of u^w cos(k theta) and
@@ -383,25 +305,4 @@ pub fn residuals<S: FrameSource>(
         }
     })?;
     Some(sums)
-}
-
-/// Copies one channel, less its straight line, into `out` (zeros behind it and where frames are
-/// missing). None if the frames were overwritten.
-pub fn detrended<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    taxel: usize,
-    out: &mut [f32],
-) -> Option<()> {
-    out.fill(0.0);
-    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|at, values, valid| {
-        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
-            let frame = at + i as u32;
-            if let Some(place) = out.get_mut(frame as usize).filter(|_| *valid != 0) {
-                let u = start + step * frame as f32;
-                *place = value[taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
-            }
-        }
-    })
 }

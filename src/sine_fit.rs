@@ -1,28 +1,18 @@
 //! Least squares over all channels with one common frequency: the paper's equation 7 for sixteen
 //! channels, with harmonics and a slope.
 //!
-//! For a fixed frequency every other unknown is linear, so they are solved for exactly (variable
-//! projection) and a Gauss-Newton step moves the frequency alone. Channels count by the inverse of
-//! their own residual variance, which makes this the maximum of the likelihood with unknown noise
-//! in each channel. The uncertainty is the inverse of the same normal equations.
+//! This room decides: where to start, which line is the fundamental, how many harmonics there are,
+//! and whether there is a tone at all. The solution itself is in [`crate::solve`]; the uncertainty is
+//! the inverse of the same normal equations.
 
-use crate::moments::{Correlation, HARMONICS_MAX, Levels, Model, Moments, Stretch, Wave, levels, moments, residuals};
-use crate::normal::{Cholesky, UNKNOWNS, Vector};
+use crate::levels::{Levels, levels};
+use crate::moments::{HARMONICS_MAX, Stretch, moments, residuals};
 use crate::settings::TAXELS;
+use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Shape, Solution, converge, solve};
 use crate::spectrum::{Scratch, strongest};
 use crate::telemetry::Status;
 use crate::window::{FrameSource, Values};
-use core::f32::consts::PI;
 
-/// Cycles in the window below which there is too little of a wave to tell its frequency
-/// (a periodogram is off by more than 1 Hz there; the bound itself still holds at 0.73 cycles).
-const CYCLES_MIN: f32 = 0.6;
-/// Cycles in the window from which a slope can be told from the wave and is fitted too.
-const CYCLES_FOR_SLOPE: f32 = 2.0;
-/// Gauss-Newton steps at the most; three do from a periodogram's peak.
-const STEPS_MAX: usize = 8;
-/// A step this small against the uncertainty ends the search.
-const STEP_DONE: f32 = 0.02;
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
@@ -77,185 +67,6 @@ impl Fit {
         let (frames, usable) = (levels.frames, levels.usable);
         Self { status, frequency: 0.0, sigma: 0.0, harmonics: 0, frames, usable, channels }
     }
-}
-
-/// What is fitted at one frequency.
-#[derive(Clone, Copy, Debug)]
-struct Shape {
-    harmonics: usize,
-    slope: bool,
-}
-
-impl Shape {
-    /// Unknowns of a channel.
-    fn unknowns(&self) -> usize {
-        1 + self.slope as usize + 2 * self.harmonics
-    }
-
-    /// The functions of a channel: wave and power of `u`.
-    fn function(&self, index: usize) -> (Wave, usize) {
-        let first = 1 + self.slope as usize;
-        match index {
-            0 => (Wave::One, 0),
-            1 if self.slope => (Wave::One, 1),
-            _ if (index - first).is_multiple_of(2) => (Wave::Cos((index - first) / 2 + 1), 0),
-            _ => (Wave::Sin((index - first) / 2 + 1), 0),
-        }
-    }
-}
-
-/// The least-squares solution at one frequency and the step towards a better one.
-#[derive(Clone, Debug)]
-struct Solution {
-    nu: f32,
-    shape: Shape,
-    models: [Model; TAXELS],
-    /// Residual sums of squares.
-    rest: Values,
-    /// Gauss-Newton step in `nu`.
-    step: f32,
-    /// Information about `nu`: the inverse of its variance.
-    information: f32,
-    /// Weighted power of each harmonic.
-    power: [f32; HARMONICS_MAX],
-    /// Where each harmonic alone would rather be, in `nu` from its place.
-    offset: [f32; HARMONICS_MAX],
-    /// Standard deviation of that.
-    offset_sigma: [f32; HARMONICS_MAX],
-}
-
-/// Smallest residual sum of squares that f32 sums can tell from rounding.
-fn floor(correlation: &Correlation, frames: f32) -> f32 {
-    // Quantization alone leaves 1/12 of a code squared per sample.
-    (1e-6 * correlation.yy).max(frames / 12.0)
-}
-
-/// Solves at `moments`' frequency. None if the unknowns cannot be told apart there.
-fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Option<Solution> {
-    let sums = &moments.trigonometric;
-    let size = shape.unknowns();
-    let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
-    for i in 0..size {
-        for j in 0..=i {
-            let ((a, p), (b, q)) = (shape.function(i), shape.function(j));
-            normal[i][j] = sums.product(p + q, a, b);
-        }
-    }
-    let normal = Cholesky::new(&normal, size)?;
-
-    // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each of
-    // those has in common with the model's own functions, `spread` what it has beside them.
-    let waves = 2 * shape.harmonics;
-    let wave = |index: usize| if index.is_multiple_of(2) { Wave::Cos(index / 2 + 1) } else { Wave::Sin(index / 2 + 1) };
-    let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
-    let mut spread = [[0.0; 2 * HARMONICS_MAX]; 2 * HARMONICS_MAX];
-    for (d, across) in across.iter_mut().enumerate().take(waves) {
-        for (i, across) in across.iter_mut().enumerate().take(size) {
-            let (b, p) = shape.function(i);
-            *across = sums.product(1 + p, wave(d), b);
-        }
-    }
-    for d in 0..waves {
-        let solved = normal.solve(&across[d]);
-        for e in 0..waves {
-            let common: f32 = (0..size).map(|i| solved[i] * across[e][i]).sum();
-            spread[d][e] = sums.product(2, wave(d), wave(e)) - common;
-        }
-    }
-
-    let frames = levels.frames as f32;
-    let mut out = Solution {
-        nu,
-        shape,
-        models: [Model::default(); TAXELS],
-        rest: [0.0; TAXELS],
-        step: 0.0,
-        information: 0.0,
-        power: [0.0; HARMONICS_MAX],
-        offset: [0.0; HARMONICS_MAX],
-        offset_sigma: [0.0; HARMONICS_MAX],
-    };
-    let mut pull = 0.0;
-    let (mut line_pull, mut line_information) = ([0.0; HARMONICS_MAX], [0.0; HARMONICS_MAX]);
-    for c in 0..TAXELS {
-        if levels.usable & 1 << c == 0 {
-            continue;
-        }
-        let channel = &moments.channels[c];
-        let right = right_side(channel, &shape);
-        let beta = normal.solve(&right);
-        let explained: f32 = (0..size).map(|i| beta[i] * right[i]).sum();
-        let rest = (channel.yy - explained).max(floor(channel, frames));
-        let weight = (frames - size as f32).max(1.0) / rest;
-        out.rest[c] = rest;
-        out.models[c] = model(&beta, &shape);
-
-        let mut along = [0.0; 2 * HARMONICS_MAX];
-        let mut left = [0.0; 2 * HARMONICS_MAX];
-        for d in 0..waves {
-            let h = d / 2;
-            let turn = 2.0 * PI * (h + 1) as f32;
-            let (cos, sin) = (out.models[c].cos[h], out.models[c].sin[h]);
-            let (sum, factor) =
-                if d % 2 == 0 { (channel.u_cos[h], turn * sin) } else { (channel.u_sin[h], -turn * cos) };
-            along[d] = factor;
-            left[d] = sum - (0..size).map(|i| across[d][i] * beta[i]).sum::<f32>();
-        }
-        for d in 0..waves {
-            pull += weight * along[d] * left[d];
-            line_pull[d / 2] += weight * along[d] * left[d];
-            for e in 0..waves {
-                let part = weight * along[d] * spread[d][e] * along[e];
-                out.information += part;
-                if d / 2 == e / 2 {
-                    line_information[d / 2] += part;
-                }
-            }
-        }
-        for h in 0..shape.harmonics {
-            let (cos, sin) = (out.models[c].cos[h], out.models[c].sin[h]);
-            out.power[h] += weight * 0.5 * frames * (cos * cos + sin * sin);
-        }
-    }
-    if !(out.information > 0.0) {
-        return None;
-    }
-    out.step = pull / out.information;
-    for h in 0..shape.harmonics {
-        if line_information[h] > 0.0 {
-            out.offset[h] = (h + 1) as f32 * line_pull[h] / line_information[h];
-            out.offset_sigma[h] = (h + 1) as f32 / libm::sqrtf(line_information[h]);
-        }
-    }
-    Some(out)
-}
-
-/// Right-hand side of a channel's normal equations.
-fn right_side(channel: &Correlation, shape: &Shape) -> Vector {
-    let mut right = [0.0; UNKNOWNS];
-    for (i, right) in right.iter_mut().enumerate().take(shape.unknowns()) {
-        *right = match shape.function(i) {
-            (Wave::One, 0) => channel.y,
-            (Wave::One, _) => channel.uy,
-            (Wave::Cos(h), _) => channel.cos[h - 1],
-            (Wave::Sin(h), _) => channel.sin[h - 1],
-        };
-    }
-    right
-}
-
-/// A channel's model from its unknowns.
-fn model(beta: &Vector, shape: &Shape) -> Model {
-    let mut model = Model::default();
-    for (i, beta) in beta.iter().enumerate().take(shape.unknowns()) {
-        match shape.function(i) {
-            (Wave::One, 0) => model.offset = *beta,
-            (Wave::One, _) => model.slope = *beta,
-            (Wave::Cos(h), _) => model.cos[h - 1] = *beta,
-            (Wave::Sin(h), _) => model.sin[h - 1] = *beta,
-        }
-    }
-    model
 }
 
 /// Log-likelihood gained over straight lines (with a slope) or constants (without).
@@ -325,10 +136,10 @@ impl Fitter {
         };
         // As many harmonics as the scene carries and no more.
         let carried = carried(&best, power_by_chance(&levels));
-        if carried < best.shape.harmonics {
-            if let Some(leaner) = converge(stretch, &levels, best.nu, carried)? {
-                best = leaner;
-            }
+        if carried < best.shape.harmonics
+            && let Some(leaner) = converge(stretch, &levels, best.nu, carried)?
+        {
+            best = leaner;
         }
         self.conclude(stretch, &levels, best, ambiguous)
     }
@@ -472,34 +283,6 @@ impl Fitter {
         }
         Some(fit)
     }
-}
-
-/// Gauss-Newton from `nu`. The inner None says that the unknowns cannot be told apart, or that the
-/// search ran out of the window's reach.
-fn converge<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    nu: f32,
-    harmonics: usize,
-) -> Option<Option<Solution>> {
-    let (least, greatest) = (0.25 * CYCLES_MIN, 0.4999 * 2.0 * stretch.half());
-    let shape = Shape { harmonics, slope: 2.0 * nu >= CYCLES_FOR_SLOPE };
-    let mut at = nu;
-    let mut best = None;
-    for _ in 0..STEPS_MAX {
-        let moments = moments(stretch, levels, at, harmonics)?;
-        let Some(solution) = solve(&moments, levels, at, shape) else { return Some(None) };
-        // A quarter of a cycle per half window is half a bin: further away the slope misleads.
-        let step = solution.step.clamp(-0.25, 0.25);
-        let sigma = 1.0 / libm::sqrtf(solution.information);
-        let done = solution.step.abs() <= STEP_DONE * sigma || solution.step.abs() < 1e-6 * at;
-        best = Some(solution);
-        if done {
-            break;
-        }
-        at = (at + step).clamp(least, greatest);
-    }
-    Some(best)
 }
 
 /// Share of the power in harmonics that are no multiple of `part`.

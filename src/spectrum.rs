@@ -3,7 +3,8 @@
 //! Each channel, less its straight line, is transformed on its own and counts by the share of its
 //! own power that a line takes, so that a noisy channel cannot shout the others down.
 
-use crate::moments::{Levels, Stretch, detrended};
+use crate::levels::{Levels, detrended};
+use crate::moments::Stretch;
 use crate::settings::TAXELS;
 use crate::window::FrameSource;
 

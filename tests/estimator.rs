@@ -21,9 +21,15 @@ fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {
 #[test]
 fn the_estimate_is_the_maximum_of_the_likelihood() {
     // Cycles per frame, frames, harmonics: from one cycle in the window to 0.45 of the frame rate.
-    for (frequency, frames, harmonics) in
-        [(0.02, 50, 1), (0.0152, 145, 1), (0.0346, 241, 1), (0.0346, 241, 4), (0.0765, 48, 3), (0.0152, 885, 4), (0.45, 241, 1)]
-    {
+    for (frequency, frames, harmonics) in [
+        (0.02, 50, 1),
+        (0.0152, 145, 1),
+        (0.0346, 241, 1),
+        (0.0346, 241, 4),
+        (0.0765, 48, 3),
+        (0.0152, 885, 4),
+        (0.45, 241, 1),
+    ] {
         for seed in 0..5 {
             let tone = Tone { frequency, frames, harmonics, noise: 100.0, seed, ..Tone::default() };
             let values = tone.values();
@@ -88,8 +94,13 @@ fn a_tone_at_10_db_and_two_cycles_is_found() {
     // 10 dB: A^2 / 2 = 10 sigma^2.
     let missed = (0..200)
         .filter(|seed| {
-            let tone =
-                Tone { frequency: 2.0 / 60.0, frames: 60, noise: 1000.0 / 20f64.sqrt(), seed: *seed, ..Tone::default() };
+            let tone = Tone {
+                frequency: 2.0 / 60.0,
+                frames: 60,
+                noise: 1000.0 / 20f64.sqrt(),
+                seed: *seed,
+                ..Tone::default()
+            };
             fit_whole(&tone.values(), 4).status != Status::Good
         })
         .count();

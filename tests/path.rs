@@ -129,7 +129,8 @@ fn phases_are_those_of_one_moment() {
     assert!((fit.frequency_hz - 40.0).abs() < 1e-3, "{fit:?}");
     let first = fit.channels[0].phase_rad;
     for channel in &fit.channels {
-        let apart = (channel.phase_rad - first + std::f32::consts::PI).rem_euclid(std::f32::consts::TAU) - std::f32::consts::PI;
+        let apart =
+            (channel.phase_rad - first + std::f32::consts::PI).rem_euclid(std::f32::consts::TAU) - std::f32::consts::PI;
         assert!(apart.abs() < 2e-3, "{fit:?}");
         assert!((channel.amplitude_v - 1e-3).abs() < 1e-5, "{fit:?}");
         assert!((channel.offset_v - 2.52).abs() < 1e-4, "{fit:?}");

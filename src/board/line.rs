@@ -1,6 +1,8 @@
 //! The telemetry line: USART3's transmitter, one byte per interrupt.
 
 use stm32f4xx_hal::pac::USART3;
+#[cfg(feature = "emulated")]
+use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Tx, TxISR, TxListen};
 
@@ -29,6 +31,9 @@ impl Line {
         // Refused only if not ready, which the caller has asked.
         let _ = self.tx.write(byte);
         self.tx.listen();
+        // QEMU before 8.2 has no "transmitter empty" interrupt; its transmitter is empty at once.
+        #[cfg(feature = "emulated")]
+        NVIC::pend(Interrupt::USART3);
     }
 
     /// Nothing to send: no more interrupts until the next byte.

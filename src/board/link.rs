@@ -157,12 +157,12 @@ impl Link {
 
     fn ring(&mut self) {
         self.alarm.disable_counter();
-        if self.edge_ahead {
-            self.edge_ahead = false;
-            self.edge();
-        } else if ended() {
+        if ended() {
             // Nobody to ask any more; the idle task still wakes up by this.
             self.arm(POLL_US);
+        } else if self.edge_ahead {
+            self.edge_ahead = false;
+            self.edge();
         } else {
             self.exchange(Operation::Poll, false, &mut []);
         }

@@ -52,7 +52,7 @@ impl Tone {
 
     pub fn channel(&self, c: usize) -> Truth {
         let mut rng = self.uniform(100 + c as u64);
-        let sign = if c % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if c.is_multiple_of(2) { 1.0 } else { -1.0 };
         Truth {
             amplitude: self.amplitude,
             offset: (sign * 4e6 * unit(&mut rng)).round(),

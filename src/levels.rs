@@ -1,0 +1,105 @@
+//! The level and the slope of every channel in a window, and which channels can be used.
+
+use crate::moments::Stretch;
+use crate::settings::TAXELS;
+use crate::window::{FrameSource, Values};
+
+/// Level and slope of every channel, and which of them can be used.
+#[derive(Clone, Debug)]
+pub struct Levels {
+    /// Offset of each channel, on its straight line at the centre; the passes that follow subtract it.
+    pub offset: Values,
+    /// Slope per unit of `u` of a straight line through each channel.
+    pub slope: Values,
+    /// Sum of squares about that straight line.
+    pub about_line: Values,
+    /// Sum of squares about the mean.
+    pub about_mean: Values,
+    /// Taxels with a valid value in every frame that counts, and not constant.
+    pub usable: u16,
+    /// Frames that count.
+    pub frames: u32,
+}
+
+/// First pass: levels. A frame counts if any taxel has a value in it; a taxel that is missing in
+/// one of those is not usable. None if the frames were overwritten.
+pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
+    let mut reference: Option<Values> = None;
+    let mut usable = u16::MAX;
+    let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
+    let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
+    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
+    stretch.blocks(|at, values, valid| {
+        let mut part = [[0f32; TAXELS]; 3];
+        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
+            if *valid == 0 {
+                continue;
+            }
+            let zero = reference.get_or_insert(*value);
+            let u = start + step * (at + i as u32) as f32;
+            usable &= *valid;
+            n += 1;
+            sum_u += u;
+            sum_uu += u * u;
+            for c in 0..TAXELS {
+                let y = value[c] - zero[c];
+                part[0][c] += y;
+                part[1][c] += u * y;
+                part[2][c] += y * y;
+            }
+        }
+        for c in 0..TAXELS {
+            y0[c] += part[0][c];
+            y1[c] += part[1][c];
+            yy[c] += part[2][c];
+        }
+    })?;
+    let mut result = Levels {
+        offset: [0.0; TAXELS],
+        slope: [0.0; TAXELS],
+        about_line: [0.0; TAXELS],
+        about_mean: [0.0; TAXELS],
+        usable: 0,
+        frames: n,
+    };
+    let Some(reference) = reference.filter(|_| n >= 4) else { return Some(result) };
+    let count = n as f32;
+    let spread = sum_uu - sum_u * sum_u / count;
+    for c in 0..TAXELS {
+        let mean = y0[c] / count;
+        let along = y1[c] - sum_u * mean;
+        let slope = along / spread;
+        let about_mean = yy[c] - y0[c] * mean;
+        let about = about_mean - along * slope;
+        result.offset[c] = reference[c] + (mean - slope * sum_u / count);
+        result.slope[c] = slope;
+        result.about_line[c] = about;
+        result.about_mean[c] = about_mean;
+        // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
+        if usable & 1 << c != 0 && about > 1e-6 * yy[c] && about > 0.0 {
+            result.usable |= 1 << c;
+        }
+    }
+    Some(result)
+}
+
+/// Copies one channel, less its straight line, into `out` (zeros behind it and where frames are
+/// missing). None if the frames were overwritten.
+pub fn detrended<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    taxel: usize,
+    out: &mut [f32],
+) -> Option<()> {
+    out.fill(0.0);
+    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
+    stretch.blocks(|at, values, valid| {
+        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
+            let frame = at + i as u32;
+            if let Some(place) = out.get_mut(frame as usize).filter(|_| *valid != 0) {
+                let u = start + step * frame as f32;
+                *place = value[taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
+            }
+        }
+    })
+}
