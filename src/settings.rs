@@ -49,11 +49,11 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { window_s: 1.0, hop_s: 0.25, harmonics: 4, vref_v: 4.096, slide: SlideRule::Found }
+        Self::DEFAULT
     }
 }
 
-/// A setting outside its bounds.
+/// A setting outside its bounds; NaN is outside all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettingsError {
     /// Name of the field, with its unit.
@@ -66,7 +66,21 @@ pub struct SettingsError {
     pub greatest: f32,
 }
 
+impl core::fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { field, value, least, greatest } = self;
+        write!(f, "{field} = {value}: choose a value from {least} to {greatest}")
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
 impl Settings {
+    /// What the firmware starts with. A window of one second is the paper's longest; the fundamental
+    /// and three overtones are what it saw in its gratings (section 5); 4.096 V is the usual
+    /// reference for a chip on 5 V.
+    pub const DEFAULT: Self = Self { window_s: 1.0, hop_s: 0.25, harmonics: 4, vref_v: 4.096, slide: SlideRule::Found };
+
     /// Checks every bound; the first field outside is told.
     pub fn validate(&self) -> Result<(), SettingsError> {
         let check = |field, value: f32, least: f32, greatest: f32| {
@@ -76,6 +90,8 @@ impl Settings {
                 Err(SettingsError { field, value, least, greatest })
             }
         };
+        // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 4 s are what the
+        // ring and the longest transform hold.
         check("window_s", self.window_s, 0.1, 4.0)?;
         check("hop_s", self.hop_s, 0.02, 4.0)?;
         check("harmonics", self.harmonics as f32, 1.0, 5.0)?;
@@ -86,5 +102,37 @@ impl Settings {
             check("length_mm", length_mm, 0.1, 2000.0)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_within_their_own_bounds() {
+        assert_eq!(Settings::default().validate(), Ok(()));
+        // The paper's 241 Hz per channel.
+        assert!((FRAME_RATE_HZ - 241.14).abs() < 0.005);
+    }
+
+    #[test]
+    fn what_is_outside_is_named() {
+        for (settings, field) in [
+            (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
+            (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
+            (Settings { hop_s: 0.0, ..Settings::DEFAULT }, "hop_s"),
+            (Settings { harmonics: 6, ..Settings::DEFAULT }, "harmonics"),
+            (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
+            (
+                Settings {
+                    slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },
+                    ..Settings::DEFAULT
+                },
+                "speed_mm_s",
+            ),
+        ] {
+            assert_eq!(settings.validate().map_err(|error| error.field), Err(field));
+        }
     }
 }

@@ -1,0 +1,129 @@
+//! Phases of a touch, told from frames that the tests make.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone::contact::{Change, ContactDetector};
+use ridgetone::settings::{FRAME_RATE_HZ, SlideRule};
+use ridgetone::window::Ring;
+use std::f64::consts::TAU;
+
+/// Codes of one taxel at a time in seconds, without noise; channels differ by `sign` and `lag`.
+type Signal = fn(f64, f64, f64) -> f64;
+
+fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)> {
+    let rate = FRAME_RATE_HZ as f64;
+    let mut rng = ChaCha8Rng::seed_from_u64(3);
+    let mut normal = || (0..12).map(|_| rng.next_u32() as f64 / 4_294_967_296.0).sum::<f64>() - 6.0;
+    let mut ring = Box::new(Ring::new());
+    let mut detector = ContactDetector::new(SlideRule::Found);
+    let mut found = Vec::new();
+    let mut tell = |change| {
+        let at = |frame: u32| frame as f64 / rate;
+        match change {
+            Change::Contact { frame, .. } => found.push(("contact", at(frame))),
+            Change::SlideStart(frame) => found.push(("start", at(frame))),
+            Change::SlideEnd(_, frame) => found.push(("end", at(frame))),
+            Change::Release(frame) => found.push(("release", at(frame))),
+        }
+    };
+    let frames = (seconds * rate) as u32;
+    for n in 0..frames {
+        let mut values = [0.0; 16];
+        for (c, value) in values.iter_mut().enumerate() {
+            let sign = if c % 2 == 0 { 1.0 } else { -1.0 };
+            *value = (signal(n as f64 / rate, sign, c as f64 / 16.0) + noise * normal()).round() as f32;
+        }
+        ring.push(&values, u16::MAX, 0);
+        detector.push(n, &values, &ring, &mut tell);
+    }
+    detector.finish(frames, &mut tell);
+    found
+}
+
+fn assert_told(found: &[(&str, f64)], expected: &[(&str, f64)], within_s: f64) {
+    let names = |list: &[(&str, f64)]| list.iter().map(|(name, _)| name.to_string()).collect::<Vec<_>>();
+    assert_eq!(names(found), names(expected), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found.1 - expected.1).abs() < within_s, "{found:?} instead of {expected:?}");
+    }
+}
+
+/// Loading at 1 s with a spike that decays, unloading at `off_s`.
+fn load(t: f64, off_s: f64) -> f64 {
+    if t < 1.0 || t >= off_s { 0.0 } else { 5000.0 + 4000.0 * (-(t - 1.0) / 0.03).exp() }
+}
+
+#[test]
+fn a_touch_without_a_slide_is_contact_and_release() {
+    let found = changes(5.0, 20.0, |t, sign, _| sign * load(t, 3.0));
+    assert_told(&found, &[("contact", 1.0), ("release", 3.0)], 0.01);
+}
+
+#[test]
+fn a_skin_that_creeps_does_not_slide() {
+    // A fifth of the load creeps in over a second, as a Kelvin body's would.
+    let found = changes(6.0, 20.0, |t, sign, _| {
+        let load = load(t, 5.0);
+        if load == 0.0 { 0.0 } else { sign * (load + 1000.0 * (1.0 - (-(t - 1.0) / 0.8).exp())) }
+    });
+    assert_told(&found, &[("contact", 1.0), ("release", 5.0)], 0.01);
+}
+
+#[test]
+fn two_slides_in_one_touch() {
+    fn slid(t: f64) -> f64 {
+        (t - 2.0).clamp(0.0, 1.0) + (t - 4.0).clamp(0.0, 1.0)
+    }
+    let found = changes(8.0, 20.0, |t, sign, lag| {
+        let tone = if load(t, 7.0) == 0.0 { 0.0 } else { 500.0 * (TAU * (6.3 * slid(t) + lag)).sin() };
+        sign * (load(t, 7.0) + tone)
+    });
+    let expected = [("contact", 1.0), ("start", 2.0), ("end", 3.0), ("start", 4.0), ("end", 5.0), ("release", 7.0)];
+    assert_told(&found, &expected, 0.02);
+}
+
+#[test]
+fn slow_and_fast_tones_are_slides_too() {
+    for frequency in [0.7, 7.53, 30.1, 60.3, 100.0] {
+        // A function pointer cannot carry the frequency.
+        static FREQUENCY: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+        FREQUENCY.store(f64::to_bits(frequency), std::sync::atomic::Ordering::Relaxed);
+        let found = changes(8.0, 20.0, |t, sign, lag| {
+            let frequency = f64::from_bits(FREQUENCY.load(std::sync::atomic::Ordering::Relaxed));
+            let slid = (t - 2.0).clamp(0.0, 4.0);
+            let tone = if load(t, 7.0) == 0.0 { 0.0 } else { 500.0 * (TAU * (frequency * slid + lag)).sin() };
+            sign * (load(t, 7.0) + tone)
+        });
+        let expected = [("contact", 1.0), ("start", 2.0), ("end", 6.0), ("release", 7.0)];
+        assert_told(&found, &expected, 0.03);
+    }
+}
+
+#[test]
+fn a_slide_that_lifts_off_ends_and_releases() {
+    let found = changes(5.0, 20.0, |t, sign, lag| {
+        let tone = if load(t, 4.0) == 0.0 { 0.0 } else { 500.0 * (TAU * (6.3 * (t - 2.0).max(0.0) + lag)).sin() };
+        sign * (load(t, 4.0) + tone)
+    });
+    assert_told(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0), ("release", 4.0)], 0.02);
+}
+
+#[test]
+fn a_record_that_ends_in_a_slide_closes_it() {
+    let found = changes(4.0, 20.0, |t, sign, lag| {
+        let tone = if t < 1.0 { 0.0 } else { 500.0 * (TAU * (6.3 * (t - 2.0).max(0.0) + lag)).sin() };
+        sign * (load(t, 99.0) + tone)
+    });
+    assert_told(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0)], 0.03);
+}
+
+#[test]
+fn hum_is_not_a_touch() {
+    let found = changes(30.0, 20.0, |t, sign, lag| sign * 100.0 * (TAU * (50.0 * t + lag)).sin());
+    assert_told(&found, &[], 0.0);
+}
+
+#[test]
+fn a_quiet_signal_of_whole_codes_is_not_a_touch() {
+    assert_told(&changes(10.0, 0.0, |_, _, _| 3.0), &[], 0.0);
+}
