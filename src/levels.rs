@@ -1,6 +1,6 @@
 //! The level and the slope of every channel in a window, and which channels can be used.
 
-use crate::moments::Stretch;
+use crate::moments::{BLOCK, Stretch};
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 
@@ -15,6 +15,12 @@ pub struct Levels {
     pub about_line: Values,
     /// Sum of squares about the mean.
     pub about_mean: Values,
+    /// Sum of y, each channel less its `offset`.
+    pub y: Values,
+    /// Sum of u y.
+    pub uy: Values,
+    /// Sum of y squared.
+    pub yy: Values,
     /// Taxels with a valid value in every frame that counts, and not constant.
     pub usable: u16,
     /// Frames that count.
@@ -29,29 +35,36 @@ pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
     let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
     let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
     let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|at, values, valid| {
-        let mut part = [[0f32; TAXELS]; 3];
-        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
-            if *valid == 0 {
+    stretch.blocks(|block| {
+        let mut us = [0.0; BLOCK];
+        let mut whole = true;
+        for i in 0..BLOCK {
+            if block.valid[i] == 0 {
+                whole = false;
                 continue;
             }
-            let zero = reference.get_or_insert(*value);
-            let u = start + step * (at + i as u32) as f32;
-            usable &= *valid;
+            let u = start + step * (block.at + i as u32) as f32;
+            us[i] = u;
+            usable &= block.valid[i];
             n += 1;
             sum_u += u;
             sum_uu += u * u;
-            for c in 0..TAXELS {
-                let y = value[c] - zero[c];
-                part[0][c] += y;
-                part[1][c] += u * y;
-                part[2][c] += y * y;
-            }
+            reference.get_or_insert(block.values[i]);
         }
+        let Some(zero) = &reference else { return };
         for c in 0..TAXELS {
-            y0[c] += part[0][c];
-            y1[c] += part[1][c];
-            yy[c] += part[2][c];
+            let (mut sum, mut u_sum, mut squares) = (0.0, 0.0, 0.0);
+            for i in 0..BLOCK {
+                if whole || block.valid[i] != 0 {
+                    let y = block.values[i][c] - zero[c];
+                    sum += y;
+                    u_sum += us[i] * y;
+                    squares += y * y;
+                }
+            }
+            y0[c] += sum;
+            y1[c] += u_sum;
+            yy[c] += squares;
         }
     })?;
     let mut result = Levels {
@@ -59,6 +72,9 @@ pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
         slope: [0.0; TAXELS],
         about_line: [0.0; TAXELS],
         about_mean: [0.0; TAXELS],
+        y: [0.0; TAXELS],
+        uy: [0.0; TAXELS],
+        yy: [0.0; TAXELS],
         usable: 0,
         frames: n,
     };
@@ -71,7 +87,13 @@ pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
         let slope = along / spread;
         let about_mean = yy[c] - y0[c] * mean;
         let about = about_mean - along * slope;
-        result.offset[c] = reference[c] + (mean - slope * sum_u / count);
+        let offset = reference[c] + (mean - slope * sum_u / count);
+        // By how much the offset, as f32 holds it, is off the reference.
+        let moved = offset - reference[c];
+        result.offset[c] = offset;
+        result.y[c] = y0[c] - count * moved;
+        result.uy[c] = y1[c] - sum_u * moved;
+        result.yy[c] = yy[c] - moved * (2.0 * y0[c] - count * moved);
         result.slope[c] = slope;
         result.about_line[c] = about;
         result.about_mean[c] = about_mean;
@@ -93,12 +115,12 @@ pub fn detrended<S: FrameSource>(
 ) -> Option<()> {
     out.fill(0.0);
     let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|at, values, valid| {
-        for (i, (value, valid)) in values.iter().zip(valid).enumerate() {
-            let frame = at + i as u32;
-            if let Some(place) = out.get_mut(frame as usize).filter(|_| *valid != 0) {
+    stretch.blocks(|block| {
+        for i in 0..BLOCK {
+            let frame = block.at + i as u32;
+            if let Some(place) = out.get_mut(frame as usize).filter(|_| block.valid[i] != 0) {
                 let u = start + step * frame as f32;
-                *place = value[taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
+                *place = block.values[i][taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
             }
         }
     })

@@ -14,7 +14,7 @@ pub const HARMONICS_MAX: usize = 5;
 
 /// Frames read at a time: the time the ring is locked, and the stretch over which the rotation of
 /// a phasor is taken from a table.
-const BLOCK: usize = 16;
+pub(crate) const BLOCK: usize = 16;
 
 /// A stretch of frames and how to read it.
 pub struct Stretch<'a, S> {
@@ -26,21 +26,34 @@ pub struct Stretch<'a, S> {
     pub frames: u32,
 }
 
+/// Some frames of a stretch, always as many as fit, so that loops over them have a fixed length.
+pub(crate) struct Block<'a> {
+    /// Number of its first frame in the stretch.
+    pub at: u32,
+    /// The frames; where there are fewer, zeros behind them.
+    pub values: &'a [Values; BLOCK],
+    /// Mask of valid taxels per frame; 0 is a frame that is missing or not there.
+    pub valid: &'a [u16; BLOCK],
+}
+
 impl<S: FrameSource> Stretch<'_, S> {
-    /// Shows every frame block by block, each block with the number of its first frame in the
-    /// stretch. None if the frames were overwritten meanwhile.
-    pub(crate) fn blocks(&mut self, mut visit: impl FnMut(u32, &[Values], &[u16])) -> Option<()> {
-        let mut done = 0;
-        while done < self.frames {
-            let most = (self.frames - done).min(BLOCK as u32) as usize;
-            let shown = self.source.read(self.first.wrapping_add(done), most, |values, valid| {
-                visit(done, values, valid);
-                values.len() as u32
+    /// Shows every frame block by block. None if the frames were overwritten meanwhile.
+    pub(crate) fn blocks(&mut self, mut visit: impl FnMut(Block)) -> Option<()> {
+        let mut at = 0;
+        while at < self.frames {
+            let most = (self.frames - at).min(BLOCK as u32) as usize;
+            at += self.source.read(self.first.wrapping_add(at), most, |values, valid| {
+                if let (Ok(values), Ok(valid)) = (values.try_into(), valid.try_into()) {
+                    visit(Block { at, values, valid });
+                } else {
+                    // The last block, or the ring's end.
+                    let (mut some, mut mask) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK]);
+                    some.iter_mut().zip(values).for_each(|(to, from)| *to = *from);
+                    mask.iter_mut().zip(valid).for_each(|(to, from)| *to = *from);
+                    visit(Block { at, values: &some, valid: &mask });
+                }
+                (values.len() as u32).max(1)
             })?;
-            if shown == 0 {
-                return None;
-            }
-            done += shown;
         }
         Some(())
     }
@@ -94,12 +107,6 @@ impl Trigonometric {
 /// One channel against the harmonics; y is the channel less its [`Levels::offset`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Correlation {
-    /// Sum of y.
-    pub y: f32,
-    /// Sum of u y.
-    pub uy: f32,
-    /// Sum of y squared.
-    pub yy: f32,
     /// Sums of y cos(h theta), h from 1.
     pub cos: [f32; HARMONICS_MAX],
     /// Sums of y sin(h theta).
@@ -119,11 +126,17 @@ pub struct Moments {
     pub channels: [Correlation; TAXELS],
 }
 
-/// The harmonics over one block of frames.
+/// The harmonics over one block of frames, zero where a frame is missing.
 struct Waves {
     u: [f32; BLOCK],
     cos: [[f32; BLOCK]; HARMONICS_MAX],
     sin: [[f32; BLOCK]; HARMONICS_MAX],
+}
+
+impl Waves {
+    const fn new() -> Self {
+        Self { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] }
+    }
 }
 
 /// Makes the harmonics of a frequency block after block, without drifting: each block starts from
@@ -149,12 +162,15 @@ impl Oscillator {
         Self { turn, phase_0, step, u_0: stretch.u(0), u_step: 1.0 / stretch.half() }
     }
 
-    fn fill<const H: usize>(&self, at: u32, frames: usize, waves: &mut Waves) {
-        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(at)));
-        for i in 0..frames.min(BLOCK) {
+    fn fill<const H: usize>(&self, block: &Block, waves: &mut Waves) {
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
+        for i in 0..BLOCK {
             let (tc, ts) = self.turn[i];
-            let (c1, s1) = (c * tc - s * ts, s * tc + c * ts);
-            waves.u[i] = self.u_0 + self.u_step * (at + i as u32) as f32;
+            let (mut c1, mut s1) = (c * tc - s * ts, s * tc + c * ts);
+            if block.valid[i] == 0 {
+                (c1, s1) = (0.0, 0.0);
+            }
+            waves.u[i] = self.u_0 + self.u_step * (block.at + i as u32) as f32;
             let (mut ch, mut sh) = (c1, s1);
             for h in 0..H {
                 waves.cos[h][i] = ch;
@@ -184,22 +200,21 @@ pub fn moments<S: FrameSource>(
 
 fn pass<S: FrameSource, const H: usize>(stretch: &mut Stretch<'_, S>, levels: &Levels, nu: f32) -> Option<Moments> {
     let oscillator = Oscillator::new(stretch, nu);
-    let mut waves = Waves { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] };
+    let mut waves = Waves::new();
     let mut out = Moments {
         trigonometric: Trigonometric { cos: [[0.0; 11]; 3], sin: [[0.0; 11]; 3] },
         channels: [Correlation::default(); TAXELS],
     };
-    stretch.blocks(|at, values, valid| {
-        let frames = values.len().min(BLOCK);
-        oscillator.fill::<H>(at, frames, &mut waves);
-        for (i, valid) in valid.iter().enumerate().take(frames) {
-            if *valid != 0 {
+    stretch.blocks(|block| {
+        oscillator.fill::<H>(&block, &mut waves);
+        for i in 0..BLOCK {
+            if block.valid[i] != 0 {
                 out.trigonometric.add::<H>(&waves, i);
             }
         }
         for c in 0..TAXELS {
             if levels.usable & 1 << c != 0 {
-                out.channels[c].add::<H>(&waves, values, valid, c, levels.offset[c]);
+                out.channels[c].add::<H>(&waves, block.values, c, levels.offset[c]);
             }
         }
     })?;
@@ -225,18 +240,11 @@ impl Trigonometric {
 
 impl Correlation {
     #[inline(always)]
-    fn add<const H: usize>(&mut self, waves: &Waves, values: &[Values], valid: &[u16], taxel: usize, offset: f32) {
-        let (mut y0, mut uy, mut yy) = (0.0, 0.0, 0.0);
+    fn add<const H: usize>(&mut self, waves: &Waves, values: &[Values; BLOCK], taxel: usize, offset: f32) {
         let (mut cos, mut sin, mut u_cos, mut u_sin) = ([0.0; H], [0.0; H], [0.0; H], [0.0; H]);
-        for (i, (value, valid)) in values.iter().zip(valid).enumerate().take(BLOCK) {
-            if *valid == 0 {
-                continue;
-            }
-            let y = value[taxel] - offset;
+        for i in 0..BLOCK {
+            let y = values[i][taxel] - offset;
             let t = waves.u[i] * y;
-            y0 += y;
-            uy += t;
-            yy += y * y;
             for h in 0..H {
                 let (c, s) = (waves.cos[h][i], waves.sin[h][i]);
                 cos[h] += y * c;
@@ -245,9 +253,6 @@ impl Correlation {
                 u_sin[h] += t * s;
             }
         }
-        self.y += y0;
-        self.uy += uy;
-        self.yy += yy;
         for h in 0..H {
             self.cos[h] += cos[h];
             self.sin[h] += sin[h];
@@ -280,26 +285,31 @@ pub fn residuals<S: FrameSource>(
     models: &[Model; TAXELS],
 ) -> Option<Values> {
     let oscillator = Oscillator::new(stretch, nu);
-    let mut waves = Waves { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] };
+    let mut waves = Waves::new();
     let mut sums = [0f32; TAXELS];
     let harmonics = harmonics.min(HARMONICS_MAX);
-    stretch.blocks(|at, values, valid| {
-        let frames = values.len().min(BLOCK);
-        oscillator.fill::<HARMONICS_MAX>(at, frames, &mut waves);
+    stretch.blocks(|block| {
+        oscillator.fill::<HARMONICS_MAX>(&block, &mut waves);
         for (c, model) in models.iter().enumerate() {
             if levels.usable & 1 << c == 0 {
                 continue;
             }
+            let zero = levels.offset[c] + model.offset;
+            let mut rest = [0.0; BLOCK];
+            for i in 0..BLOCK {
+                rest[i] = block.values[i][c] - zero - model.slope * waves.u[i];
+            }
+            for h in 0..harmonics {
+                let (cos, sin) = (model.cos[h], model.sin[h]);
+                for i in 0..BLOCK {
+                    rest[i] -= cos * waves.cos[h][i] + sin * waves.sin[h][i];
+                }
+            }
             let mut part = 0.0;
-            for (i, (value, valid)) in values.iter().zip(valid).enumerate().take(frames) {
-                if *valid == 0 {
-                    continue;
+            for i in 0..BLOCK {
+                if block.valid[i] != 0 {
+                    part += rest[i] * rest[i];
                 }
-                let mut rest = value[c] - levels.offset[c] - model.offset - model.slope * waves.u[i];
-                for h in 0..harmonics {
-                    rest -= model.cos[h] * waves.cos[h][i] + model.sin[h] * waves.sin[h][i];
-                }
-                part += rest * rest;
             }
             sums[c] += part;
         }

@@ -73,9 +73,9 @@ pub struct Solution {
 }
 
 /// Smallest residual sum of squares that f32 sums can tell from rounding.
-fn floor(correlation: &Correlation, frames: f32) -> f32 {
+fn floor(squares: f32, frames: f32) -> f32 {
     // Quantization alone leaves 1/12 of a code squared per sample.
-    (1e-6 * correlation.yy).max(frames / 12.0)
+    (1e-6 * squares).max(frames / 12.0)
 }
 
 /// Solves at `moments`' frequency. None if the unknowns cannot be told apart there.
@@ -130,10 +130,10 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             continue;
         }
         let channel = &moments.channels[c];
-        let right = right_side(channel, &shape);
+        let right = right_side(channel, levels, c, &shape);
         let beta = normal.solve(&right);
         let explained: f32 = (0..size).map(|i| beta[i] * right[i]).sum();
-        let rest = (channel.yy - explained).max(floor(channel, frames));
+        let rest = (levels.yy[c] - explained).max(floor(levels.yy[c], frames));
         let weight = (frames - size as f32).max(1.0) / rest;
         out.rest[c] = rest;
         out.models[c] = model(&beta, &shape);
@@ -179,12 +179,12 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
 }
 
 /// Right-hand side of a channel's normal equations.
-fn right_side(channel: &Correlation, shape: &Shape) -> Vector {
+fn right_side(channel: &Correlation, levels: &Levels, taxel: usize, shape: &Shape) -> Vector {
     let mut right = [0.0; UNKNOWNS];
     for (i, right) in right.iter_mut().enumerate().take(shape.unknowns()) {
         *right = match shape.function(i) {
-            (Wave::One, 0) => channel.y,
-            (Wave::One, _) => channel.uy,
+            (Wave::One, 0) => levels.y[taxel],
+            (Wave::One, _) => levels.uy[taxel],
             (Wave::Cos(h), _) => channel.cos[h - 1],
             (Wave::Sin(h), _) => channel.sin[h - 1],
         };
