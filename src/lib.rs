@@ -16,7 +16,7 @@
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
 //! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
 //! | [`levels`], [`moments`] | one pass over a window each: all that the fit needs to know of it |
-//! | [`spectrum`] | a periodogram over the channels: the first guess |
+//! | [`spectrum`], [`search`] | a periodogram over the channels, and the fundamental in it: the first guess |
 //! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
@@ -44,6 +44,7 @@ pub mod motion;
 pub mod normal;
 pub mod phase;
 pub mod pipeline;
+pub mod search;
 pub mod settings;
 pub mod sine_fit;
 pub mod solve;

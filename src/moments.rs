@@ -30,6 +30,8 @@ pub struct Stretch<'a, S> {
 pub(crate) struct Block<'a> {
     /// Number of its first frame in the stretch.
     pub at: u32,
+    /// How many there are.
+    pub frames: usize,
     /// The frames; where there are fewer, zeros behind them.
     pub values: &'a [Values; BLOCK],
     /// Mask of valid taxels per frame; 0 is a frame that is missing or not there.
@@ -43,16 +45,17 @@ impl<S: FrameSource> Stretch<'_, S> {
         while at < self.frames {
             let most = (self.frames - at).min(BLOCK as u32) as usize;
             at += self.source.read(self.first.wrapping_add(at), most, |values, valid| {
+                let frames = values.len().min(BLOCK);
                 if let (Ok(values), Ok(valid)) = (values.try_into(), valid.try_into()) {
-                    visit(Block { at, values, valid });
+                    visit(Block { at, frames, values, valid });
                 } else {
                     // The last block, or the ring's end.
                     let (mut some, mut mask) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK]);
                     some.iter_mut().zip(values).for_each(|(to, from)| *to = *from);
                     mask.iter_mut().zip(valid).for_each(|(to, from)| *to = *from);
-                    visit(Block { at, values: &some, valid: &mask });
+                    visit(Block { at, frames, values: &some, valid: &mask });
                 }
-                (values.len() as u32).max(1)
+                (frames as u32).max(1)
             })?;
         }
         Some(())

@@ -1,28 +1,20 @@
 //! Least squares over all channels with one common frequency: the paper's equation 7 for sixteen
 //! channels, with harmonics and a slope.
 //!
-//! This room decides: where to start, which line is the fundamental, how many harmonics there are,
-//! and whether there is a tone at all. The solution itself is in [`crate::solve`]; the uncertainty is
+//! This room decides how many harmonics there are, and whether there is a tone at all. Where the
+//! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
 use crate::levels::{Levels, levels};
-use crate::moments::{HARMONICS_MAX, Stretch, moments, residuals};
+use crate::moments::{HARMONICS_MAX, Stretch, residuals};
+use crate::search::{Scratch, Start, harmonics_below_nyquist, power_by_chance, search};
 use crate::settings::TAXELS;
-use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Shape, Solution, converge, solve};
-use crate::spectrum::{Scratch, strongest};
+use crate::solve::{CYCLES_MIN, Solution, converge, gain};
 use crate::telemetry::Status;
-use crate::window::{FrameSource, Values};
+use crate::window::FrameSource;
 
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
-/// Share of the tone's power that the lines in between must have for a tone an octave (or a
-/// twelfth) below the strongest line.
-const SUBHARMONIC_SHARE: f32 = 0.1;
-/// Share from which such lines leave it open which of the two it is.
-const AMBIGUOUS_SHARE: f32 = 0.04;
-/// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
-/// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
-const LINE_OFFSET_MAX: f32 = 0.06;
 /// One channel of a [`Fit`], in the units of its frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelFit {
@@ -69,20 +61,6 @@ impl Fit {
     }
 }
 
-/// Log-likelihood gained over straight lines (with a slope) or constants (without).
-fn gain(levels: &Levels, rest: &Values, shape: &Shape) -> f32 {
-    let before = if shape.slope { &levels.about_line } else { &levels.about_mean };
-    // Bartlett's factor: the logarithm of few frames overstates what so many unknowns explain.
-    let factor = (levels.frames as f32 - shape.unknowns() as f32).max(0.0);
-    let mut sum = 0.0;
-    for c in 0..TAXELS {
-        if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > rest[c] {
-            sum += libm::logf(before[c] / rest[c]);
-        }
-    }
-    0.5 * factor * sum
-}
-
 /// Gain that noise alone reaches in one search out of a hundred: the chi-square point of
 /// `unknowns` degrees of freedom at one hundredth over the number of tries (Wilson and Hilferty's
 /// cube), halved. A search between the frequencies of a transform counts for twice as many of them,
@@ -118,14 +96,11 @@ impl Fitter {
             let levels = Levels { usable: 0, ..levels };
             return Some(Fit::without_tone(Status::Nothing, &levels));
         }
-        let Some(nu) = self.first_guess(stretch, &levels)? else {
-            return Some(Fit::without_tone(Status::Nothing, &levels));
-        };
-        let Some((nu, ambiguous)) = self.fundamental(stretch, &levels, nu)? else {
+        let Some(Start { nu, ambiguous }) = search(stretch, &levels, &mut self.scratch, self.harmonics)? else {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         };
         // Where a window is too short to tell so many harmonics apart, fewer may do.
-        let mut harmonics = self.harmonics_below_nyquist(stretch, nu);
+        let mut harmonics = harmonics_below_nyquist(stretch, nu, self.harmonics);
         let mut best = converge(stretch, &levels, nu, harmonics)?;
         while best.is_none() && harmonics > 1 {
             harmonics -= 1;
@@ -142,80 +117,6 @@ impl Fitter {
             best = leaner;
         }
         self.conclude(stretch, &levels, best, ambiguous)
-    }
-
-    /// The strongest line, by the periodogram; where it lies low, by exact likelihoods, because a
-    /// line of few cycles leans on its own mirror image. The inner None says that there is none.
-    fn first_guess<S: FrameSource>(&mut self, stretch: &mut Stretch<'_, S>, levels: &Levels) -> Option<Option<f32>> {
-        let Some(peak) = strongest(stretch, levels, &mut self.scratch) else {
-            return Some(None);
-        };
-        if peak > 1.75 {
-            return Some(Some(peak));
-        }
-        let (mut best, mut most) = (peak, f32::MIN);
-        let mut cycles = CYCLES_MIN;
-        while cycles < 4.0 {
-            let nu = 0.5 * cycles;
-            let shape = Shape { harmonics: 1, slope: cycles >= CYCLES_FOR_SLOPE };
-            let moments = moments(stretch, levels, nu, 1)?;
-            if let Some(solution) = solve(&moments, levels, nu, shape) {
-                // All against constants; the slopes' own gain has to pay for their unknowns.
-                let constants = Shape { slope: false, ..shape };
-                let paid = if shape.slope { 8.0 * libm::logf(levels.frames as f32) } else { 0.0 };
-                let gain = gain(levels, &solution.rest, &constants) - paid;
-                if gain > most {
-                    (best, most) = (nu, gain);
-                }
-            }
-            cycles += 0.2 + 0.1 * cycles;
-        }
-        Some(Some(best))
-    }
-
-    fn harmonics_below_nyquist<S: FrameSource>(&self, stretch: &Stretch<'_, S>, nu: f32) -> usize {
-        let mut harmonics = 1;
-        while harmonics < self.harmonics && (harmonics + 1) as f32 * nu < 0.48 * stretch.half() {
-            harmonics += 1;
-        }
-        harmonics
-    }
-
-    /// Whether the strongest line is the fundamental, or the second or third harmonic of one; and
-    /// whether that is open. The inner None says that the window is too short to tell anything.
-    fn fundamental<S: FrameSource>(
-        &self,
-        stretch: &mut Stretch<'_, S>,
-        levels: &Levels,
-        strongest: f32,
-    ) -> Option<Option<(f32, bool)>> {
-        let Some(line) = converge(stretch, levels, strongest, 1)? else { return Some(None) };
-        let (mut found, mut ambiguous) = (line.nu, false);
-        if self.harmonics < 2 {
-            return Some(Some((found, ambiguous)));
-        }
-        let mut highest = AMBIGUOUS_SHARE;
-        for part in [2usize, 3] {
-            let nu = line.nu / part as f32;
-            let harmonics = (part + 2).min(HARMONICS_MAX);
-            if 2.0 * nu < 1.0 || harmonics as f32 * nu > 0.48 * stretch.half() {
-                continue;
-            }
-            let Some(comb) = converge(stretch, levels, nu, harmonics)? else { continue };
-            if (comb.nu - nu).abs() > 0.25 {
-                continue;
-            }
-            let share = share_between(&comb, part);
-            if share > highest && lines_hold(&comb, part, power_by_chance(levels)) {
-                highest = share;
-                if share > SUBHARMONIC_SHARE {
-                    (found, ambiguous) = (comb.nu, false);
-                } else {
-                    ambiguous = true;
-                }
-            }
-        }
-        Some(Some((found, ambiguous)))
     }
 
     /// Residual, uncertainty and verdict of a converged fit.
@@ -283,37 +184,6 @@ impl Fitter {
         }
         Some(fit)
     }
-}
-
-/// Share of the power in harmonics that are no multiple of `part`.
-fn share_between(comb: &Solution, part: usize) -> f32 {
-    let (mut between, mut all) = (0.0, 0.0);
-    for (h, power) in comb.power.iter().enumerate().take(comb.shape.harmonics) {
-        all += power;
-        if (h + 1) % part != 0 {
-            between += power;
-        }
-    }
-    if all > 0.0 { between / all } else { 0.0 }
-}
-
-/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
-/// thousand times: the chi-square point of two degrees of freedom for each channel (Wilson and
-/// Hilferty's cube, normal deviate 3.09).
-fn power_by_chance(levels: &Levels) -> f32 {
-    let degrees = 2.0 * levels.usable.count_ones() as f32;
-    let cube = 1.0 - 2.0 / (9.0 * degrees) + 3.09 * libm::sqrtf(2.0 / (9.0 * degrees));
-    degrees * cube * cube * cube
-}
-
-/// Whether the lines of a comb below its strongest one, the `part`-th, are lines of their own: each
-/// stands out of the noise, and the first is at its place, so that it is not the skirt of a drift or
-/// of another line.
-fn lines_hold(comb: &Solution, part: usize, by_chance: f32) -> bool {
-    let off = comb.offset[0].abs();
-    // Offsets are in `nu`, half of what they are in cycles per window.
-    let at_its_place = off <= (0.5 * LINE_OFFSET_MAX).max(3.0 * comb.offset_sigma[0]).min(0.25);
-    at_its_place && comb.power.iter().take(part - 1).all(|power| *power > by_chance)
 }
 
 /// Harmonics up to the last that stands out of the noise.

@@ -233,3 +233,17 @@ pub fn converge<S: FrameSource>(
     }
     Some(best)
 }
+
+/// Log-likelihood gained over straight lines (with a slope) or constants (without).
+pub fn gain(levels: &Levels, rest: &Values, shape: &Shape) -> f32 {
+    let before = if shape.slope { &levels.about_line } else { &levels.about_mean };
+    // Bartlett's factor: the logarithm of few frames overstates what so many unknowns explain.
+    let factor = (levels.frames as f32 - shape.unknowns() as f32).max(0.0);
+    let mut sum = 0.0;
+    for c in 0..TAXELS {
+        if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > rest[c] {
+            sum += libm::logf(before[c] / rest[c]);
+        }
+    }
+    0.5 * factor * sum
+}

@@ -16,58 +16,45 @@ pub const POINTS_MAX: usize = 1024;
 pub const POINTS_MAX: usize = 32_768;
 
 /// Shortest transform, points.
-const POINTS_MIN: usize = 128;
-
-/// Scratch memory of a periodogram.
-#[derive(Debug)]
-pub struct Scratch {
-    transform: [f32; POINTS_MAX],
-    power: [f32; POINTS_MAX / 2],
-}
-
-impl Scratch {
-    /// Scratch memory; `const`, so that it can live in a static.
-    pub const fn new() -> Self {
-        Self { transform: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2] }
-    }
-}
-
-impl Default for Scratch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
+const POINTS_MIN: usize = 64;
 
 /// The strongest line in cycles per half window ([`crate::moments`]'s `nu`), between bins by a
-/// parabola through the peak. None if the frames were overwritten, if there are more of them than
+/// parabola through the peak. `points` is scratch memory for one transform, `power` for half as
+/// many. None if the frames were overwritten, if there are more of them than fit `points` or
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
 /// Lines below half a cycle in the window are not looked for: a straight line has been taken off.
-pub fn strongest<S: FrameSource>(stretch: &mut Stretch<'_, S>, levels: &Levels, scratch: &mut Scratch) -> Option<f32> {
+pub fn strongest<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    points: &mut [f32],
+    power: &mut [f32],
+) -> Option<f32> {
     let frames = stretch.frames as usize;
-    if frames > POINTS_MAX || levels.usable == 0 {
+    let most = points.len().min(2 * power.len()).min(POINTS_MAX);
+    if frames > most || levels.usable == 0 {
         return None;
     }
-    // Half as many points again as frames at least, where there is room: a peak between two bins
+    // A quarter more points than frames at least, where there is room: a peak between two bins
     // then loses little height.
-    let mut points = POINTS_MIN;
-    while points < POINTS_MAX && points < frames + frames / 2 {
-        points *= 2;
+    let mut size = POINTS_MIN;
+    while 2 * size <= most && size < frames + frames / 4 {
+        size *= 2;
     }
-    let power = scratch.power.get_mut(..points / 2)?;
+    let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
     for taxel in 0..TAXELS {
         if levels.usable & 1 << taxel == 0 {
             continue;
         }
-        let transform = scratch.transform.get_mut(..points)?;
+        let transform = points.get_mut(..size)?;
         detrended(stretch, levels, taxel, transform)?;
         // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
         let weight = 1.0 / libm::sqrtf(levels.about_line[taxel]);
         transform.iter_mut().for_each(|x| *x *= weight);
         add_power(transform, power);
     }
-    let bins_per_cycle = points as f32 / frames as f32;
+    let bins_per_cycle = size as f32 / frames as f32;
     let least = ((0.5 * bins_per_cycle) as usize).max(1);
     let (mut at, mut peak) = (least, 0.0);
     for (k, p) in power.iter().enumerate().skip(least) {
@@ -97,9 +84,9 @@ fn add_power(signal: &mut [f32], power: &mut [f32]) {
         };
     }
     #[cfg(not(feature = "long-windows"))]
-    let bins: &[microfft::Complex32] = transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
+    let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
     #[cfg(feature = "long-windows")]
-    let bins: &[microfft::Complex32] = transform!(128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024,
+    let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024,
         2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
     for (power, bin) in power.iter_mut().zip(bins).skip(1) {
         *power += bin.re * bin.re + bin.im * bin.im;
