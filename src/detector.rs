@@ -274,7 +274,8 @@ impl Rest {
         Health {
             t_us: assembler.now_us(),
             frames: assembler.frames,
-            conversions_lost: assembler.lost.saturating_add(counters.overruns),
+            // What overran the queue is missing in the scan too; it would count twice if added.
+            conversions_lost: assembler.lost.max(counters.overruns),
             conversions_doubtful: assembler.doubtful,
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,

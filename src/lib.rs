@@ -22,8 +22,9 @@
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
-//! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations) and [`bridge`] (the wire
-//! between the emulated board and the simulated chip).
+//! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
+//! share ([`outbox`], [`tally`], [`load`]) and [`bridge`] (the wire between the emulated board and the
+//! simulated chip).
 //!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
@@ -39,9 +40,11 @@ pub mod contact;
 pub mod detector;
 pub mod frame;
 pub mod levels;
+pub mod load;
 pub mod moments;
 pub mod motion;
 pub mod normal;
+pub mod outbox;
 pub mod phase;
 pub mod pipeline;
 pub mod search;
@@ -49,5 +52,6 @@ pub mod settings;
 pub mod sine_fit;
 pub mod solve;
 pub mod spectrum;
+pub mod tally;
 pub mod telemetry;
 pub mod window;

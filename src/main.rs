@@ -24,14 +24,6 @@ compile_error!("choose a board: the feature `feather-f405` or the feature `emula
 
 #[cfg(target_os = "none")]
 mod board;
-#[cfg(target_os = "none")]
-mod load;
-#[cfg(target_os = "none")]
-mod outbox;
-#[cfg(target_os = "none")]
-mod tally;
-#[cfg(target_os = "none")]
-use ridgetone::{pipeline, telemetry};
 
 /// On a PC there is nothing to run.
 #[cfg(not(target_os = "none"))]
@@ -44,23 +36,22 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use crate::board::{self, Board, POWER_UP_US, Wait};
-    use crate::load::LoadMeter;
-    use crate::outbox::Outbox;
-    use crate::tally::Tally;
     use ads1258::Ads1258;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::frame::TimedConversion;
+    use ridgetone::load::LoadMeter;
+    use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
-    use ridgetone::settings::{SCAN, Settings, SlideRule};
+    use ridgetone::settings::{SCAN, Settings};
+    use ridgetone::tally::Tally;
     use ridgetone::telemetry::{self, Event, Span, WIRE_MAX};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
-    const SETTINGS: Settings =
-        Settings { window_s: 1.0, hop_s: 0.25, harmonics: 3, vref_v: 4.096, slide: SlideRule::Found };
+    const SETTINGS: Settings = Settings::DEFAULT;
 
     /// Conversions between `drdy` and `detect`: 25 ms of them at 5064 a second.
     const SAMPLES: usize = 128;
@@ -282,7 +273,7 @@ mod app {
             // clock has been read: the sleep is measured without what follows it.
             let load = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
-                cortex_m::asm::wfi();
+                board::sleep();
                 cx.local.meter.slept(from_us, board::now_us())
             });
             if let Some(load) = load {

@@ -15,8 +15,12 @@ pub struct Tally {
 impl Tally {
     /// Everything at zero.
     pub const fn new() -> Self {
-        const ZERO: AtomicU32 = AtomicU32::new(0);
-        Self { overruns: ZERO, hops_skipped: ZERO, messages_dropped: ZERO, load_bits: ZERO }
+        Self {
+            overruns: AtomicU32::new(0),
+            hops_skipped: AtomicU32::new(0),
+            messages_dropped: AtomicU32::new(0),
+            load_bits: AtomicU32::new(0),
+        }
     }
 
     /// A conversion was lost between interrupt and queue.

@@ -8,6 +8,7 @@
 use super::semihost::{self, Exit};
 use super::{Line, line::LINE_BAUD, link};
 use core::convert::Infallible;
+use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embedded_hal::digital::{self, OutputPin};
@@ -163,6 +164,30 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
     Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx) }
+}
+
+/// Waits until an interrupt is pending, masked or not.
+///
+/// Not by WFI: the emulator then skips to the next event in another thread, and now and then some
+/// nanoseconds off, so that no two runs are quite the same.
+pub fn sleep() {
+    /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
+    const VECTPENDING: u32 = 0x1ff << 12;
+    /// 2000 instructions are 16 us at 125 MIPS; so many ticks of SysTick, at 168 MHz, are 18 us.
+    const LONG_TICKS: u32 = 3000;
+    // SAFETY: reading ICSR has no side effect.
+    while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {
+        // Only the alarm can end this. Few looks while it is far: each takes the emulator as long as
+        // hundreds of instructions, while these take it next to nothing.
+        let blocks = if SYST::get_current() > LONG_TICKS { 16 } else { 1 };
+        // SAFETY: counts a register down, `blocks` is not 0.
+        unsafe {
+            core::arch::asm!(
+                "2:", ".rept 123", "nop", ".endr", "subs {n}, #1", "bne 2b",
+                n = inout(reg) blocks => _, options(nomem, nostack)
+            );
+        }
+    }
 }
 
 /// Ends the emulator: all is done. Tells how deep the stack has been.

@@ -159,6 +159,11 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx) }
 }
 
+/// Sleeps until an interrupt is pending, masked or not.
+pub fn sleep() {
+    cortex_m::asm::wfi();
+}
+
 /// A board's signal never ends.
 pub const fn ended() -> bool {
     false

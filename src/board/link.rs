@@ -84,10 +84,10 @@ pub fn ended() -> bool {
 fn with_link(action: impl FnOnce(&mut Link)) {
     critical_section::with(|cs| {
         // Never borrowed twice: everything here runs with interrupts masked and calls nothing back.
-        if let Ok(mut link) = LINK.borrow(cs).try_borrow_mut() {
-            if let Some(link) = link.as_mut() {
-                action(link);
-            }
+        if let Ok(mut link) = LINK.borrow(cs).try_borrow_mut()
+            && let Some(link) = link.as_mut()
+        {
+            action(link);
         }
     });
 }

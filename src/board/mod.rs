@@ -17,6 +17,7 @@
 //! | an interrupt TIM4 about twice a second | for the watch over the chip, also while no DRDY comes |
 //! | `acknowledge_heartbeat()` | clears it |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
+//! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
 //!

@@ -12,8 +12,7 @@ unsafe extern "C" {
 
 /// The most that was in use since start-up, and the stack's size, bytes.
 pub fn use_bytes() -> (usize, usize) {
-    // SAFETY: only the addresses of the two are taken.
-    let (low, high) = unsafe { (&raw const _stack_end, &raw const _stack_start) };
+    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
     let size = (high as usize).saturating_sub(low as usize);
     let mut word = low;
     // SAFETY: from `low` up to `high` there is RAM, aligned to words; it is read only.

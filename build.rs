@@ -1,0 +1,21 @@
+//! Puts `memory.x` where the linker looks for it and hands over the linker scripts, for a target
+//! without an operating system only. Not in `.cargo/config.toml`: there the arguments vanish when
+//! RUSTFLAGS is set, and what is then linked is an empty image that nobody complains about.
+
+use std::{env, fs, path::PathBuf};
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=memory.x");
+    let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
+    if !bare || env::var_os("CARGO_FEATURE_FIRMWARE").is_none() {
+        return;
+    }
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    fs::write(out.join("memory.x"), include_bytes!("memory.x")).expect("OUT_DIR is writable");
+    println!("cargo::rustc-link-search={}", out.display());
+    // --nmagic: sections need no page alignment in flash. defmt.x: the log strings' section.
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo::rustc-link-arg-bins={argument}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Is there code in an image? Lost link arguments give an empty one that links without complaint.
+
+use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSection, ObjectSymbol};
+use std::fmt;
+
+/// Flash of the STM32F405RG, bytes.
+const FLASH_BYTES: u64 = 1024 * 1024;
+
+/// Its main RAM, bytes.
+const RAM_BYTES: u64 = 128 * 1024;
+
+/// Place of EXTI4 (interrupt 10) in the vector table, words: sixteen of the processor's own before it.
+const EXTI4_WORD: usize = 16 + 10;
+
+/// What an image takes, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// Code, constants and the statics' first values.
+    pub flash: u64,
+    /// Statics.
+    pub ram: u64,
+    /// Set aside for the stack.
+    pub stack: u64,
+}
+
+impl fmt::Display for Sizes {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { flash, ram, stack } = self;
+        write!(f, "flash {flash} of {FLASH_BYTES} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack")
+    }
+}
+
+/// Checks an ELF image and measures it.
+pub fn check(image: &[u8]) -> Result<Sizes> {
+    let file = object::File::parse(image).context("no ELF file")?;
+    let section = |name: &str| {
+        let section = file.section_by_name(name).with_context(|| format!("no section {name}"))?;
+        ensure!(section.size() > 0, "section {name} is empty");
+        Ok(section)
+    };
+    let symbol = |name: &str| {
+        let symbol = file.symbols().find(|symbol| symbol.name() == Ok(name) && !symbol.is_undefined());
+        symbol.map(|symbol| symbol.address()).with_context(|| format!("no symbol {name}"))
+    };
+    let text = section(".text")?;
+    let code = text.address()..text.address() + text.size();
+
+    let vectors = section(".vector_table")?;
+    let table = vectors.data().context("the vector table has no content")?;
+    let vector = |word: usize| {
+        let bytes = table.get(4 * word..4 * word + 4).and_then(|bytes| bytes.try_into().ok());
+        bytes.map(|bytes| u64::from(u32::from_le_bytes(bytes))).context("the vector table is too short")
+    };
+    ensure!(vector(0)? == symbol("_stack_start")?, "the vector table does not begin with the stack");
+    // Bit 0 of a vector says Thumb.
+    let reset = vector(1)?;
+    ensure!(reset & 1 == 1 && code.contains(&(reset - 1)), "the reset vector {reset:#x} does not point to code");
+    // DRDY's interrupt is what the firmware is about.
+    if vector(EXTI4_WORD)? | 1 != symbol("EXTI4")? | 1 || symbol("EXTI4")? == symbol("DefaultHandler")? {
+        bail!("the interrupt EXTI4 has no handler");
+    }
+
+    let sum = |names: &[&str]| names.iter().flat_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
+    Ok(Sizes {
+        flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
+        ram: sum(&[".data", ".bss", ".uninit"]),
+        stack: symbol("_stack_start")?.saturating_sub(symbol("_stack_end")?),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_is_no_image_is_refused() {
+        assert!(super::check(b"").is_err());
+        assert!(super::check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0]).is_err());
+    }
+}

@@ -1,0 +1,43 @@
+//! Installing what is missing, where that is allowed.
+
+use crate::tools::{clean, find, output_of, run, tell};
+use anyhow::{Result, bail};
+use std::process::Command;
+
+/// Installs Debian packages, as root or through sudo if it asks for no password.
+pub fn debian(packages: &[&str]) -> Result<()> {
+    let list = packages.join(" ");
+    let Some(apt) = find("apt-get") else {
+        bail!("this is not Debian or Ubuntu; install what its packages `{list}` hold by your system's own means");
+    };
+    let is_root = output_of(Command::new("id").arg("-u")).is_ok_and(|id| id == "0");
+    let sudo_works = || find("sudo").is_some() && output_of(Command::new("sudo").args(["-n", "true"])).is_ok();
+    if !is_root && !sudo_works() {
+        bail!("no right to install packages; run: sudo apt-get install {list}");
+    }
+    let apt_get = |arguments: &[&str]| {
+        let mut command = if is_root { clean(&apt) } else { clean("sudo") };
+        if !is_root {
+            command.arg("-n").arg(&apt);
+        }
+        command.env("DEBIAN_FRONTEND", "noninteractive").args(arguments);
+        output_of(&mut command)
+    };
+    let install: Vec<&str> = ["install", "--yes", "--no-install-recommends"].iter().chain(packages).copied().collect();
+    tell(format_args!("installing {list} with apt-get, which may take a minute"));
+    if apt_get(&install).is_err() {
+        // The package lists may be missing or old.
+        tell("fetching apt's package lists");
+        apt_get(&["update", "--quiet"])?;
+        apt_get(&install)?;
+    }
+    Ok(())
+}
+
+/// Has rustup install the core library for `target`.
+pub fn rustup_target(target: &str) -> Result<()> {
+    let Some(rustup) = find("rustup") else { bail!("rustup is not installed") };
+    tell(format_args!("rustup target add {target}, which may take a minute"));
+    // One try: where downloads are not allowed, there is another way.
+    run(clean(rustup).env("RUSTUP_MAX_RETRIES", "1").args(["target", "add", target]))
+}

@@ -1,0 +1,44 @@
+//! `setup`: all that the firmware and its emulator need.
+
+use crate::install;
+use crate::toolchain::{TARGET, Toolchain};
+use crate::tools::{clean, find, output_of};
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
+
+/// The emulator's program.
+const QEMU: &str = "qemu-system-arm";
+
+/// The machine it must know: an STM32F405.
+const MACHINE: &str = "netduinoplus2";
+
+/// Finds or installs everything, and tells what there is.
+pub fn run() -> Result<()> {
+    match Toolchain::find_or_install()? {
+        Toolchain::Rustup => println!("core library for {TARGET}: with the compiler"),
+        Toolchain::Debian { linker } => {
+            println!("core library for {TARGET}: built from Debian's sources, linked by {}", linker.display());
+        }
+    }
+    let qemu = qemu()?;
+    let version = output_of(clean(&qemu).arg("--version"))?;
+    println!("emulator: {}", version.lines().next().unwrap_or_default());
+    match find("probe-rs") {
+        Some(path) => println!("probe-rs: {}", path.display()),
+        None => println!("probe-rs: not there; needed for `flash` only, see https://probe.rs"),
+    }
+    Ok(())
+}
+
+/// The emulator, installed if it is missing.
+pub fn qemu() -> Result<PathBuf> {
+    if find(QEMU).is_none() {
+        install::debian(&[QEMU]).context("the emulator is missing")?;
+    }
+    let Some(path) = find(QEMU) else { bail!("{QEMU} is not in PATH") };
+    let machines = output_of(clean(&path).args(["-machine", "help"]))?;
+    if !machines.lines().any(|line| line.starts_with(MACHINE)) {
+        bail!("{} does not know the machine {MACHINE}", path.display());
+    }
+    Ok(path)
+}

@@ -1,0 +1,159 @@
+//! The compiler for the Cortex-M4F, and the core library for it. There are two ways to one:
+//!
+//! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
+//! 2. Debian's packages, which come with the library's sources: cargo builds it along. For machines
+//!    where rustup may not download.
+//!
+//! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
+
+use crate::install;
+use crate::tools::{clean, find, output_of, tell};
+use anyhow::{Context, Result, anyhow, bail};
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The Cortex-M4F with its FPU in use.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Forces a way.
+const FORCE: &str = "RIDGETONE_TOOLCHAIN";
+
+/// Packages of way 2: on Debian 12 the current compiler is kept for the web browsers' sake.
+const DEBIAN_PACKAGES: [&str; 3] = ["rustc-web", "cargo-web", "rust-web-src"];
+
+/// Oldest compiler that will do (`rust-version` of the workspace): 1.88.
+const OLDEST: (u32, u32) = (1, 88);
+
+/// A way to compile for [`TARGET`] that is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Toolchain {
+    /// The usual cargo; its compiler has the library.
+    Rustup,
+    /// Debian's cargo, which builds the library along.
+    Debian {
+        /// Links for Arm.
+        linker: PathBuf,
+    },
+}
+
+impl Toolchain {
+    /// Finds one, installs one if there is none.
+    pub fn find_or_install() -> Result<Self> {
+        let forced = env::var(FORCE).unwrap_or_default();
+        match forced.as_str() {
+            "rustup" => Self::rustup().or_else(|_| Self::install_rustup()),
+            "debian" => Self::debian().or_else(|_| Self::install_debian()),
+            "" => Self::rustup().or_else(|_| Self::debian()).or_else(|_| Self::install_rustup()).or_else(|first| {
+                tell(format_args!("rustup cannot ({first:#}); trying Debian's packages"));
+                Self::install_debian().map_err(|second| {
+                    anyhow!(
+                        "no core library for {TARGET}: neither `rustup target add {TARGET}` ({first:#}) \
+                         nor Debian's {} ({second:#})",
+                        DEBIAN_PACKAGES.join(", ")
+                    )
+                })
+            }),
+            other => bail!("{FORCE} is `{other}`; it may be `rustup` or `debian`"),
+        }
+    }
+
+    /// A cargo command for [`TARGET`], such as `build`.
+    pub fn cargo(&self, subcommand: &str) -> Command {
+        match self {
+            Self::Rustup => {
+                let mut command = clean("cargo");
+                command.args([subcommand, "--target", TARGET]);
+                command
+            }
+            Self::Debian { linker } => {
+                let mut command = clean("/usr/bin/cargo");
+                let path = env::var_os("PATH").unwrap_or_default();
+                let path = std::iter::once(PathBuf::from("/usr/bin")).chain(env::split_paths(&path));
+                if let Ok(path) = env::join_paths(path) {
+                    command.env("PATH", path);
+                }
+                command
+                    .env("RUSTC", "/usr/bin/rustc")
+                    // Lets a stable compiler take the -Z below.
+                    .env("RUSTC_BOOTSTRAP", "1")
+                    .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
+                    .args([subcommand, "--target", TARGET, "-Z", "build-std=core"])
+                    .args(["-Z", "build-std-features=compiler-builtins-mem"]);
+                command
+            }
+        }
+    }
+
+    fn rustup() -> Result<Self> {
+        let library = output_of(clean("rustc").args(["--print", "target-libdir", "--target", TARGET]))?;
+        let entries = Path::new(&library).read_dir().with_context(|| format!("no {library}"))?;
+        let has_core = entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"));
+        if !has_core {
+            bail!("no core library in {library}");
+        }
+        Ok(Self::Rustup)
+    }
+
+    fn install_rustup() -> Result<Self> {
+        install::rustup_target(TARGET)?;
+        Self::rustup()
+    }
+
+    fn debian() -> Result<Self> {
+        if !Path::new("/usr/bin/cargo").exists() {
+            bail!("no /usr/bin/cargo");
+        }
+        let version = output_of(clean("/usr/bin/rustc").arg("--version"))?;
+        if parse_version(&version).is_none_or(|version| version < OLDEST) {
+            bail!("/usr/bin/rustc is `{version}`, 1.88 or newer is needed");
+        }
+        let sysroot = output_of(clean("/usr/bin/rustc").args(["--print", "sysroot"]))?;
+        let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
+        if !core.exists() {
+            bail!("no sources of the core library in {sysroot}");
+        }
+        Ok(Self::Debian { linker: linker()? })
+    }
+
+    fn install_debian() -> Result<Self> {
+        if linker().is_err() {
+            install::debian(&["lld"])?;
+        }
+        if let Ok(found) = Self::debian() {
+            return Ok(found);
+        }
+        install::debian(&DEBIAN_PACKAGES)?;
+        Self::debian()
+    }
+}
+
+/// `rustc 1.96.0 (...)` to (1, 96).
+fn parse_version(text: &str) -> Option<(u32, u32)> {
+    let mut numbers = text.split_whitespace().nth(1)?.split('.').map(str::parse);
+    Some((numbers.next()?.ok()?, numbers.next()?.ok()?))
+}
+
+/// rust-lld: of the rustup toolchain, or else LLVM's own.
+fn linker() -> Result<PathBuf> {
+    let sysroots = ["rustc", "/usr/bin/rustc"].map(|rustc| output_of(clean(rustc).args(["--print", "sysroot"])));
+    let hosts = sysroots.into_iter().flatten().filter_map(|root| Path::new(&root).join("lib/rustlib").read_dir().ok());
+    let mut with_toolchain = hosts.flatten().flatten().map(|host| host.path().join("bin/rust-lld"));
+    with_toolchain
+        .find(|path| path.is_file())
+        .or_else(|| find("rust-lld"))
+        .or_else(|| find("ld.lld"))
+        .ok_or_else(|| anyhow!("no linker for Arm (rust-lld or ld.lld)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn versions_are_read() {
+        assert_eq!(parse_version("rustc 1.96.0 (ac68faa20 2026-05-25)"), Some((1, 96)));
+        assert_eq!(parse_version("rustc 1.88.0-nightly"), Some((1, 88)));
+        assert_eq!(parse_version("command not found"), None);
+    }
+}
