@@ -1,2 +1,39 @@
-//! stub
-fn main() {}
+//! `ridgetone`: the command. What it does is in the library of this crate.
+#![forbid(unsafe_code)]
+
+use clap::Parser;
+use ridgetone_host::cli::{Cli, Senseless};
+use std::io::ErrorKind;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            eprintln!("ridgetone: {}; see --help", first_paragraph(&error.render().to_string()));
+            return ExitCode::from(2);
+        }
+        // Help or the version.
+        Err(error) => return if error.print().is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE },
+    };
+    match ridgetone_host::commands::run(cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever read our output has had enough, as `head` has.
+        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            let line = format!("{error:#}").replace(['\n', '\r'], " ");
+            eprintln!("ridgetone: {line}");
+            ExitCode::from(if error.is::<Senseless>() { 2 } else { 1 })
+        }
+    }
+}
+
+fn is_closed_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+}
+
+/// clap's message without its hints, on one line.
+fn first_paragraph(message: &str) -> String {
+    let lines = message.lines().map(str::trim).take_while(|line| !line.is_empty());
+    lines.collect::<Vec<_>>().join(" ").trim_start_matches("error: ").to_owned()
+}

@@ -1,0 +1,340 @@
+//! The command line: what can be said, and the help that says so.
+
+use crate::input::{Input, Source};
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+use hal_mock::Sliding;
+use ridgetone::settings::{Settings, SlideRule};
+use std::fmt;
+use std::path::PathBuf;
+
+/// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
+///
+/// Results go to standard output, everything else to standard error. Times of events are device time: seconds since the
+/// first conversion. Exit status: 0 done, 1 an error (one line says which), 2 a command that makes no sense.
+#[derive(Debug, Parser)]
+#[command(name = "ridgetone", version, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Fit all channels of a recording with one common frequency.
+    Fit(FitArgs),
+    /// Run a recording or a scene through the library, behind a simulated ADS1258.
+    Replay(ReplayArgs),
+    /// Run the firmware image in QEMU, with a simulated ADS1258.
+    Emulate(EmulateArgs),
+    /// The default scene through the emulated firmware: what it found beside the truth, and a picture.
+    Demo(DemoArgs),
+    /// Write a scene as a CSV trace and tell the truth about it.
+    Scene(SceneArgs),
+}
+
+/// `fit`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Jitter of the
+time stamps is averaged out, and a gap of a few rows counts as missing rows.
+
+Examples:
+  ridgetone fit recording.csv
+  ridgetone fit recording.csv --from 1.57 --to 13.57 --json
+  ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2")]
+pub struct FitArgs {
+    /// Recording: CSV with a header.
+    #[arg(value_name = "FILE.csv")]
+    pub file: PathBuf,
+    /// Rows per second [default: from the column time_s].
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub rate: Option<f64>,
+    /// First time to use, seconds as in time_s; without that column, row / rate.
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    pub from: Option<f64>,
+    /// Last time to use, seconds.
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    pub to: Option<f64>,
+    /// Columns to fit, at most 16 [default: all but time_s].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub columns: Vec<String>,
+    /// Most harmonics to fit, the fundamental included, 1 to 5.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
+    pub harmonics: u8,
+    /// One JSON object on one line instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Parameters of the scene.
+#[derive(Args, Clone, Debug)]
+pub struct SceneOptions {
+    /// Speed of the grating, mm/s [default: 30].
+    #[arg(long, value_name = "MM_S", value_parser = positive)]
+    pub scene_speed: Option<f64>,
+    /// Spatial period of the grating, mm [default: 3.6].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub period: Option<f64>,
+    /// Power of the tone over that of the noise, dB, or `none` for no noise [default: 20].
+    #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
+    pub snr: Option<Decibel>,
+    /// Seed of all noise and of the channels' differences.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// What the chip feels.
+#[derive(Args, Clone, Debug)]
+pub struct InputOptions {
+    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene].
+    #[arg(value_name = "FILE.csv")]
+    pub file: Option<PathBuf>,
+    /// Volts per unit of FILE.csv.
+    #[arg(
+        long,
+        value_name = "V_PER_UNIT",
+        default_value_t = 1.0,
+        value_parser = number,
+        allow_negative_numbers = true,
+        requires = "file"
+    )]
+    pub scale: f64,
+    /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
+    #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
+    pub rate: Option<f64>,
+    /// Noise of the converter itself, 4.5 uV rms.
+    #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
+    pub noise: bool,
+    /// The scene, without FILE.csv.
+    #[command(flatten)]
+    pub scene: SceneOptions,
+}
+
+/// Settings of the library.
+#[derive(Args, Clone, Debug)]
+pub struct SettingsOptions {
+    /// Length of a window, seconds, 0.1 to 4.
+    #[arg(long, value_name = "S", default_value_t = Settings::default().window_s)]
+    pub window: f32,
+    /// From the start of one window to that of the next, seconds.
+    #[arg(long, value_name = "S", default_value_t = Settings::default().hop_s)]
+    pub hop: f32,
+    /// Most harmonics to fit, 1 to 5.
+    #[arg(long, value_name = "N", default_value_t = Settings::default().harmonics)]
+    pub harmonics: u8,
+    /// Speed of the stimulus, mm/s: the slide goes by the protocol [default: it is found in the signal].
+    #[arg(long, value_name = "MM_S")]
+    pub speed: Option<f32>,
+    /// By the protocol: from contact to slide, seconds.
+    #[arg(long, value_name = "S", default_value_t = 1.0, requires = "speed")]
+    pub delay: f32,
+    /// By the protocol: length of the slide to use, mm.
+    #[arg(long, value_name = "MM", default_value_t = 55.0, requires = "speed")]
+    pub length: f32,
+}
+
+/// `replay`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  ridgetone replay trace.csv
+  ridgetone replay counts.csv --scale 1e-3 --json
+  ridgetone replay --scene-speed 15 --period 2.6 --snr 10
+  ridgetone replay trace.csv --speed 30 --delay 1 --length 55")]
+pub struct ReplayArgs {
+    /// What the chip feels.
+    #[command(flatten)]
+    pub input: InputOptions,
+    /// Settings of the library.
+    #[command(flatten)]
+    pub settings: SettingsOptions,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which firmware, and how long to wait for it.
+#[derive(Args, Clone, Debug)]
+pub struct FirmwareOptions {
+    /// Firmware image [default: target/firmware/emulated/ridgetone-firmware.elf of the workspace].
+    #[arg(long, value_name = "PATH")]
+    pub elf: Option<PathBuf>,
+    /// Give up when the emulator shows no sign of life for so long, seconds of wall time.
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = positive)]
+    pub patience: f64,
+}
+
+/// `emulate`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Without FILE.csv the chip feels a scene. The emulator comes with `cargo xtask setup`.
+
+Examples:
+  ridgetone emulate
+  ridgetone emulate trace.csv --json > events.jsonl
+  ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
+pub struct EmulateArgs {
+    /// What the chip feels.
+    #[command(flatten)]
+    pub input: InputOptions,
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
+    /// Write the raw bytes of the telemetry line here.
+    #[arg(long, value_name = "FILE")]
+    pub serial_out: Option<PathBuf>,
+    /// Draw the channels and what was found in them here.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `demo`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  ridgetone demo --svg demo.svg")]
+pub struct DemoArgs {
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
+    /// Draw the channels and what was found in them here.
+    #[arg(long, value_name = "FILE.svg")]
+    pub svg: Option<PathBuf>,
+}
+
+/// `scene`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv")]
+pub struct SceneArgs {
+    /// Which scene.
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    /// File to write: time_s and 16 columns of volts at the scan's 241.14 rows per second.
+    #[arg(short, long, value_name = "FILE.csv")]
+    pub output: PathBuf,
+    /// Also the truth as one JSON object on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A ratio of powers in decibels; none for no noise at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decibel(pub Option<f64>);
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "not a number".into())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = number(text)?;
+    if value > 0.0 { Ok(value) } else { Err("must be greater than 0".into()) }
+}
+
+fn decibel(text: &str) -> Result<Decibel, String> {
+    if text == "none" { Ok(Decibel(None)) } else { number(text).map(|db| Decibel(Some(db))) }
+}
+
+fn on_off(text: &str) -> Result<bool, String> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("say on or off".into()),
+    }
+}
+
+/// A command that makes no sense, as opposed to one that fails.
+#[derive(Debug)]
+pub struct Senseless(pub String);
+
+impl fmt::Display for Senseless {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Senseless {}
+
+impl SceneOptions {
+    /// The scene's parameters.
+    pub fn sliding(&self) -> Sliding {
+        let default = Sliding::default();
+        Sliding {
+            speed_mm_s: self.scene_speed.unwrap_or(default.speed_mm_s),
+            period_mm: self.period.unwrap_or(default.period_mm),
+            snr_db: self.snr.map_or(default.snr_db, |Decibel(db)| db),
+            seed: self.seed,
+            ..default
+        }
+    }
+}
+
+impl InputOptions {
+    /// What the chip feels.
+    ///
+    /// # Errors
+    /// [`Senseless`]: parameters of a scene together with a file.
+    pub fn input(&self) -> Result<Input> {
+        let SceneOptions { scene_speed, period, snr, seed } = &self.scene;
+        if self.file.is_some() && (scene_speed.is_some() || period.is_some() || snr.is_some()) {
+            let why = "--scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
+            return Err(Senseless(why.into()).into());
+        }
+        let source = match &self.file {
+            Some(path) => Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale },
+            None => Source::Scene(self.scene.sliding()),
+        };
+        Ok(Input { source, converter_noise: self.noise, seed: *seed })
+    }
+}
+
+impl SettingsOptions {
+    /// The settings.
+    ///
+    /// # Errors
+    /// [`Senseless`]: one is out of its bounds.
+    pub fn settings(&self) -> Result<Settings> {
+        let slide = match self.speed {
+            None => SlideRule::Found,
+            Some(speed_mm_s) => SlideRule::Protocol { delay_s: self.delay, speed_mm_s, length_mm: self.length },
+        };
+        let (window_s, hop_s, harmonics) = (self.window, self.hop, self.harmonics);
+        let settings = Settings { window_s, hop_s, harmonics, slide, ..Settings::default() };
+        settings.validate().map_err(|error| Senseless(error.to_string()))?;
+        Ok(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn defaults_are_the_librarys_own() {
+        let cli = Cli::try_parse_from(["ridgetone", "replay"]).unwrap();
+        let Command::Replay(args) = cli.command else { panic!("not a replay") };
+        assert_eq!(args.settings.settings().unwrap(), Settings::default());
+        assert_eq!(args.input.scene.sliding(), Sliding::default());
+    }
+
+    #[test]
+    fn settings_out_of_bounds_are_told() {
+        let cli = Cli::try_parse_from(["ridgetone", "replay", "--window", "9"]).unwrap();
+        let Command::Replay(args) = cli.command else { panic!("not a replay") };
+        let error = args.settings.settings().unwrap_err();
+        assert!(error.is::<Senseless>() && error.to_string().starts_with("window_s = 9"), "{error}");
+    }
+}

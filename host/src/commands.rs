@@ -1,0 +1,174 @@
+//! The commands: arguments in, output out.
+
+use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
+use crate::input::{Opened, frame_rate_hz};
+use crate::output::{self, Progress};
+use crate::picture::Recording;
+use crate::table_fit::{self, Selection};
+use crate::{demo, emulator, events, fit_report, picture, replay};
+use anyhow::Result;
+use hal_mock::{SlidingScene, Table, write_csv};
+use ridgetone::telemetry::Packet;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Does what the command line says.
+///
+/// # Errors
+/// One line that says what is wrong; [`crate::cli::Senseless`] where it is the command itself.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.command {
+        Command::Fit(args) => fit(&args),
+        Command::Replay(args) => run_replay(&args),
+        Command::Emulate(args) => emulate(&args),
+        Command::Demo(args) => run_demo(&args),
+        Command::Scene(args) => scene(&args),
+    }
+}
+
+fn fit(args: &FitArgs) -> Result<()> {
+    let table = Table::load(&args.file)?;
+    let selection = Selection {
+        rate_hz: args.rate,
+        from_s: args.from,
+        to_s: args.to,
+        columns: args.columns.clone(),
+        harmonics: args.harmonics,
+    };
+    let fit = table_fit::fit(&table, &selection)?;
+    if args.json {
+        output::line(&fit_report::json(table.file(), &fit)?)
+    } else {
+        output::line(fit_report::text(&fit).trim_end())
+    }
+}
+
+fn run_replay(args: &ReplayArgs) -> Result<()> {
+    let settings = args.settings.settings()?;
+    let input = open(&args.input)?;
+    let mut progress = Progress::default();
+    let outcome = replay::run(input, settings, &mut printer(args.json), &mut |done_s, total_s| {
+        progress.tell(done_s, total_s);
+    });
+    progress.end();
+    let outcome = outcome?;
+    line_quality(outcome.received, outcome.missing, outcome.damaged);
+    Ok(())
+}
+
+fn emulate(args: &EmulateArgs) -> Result<()> {
+    let elf = image(&args.firmware)?;
+    let input = open(&args.input)?;
+    let mut options = firmware(&args.firmware, &elf);
+    options.keep_conversions = args.svg.is_some();
+    let mut progress = Progress::default();
+    let mut print = printer(args.json);
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        if args.svg.is_some() {
+            packets.push(packet.clone());
+        }
+        print(packet)
+    };
+    let outcome = emulator::run(input, options, &mut sink, &mut |done_s, total_s| progress.tell(done_s, total_s));
+    progress.end();
+    let outcome = outcome?;
+    for line in outcome.messages.lines() {
+        eprintln!("firmware: {line}");
+    }
+    if let Some(path) = &args.serial_out {
+        output::whole_file(path, |file| Ok(file.write_all(&outcome.serial)?))?;
+    }
+    if let Some(path) = &args.svg {
+        let svg = picture::draw(&Recording::new(&outcome.conversions, &packets), None);
+        output::whole_file(path, |file| Ok(file.write_all(svg.as_bytes())?))?;
+    }
+    line_quality(outcome.received, outcome.missing, outcome.damaged);
+    Ok(())
+}
+
+fn run_demo(args: &DemoArgs) -> Result<()> {
+    let elf = image(&args.firmware)?;
+    let mut progress = Progress::default();
+    let demo = demo::run(firmware(&args.firmware, &elf), &mut |done_s, total_s| progress.tell(done_s, total_s));
+    progress.end();
+    let demo = demo?;
+    if let Some(path) = &args.svg {
+        output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
+    }
+    output::line(demo.summary.to_string().trim_end())
+}
+
+#[derive(Serialize)]
+struct TruthJson<'a> {
+    r#type: &'static str,
+    file: &'a str,
+    rows: u64,
+    rate_hz: f64,
+    contact_s: f64,
+    slide_start_s: f64,
+    slide_end_s: f64,
+    release_s: f64,
+    end_s: f64,
+    frequency_hz: f64,
+}
+
+fn scene(args: &SceneArgs) -> Result<()> {
+    let mut scene = SlidingScene::new(args.scene.sliding())?;
+    let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
+    output::whole_file(&args.output, |file| {
+        rows = write_csv(&mut scene, rate_hz, file)?;
+        Ok(())
+    })?;
+    let file = args.output.display().to_string();
+    eprintln!(
+        "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
+        truth.contact_s, truth.slide_start_s, truth.slide_end_s, truth.release_s, truth.end_s, truth.frequency_hz
+    );
+    if args.json {
+        output::line(&serde_json::to_string(&TruthJson {
+            r#type: "truth",
+            file: &file,
+            rows,
+            rate_hz,
+            contact_s: truth.contact_s,
+            slide_start_s: truth.slide_start_s,
+            slide_end_s: truth.slide_end_s,
+            release_s: truth.release_s,
+            end_s: truth.end_s,
+            frequency_hz: truth.frequency_hz,
+        })?)?;
+    }
+    Ok(())
+}
+
+/// Prints packets as they come.
+fn printer(json: bool) -> impl FnMut(&Packet) -> Result<()> {
+    move |packet| if json { output::line(&events::json(packet)?) } else { output::line(&events::text(packet)) }
+}
+
+/// Opens an input, and tells what is wrong with it but no reason to stop.
+fn open(options: &InputOptions) -> Result<Opened> {
+    let input = options.input()?.open()?;
+    if let Some(warning) = &input.warning {
+        eprintln!("ridgetone: warning: {warning}");
+    }
+    Ok(input)
+}
+
+fn line_quality(received: u64, missing: u32, damaged: u32) {
+    eprintln!("ridgetone: {received} frames received, {missing} lost, {damaged} damaged");
+}
+
+fn image(options: &FirmwareOptions) -> Result<PathBuf> {
+    match &options.elf {
+        Some(elf) => Ok(elf.clone()),
+        None => emulator::image::find(),
+    }
+}
+
+fn firmware<'a>(options: &FirmwareOptions, elf: &'a Path) -> emulator::Options<'a> {
+    let silence = Duration::try_from_secs_f64(options.patience).unwrap_or(Duration::MAX);
+    emulator::Options { silence, ..emulator::Options::new(elf) }
+}

@@ -1,0 +1,164 @@
+//! `demo`: the default scene through the emulated firmware, and what it found beside the truth.
+
+use crate::emulator::{self, Options, Outcome};
+use crate::input::Input;
+use crate::names::{has_tone, status_name};
+use crate::picture::{self, Recording};
+use anyhow::{Context, Result};
+use hal_mock::{Sliding, Truth};
+use ridgetone::telemetry::{Contact, Estimate, Event, Health, Packet, Slide, Span};
+use std::fmt;
+
+/// A run of the default scene.
+#[derive(Clone, Debug)]
+pub struct Demo {
+    /// What was found, beside the truth.
+    pub summary: Summary,
+    /// What came of the run.
+    pub outcome: Outcome,
+    /// Every packet, in order.
+    pub packets: Vec<Packet>,
+}
+
+/// What was found beside the truth. Times are device times in seconds.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// Speed of the grating, mm/s.
+    pub speed_mm_s: f64,
+    /// Its spatial period, mm.
+    pub period_mm: f64,
+    /// The truth, in device time.
+    pub truth: Truth,
+    /// The contact spike.
+    pub contact: Option<Contact>,
+    /// The last slide that has ended.
+    pub slide: Option<Slide>,
+    /// The fit over it.
+    pub estimate: Option<Estimate>,
+    /// Greatest processor load, 0 to 1.
+    pub load: f32,
+    /// The last health report.
+    pub health: Option<Health>,
+    /// Conversions read by the board, and lost before it came.
+    pub conversions: (u64, u64),
+    /// Telemetry frames received, lost and damaged.
+    pub frames: (u64, u32, u32),
+}
+
+impl Summary {
+    /// Error of the frequency found, percent of the nominal one.
+    pub fn error_percent(&self) -> Option<f64> {
+        let found = self.estimate.as_ref().filter(|estimate| has_tone(estimate.status))?;
+        Some(100.0 * (f64::from(found.frequency_hz) / self.truth.frequency_hz - 1.0))
+    }
+}
+
+/// Runs the default scene: 3.6 mm at 30 mm/s, 20 dB.
+///
+/// # Errors
+/// Those of [`emulator::run`].
+pub fn run(options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
+    let input = Input::default().open()?;
+    let truth = input.truth.context("the scene tells no truth")?;
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let outcome = emulator::run(input, Options { keep_conversions: true, ..options }, &mut sink, progress)?;
+    let summary = summary(&Sliding::default(), truth, &outcome, &packets);
+    Ok(Demo { summary, outcome, packets })
+}
+
+impl Demo {
+    /// The picture.
+    pub fn svg(&self) -> String {
+        let recording = Recording::new(&self.outcome.conversions, &self.packets);
+        picture::draw(&recording, Some(self.summary.truth.frequency_hz))
+    }
+}
+
+fn summary(scene: &Sliding, truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
+    // Scene time begins when the board starts the chip, device time with the first result.
+    let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
+    let truth = Truth {
+        contact_s: truth.contact_s + zero_s,
+        slide_start_s: truth.slide_start_s + zero_s,
+        slide_end_s: truth.slide_end_s + zero_s,
+        release_s: truth.release_s + zero_s,
+        end_s: truth.end_s + zero_s,
+        ..truth
+    };
+    let mut summary = Summary {
+        speed_mm_s: scene.speed_mm_s,
+        period_mm: scene.period_mm,
+        truth,
+        contact: None,
+        slide: None,
+        estimate: None,
+        load: 0.0,
+        health: None,
+        conversions: (outcome.conversions_served, outcome.conversions_lost),
+        frames: (outcome.received, outcome.missing, outcome.damaged),
+    };
+    for packet in packets {
+        match &packet.event {
+            Event::Contact(contact) => summary.contact = Some(*contact),
+            Event::Slide(slide) if slide.end_us.is_some() => summary.slide = Some(*slide),
+            Event::Estimate(estimate) if estimate.span == Span::Slide => summary.estimate = Some(estimate.clone()),
+            Event::Health(health) => {
+                summary.load = summary.load.max(health.load);
+                summary.health = Some(*health);
+            }
+            _ => {}
+        }
+    }
+    summary
+}
+
+fn time(t_us: Option<u64>) -> String {
+    t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", t_us as f64 / 1e6))
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { speed_mm_s, period_mm, truth, .. } = self;
+        writeln!(f, "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n")?;
+        writeln!(f, "{:<16}{:>24}{:>14}", "", "firmware", "truth")?;
+        let mut row =
+            |name: &str, found: String, true_value: String| writeln!(f, "{name:<16}{found:>24}{true_value:>14}");
+        row("contact", time(self.contact.map(|c| c.t_us)), format!("{:.3} s", truth.contact_s))?;
+        row("slide begins", time(self.slide.map(|s| s.start_us)), format!("{:.3} s", truth.slide_start_s))?;
+        row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
+        match &self.estimate {
+            Some(e) if has_tone(e.status) => {
+                let found = format!("{:.4} +- {:.4} Hz", e.frequency_hz, e.sigma_hz);
+                row("tone", found, format!("{:.4} Hz", truth.frequency_hz))?;
+                let period_mm = speed_mm_s / f64::from(e.frequency_hz);
+                let sigma_mm = period_mm * f64::from(e.sigma_hz / e.frequency_hz);
+                row(
+                    "spatial period",
+                    format!("{period_mm:.4} +- {sigma_mm:.4} mm"),
+                    format!("{:.4} mm", self.period_mm),
+                )?;
+            }
+            Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
+            None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
+        }
+        writeln!(f)?;
+        if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {
+            writeln!(
+                f,
+                "error           {error:+.3} % of the frequency, from {} channels and {:.3} s of sliding",
+                e.channels.len(),
+                e.window_s
+            )?;
+        }
+        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * self.load)?;
+        let (read, lost) = self.conversions;
+        let (skipped, dropped) = self.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
+        writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
+        let (received, missing, damaged) = self.frames;
+        writeln!(f, "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped")
+    }
+}

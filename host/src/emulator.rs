@@ -1,0 +1,265 @@
+//! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its bridge.
+//!
+//! One loop serves three pipes: the bridge's requests, the telemetry, and QEMU's messages. It looks at the process
+//! whenever they are silent, so that it ends whichever way the emulator does.
+
+mod chip_end;
+pub mod image;
+mod process;
+
+pub use chip_end::ChipEnd;
+pub use process::QEMU;
+
+use crate::input::Opened;
+use anyhow::{Context, Result, bail};
+use process::Emulator;
+use ridgetone::bridge::{PAYLOAD_MAX, REQUEST_BYTES, Request};
+use ridgetone::frame::TimedConversion;
+use ridgetone::telemetry::{Decoder, Packet};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::io::{ErrorKind, Read};
+use std::os::fd::AsFd;
+use std::path::Path;
+use std::process::ExitStatus;
+use std::time::{Duration, Instant};
+
+/// How often the process is looked at while its pipes are silent, nanoseconds.
+const LOOK_NS: i64 = 50_000_000;
+
+/// Board time that the firmware has to start the chip, and to read the last result after the input's end, seconds.
+const PATIENCE_S: f64 = 10.0;
+
+/// What to run, and how long to wait for it.
+#[derive(Clone, Copy, Debug)]
+pub struct Options<'a> {
+    /// The firmware image.
+    pub elf: &'a Path,
+    /// Wall time without a sign of life after which the emulator is given up.
+    pub silence: Duration,
+    /// Whether [`Outcome::conversions`] is wanted.
+    pub keep_conversions: bool,
+}
+
+impl<'a> Options<'a> {
+    /// Half a minute of silence at the most; conversions are not kept.
+    pub fn new(elf: &'a Path) -> Self {
+        Self { elf, silence: Duration::from_secs(30), keep_conversions: false }
+    }
+}
+
+/// What came of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Every byte of the telemetry line.
+    pub serial: Vec<u8>,
+    /// What the firmware and the emulator said beside it, line by line.
+    pub messages: String,
+    /// Packets received.
+    pub received: u64,
+    /// Packets that never came, by their numbers.
+    pub missing: u32,
+    /// Packets whose checksum was wrong.
+    pub damaged: u32,
+    /// Conversions that the board has read.
+    pub conversions_served: u64,
+    /// Conversions that were overwritten before the board came.
+    pub conversions_lost: u64,
+    /// Those read, with the board's time of their DRDY edge, if [`Options::keep_conversions`].
+    pub conversions: Vec<TimedConversion>,
+    /// Board time at which START first rose, microseconds: zero of the scene's time.
+    pub start_us: u64,
+    /// Board time of the first DRDY edge, microseconds: zero of the device time, in which events are told.
+    pub first_edge_us: u64,
+    /// Board time at the end, microseconds.
+    pub end_us: u64,
+}
+
+/// Runs the firmware on `input` until the input is over and the firmware has left. Packets go to `sink` as they come;
+/// `progress` is told the seconds of the input done and those to do.
+///
+/// # Errors
+/// The image is not ours, the emulator is missing or fails, the firmware fails or falls silent; those of
+/// `sink`. The emulator is gone by then in any case.
+pub fn run(
+    input: Opened,
+    options: Options<'_>,
+    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
+    let image = image::check(options.elf)?;
+    let chip = ChipEnd::new(input, options.keep_conversions);
+    let emulator = Emulator::start(&image)?;
+    let mut session = Session {
+        emulator,
+        chip,
+        incoming: Vec::new(),
+        decoder: Decoder::new(),
+        serial: Vec::new(),
+        received: 0,
+        messages: Vec::new(),
+        open: [true; 3],
+        heard: Instant::now(),
+    };
+    let status = session.serve(options.silence, sink, progress)?;
+    session.conclude(status)
+}
+
+/// Pipes, in the order in which they are served.
+const REQUESTS: usize = 0;
+const SERIAL: usize = 1;
+const MESSAGES: usize = 2;
+
+struct Session {
+    emulator: Emulator,
+    chip: ChipEnd,
+    /// Bytes of requests that have not come in full.
+    incoming: Vec<u8>,
+    decoder: Decoder,
+    serial: Vec<u8>,
+    received: u64,
+    /// What the emulator said on its standard error.
+    messages: Vec<u8>,
+    /// Pipes whose other end has not been closed.
+    open: [bool; 3],
+    heard: Instant,
+}
+
+impl Session {
+    fn serve(
+        &mut self,
+        silence: Duration,
+        sink: &mut dyn FnMut(&Packet) -> Result<()>,
+        progress: &mut dyn FnMut(f64, f64),
+    ) -> Result<ExitStatus> {
+        loop {
+            if self.turn(LOOK_NS, sink)? {
+                self.heard = Instant::now();
+                let (done_s, end_s) = self.chip.progress_s();
+                progress(done_s, end_s);
+                if self.chip.start_us().is_none() && self.chip.now_us() as f64 * 1e-6 > PATIENCE_S {
+                    bail!("the firmware has not started the chip within {PATIENCE_S} s of board time{}", self.said());
+                }
+                if done_s > end_s + PATIENCE_S {
+                    bail!("the firmware has stopped reading the chip{}", self.said());
+                }
+            } else if let Some(status) = self.emulator.exit_status()? {
+                // What it wrote before it ended; something it left behind may hold the pipes open, so no waiting.
+                while self.turn(0, sink)? {}
+                return Ok(status);
+            } else if self.heard.elapsed() > silence {
+                let when = if self.chip.ended() { " after the end of the input" } else { "" };
+                bail!("{QEMU}: no sign of life from the firmware for {} s{when}{}", silence.as_secs_f32(), self.said());
+            }
+        }
+    }
+
+    /// Waits up to `most_ns` for something to come, and serves it. False if nothing came.
+    fn turn(&mut self, most_ns: i64, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<bool> {
+        let emulator = &self.emulator;
+        let pipes = [emulator.request.as_fd(), emulator.serial.as_fd(), emulator.messages.as_fd()];
+        let mut fds: Vec<PollFd<'_>> = Vec::with_capacity(pipes.len());
+        let mut which = Vec::with_capacity(pipes.len());
+        for (at, pipe) in pipes.iter().enumerate().filter(|(at, _)| self.open[*at]) {
+            fds.push(PollFd::new(pipe, PollFlags::IN));
+            which.push(at);
+        }
+        match poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: most_ns })) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error).context("poll"),
+        }
+        let ready: Vec<usize> =
+            which.iter().zip(&fds).filter(|(_, fd)| !fd.revents().is_empty()).map(|(at, _)| *at).collect();
+        let mut came = false;
+        for at in ready {
+            came |= self.receive(at, sink)?;
+        }
+        Ok(came)
+    }
+
+    /// Reads from one pipe that is ready. False at its end.
+    fn receive(&mut self, at: usize, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<bool> {
+        let mut bytes = [0; 4096];
+        let read = match at {
+            REQUESTS => self.emulator.request.read(&mut bytes),
+            SERIAL => self.emulator.serial.read(&mut bytes),
+            _ => self.emulator.messages.read(&mut bytes),
+        };
+        let length = match read {
+            Ok(length) => length,
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => return Ok(false),
+            Err(error) => return Err(error).context(QEMU),
+        };
+        self.open[at] = length > 0;
+        let bytes = &bytes[..length];
+        match at {
+            REQUESTS => {
+                self.incoming.extend_from_slice(bytes);
+                self.answer()?;
+            }
+            SERIAL => {
+                self.serial.extend_from_slice(bytes);
+                for byte in bytes {
+                    if let Some(packet) = self.decoder.push(*byte) {
+                        self.received += 1;
+                        sink(&packet)?;
+                    }
+                }
+            }
+            MESSAGES => self.messages.extend_from_slice(bytes),
+            _ => {}
+        }
+        Ok(length > 0)
+    }
+
+    /// Answers every request that is complete.
+    fn answer(&mut self) -> Result<()> {
+        while let Some((header, rest)) = self.incoming.split_first_chunk::<REQUEST_BYTES>() {
+            let Some(request) = Request::decode(header) else {
+                bail!("the firmware does not speak this program's bridge: build both from the same sources");
+            };
+            let length = usize::from(request.length);
+            let Some(sent) = rest.get(..length) else { break };
+            let mut payload = [0; PAYLOAD_MAX];
+            let payload = &mut payload[..length];
+            payload.copy_from_slice(sent);
+            self.incoming.drain(..REQUEST_BYTES + length);
+            self.emulator.connected();
+            let reply = self.chip.answer(&request, payload);
+            let record = [&reply.encode()[..], payload].concat();
+            self.emulator.reply(&record)?;
+        }
+        Ok(())
+    }
+
+    fn conclude(self, status: ExitStatus) -> Result<Outcome> {
+        let said = self.said();
+        match status.code() {
+            Some(0) if self.chip.ended() => {}
+            Some(0) => bail!("the firmware left before the end of the input{said}"),
+            // The statuses the firmware leaves with; see its board/semihost.rs.
+            Some(3) => bail!("the firmware faulted{said}"),
+            Some(101) => bail!("the firmware panicked{said}"),
+            _ => bail!("{QEMU} failed: {status}{said}"),
+        }
+        let (conversions_served, conversions_lost) = self.chip.served_and_lost();
+        Ok(Outcome {
+            serial: self.serial,
+            messages: String::from_utf8_lossy(&self.messages).into_owned(),
+            received: self.received,
+            missing: self.decoder.missing,
+            damaged: self.decoder.damaged,
+            conversions_served,
+            conversions_lost,
+            start_us: self.chip.start_us().unwrap_or(0),
+            first_edge_us: self.chip.first_edge_us().unwrap_or(0),
+            end_us: self.chip.now_us(),
+            conversions: self.chip.into_conversions(),
+        })
+    }
+
+    /// The last line that the emulator said, to go behind a message.
+    fn said(&self) -> String {
+        let text = String::from_utf8_lossy(&self.messages);
+        text.lines().map(str::trim).rfind(|line| !line.is_empty()).map_or_else(String::new, |line| format!(": {line}"))
+    }
+}

@@ -1,0 +1,99 @@
+//! The emulator as a child process in a directory of its own, and the pipes to it.
+
+use anyhow::{Context, Result, bail};
+use rustix::fs::{CWD, Mode, OFlags};
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use tempfile::TempDir;
+
+/// The emulator's program.
+pub const QEMU: &str = "qemu-system-arm";
+
+/// A running emulator. Dropped, it is killed and its directory removed.
+pub struct Emulator {
+    child: Child,
+    directory: Option<TempDir>,
+    /// Records from the board.
+    pub request: File,
+    reply: File,
+    /// What the board's third serial port says.
+    pub serial: ChildStdout,
+    /// What the emulator itself says.
+    pub messages: ChildStderr,
+}
+
+impl Emulator {
+    /// Starts the emulator on an image, whose path must be absolute.
+    ///
+    /// # Errors
+    /// The emulator is not installed, or the system refuses a directory, a FIFO or a process.
+    pub fn start(image: &Path) -> Result<Self> {
+        let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
+        let request = fifo(&directory.path().join("spi.request"))?;
+        let reply = fifo(&directory.path().join("spi.reply"))?;
+        let spawned = Command::new(QEMU)
+            .args(["-machine", "netduinoplus2", "-icount", "shift=3,sleep=off"])
+            .args(["-display", "none", "-monitor", "none"])
+            .args(["-semihosting-config", "enable=on,target=native"])
+            .args(["-serial", "null", "-serial", "null", "-serial", "stdio", "-kernel"])
+            .arg(image)
+            .current_dir(directory.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = match spawned {
+            Ok(child) => child,
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                bail!(
+                    "{QEMU} is not installed: `cargo xtask setup` installs it (Debian: apt-get install qemu-system-arm)"
+                )
+            }
+            Err(error) => return Err(error).context(QEMU),
+        };
+        let (Some(serial), Some(messages)) = (child.stdout.take(), child.stderr.take()) else {
+            bail!("{QEMU}: no pipes");
+        };
+        Ok(Self { child, directory: Some(directory), request, reply, serial, messages })
+    }
+
+    /// Both ends of the bridge are open: their names, and the directory, are no longer needed. Removed now, nothing is
+    /// left behind even if this program is killed.
+    pub fn connected(&mut self) {
+        self.directory = None;
+    }
+
+    /// Sends a reply.
+    ///
+    /// # Errors
+    /// The board does not take it: a full pipe is as bad as a closed one, since it asks before it is answered.
+    pub fn reply(&mut self, bytes: &[u8]) -> Result<()> {
+        self.reply.write_all(bytes).context("the bridge to the emulated board")
+    }
+
+    /// How the emulator ended, if it has.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn exit_status(&mut self) -> Result<Option<ExitStatus>> {
+        self.child.try_wait().context(QEMU)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        // Both fail only if it has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Makes a FIFO and opens it for both directions: that never blocks, whoever comes or goes at the other end.
+fn fifo(path: &Path) -> Result<File> {
+    let named = || path.display().to_string();
+    rustix::fs::mkfifoat(CWD, path, Mode::RUSR | Mode::WUSR).with_context(named)?;
+    let flags = OFlags::RDWR | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(File::from(rustix::fs::open(path, flags, Mode::empty()).with_context(named)?))
+}

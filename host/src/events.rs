@@ -1,0 +1,7 @@
+//! What came over the wire, as lines for people and as JSON for programs.
+
+mod json;
+mod text;
+
+pub use json::json;
+pub use text::text;

@@ -1,0 +1,207 @@
+//! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
+
+use crate::names::{has_tone, span_name, status_name};
+use ridgetone::settings::{Settings, SlideRule};
+use ridgetone::telemetry::{Channel, Event, Packet};
+use serde::Serialize;
+
+#[derive(Serialize)]
+#[serde(tag = "type", rename_all = "snake_case")]
+enum Body<'a> {
+    Hello {
+        sequence: u16,
+        protocol: u8,
+        version: String,
+        frame_rate_hz: f32,
+        settings: JsonSettings,
+    },
+    Contact {
+        sequence: u16,
+        t_s: f64,
+        taxel: u8,
+        height_v: f32,
+    },
+    Slide {
+        sequence: u16,
+        t_s: f64,
+        start_s: f64,
+        end_s: Option<f64>,
+        state: &'static str,
+    },
+    Estimate {
+        sequence: u16,
+        t_s: f64,
+        window_s: f32,
+        span: &'static str,
+        frequency_hz: Option<f32>,
+        sigma_hz: Option<f32>,
+        status: &'static str,
+        harmonics: u8,
+        frames_missing: u16,
+        channels: &'a [Channel],
+    },
+    Release {
+        sequence: u16,
+        t_s: f64,
+    },
+    Health {
+        sequence: u16,
+        t_s: f64,
+        frames: u32,
+        conversions_lost: u32,
+        conversions_doubtful: u32,
+        hops_skipped: u32,
+        messages_dropped: u32,
+        frame_rate_hz: f32,
+        load: f32,
+        supply_v: f32,
+        reference_v: f32,
+        temperature_c: f32,
+        offset_v: f32,
+        gain: f32,
+    },
+}
+
+#[derive(Serialize)]
+struct JsonSettings {
+    window_s: f32,
+    hop_s: f32,
+    harmonics: u8,
+    vref_v: f32,
+    slide: JsonSlide,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "rule", rename_all = "snake_case")]
+enum JsonSlide {
+    Found,
+    Protocol { delay_s: f32, speed_mm_s: f32, length_mm: f32 },
+}
+
+impl From<&Settings> for JsonSettings {
+    fn from(settings: &Settings) -> Self {
+        Self {
+            window_s: settings.window_s,
+            hop_s: settings.hop_s,
+            harmonics: settings.harmonics,
+            vref_v: settings.vref_v,
+            slide: match settings.slide {
+                SlideRule::Found => JsonSlide::Found,
+                SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
+                    JsonSlide::Protocol { delay_s, speed_mm_s, length_mm }
+                }
+            },
+        }
+    }
+}
+
+fn seconds(t_us: u64) -> f64 {
+    t_us as f64 / 1e6
+}
+
+/// A packet as one JSON object on one line, without the line's end.
+///
+/// # Errors
+/// None that a packet could cause; those of the serializer.
+pub fn json(packet: &Packet) -> serde_json::Result<String> {
+    let sequence = packet.sequence;
+    let body = match &packet.event {
+        Event::Hello(e) => Body::Hello {
+            sequence,
+            protocol: e.protocol,
+            version: e.version.map(|part| part.to_string()).join("."),
+            frame_rate_hz: e.frame_rate_hz,
+            settings: (&e.settings).into(),
+        },
+        Event::Contact(e) => Body::Contact { sequence, t_s: seconds(e.t_us), taxel: e.taxel, height_v: e.height_v },
+        Event::Slide(e) => Body::Slide {
+            sequence,
+            t_s: seconds(e.end_us.unwrap_or(e.start_us)),
+            start_s: seconds(e.start_us),
+            end_s: e.end_us.map(seconds),
+            state: if e.end_us.is_some() { "end" } else { "start" },
+        },
+        Event::Estimate(e) => Body::Estimate {
+            sequence,
+            t_s: seconds(e.t_us),
+            window_s: e.window_s,
+            span: span_name(e.span),
+            frequency_hz: has_tone(e.status).then_some(e.frequency_hz),
+            sigma_hz: has_tone(e.status).then_some(e.sigma_hz),
+            status: status_name(e.status),
+            harmonics: e.harmonics,
+            frames_missing: e.frames_missing,
+            channels: &e.channels,
+        },
+        Event::Release(e) => Body::Release { sequence, t_s: seconds(e.t_us) },
+        Event::Health(e) => Body::Health {
+            sequence,
+            t_s: seconds(e.t_us),
+            frames: e.frames,
+            conversions_lost: e.conversions_lost,
+            conversions_doubtful: e.conversions_doubtful,
+            hops_skipped: e.hops_skipped,
+            messages_dropped: e.messages_dropped,
+            frame_rate_hz: e.frame_rate_hz,
+            load: e.load,
+            supply_v: e.supply_v,
+            reference_v: e.reference_v,
+            temperature_c: e.temperature_c,
+            offset_v: e.offset_v,
+            gain: e.gain,
+        },
+    };
+    serde_json::to_string(&body)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone::telemetry::{Contact, Estimate, Slide, Span, Status};
+
+    #[test]
+    fn f32_values_read_back_to_the_last_bit() {
+        let height_v = 0.1f32 + f32::EPSILON;
+        let contact = Event::Contact(Contact { t_us: 510_003, taxel: 3, height_v });
+        let line = json(&Packet { sequence: 7, event: contact }).unwrap();
+        assert_eq!(
+            line,
+            format!(r#"{{"type":"contact","sequence":7,"t_s":0.510003,"taxel":3,"height_v":{height_v}}}"#)
+        );
+        let text = line.rsplit(':').next().unwrap().trim_end_matches('}');
+        assert_eq!(text.parse::<f32>().unwrap().to_bits(), height_v.to_bits());
+    }
+
+    #[test]
+    fn no_tone_no_frequency() {
+        let estimate = Estimate {
+            t_us: 2_000_000,
+            window_s: 1.0,
+            span: Span::Window,
+            status: Status::NoTone,
+            frequency_hz: 0.0,
+            sigma_hz: 0.0,
+            harmonics: 0,
+            frames_missing: 2,
+            channels: Default::default(),
+        };
+        let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
+        assert_eq!(
+            line,
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"channels":[]}"#
+        );
+    }
+
+    #[test]
+    fn a_slide_is_told_at_its_start_and_its_end() {
+        let line = |end_us| json(&Packet { sequence: 1, event: Event::Slide(Slide { start_us: 1_500_000, end_us }) });
+        assert_eq!(
+            line(None).unwrap(),
+            r#"{"type":"slide","sequence":1,"t_s":1.5,"start_s":1.5,"end_s":null,"state":"start"}"#
+        );
+        assert_eq!(
+            line(Some(3_500_000)).unwrap(),
+            r#"{"type":"slide","sequence":1,"t_s":3.5,"start_s":1.5,"end_s":3.5,"state":"end"}"#
+        );
+    }
+}

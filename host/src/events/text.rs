@@ -1,0 +1,90 @@
+//! One line a packet: time, what, and its values with units.
+
+use crate::names::{has_tone, status_name};
+use ridgetone::settings::SlideRule;
+use ridgetone::telemetry::{Channel, Estimate, Event, Health, Hello, Packet, Span};
+
+/// A packet as one line, without its end.
+pub fn text(packet: &Packet) -> String {
+    match &packet.event {
+        Event::Hello(e) => format!("{:>10}  hello     {}", "", hello(e)),
+        Event::Contact(e) => {
+            line(e.t_us, "contact", &format!("taxel {}, spike of {:.2} mV", e.taxel, 1e3 * e.height_v))
+        }
+        Event::Slide(e) => match e.end_us {
+            None => line(e.start_us, "slide", "begins"),
+            Some(end_us) => {
+                let length_s = seconds(end_us) - seconds(e.start_us);
+                line(end_us, "slide", &format!("ends; {length_s:.3} s since {:.3} s", seconds(e.start_us)))
+            }
+        },
+        Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
+        Event::Release(e) => line(e.t_us, "release", "the finger is off"),
+        Event::Health(e) => line(e.t_us, "health", &health(e)),
+    }
+}
+
+fn seconds(t_us: u64) -> f64 {
+    t_us as f64 / 1e6
+}
+
+fn line(t_us: u64, what: &str, values: &str) -> String {
+    format!("{:>8.3} s  {what:<8}  {values}", seconds(t_us))
+}
+
+fn hello(e: &Hello) -> String {
+    let [major, minor, patch] = e.version;
+    let s = &e.settings;
+    let slide = match s.slide {
+        SlideRule::Found => "slide found in the signal".to_owned(),
+        SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
+            format!("slide by protocol: {delay_s} s after contact, {length_mm} mm at {speed_mm_s} mm/s")
+        }
+    };
+    format!(
+        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V, {slide}",
+        e.protocol, e.frame_rate_hz, s.window_s, s.hop_s, s.harmonics, s.vref_v
+    )
+}
+
+fn estimate(e: &Estimate) -> String {
+    let over = match e.span {
+        Span::Window => "window",
+        Span::Slide => "SLIDE",
+    };
+    let tone = if has_tone(e.status) {
+        format!("{:>9.4} Hz +- {:.4} Hz", e.frequency_hz, e.sigma_hz)
+    } else {
+        format!("{:>9} Hz", "-")
+    };
+    let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, status_name(e.status));
+    if has_tone(e.status) {
+        out += &format!(", harmonics {}", e.harmonics);
+        let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
+        if let Some(c) = e.channels.iter().max_by(strongest) {
+            out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
+        }
+    }
+    if e.frames_missing > 0 {
+        out += &format!(", {} frames missing", e.frames_missing);
+    }
+    out
+}
+
+fn health(e: &Health) -> String {
+    let load = if e.load > 0.0 { format!(", load {:.1} %", 100.0 * e.load) } else { String::new() };
+    format!(
+        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped{load}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
+        e.frames,
+        e.frame_rate_hz,
+        e.conversions_lost,
+        e.conversions_doubtful,
+        e.hops_skipped,
+        e.messages_dropped,
+        e.supply_v,
+        e.reference_v,
+        e.temperature_c,
+        1e6 * e.offset_v,
+        e.gain
+    )
+}

@@ -1,0 +1,153 @@
+//! What `fit` prints: a table for people, one JSON object for programs.
+
+use crate::names::status_name;
+use crate::table_fit::TableFit;
+use ridgetone::telemetry::Status;
+use serde::Serialize;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Json<'a> {
+    r#type: &'static str,
+    file: &'a str,
+    rate_hz: f64,
+    window_s: f64,
+    rows: usize,
+    rows_missing: usize,
+    frequency_hz: Option<f64>,
+    sigma_hz: Option<f64>,
+    status: &'static str,
+    harmonics: u8,
+    channels: Vec<JsonChannel<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonChannel<'a> {
+    name: &'a str,
+    usable: bool,
+    offset: Option<f64>,
+    amplitude: Option<f64>,
+    phase_rad: Option<f32>,
+    residual: Option<f64>,
+}
+
+/// One JSON object on one line, without the line's end.
+///
+/// # Errors
+/// None that a number could cause; those of the serializer.
+pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
+    let tone = fit.tone_hz.is_some();
+    let channels = fit.channels.iter().map(|channel| JsonChannel {
+        name: &channel.name,
+        usable: channel.values.is_some(),
+        offset: channel.values.map(|v| v.offset),
+        amplitude: channel.values.filter(|_| tone).map(|v| v.amplitude),
+        phase_rad: channel.values.filter(|_| tone).map(|v| v.phase_rad),
+        residual: channel.values.map(|v| v.residual),
+    });
+    serde_json::to_string(&Json {
+        r#type: "fit",
+        file,
+        rate_hz: fit.rate_hz,
+        window_s: fit.window_s,
+        rows: fit.rows,
+        rows_missing: fit.rows_missing,
+        frequency_hz: fit.tone_hz.map(|(frequency_hz, _)| frequency_hz),
+        sigma_hz: fit.tone_hz.map(|(_, sigma_hz)| sigma_hz),
+        status: status_name(fit.status),
+        harmonics: fit.harmonics,
+        channels: channels.collect(),
+    })
+}
+
+/// A table for people.
+pub fn text(fit: &TableFit) -> String {
+    let mut out = String::new();
+    let mut line = |name: &str, value: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{name:<13} {value}");
+    };
+    match fit.tone_hz {
+        Some((frequency_hz, sigma_hz)) => {
+            line("frequency_hz", significant(frequency_hz, 7));
+            line("sigma_hz", significant(sigma_hz, 2));
+        }
+        None => {
+            line("frequency_hz", "-".into());
+            line("sigma_hz", "-".into());
+        }
+    }
+    line("status", format!("{} ({})", status_name(fit.status), meaning(fit.status)));
+    line("harmonics", fit.harmonics.to_string());
+    line("window_s", significant(fit.window_s, 6));
+    let missing = if fit.rows_missing > 0 { format!(", {} missing", fit.rows_missing) } else { String::new() };
+    line("rows", format!("{} at {} Hz{missing}", fit.rows, significant(fit.rate_hz, 6)));
+
+    let width = fit.channels.iter().map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(7);
+    let _ = writeln!(
+        out,
+        "\n{:<width$} {:>12} {:>12} {:>10} {:>12}",
+        "channel", "offset", "amplitude", "phase_rad", "residual"
+    );
+    for channel in &fit.channels {
+        let _ = match channel.values {
+            Some(v) if fit.tone_hz.is_some() => writeln!(
+                out,
+                "{:<width$} {:>12} {:>12} {:>10.4} {:>12}",
+                channel.name,
+                significant(v.offset, 6),
+                significant(v.amplitude, 4),
+                v.phase_rad,
+                significant(v.residual, 3)
+            ),
+            Some(v) => writeln!(
+                out,
+                "{:<width$} {:>12} {:>12} {:>10} {:>12}",
+                channel.name,
+                significant(v.offset, 6),
+                "-",
+                "-",
+                significant(v.residual, 3)
+            ),
+            None => writeln!(out, "{:<width$} not usable: constant or a straight line", channel.name),
+        };
+    }
+    out
+}
+
+/// What a status means, in a few words.
+pub fn meaning(status: Status) -> &'static str {
+    match status {
+        Status::Good => "a common tone",
+        Status::NoTone => "the channels share no tone that stands out of their noise",
+        Status::TooShort => "the window holds too little of a cycle to tell",
+        Status::Nothing => "no usable channel, or fewer than 16 rows",
+        Status::Ambiguous => "a reading a harmonic step away explains the window about equally well",
+    }
+}
+
+/// A number with so many significant digits, plain between 1e-4 and 1e7.
+pub fn significant(value: f64, digits: usize) -> String {
+    let power = value.abs().log10().floor();
+    if value == 0.0 || !value.is_finite() {
+        value.to_string()
+    } else if (-4.0..7.0).contains(&power) {
+        let decimals = (digits as f64 - 1.0 - power).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.decimals$e}", decimals = digits.saturating_sub(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn significant_digits() {
+        assert_eq!(significant(0.250_123_44, 4), "0.2501");
+        assert_eq!(significant(-12_345.678, 3), "-12346");
+        assert_eq!(significant(1.234e-7, 3), "1.23e-7");
+        assert_eq!(significant(0.0, 3), "0");
+    }
+}

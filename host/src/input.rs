@@ -1,0 +1,110 @@
+//! What the simulated chip feels: a scene, or a recording played to it.
+
+use anyhow::{Context, Result};
+use hal_mock::{Options, Scene, Sliding, SlidingScene, Trace, Truth};
+use ridgetone::settings::SCAN;
+use std::path::PathBuf;
+
+/// Reference of the simulated chip, volts; the library's default settings expect the same.
+pub const REFERENCE_V: f64 = 4.096;
+
+/// From power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
+const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
+
+/// Overload, as a multiple of the reference: the chip clips and says so (SBAS297G, data format).
+const OVERLOAD: f64 = 1.06;
+
+/// Where the voltages come from.
+#[derive(Clone, Debug)]
+pub enum Source {
+    /// A grating slid over the finger.
+    Scene(Sliding),
+    /// A CSV file, one column for each taxel.
+    Trace {
+        /// The file.
+        path: PathBuf,
+        /// Rows per second where it has no `time_s`; the scan's own rate if none.
+        rate_hz: Option<f64>,
+        /// Volts per unit of the file.
+        volts_per_unit: f64,
+    },
+}
+
+/// A source and the chip in front of it.
+#[derive(Clone, Debug)]
+pub struct Input {
+    /// Where the voltages come from.
+    pub source: Source,
+    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate.
+    pub converter_noise: bool,
+    /// Seed of that noise. A scene's own is in [`Sliding`].
+    pub seed: u64,
+}
+
+impl Default for Input {
+    fn default() -> Self {
+        Self { source: Source::Scene(Sliding::default()), converter_noise: true, seed: 1 }
+    }
+}
+
+/// An input, opened.
+pub struct Opened {
+    /// What the chip converts.
+    pub scene: Box<dyn Scene>,
+    /// How the chip is made.
+    pub options: Options,
+    /// Length in seconds.
+    pub end_s: f64,
+    /// What a scene was made from.
+    pub truth: Option<Truth>,
+    /// Something the user should know, one line.
+    pub warning: Option<String>,
+}
+
+/// Frames per second of the scan, nominal.
+pub fn frame_rate_hz() -> f64 {
+    f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks())
+}
+
+impl Input {
+    /// Reads the file or builds the scene.
+    ///
+    /// # Errors
+    /// What is wrong with the file, with its line; a parameter of the scene out of its range.
+    pub fn open(&self) -> Result<Opened> {
+        let options = Options {
+            noise: self.converter_noise,
+            seed: self.seed,
+            power_up_cycles: POWER_UP_CYCLES,
+            ..Options::default()
+        };
+        match &self.source {
+            Source::Scene(parameters) => {
+                let scene = SlidingScene::new(parameters.clone()).context("scene")?;
+                let (truth, end_s) = (Some(scene.truth()), scene.end_s());
+                Ok(Opened { scene: Box::new(scene), options, end_s, truth, warning: None })
+            }
+            Source::Trace { path, rate_hz, volts_per_unit } => {
+                let trace = Trace::load(path, rate_hz.unwrap_or_else(frame_rate_hz))?.with_scale(*volts_per_unit);
+                let (warning, end_s) = (overload(&trace, *volts_per_unit), trace.end_s());
+                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning })
+            }
+        }
+    }
+}
+
+/// Names the first channel that leaves the chip's range.
+fn overload(trace: &Trace, volts_per_unit: f64) -> Option<String> {
+    let (table, limit_v) = (trace.table(), OVERLOAD * REFERENCE_V);
+    let outside = |(row, values): (usize, &Vec<f64>)| {
+        let column = values.iter().position(|value| (value * volts_per_unit).abs() > limit_v)?;
+        Some((row, column, values[column] * volts_per_unit))
+    };
+    let (row, column, volts) = table.rows().iter().enumerate().find_map(outside)?;
+    Some(format!(
+        "{}: row {}, column {}: {volts} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale",
+        table.file(),
+        row + 1,
+        table.names()[column]
+    ))
+}

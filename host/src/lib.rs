@@ -1,0 +1,27 @@
+//! The PC side of Ridgetone, as a library for the command `ridgetone`, for `cargo xtask` and for tests.
+//!
+//! | what | where |
+//! |---|---|
+//! | a recording through the fit alone | [`grid`], [`table_fit`], [`fit_report`] |
+//! | what the simulated chip feels: a scene or a recording | [`input`] |
+//! | the library on this PC, behind the simulated chip | [`replay`] |
+//! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | packets as text and as JSON | [`events`] |
+//! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
+//! | the command line | [`cli`], [`commands`], [`output`] |
+#![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod commands;
+pub mod demo;
+pub mod emulator;
+pub mod events;
+pub mod fit_report;
+pub mod grid;
+pub mod input;
+mod names;
+pub mod output;
+pub mod picture;
+pub mod replay;
+mod svg;
+pub mod table_fit;

@@ -1,0 +1,27 @@
+//! Words for what the library has enums for, the same in every output.
+
+use ridgetone::telemetry::{Span, Status};
+
+/// Name of a status in JSON and text.
+pub fn status_name(status: Status) -> &'static str {
+    match status {
+        Status::Good => "good",
+        Status::NoTone => "no_tone",
+        Status::TooShort => "too_short",
+        Status::Nothing => "nothing",
+        Status::Ambiguous => "ambiguous",
+    }
+}
+
+/// Name of a span in JSON and text.
+pub fn span_name(span: Span) -> &'static str {
+    match span {
+        Span::Window => "window",
+        Span::Slide => "slide",
+    }
+}
+
+/// Whether an estimate of this status has a frequency.
+pub fn has_tone(status: Status) -> bool {
+    matches!(status, Status::Good | Status::Ambiguous)
+}

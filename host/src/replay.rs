@@ -1,0 +1,128 @@
+//! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the board.
+
+use crate::input::Opened;
+use ads1258::Ads1258;
+use anyhow::{Context, Result};
+use embedded_hal::delay::DelayNs;
+use hal_mock::Rig;
+use ridgetone::frame::TimedConversion;
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::{SCAN, Settings};
+use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+
+/// Board time at which START rises, microseconds, about that of the firmware.
+///
+/// Any whole microsecond gives the same numbers as the emulated board, whose START rises at a whole one too: then the
+/// DRDY edges fall on the same microseconds after it, and device time begins with the first of them.
+const START_US: u32 = 20_100;
+
+/// Conversions between two reports of progress.
+const PROGRESS_EVERY: u64 = 2048;
+
+/// What came of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Bytes as they would have gone over the wire.
+    pub serial: Vec<u8>,
+    /// Packets received.
+    pub received: u64,
+    /// Packets that never came, by their numbers.
+    pub missing: u32,
+    /// Packets whose checksum was wrong.
+    pub damaged: u32,
+    /// Conversions read.
+    pub conversions: u64,
+}
+
+/// Runs `input` through the library. Packets go to `sink` after a trip through the wire format; `progress` is told the
+/// seconds done and those to do. `settings` must have passed [`Settings::validate`].
+///
+/// # Errors
+/// Those of `sink`; an event that does not fit the wire format.
+pub fn run(
+    input: Opened,
+    settings: Settings,
+    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
+    let end_s = input.end_s;
+    let rig = Rig::new(input.scene, input.options);
+    rig.set_sclk_hz(0); // as over the bridge: a transfer takes no time
+
+    let mut chip = Ads1258::new(rig.spi());
+    let (mut start, mut reset) = (rig.start_pin(), rig.reset_pin());
+    rig.delay().delay_us(START_US - ads1258::RESET_LOW_US);
+    chip.stop(&mut start)?;
+    chip.reset_by_pin(&mut reset, &mut rig.delay())?;
+    chip.configure(&SCAN).context("the simulated chip")?;
+    chip.start(&mut start)?;
+
+    let mut wire = Wire::new(sink);
+    let mut pipeline = Box::new(Pipeline::new(settings));
+    wire.send(pipeline.hello());
+    let mut conversions = 0;
+    while let Some(edge_ns) = rig.wait_for_drdy() {
+        let conversion = chip.read().context("the simulated chip")?;
+        // The board's counter wraps after 71 minutes, and the library expects that.
+        let t_us = (edge_ns / 1000) as u32;
+        pipeline.push(TimedConversion { t_us, conversion }, &mut |event| wire.send(event));
+        wire.result()?;
+        conversions += 1;
+        if conversions % PROGRESS_EVERY == 0 {
+            progress((edge_ns as f64 * 1e-3 - f64::from(START_US)) * 1e-6, end_s);
+        }
+    }
+    pipeline.finish(&mut |event| wire.send(event));
+    wire.result()?;
+    Ok(Outcome {
+        received: wire.received,
+        missing: wire.decoder.missing,
+        damaged: wire.decoder.damaged,
+        serial: wire.serial,
+        conversions,
+    })
+}
+
+/// Both ends of the wire: events are numbered, encoded, decoded, and handed on.
+struct Wire<'a> {
+    sequence: u16,
+    serial: Vec<u8>,
+    decoder: Decoder,
+    received: u64,
+    sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
+    /// The first thing that went wrong; nothing is handed on after it.
+    failure: Option<anyhow::Error>,
+}
+
+impl<'a> Wire<'a> {
+    fn new(sink: &'a mut dyn FnMut(&Packet) -> Result<()>) -> Self {
+        Self { sequence: 0, serial: Vec::new(), decoder: Decoder::default(), received: 0, sink, failure: None }
+    }
+
+    fn send(&mut self, event: Event) {
+        if self.failure.is_some() {
+            return;
+        }
+        let packet = Packet { sequence: self.sequence, event };
+        self.sequence = self.sequence.wrapping_add(1);
+        let mut bytes = [0; WIRE_MAX];
+        let Ok(length) = encode(&packet, &mut bytes) else {
+            self.failure = Some(anyhow::anyhow!("a packet is longer than {WIRE_MAX} bytes on the wire"));
+            return;
+        };
+        for byte in &bytes[..length] {
+            self.serial.push(*byte);
+            if let Some(packet) = self.decoder.push(*byte) {
+                self.received += 1;
+                if let Err(error) = (self.sink)(&packet) {
+                    self.failure = Some(error);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn result(&mut self) -> Result<()> {
+        self.failure.take().map_or(Ok(()), Err)
+    }
+}

@@ -1,0 +1,213 @@
+//! `fit`: the joint fit alone, on any table of channels.
+
+use crate::grid::Grid;
+use anyhow::{Result, bail, ensure};
+use hal_mock::Table as Rows;
+use ridgetone::moments::{HARMONICS_MAX, Stretch};
+use ridgetone::settings::TAXELS;
+use ridgetone::sine_fit::Fitter;
+use ridgetone::spectrum::POINTS_MAX;
+use ridgetone::telemetry::Status;
+use ridgetone::window::Table;
+
+/// The library takes its frames for ADC codes: quantized to 1, with a floor of residuals that comes from it. Channels
+/// are scaled to this span, about that of a real one, so that the floor is far below whatever the file holds.
+const SPAN_CODES: f64 = 1e6;
+
+/// Which rows and columns to fit, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Rows per second; needed where the file has no `time_s`.
+    pub rate_hz: Option<f64>,
+    /// First time to use, seconds as in `time_s`; without that column row / rate.
+    pub from_s: Option<f64>,
+    /// Last time to use, seconds.
+    pub to_s: Option<f64>,
+    /// Names of the columns to use; all if empty.
+    pub columns: Vec<String>,
+    /// Most harmonics, the fundamental included, 1 to 5; 0 means 5.
+    pub harmonics: u8,
+}
+
+/// One channel's part of the result, in the file's unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelResult {
+    /// Name of its column.
+    pub name: String,
+    /// None if it is constant (or a ramp): it took no part.
+    pub values: Option<ChannelValues>,
+}
+
+/// What the fit found in one channel, in the file's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelValues {
+    /// Level at the window's centre.
+    pub offset: f64,
+    /// Amplitude of the fundamental; zero without a tone.
+    pub amplitude: f64,
+    /// Phase of the fundamental at the window's centre, radians: amplitude x cos(2 pi f t + phase). Zero without a tone.
+    pub phase_rad: f32,
+    /// Standard deviation of what the fit leaves.
+    pub residual: f64,
+}
+
+/// The result of a fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableFit {
+    /// Rows per second.
+    pub rate_hz: f64,
+    /// Length of the window, seconds.
+    pub window_s: f64,
+    /// Rows in the window.
+    pub rows: usize,
+    /// Rows missing between them, by the time stamps.
+    pub rows_missing: usize,
+    /// Whether there is a tone.
+    pub status: Status,
+    /// Frequency and its standard deviation, hertz; none without a tone.
+    pub tone_hz: Option<(f64, f64)>,
+    /// Harmonics fitted.
+    pub harmonics: u8,
+    /// One for each column.
+    pub channels: Vec<ChannelResult>,
+}
+
+/// Fits the selected rows and columns.
+///
+/// # Errors
+/// One line that names the file: no rate, a window outside the data, unknown or too many columns, too many rows,
+/// time stamps without a steady rate.
+pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
+    let file = rows.file();
+    let columns = columns(rows, &selection.columns)?;
+    if let Some(rate_hz) = selection.rate_hz {
+        ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
+    }
+    let (first, end) = window(rows, selection)?;
+    let grid = match (rows.time_s(), selection.rate_hz) {
+        (Some(time_s), rate_hz) => Grid::from_stamps(&time_s[first..end], rate_hz, |row| {
+            format!("row {} (time_s {})", first + row + 1, time_s[first + row])
+        })
+        .map_err(|error| error.context(file.to_owned()))?,
+        (None, Some(rate_hz)) => Grid::even(end - first, rate_hz),
+        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
+    };
+    ensure!(
+        grid.slots() <= POINTS_MAX,
+        "{file}: {} rows in the window, at most {POINTS_MAX} can be fitted: choose a part with --from and --to",
+        grid.slots()
+    );
+
+    let scaled = Scaled::new(&rows.rows()[first..end], &columns, &grid);
+    if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
+        bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
+    }
+    let mut source = Table { values: &scaled.values, valid: &scaled.valid };
+    let mut stretch = Stretch { source: &mut source, first: 0, frames: grid.slots() as u32 };
+    let harmonics = if selection.harmonics == 0 { HARMONICS_MAX as u8 } else { selection.harmonics };
+    let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
+        bail!("{file}: the fit did not see all rows");
+    };
+
+    let has_tone = matches!(found.status, Status::Good | Status::Ambiguous);
+    let channels = columns.iter().enumerate().map(|(c, column)| {
+        let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
+        let values = (found.usable & 1 << c != 0).then(|| ChannelValues {
+            offset: zero + f64::from(channel.offset) * unit,
+            amplitude: f64::from(channel.amplitude) * unit,
+            phase_rad: channel.phase_rad,
+            residual: f64::from(channel.residual) * unit,
+        });
+        ChannelResult { name: rows.names()[*column].clone(), values }
+    });
+    Ok(TableFit {
+        rate_hz: grid.rate_hz,
+        window_s: grid.slots() as f64 / grid.rate_hz,
+        rows: end - first,
+        rows_missing: grid.missing(),
+        status: found.status,
+        tone_hz: has_tone.then(|| (f64::from(found.frequency) * grid.rate_hz, f64::from(found.sigma) * grid.rate_hz)),
+        harmonics: found.harmonics,
+        channels: channels.collect(),
+    })
+}
+
+/// Places of the wanted columns.
+fn columns(rows: &Rows, wanted: &[String]) -> Result<Vec<usize>> {
+    let (file, names) = (rows.file(), rows.names());
+    let mut columns = Vec::new();
+    for name in wanted {
+        match names.iter().position(|known| known == name) {
+            Some(at) if columns.contains(&at) => bail!("{file}: --columns names {name} twice"),
+            Some(at) => columns.push(at),
+            None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
+        }
+    }
+    if wanted.is_empty() {
+        columns = (0..names.len()).collect();
+    }
+    let count = columns.len();
+    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are fitted together: choose with --columns");
+    Ok(columns)
+}
+
+/// First row of the window and the one after its last.
+fn window(rows: &Rows, selection: &Selection) -> Result<(usize, usize)> {
+    let (file, count) = (rows.file(), rows.rows().len());
+    if selection.from_s.is_none() && selection.to_s.is_none() {
+        return Ok((0, count));
+    }
+    let times: Vec<f64> = match (rows.time_s(), selection.rate_hz) {
+        (Some(time_s), _) => time_s.to_vec(),
+        (None, Some(rate_hz)) => (0..count).map(|row| row as f64 / rate_hz).collect(),
+        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
+    };
+    let (begin_s, last_s) = (times[0], times[count - 1]);
+    // A row lasts until the next one would come.
+    let lasts_s = if count > 1 { 1.001 * (last_s - begin_s) / (count - 1) as f64 } else { 0.0 };
+    let (from_s, to_s) = (selection.from_s.unwrap_or(begin_s), selection.to_s.unwrap_or(last_s));
+    let data = format!("the data goes from {begin_s} to {last_s} s");
+    ensure!(from_s >= begin_s - lasts_s && from_s <= last_s, "{file}: --from {from_s} s is outside the data: {data}");
+    ensure!(to_s >= begin_s && to_s <= last_s + lasts_s, "{file}: --to {to_s} s is outside the data: {data}");
+    ensure!(from_s < to_s, "{file}: --from {from_s} s is not before --to {to_s} s");
+    let first = times.partition_point(|t_s| *t_s < from_s);
+    let end = times.partition_point(|t_s| *t_s <= to_s);
+    ensure!(first < end, "{file}: no row from {from_s} to {to_s} s");
+    Ok((first, end))
+}
+
+/// The rows as the library takes them.
+struct Scaled {
+    values: Vec<[f32; TAXELS]>,
+    valid: Vec<u16>,
+    /// First value of each channel: subtracted before anything is rounded to f32.
+    zeros: Vec<f64>,
+    /// File units per unit of `values`.
+    units: Vec<f64>,
+}
+
+impl Scaled {
+    fn new(rows: &[Vec<f64>], columns: &[usize], grid: &Grid) -> Self {
+        let mut scaled = Self {
+            values: vec![[0.0; TAXELS]; grid.slots()],
+            valid: vec![0; grid.slots()],
+            zeros: Vec::new(),
+            units: Vec::new(),
+        };
+        for (c, column) in columns.iter().enumerate() {
+            let column = || rows.iter().map(|row| row[*column]);
+            let zero = column().next().unwrap_or(0.0);
+            let (least, greatest) = column().fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
+            let span = greatest - least;
+            // A constant channel takes no part, whatever its unit.
+            let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
+            for (place, value) in grid.places.iter().zip(column()) {
+                scaled.values[*place][c] = ((value - zero) / unit) as f32;
+                scaled.valid[*place] |= 1 << c;
+            }
+            scaled.zeros.push(zero);
+            scaled.units.push(unit);
+        }
+        scaled
+    }
+}

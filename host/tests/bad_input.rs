@@ -1,0 +1,78 @@
+//! What is wrong is told in one line, with its place, and nothing is left half-written.
+
+mod common;
+
+use common::{assert_one_line, directory, file, run, text, tone};
+
+#[test]
+fn files_that_are_no_tables() {
+    let folder = directory();
+    let in_file = |name: &str, content: &str| file(folder.path(), name, content);
+    let missing = folder.path().join("missing.csv");
+    let cases = [
+        (missing, vec!["missing.csv", "No such file"]),
+        (in_file("empty.csv", ""), vec!["empty.csv", "empty"]),
+        (in_file("header.csv", "time_s,a\n"), vec!["header.csv", "no data"]),
+        (in_file("no_header.csv", "1,2\n3,4\n"), vec!["no_header.csv", "header"]),
+        (in_file("columns.csv", "time_s,a,b\n0,1,2\n0.1,3\n"), vec!["columns.csv", "line 3", "2 columns", "3"]),
+        (in_file("word.csv", "time_s,a\n0,1\n0.1,two\n"), vec!["word.csv", "line 3", "column a", "two"]),
+        (in_file("nan.csv", "time_s,a\n0,1\n0.1,NaN\n"), vec!["nan.csv", "line 3", "column a", "NaN"]),
+        (in_file("infinite.csv", "time_s,a\n0,1\n0.1,inf\n"), vec!["infinite.csv", "line 3", "inf"]),
+        (in_file("backwards.csv", "time_s,a\n0,1\n0.2,2\n0.1,3\n"), vec!["backwards.csv", "line 4", "time_s"]),
+        (in_file("binary.csv", "time_s,a\n0,\u{0}\n"), vec!["binary.csv", "line 2"]),
+    ];
+    for (path, parts) in &cases {
+        assert_one_line(&run(&["fit", text(path)]), 1, parts);
+        assert_one_line(&run(&["replay", text(path)]), 1, parts);
+    }
+    assert_one_line(&run(&["fit", text(folder.path())]), 1, &["directory"]);
+}
+
+#[test]
+fn windows_outside_the_data() {
+    let folder = directory();
+    let path = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
+    let fit = |arguments: &[&str]| run(&[&["fit", text(&path)], arguments].concat());
+    assert_one_line(&fit(&["--to", "5"]), 1, &["tone.csv", "--to 5", "3.99"]);
+    assert_one_line(&fit(&["--from", "4.5"]), 1, &["tone.csv", "--from 4.5"]);
+    assert_one_line(&fit(&["--from", "-1"]), 1, &["tone.csv", "--from -1"]);
+    assert_one_line(&fit(&["--from", "2", "--to", "1"]), 1, &["--from 2", "--to 1"]);
+    assert!(fit(&["--from", "0", "--to", "4"]).status.success());
+    assert_one_line(&fit(&["--columns", "c0,c9"]), 1, &["tone.csv", "c9", "c0, c1"]);
+    assert_one_line(&fit(&["--columns", "c0,c0"]), 1, &["c0 twice"]);
+}
+
+#[test]
+fn too_many_rows_and_a_pause() {
+    let folder = directory();
+    let long = file(folder.path(), "long.csv", &tone(1, 32_769, 100.0, 5.0, 0.0));
+    assert_one_line(&run(&["fit", text(&long)]), 1, &["long.csv", "32769", "32768", "--from"]);
+    assert!(run(&["fit", text(&long), "--from", "0.01"]).status.success());
+
+    let table = tone(1, 200, 100.0, 5.0, 0.0);
+    let paused = table.replace("\n1.000000,", "\n61.000000,");
+    let rows: Vec<&str> = paused.lines().take(102).collect();
+    let paused = file(folder.path(), "paused.csv", &rows.join("\n"));
+    assert_one_line(&run(&["fit", text(&paused)]), 1, &["paused.csv", "row 101", "gap of 60.0100 s"]);
+}
+
+#[test]
+fn values_out_of_reach() {
+    let folder = directory();
+    let path = file(folder.path(), "huge.csv", "time_s,a\n0,-1e308\n1,1e308\n2,0\n");
+    assert_one_line(&run(&["fit", text(&path)]), 1, &["huge.csv", "column a"]);
+    let many = file(folder.path(), "many.csv", &tone(17, 20, 100.0, 5.0, 0.0));
+    assert_one_line(&run(&["replay", text(&many)]), 1, &["many.csv", "17 channels"]);
+}
+
+#[test]
+fn a_file_is_written_whole_or_not_at_all() {
+    let folder = directory();
+    let nowhere = folder.path().join("no/such/folder/scene.csv");
+    assert_one_line(&run(&["scene", "-o", text(&nowhere)]), 1, &["scene.csv"]);
+    let taken = folder.path().join("taken");
+    std::fs::create_dir(&taken).unwrap();
+    assert_one_line(&run(&["scene", "-o", text(&taken)]), 1, &["taken"]);
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["taken"]);
+}

@@ -1,0 +1,85 @@
+//! What the tests of the command share: running it, and files to run it on.
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The command, ready for arguments.
+pub fn ridgetone() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_ridgetone"))
+}
+
+/// Runs the command with arguments.
+pub fn run(arguments: &[&str]) -> Output {
+    ridgetone().args(arguments).output().expect("the command runs")
+}
+
+/// What the command wrote to standard output.
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+/// What the command wrote to standard error.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).expect("UTF-8")
+}
+
+/// Standard output as JSON objects, one a line; the command must have succeeded.
+pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
+    assert!(output.status.success(), "{}", stderr(output));
+    stdout(output).lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
+}
+
+/// The command failed with this status and said why on one line, which holds all of `parts`.
+pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
+    let said = stderr(output);
+    assert_eq!(output.status.code(), Some(status), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.starts_with("ridgetone: ") && !said.contains("thread 'main'"), "{said}");
+    for part in parts {
+        assert!(said.contains(part), "{part:?} is not in {said}");
+    }
+}
+
+/// A directory of this test's own.
+pub fn directory() -> tempfile::TempDir {
+    tempfile::tempdir().expect("a temporary directory")
+}
+
+/// Writes a file into a directory.
+pub fn file(directory: &Path, name: &str, text: &str) -> PathBuf {
+    let path = directory.join(name);
+    std::fs::write(&path, text).expect("the file can be written");
+    path
+}
+
+/// A path as an argument.
+pub fn text(path: &Path) -> &str {
+    path.to_str().expect("UTF-8")
+}
+
+/// A table of `channels` columns: a tone of `frequency_hz` with an overtone, a little noise, amplitudes and phases of
+/// their own, sampled at `rate_hz`. With `jitter_s` stamps are rounded down to that.
+pub fn tone(channels: usize, rows: usize, rate_hz: f64, frequency_hz: f64, jitter_s: f64) -> String {
+    let mut csv = String::from("time_s");
+    for c in 0..channels {
+        let _ = write!(csv, ",c{c}");
+    }
+    let mut state = 1u32;
+    for row in 0..rows {
+        let t_s = row as f64 / rate_hz;
+        let stamp_s = if jitter_s > 0.0 { (t_s / jitter_s).floor() * jitter_s } else { t_s };
+        let _ = write!(csv, "\n{stamp_s:.6}");
+        for c in 0..channels {
+            // Numerical Recipes' quick generator: what matters is that it is the same everywhere.
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let noise = f64::from(state >> 8) / f64::from(1 << 24) - 0.5;
+            let phase = std::f64::consts::TAU * frequency_hz * t_s + c as f64;
+            let value = 100.0 + 10.0 * c as f64 + (1.0 + 0.1 * c as f64) * (phase.cos() + 0.4 * (2.0 * phase).sin());
+            let _ = write!(csv, ",{:.6}", value + 0.2 * noise);
+        }
+    }
+    csv.push('\n');
+    csv
+}
