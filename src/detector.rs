@@ -2,7 +2,7 @@
 
 use crate::contact::{Change, ContactDetector};
 use crate::frame::{Assembler, CONVERSION_NS, Frame, TimedConversion};
-use crate::settings::{FRAME_RATE_HZ, Settings, TAXELS};
+use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use crate::telemetry::{Contact, Event, Health, Hello, PROTOCOL, Release, Slide, Span};
 use crate::window::{Ring, Values, Window};
 use ads1258::reading;
@@ -11,8 +11,9 @@ use ads1258::reading;
 const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 const TRIM_FRAMES: u32 = 5;
-/// Most frames of a window: the longest transform of the first guess.
-const WINDOW_FRAMES_MAX: u32 = 1024;
+/// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4
+/// frames; 80 more, a third of a second, are left for the fit to read the oldest of them.
+const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 /// Fewest frames that are worth a fit.
 const WINDOW_FRAMES_MIN: u32 = 16;
 
@@ -155,7 +156,7 @@ impl Rest {
         }
         // Scans that never came leave frames without a valid taxel.
         let missing = frame.number.wrapping_sub(ring.next());
-        if missing >= crate::settings::RING_FRAMES as u32 {
+        if missing >= RING_FRAMES as u32 {
             ring.restart(frame.number);
         } else {
             for _ in 0..missing {

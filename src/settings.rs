@@ -90,10 +90,10 @@ impl Settings {
                 Err(SettingsError { field, value, least, greatest })
             }
         };
-        // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 4 s are what the
-        // ring and the longest transform hold.
-        check("window_s", self.window_s, 0.1, 4.0)?;
-        check("hop_s", self.hop_s, 0.02, 4.0)?;
+        // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
+        // what the ring holds with room for the fit.
+        check("window_s", self.window_s, 0.1, 3.9)?;
+        check("hop_s", self.hop_s, 0.02, 3.9)?;
         check("harmonics", self.harmonics as f32, 1.0, 5.0)?;
         check("vref_v", self.vref_v, 0.5, 5.5)?;
         if let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = self.slide {

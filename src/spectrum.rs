@@ -8,9 +8,11 @@ use crate::moments::Stretch;
 use crate::settings::TAXELS;
 use crate::window::FrameSource;
 
+/// Longest transform on the chip, points.
+const POINTS_CHIP: usize = 1024;
 /// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
 #[cfg(not(feature = "long-windows"))]
-pub const POINTS_MAX: usize = 1024;
+pub const POINTS_MAX: usize = POINTS_CHIP;
 /// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;
@@ -31,7 +33,8 @@ pub fn strongest<S: FrameSource>(
     power: &mut [f32],
 ) -> Option<f32> {
     let frames = stretch.frames as usize;
-    let most = points.len().min(2 * power.len()).min(POINTS_MAX);
+    // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
+    let most = points.len().min(2 * power.len()).min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
     if frames > most || levels.usable == 0 {
         return None;
     }

@@ -1,36 +1,184 @@
-//! The firmware image in the emulator. `cargo xtask test` builds the image first.
+//! The firmware image in the emulator. `cargo xtask test` builds the image and runs these.
 #![cfg(target_os = "linux")]
 
-use ridgetone::telemetry::{Event, Packet};
-use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::Input;
+mod common;
 
-fn run(keep_conversions: bool) -> (Outcome, Vec<Packet>) {
-    let elf = emulator::image::find().unwrap();
+use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, write_csv};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Packet, Span, Status};
+use ridgetone_host::demo;
+use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::replay;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
+    let elf = emulator::image::find().expect("an image");
     let options = Options { keep_conversions, ..Options::new(&elf) };
     let mut packets = Vec::new();
-    let input = Input::default().open().unwrap();
-    let outcome = emulator::run(
-        input,
-        options,
-        &mut |packet| {
-            packets.push(packet.clone());
-            Ok(())
-        },
-        &mut |_, _| {},
-    );
-    (outcome.unwrap(), packets)
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let input = input.open().expect("an input");
+    let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
+    (outcome, packets)
+}
+
+fn replayed(input: &Input) -> Vec<Packet> {
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let input = input.open().expect("an input");
+    replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a replay");
+    packets
+}
+
+/// The events of each kind in their order, but for the processor's load, which a PC has none of.
+/// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 6] {
+    let mut kinds = [const { Vec::new() }; 6];
+    for packet in packets {
+        let mut event = packet.event.clone();
+        let kind = match &mut event {
+            Event::Hello(_) => 0,
+            Event::Contact(_) => 1,
+            Event::Slide(_) => 2,
+            Event::Estimate(_) => 3,
+            Event::Release(_) => 4,
+            Event::Health(health) => {
+                health.load = 0.0;
+                5
+            }
+        };
+        kinds[kind].push(event);
+    }
+    kinds
+}
+
+/// What is asked of every run over the paper's Table 2.
+fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: &Truth) {
+    // Scene time begins when the board starts the chip, device time with the first result.
+    let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
+    let scene_s = |t_us: u64| t_us as f64 / 1e6 + zero_s;
+    let (mut contacts, mut slides, mut estimates) = (Vec::new(), Vec::new(), Vec::new());
+    for packet in packets {
+        match &packet.event {
+            Event::Contact(contact) => contacts.push(scene_s(contact.t_us)),
+            Event::Slide(slide) => slides.extend(slide.end_us.map(|end| (scene_s(slide.start_us), scene_s(end)))),
+            Event::Estimate(fit) if fit.span == Span::Slide => estimates.push(fit),
+            _ => {}
+        }
+    }
+    assert_eq!(contacts.len(), 1, "{what}: {contacts:?}");
+    assert!((contacts[0] - truth.contact_s).abs() < 0.020, "{what}: contact at {contacts:?}, {truth:?}");
+    assert_eq!(slides.len(), 1, "{what}: {slides:?}");
+    assert!((slides[0].0 - truth.slide_start_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
+    assert!((slides[0].1 - truth.slide_end_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
+    assert_eq!(estimates.len(), 1, "{what}: {estimates:?}");
+    let off = f64::from(estimates[0].frequency_hz) / truth.frequency_hz - 1.0;
+    assert_eq!(estimates[0].status, Status::Good, "{what}");
+    assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency_hz);
+    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0), "{what}");
+}
+
+/// All of `inputs`, two at a time.
+fn for_all<T: Sync>(inputs: &[T], test: impl Fn(&T) + Sync) {
+    let next = AtomicUsize::new(0);
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(input) = inputs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    test(input);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
+    let scenes: Vec<Sliding> = TABLE_2
+        .iter()
+        .enumerate()
+        .flat_map(|(number, &(speed_mm_s, period_mm))| {
+            let seeds = 1..=4;
+            seeds.map(move |seed| Sliding {
+                speed_mm_s,
+                period_mm,
+                snr_db: Some(20.0),
+                seed: 100 * number as u64 + seed,
+                ..Sliding::default()
+            })
+        })
+        .collect();
+    assert_eq!(scenes.len(), 40);
+    for_all(&scenes, |scene| {
+        let what = format!("{} mm/s, {} mm, seed {}", scene.speed_mm_s, scene.period_mm, scene.seed);
+        let truth = SlidingScene::new(scene.clone()).expect("a scene").truth();
+        let input = Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() };
+        let (outcome, packets) = emulate(&input, false);
+        assert_within_bars(&what, &packets, &outcome, &truth);
+        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "{what}: the PC gives other numbers");
+    });
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
+    let folder = common::directory();
+    let scene = Sliding { speed_mm_s: 12.0, period_mm: 3.1, ..Sliding::default() };
+    let path = folder.path().join("trace.csv");
+    let mut made = SlidingScene::new(scene).expect("a scene");
+    write_csv(&mut made, frame_rate_hz(), std::fs::File::create(&path).expect("a file")).expect("a trace");
+    let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
+    let input = Input { source, ..Input::default() };
+    let (outcome, packets) = emulate(&input, false);
+    assert_eq!(by_kind(&packets), by_kind(&replayed(&input)));
+    assert_eq!(outcome.conversions_lost, 0);
+    // Five seconds of sliding, more than a window may hold: the latest part of it is fitted.
+    let estimates = &by_kind(&packets)[3];
+    let Some(Event::Estimate(slide)) = estimates.last() else { panic!("{estimates:?}") };
+    assert_eq!((slide.span, slide.status), (Span::Slide, Status::Good));
+    assert!((f64::from(slide.frequency_hz) / (12.0 / 3.1) - 1.0).abs() < 0.002, "{slide:?}");
 }
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn two_runs_give_the_same_bytes() {
-    let (first, packets) = run(true);
-    let (second, _) = run(false);
+    let (first, packets) = emulate(&Input::default(), true);
+    let (second, _) = emulate(&Input::default(), false);
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
     assert_eq!((first.missing, first.damaged, first.conversions_lost), (0, 0, 0));
     assert_eq!(first.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
     assert!(second.conversions.is_empty());
+}
+
+/// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`
+/// the picture is drawn anew instead; the figures are then to be copied by hand.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_readme_shows_what_the_demo_gives() {
+    let elf = emulator::image::find().expect("an image");
+    let demo = demo::run(Options::new(&elf), &mut |_, _| {}).expect("a demo");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let picture = root.join("docs/demo.svg");
+    if std::env::var_os("RIDGETONE_OVERWRITE").is_some() {
+        std::fs::write(&picture, demo.svg()).expect("docs/demo.svg");
+    }
+    assert!(std::fs::read_to_string(&picture).expect("docs/demo.svg") == demo.svg(), "docs/demo.svg is not the demo's");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
+    for line in demo.summary.to_string().lines() {
+        // The load depends on the compiler's version by a fraction of a percent.
+        if !line.starts_with("processor load") {
+            assert!(readme.contains(line), "README.md lacks: {line}");
+        }
+    }
+    assert!(demo.summary.load < 0.25, "load {}", demo.summary.load);
 }

@@ -70,6 +70,25 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
+/// Lints the firmware for every board. Debian's packages have no clippy: with them the compiler's own
+/// warnings are denied.
+pub fn lint() -> Result<()> {
+    let toolchain = Toolchain::find_or_install()?;
+    for board in Board::ALL {
+        tell(format_args!("linting the firmware for {}", board.name()));
+        let clippy = toolchain == Toolchain::Rustup;
+        let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });
+        cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", BINARY, "--features", board.name()]);
+        if clippy {
+            cargo.args(["--", "-D", "warnings"]);
+        } else {
+            cargo.env("RUSTFLAGS", "-D warnings");
+        }
+        run(&mut cargo).with_context(|| format!("the firmware for {} has faults", board.name()))?;
+    }
+    Ok(())
+}
+
 /// Flashes the Feather and shows its log until interrupted.
 pub fn flash() -> Result<()> {
     let Some(probe_rs) = find("probe-rs") else {

@@ -1,14 +1,17 @@
 //! `cargo xtask`: what one does with the workspace besides building it.
 
+mod demo;
 mod images;
 mod inspect;
 mod install;
 mod setup;
+mod test;
 mod toolchain;
 mod tools;
 
 use clap::{Parser, Subcommand};
 use images::Board;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Ridgetone's workspace tasks.
@@ -21,6 +24,15 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Slides a grating over the emulated finger and shows what the firmware makes of it. Installs
+    /// what is missing and builds what is needed first.
+    Demo {
+        /// Where the picture goes, SVG.
+        #[arg(long, default_value = "target/demo.svg")]
+        svg: PathBuf,
+    },
+    /// Runs every test, those of the emulated firmware included.
+    Test,
     /// Finds or installs what the firmware needs: the core library for Cortex-M, the emulator.
     Setup,
     /// Builds the firmware images, checks that there is code in them, tells their sizes.
@@ -29,12 +41,17 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
+    /// Lints the firmware for both boards, warnings denied.
+    LintFirmware,
     /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
     Flash,
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
+        Task::Demo { svg } => demo::run(&svg),
+        Task::Test => test::run(),
+        Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_tell(board),
         Task::Flash => images::flash(),

@@ -1,0 +1,18 @@
+//! `test`: everything.
+
+use crate::images::{self, Board};
+use crate::setup;
+use crate::tools::{self, clean, tell};
+use anyhow::{Context, Result};
+
+/// Runs the tests that need no emulator, then those that do, on an image built from this tree.
+pub fn run() -> Result<()> {
+    setup::qemu()?;
+    images::build(Board::Emulated)?;
+    tell("tests that need no emulator");
+    tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
+    tell("tests of the emulated firmware, which take a few minutes");
+    let mut emulated = clean("cargo");
+    emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--", "--ignored"]);
+    tools::run(&mut emulated).context("tests of the emulated firmware")
+}
