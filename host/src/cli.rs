@@ -116,7 +116,7 @@ pub struct InputOptions {
 /// Settings of the library.
 #[derive(Args, Clone, Debug)]
 pub struct SettingsOptions {
-    /// Length of a window, seconds, 0.1 to 4.
+    /// Length of a window, seconds, 0.1 to 3.9.
     #[arg(long, value_name = "S", default_value_t = Settings::default().window_s)]
     pub window: f32,
     /// From the start of one window to that of the next, seconds.
