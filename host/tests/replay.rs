@@ -116,7 +116,7 @@ fn settings_reach_the_library() {
 #[test]
 fn commands_that_make_no_sense() {
     let status = 2;
-    assert_one_line(&run(&["replay", "--window", "9"]), status, &["window_s", "9", "0.1", "4"]);
+    assert_one_line(&run(&["replay", "--window", "9"]), status, &["window_s", "9", "0.1", "3.9"]);
     assert_one_line(&run(&["replay", "--hop", "x"]), status, &["--hop"]);
     assert_one_line(&run(&["replay", "any.csv", "--period", "3"]), status, &["--period"]);
     assert_one_line(&run(&["replay", "--scale", "2"]), status, &["FILE.csv"]);
