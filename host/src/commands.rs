@@ -1,13 +1,14 @@
 //! The commands: arguments in, output out.
 
 use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
-use crate::input::{Opened, frame_rate_hz};
+use crate::input::{Opened, Source, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::table_fit::{self, Selection};
 use crate::{demo, emulator, events, fit_report, picture, replay};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
+use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -46,7 +47,7 @@ fn fit(args: &FitArgs) -> Result<()> {
 
 fn run_replay(args: &ReplayArgs) -> Result<()> {
     let settings = args.settings.settings()?;
-    let input = open(&args.input)?;
+    let input = open(&args.input, settings.window_s, ": choose a shorter --window")?;
     let mut progress = Progress::default();
     let outcome = replay::run(input, settings, &mut printer(args.json), &mut |done_s, total_s| {
         progress.tell(done_s, total_s);
@@ -59,7 +60,7 @@ fn run_replay(args: &ReplayArgs) -> Result<()> {
 
 fn emulate(args: &EmulateArgs) -> Result<()> {
     let elf = image(&args.firmware)?;
-    let input = open(&args.input)?;
+    let input = open(&args.input, Settings::DEFAULT.window_s, "")?;
     let mut options = firmware(&args.firmware, &elf);
     options.keep_conversions = args.svg.is_some();
     let mut progress = Progress::default();
@@ -148,9 +149,17 @@ fn printer(json: bool) -> impl FnMut(&Packet) -> Result<()> {
     move |packet| if json { output::line(&events::json(packet)?) } else { output::line(&events::text(packet)) }
 }
 
-/// Opens an input, and tells what is wrong with it but no reason to stop.
-fn open(options: &InputOptions) -> Result<Opened> {
-    let input = options.input()?.open()?;
+/// Opens an input that has to fill a window, and tells what is wrong with it but no reason to stop.
+fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
+    let input = options.input()?;
+    let file = match &input.source {
+        Source::Trace { path, .. } => Some(path.display().to_string()),
+        Source::Scene(_) => None,
+    };
+    let input = input.open()?;
+    if let Some(file) = file.filter(|_| input.end_s < f64::from(window_s)) {
+        bail!("{file}: {:.3} s of data do not fill a window of {window_s} s{remedy}", input.end_s);
+    }
     if let Some(warning) = &input.warning {
         eprintln!("ridgetone: warning: {warning}");
     }

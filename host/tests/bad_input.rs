@@ -43,6 +43,14 @@ fn windows_outside_the_data() {
 }
 
 #[test]
+fn windows_longer_than_the_recording() {
+    let folder = directory();
+    let path = file(folder.path(), "short.csv", &tone(2, 80, 100.0, 5.0, 0.0));
+    assert_one_line(&run(&["replay", text(&path)]), 1, &["short.csv", "0.8", "1 s", "--window"]);
+    assert!(run(&["replay", text(&path), "--window", "0.5"]).status.success());
+}
+
+#[test]
 fn too_many_rows_and_a_pause() {
     let folder = directory();
     let long = file(folder.path(), "long.csv", &tone(1, 32_769, 100.0, 5.0, 0.0));

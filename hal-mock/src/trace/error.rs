@@ -5,8 +5,8 @@
 #[allow(missing_docs, reason = "the fields are what the messages say")]
 pub enum TraceError {
     /// The file could not be read.
-    #[error("{file}: {source}")]
-    Io { file: String, source: std::io::Error },
+    #[error("{file}: {error}")]
+    Io { file: String, error: std::io::Error },
     /// Not a byte, or nothing but blank lines.
     #[error("{file}: the file is empty")]
     Empty { file: String },

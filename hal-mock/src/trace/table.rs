@@ -26,7 +26,7 @@ impl Table {
         let file = path.display().to_string();
         match std::fs::read(path) {
             Ok(bytes) => Self::parse(&bytes, &file),
-            Err(source) => Err(TraceError::Io { file, source }),
+            Err(error) => Err(TraceError::Io { file, error }),
         }
     }
 
@@ -38,7 +38,7 @@ impl Table {
         let mut bytes = Vec::new();
         match reader.read_to_end(&mut bytes) {
             Ok(_) => Self::parse(&bytes, file),
-            Err(source) => Err(TraceError::Io { file: file.to_owned(), source }),
+            Err(error) => Err(TraceError::Io { file: file.to_owned(), error }),
         }
     }
 
@@ -76,7 +76,7 @@ impl Table {
         let mut header: Option<Header> = None;
         let mut table = Self { file: file(), names: Vec::new(), rows: Vec::new(), time_s: None };
         let mut record = csv::StringRecord::new();
-        while reader.read_record(&mut record).map_err(|e| TraceError::Io { file: file(), source: e.into() })? {
+        while reader.read_record(&mut record).map_err(|e| TraceError::Io { file: file(), error: e.into() })? {
             let line = lines.of(&record);
             if record.iter().all(str::is_empty) && record.len() == 1 {
                 continue; // a line of blanks
