@@ -71,9 +71,62 @@ pub fn check(image: &[u8]) -> Result<Sizes> {
 
 #[cfg(test)]
 mod tests {
+    use super::check;
+    use object::write::{Object, Symbol, SymbolSection};
+    use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
+
+    /// An image with this much code, its vector table at address 0 and all of the code behind it.
+    fn image(code: usize, drdy: u32, default: u32) -> Vec<u8> {
+        let mut vectors = [default | 1; 98];
+        vectors[0] = 0x2000_8000;
+        vectors[1] = 1;
+        vectors[super::EXTI4_WORD] = drdy | 1;
+        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let table: Vec<u8> = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
+        for (name, content) in [(".vector_table", table), (".text", vec![0; code])] {
+            let section = object.add_section(Vec::new(), name.into(), SectionKind::Text);
+            object.append_section_data(section, &content, 1);
+        }
+        let symbols =
+            [("_stack_start", 0x2000_8000), ("_stack_end", 0x2000_0000), ("EXTI4", drdy), ("DefaultHandler", default)];
+        for (name, value) in symbols {
+            object.add_symbol(Symbol {
+                name: name.into(),
+                value: u64::from(value),
+                size: 0,
+                kind: SymbolKind::Data,
+                scope: SymbolScope::Linkage,
+                weak: false,
+                section: SymbolSection::Absolute,
+                flags: SymbolFlags::None,
+            });
+        }
+        object.write().expect("an ELF file")
+    }
+
+    fn refused(image: &[u8]) -> String {
+        format!("{:#}", check(image).expect_err("it is refused"))
+    }
+
+    #[test]
+    fn an_image_with_code_is_measured() {
+        let sizes = check(&image(1000, 64, 32)).expect("it passes");
+        assert_eq!((sizes.flash, sizes.ram, sizes.stack), (4 * 98 + 1000, 0, 0x8000));
+    }
+
+    #[test]
+    fn an_image_without_code_is_refused() {
+        assert!(refused(&image(0, 64, 32)).contains(".text is empty"));
+    }
+
+    #[test]
+    fn an_image_without_the_interrupt_is_refused() {
+        assert!(refused(&image(1000, 32, 32)).contains("EXTI4"));
+    }
+
     #[test]
     fn what_is_no_image_is_refused() {
-        assert!(super::check(b"").is_err());
-        assert!(super::check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0]).is_err());
+        assert!(check(b"").is_err());
+        assert!(check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0]).is_err());
     }
 }
