@@ -208,20 +208,26 @@ fn pass<S: FrameSource, const H: usize>(stretch: &mut Stretch<'_, S>, levels: &L
         trigonometric: Trigonometric { cos: [[0.0; 11]; 3], sin: [[0.0; 11]; 3] },
         channels: [Correlation::default(); TAXELS],
     };
-    stretch.blocks(|block| {
-        oscillator.fill::<H>(&block, &mut waves);
+    stretch.blocks(|block| out.add::<H>(&block, &oscillator, &mut waves, levels))?;
+    Some(out)
+}
+
+impl Moments {
+    /// One block further. On its own, so that there is one copy of it for all kinds of sources.
+    #[inline(never)]
+    fn add<const H: usize>(&mut self, block: &Block, oscillator: &Oscillator, waves: &mut Waves, levels: &Levels) {
+        oscillator.fill::<H>(block, waves);
         for i in 0..BLOCK {
             if block.valid[i] != 0 {
-                out.trigonometric.add::<H>(&waves, i);
+                self.trigonometric.add::<H>(waves, i);
             }
         }
         for c in 0..TAXELS {
             if levels.usable & 1 << c != 0 {
-                out.channels[c].add::<H>(&waves, block.values, c, levels.offset[c]);
+                self.channels[c].add::<H>(waves, block.values, c, levels.offset[c]);
             }
         }
-    })?;
-    Some(out)
+    }
 }
 
 impl Trigonometric {
@@ -293,29 +299,42 @@ pub fn residuals<S: FrameSource>(
     let harmonics = harmonics.min(HARMONICS_MAX);
     stretch.blocks(|block| {
         oscillator.fill::<HARMONICS_MAX>(&block, &mut waves);
-        for (c, model) in models.iter().enumerate() {
-            if levels.usable & 1 << c == 0 {
-                continue;
-            }
-            let zero = levels.offset[c] + model.offset;
-            let mut rest = [0.0; BLOCK];
-            for i in 0..BLOCK {
-                rest[i] = block.values[i][c] - zero - model.slope * waves.u[i];
-            }
-            for h in 0..harmonics {
-                let (cos, sin) = (model.cos[h], model.sin[h]);
-                for i in 0..BLOCK {
-                    rest[i] -= cos * waves.cos[h][i] + sin * waves.sin[h][i];
-                }
-            }
-            let mut part = 0.0;
-            for i in 0..BLOCK {
-                if block.valid[i] != 0 {
-                    part += rest[i] * rest[i];
-                }
-            }
-            sums[c] += part;
-        }
+        add_residuals(&block, &waves, levels, harmonics, models, &mut sums);
     })?;
     Some(sums)
+}
+
+/// One block further; on its own like [`Moments::add`].
+#[inline(never)]
+fn add_residuals(
+    block: &Block,
+    waves: &Waves,
+    levels: &Levels,
+    harmonics: usize,
+    models: &[Model; TAXELS],
+    sums: &mut Values,
+) {
+    for (c, model) in models.iter().enumerate() {
+        if levels.usable & 1 << c == 0 {
+            continue;
+        }
+        let zero = levels.offset[c] + model.offset;
+        let mut rest = [0.0; BLOCK];
+        for i in 0..BLOCK {
+            rest[i] = block.values[i][c] - zero - model.slope * waves.u[i];
+        }
+        for h in 0..harmonics {
+            let (cos, sin) = (model.cos[h], model.sin[h]);
+            for i in 0..BLOCK {
+                rest[i] -= cos * waves.cos[h][i] + sin * waves.sin[h][i];
+            }
+        }
+        let mut part = 0.0;
+        for i in 0..BLOCK {
+            if block.valid[i] != 0 {
+                part += rest[i] * rest[i];
+            }
+        }
+        sums[c] += part;
+    }
 }
