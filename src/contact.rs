@@ -5,7 +5,7 @@
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
 //! begin to change and ends when they stop, both dated back to the frame where it happened.
 
-use crate::motion::{BLOCK_FRAMES, Block, Motion};
+use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
 use crate::window::{Ring, Values};
 
@@ -17,6 +17,13 @@ const TOUCHED: f32 = 100.0;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
 /// looks for it in the first 0.8 s of a record that contains it.
 const SPIKE_FRAMES: u32 = 72;
+/// Frames after a peak in which any higher frame is a better one: 20 ms.
+const PEAK_FRAMES: u32 = 5;
+/// Standard deviations by which a later one must be higher.
+const CLEAR: f32 = 4.0;
+/// Squared height of a spike, in units of the noise, from which a tap that leaves no load is told: 30
+/// standard deviations in every taxel. Less is a vibration.
+const TAP: f32 = 16.0 * 900.0;
 /// Frames before the block of the first touch where the spike may have begun.
 const LOOK_BACK: u32 = 4;
 /// Blocks in a row without any change after which something is still: 66 ms.
@@ -25,14 +32,12 @@ const STILL_BLOCKS: u32 = 4;
 const SLIDE_BLOCKS: u32 = 9;
 /// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
 const SLOW_SLIDE_BLOCKS: u32 = 22;
-/// Levels are back at idle within this share of the way to the loaded ones, squared (a fifth).
-const BACK_AT_IDLE: f32 = 0.04;
+/// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
+const BACK_AT_IDLE: f32 = 0.1;
 /// A frame this far from a level is not at that level: chi-square of 16, mean and 4.5 times 5.7.
 const DEPARTED: f32 = 42.0;
 /// Frames that are searched for the moment when a motion began or ended: 0.66 s.
 const SEARCH_FRAMES: u32 = 160;
-/// Blocks by which a slow change may lag behind what it is a sign of: the longest comparison.
-const SLOW_BLOCKS: u32 = 16;
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +84,8 @@ pub struct ContactDetector {
     phase: Phase,
     motion: Motion,
     idle: Values,
+    /// Idle level before the last touch: where the skin creeps back to.
+    before: Values,
     idle_blocks: u32,
     loaded: Values,
     peak: Values,
@@ -88,6 +95,7 @@ pub struct ContactDetector {
     still: u32,
     /// Slide by protocol: first frame and the one behind its last, until it is over.
     planned: Option<(u32, u32)>,
+    /// Frame up to which the slide is known to have lasted.
     moving_until: u32,
 }
 
@@ -99,6 +107,7 @@ impl ContactDetector {
             phase: Phase::Learning,
             motion: Motion::new(),
             idle: [0.0; TAXELS],
+            before: [0.0; TAXELS],
             idle_blocks: 0,
             loaded: [0.0; TAXELS],
             peak: [0.0; TAXELS],
@@ -148,6 +157,7 @@ impl ContactDetector {
                 let share = 1.0 / self.idle_blocks as f32;
                 self.follow_idle(&block.mean, share);
                 if self.idle_blocks == LEARN_BLOCKS {
+                    self.before = self.idle;
                     self.enter(Phase::Idle);
                 }
                 true
@@ -155,16 +165,22 @@ impl ContactDetector {
             Phase::Idle => {
                 let off = self.motion.distance(&block.mean, &self.idle) * BLOCK_FRAMES as f32;
                 if off > TOUCHED {
+                    let to_before = |level| self.motion.distance(level, &self.before);
+                    if to_before(&block.mean) < to_before(&self.idle) {
+                        // The skin creeps back after a touch.
+                        self.idle = block.mean;
+                        return false;
+                    }
                     self.begin_spike(number, ring);
                     return false;
                 }
                 self.follow_idle(&block.mean, 1.0 / 16.0);
-                !block.quick
+                true
             }
             Phase::Spike(since) => {
                 let over = number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6;
                 if over {
-                    self.loaded = block.mean;
+                    self.loaded = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
                     self.end_spike(number, ring, changed);
                 }
                 false
@@ -176,7 +192,7 @@ impl ContactDetector {
                 if self.released(number, &block.mean, ring, changed) {
                 } else if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
                     let start = self.departure_from(&held, from, ring);
-                    self.moving_until = number;
+                    self.moving_until = start;
                     self.phase = Phase::Slide(start);
                     changed(Change::SlideStart(start));
                 } else if self.still >= STILL_BLOCKS {
@@ -222,7 +238,11 @@ impl ContactDetector {
     fn track_spike(&mut self, number: u32, values: &Values) {
         for c in 0..TAXELS {
             let off = values[c] - self.idle[c];
-            if off.abs() > self.peak[c].abs() {
+            // A touch without a spike is a step, whose highest frame is any: long after a peak only
+            // what stands clear of the noise is a higher one.
+            let since = number.wrapping_sub(self.peak_frame[c]);
+            let clear = if since > PEAK_FRAMES { CLEAR * self.motion.sigma(c) } else { 0.0 };
+            if off.abs() > self.peak[c].abs() + clear {
                 self.peak[c] = off;
                 self.peak_frame[c] = number;
             }
@@ -237,6 +257,12 @@ impl ContactDetector {
                 best = c;
             }
         }
+        let (mean, peak_level) = (self.loaded, self.peak_level());
+        let off_again = self.back_at_idle(&mean, &peak_level);
+        if off_again && self.motion.distance(&peak_level, &self.idle) < TAP {
+            self.enter(Phase::Idle);
+            return;
+        }
         let frame = self.peak_frame[best];
         self.planned = match self.rule {
             SlideRule::Found => None,
@@ -246,9 +272,8 @@ impl ContactDetector {
             }
         };
         changed(Change::Contact { frame, taxel: best as u8, height: self.peak[best] });
-        let mean = self.loaded;
         self.enter(Phase::Hold);
-        if self.back_at_idle(&mean, &self.peak_level()) {
+        if off_again {
             self.release(number, &mean, ring, changed);
         }
     }
@@ -262,6 +287,14 @@ impl ContactDetector {
         level
     }
 
+    /// Notes the loaded level, unless it is less than half the load that is known: that is a skin
+    /// on its way back.
+    fn load(&mut self, level: &Values) {
+        if self.motion.distance(level, &self.idle) > 0.25 * self.motion.distance(&self.loaded, &self.idle) {
+            self.loaded = *level;
+        }
+    }
+
     fn back_at_idle(&self, mean: &Values, loaded: &Values) -> bool {
         self.motion.distance(mean, &self.idle) < BACK_AT_IDLE * self.motion.distance(loaded, &self.idle)
     }
@@ -271,7 +304,7 @@ impl ContactDetector {
             return false;
         }
         if !(block.quick || block.slow) {
-            self.loaded = block.mean;
+            self.load(&block.mean);
             return true;
         }
         if self.rule == SlideRule::Found {
@@ -295,6 +328,7 @@ impl ContactDetector {
     fn release(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
         let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
         let frame = self.arrival_at(&level, number, ring);
+        self.before = self.idle;
         self.idle = level;
         self.planned = None;
         self.enter(Phase::Idle);
@@ -305,28 +339,37 @@ impl ContactDetector {
         if self.planned.is_some() {
             return;
         }
-        if block.quick {
-            self.moving_until = number.wrapping_sub(BLOCK_FRAMES - 1);
-        } else if block.slow {
-            let sure = number.wrapping_sub(BLOCK_FRAMES * (SLOW_BLOCKS + 1) - 1);
-            if sure.wrapping_sub(start) > self.moving_until.wrapping_sub(start)
-                && sure.wrapping_sub(start) < u32::MAX / 2
-            {
-                self.moving_until = sure;
+        // A comparison tells of a change somewhere in its reach: of what moved since only a change
+        // right now tells for sure.
+        let reach = match block {
+            Block { now: true, .. } => Some(0),
+            Block { quick: true, .. } => Some(SHORT_BLOCKS),
+            Block { slow: true, .. } => Some(LONG_BLOCKS),
+            _ => None,
+        };
+        if let Some(reach) = reach {
+            let sure = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1).wrapping_sub(start);
+            let known = self.moving_until.wrapping_sub(start);
+            if sure < u32::MAX / 2 && (sure > known || known > u32::MAX / 2) {
+                self.moving_until = start.wrapping_add(sure);
             }
         }
-        if self.still < STILL_BLOCKS {
+        // Still, or in the air: there a slide is over even if something goes on shaking the finger.
+        let of_late = self.motion.recent_mean(0, LONG_BLOCKS as usize).unwrap_or(block.mean);
+        let in_the_air = self.back_at_idle(&of_late, &self.loaded);
+        if self.still < STILL_BLOCKS && !in_the_air {
             return;
         }
         let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
-        let end = self.arrival_at(&level, number, ring);
+        let steady = self.still_quick >= STILL_BLOCKS;
+        let end = if steady { self.arrival_at(&level, number, ring) } else { self.moving_until };
         let loaded = self.loaded;
         self.enter(Phase::Hold);
         changed(Change::SlideEnd(start, end));
         if self.back_at_idle(&level, &loaded) {
             self.release(number, &level, ring, changed);
         } else {
-            self.loaded = level;
+            self.load(&level);
         }
     }
 

@@ -9,6 +9,9 @@ use ads1258::reading;
 
 /// Frames from one `health` to the next: one second.
 const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
+/// The greeting is repeated after so many healths: who listens in later learns the protocol and the
+/// settings too.
+const GREETING_HEALTHS: u8 = 10;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4
@@ -26,6 +29,8 @@ pub struct Counters {
     pub hops_skipped: u32,
     /// Messages dropped because the line was slow.
     pub messages_dropped: u32,
+    /// Times the ADC was set up anew because its registers were not what they should be.
+    pub chip_restarts: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
 }
@@ -44,11 +49,15 @@ struct Rest {
     contact: ContactDetector,
     /// Code of every taxel in the first complete frame: what the ring's values are relative to.
     reference: Option<[i32; TAXELS]>,
+    /// The latest values that could be trusted.
+    values: Values,
     window_frames: u32,
     hop_frames: u32,
     /// Frame behind the window that falls due next.
     next_end: u32,
     health_due: u32,
+    /// Healths until the greeting is said again.
+    greeting_in: u8,
     /// Frame and time from which the rate is measured.
     rate_from: Option<(u32, u64)>,
     latest: (u32, u64),
@@ -63,10 +72,12 @@ impl Detector {
             rest: Rest {
                 contact: ContactDetector::new(settings.slide),
                 reference: None,
+                values: [0.0; TAXELS],
                 window_frames: frames_in(settings.window_s, WINDOW_FRAMES_MAX),
                 hop_frames: frames_in(settings.hop_s, u32::MAX),
                 next_end: 0,
                 health_due: HEALTH_FRAMES,
+                greeting_in: GREETING_HEALTHS,
                 rate_from: None,
                 latest: (0, 0),
             },
@@ -75,17 +86,7 @@ impl Detector {
 
     /// The greeting to send before anything else.
     pub fn hello(&self) -> Event {
-        let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
-        Event::Hello(Hello {
-            protocol: PROTOCOL,
-            version: [
-                part(env!("CARGO_PKG_VERSION_MAJOR")),
-                part(env!("CARGO_PKG_VERSION_MINOR")),
-                part(env!("CARGO_PKG_VERSION_PATCH")),
-            ],
-            frame_rate_hz: FRAME_RATE_HZ,
-            settings: self.settings,
-        })
+        hello(&self.settings)
     }
 
     /// Takes one conversion; events go to `emit`, windows that are due for a fit to `due`.
@@ -97,12 +98,17 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let rest = &mut self.rest;
+        let (rest, settings) = (&mut self.rest, &self.settings);
         self.assembler.push(&conversion, |assembler, frame| {
             rest.frame(frame, assembler.vref_v(), ring, emit, due);
-            if frame.number >= rest.health_due {
-                rest.health_due = frame.number + HEALTH_FRAMES;
+            if frame.number.wrapping_sub(rest.health_due) < u32::MAX / 2 {
+                rest.health_due = frame.number.wrapping_add(HEALTH_FRAMES);
                 emit(Event::Health(rest.health(assembler, counters)));
+                rest.greeting_in = rest.greeting_in.saturating_sub(1);
+                if rest.greeting_in == 0 {
+                    rest.greeting_in = GREETING_HEALTHS;
+                    emit(hello(settings));
+                }
             }
         });
     }
@@ -125,7 +131,21 @@ impl Detector {
     }
 }
 
-/// Frames in a stretch of time, at least the fewest worth a fit.
+fn hello(settings: &Settings) -> Event {
+    let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
+    Event::Hello(Hello {
+        protocol: PROTOCOL,
+        version: [
+            part(env!("CARGO_PKG_VERSION_MAJOR")),
+            part(env!("CARGO_PKG_VERSION_MINOR")),
+            part(env!("CARGO_PKG_VERSION_PATCH")),
+        ],
+        frame_rate_hz: FRAME_RATE_HZ,
+        settings: *settings,
+    })
+}
+
+/// Frames in a stretch of time, at least one and at most `most`.
 const fn frames_in(seconds: f32, most: u32) -> u32 {
     let frames = (seconds * FRAME_RATE_HZ + 0.5) as u32;
     if frames > most {
@@ -159,19 +179,27 @@ impl Rest {
         if missing >= RING_FRAMES as u32 {
             ring.restart(frame.number);
         } else {
-            for _ in 0..missing {
-                ring.push(&[0.0; TAXELS], 0, frame.t_us as u32);
+            let from_us = ring.t_us(ring.next().wrapping_sub(1)).unwrap_or(frame.t_us as u32);
+            let passed_us = (frame.t_us as u32).wrapping_sub(from_us) as u64;
+            // Spread over the time that passed: a window may end among them and measure its rate there.
+            for i in 1..=missing {
+                let t_us = from_us.wrapping_add((passed_us * i as u64 / (missing + 1) as u64) as u32);
+                ring.push(&[0.0; TAXELS], 0, t_us);
             }
         }
-        let mut values: Values = [0.0; TAXELS];
+        // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
         for c in 0..TAXELS {
-            values[c] = (frame.codes[c] - reference[c]) as f32;
+            if frame.good & 1 << c != 0 {
+                self.values[c] = (frame.codes[c] - reference[c]) as f32;
+            }
         }
         // A frame counts only whole: the fit needs one abscissa for all channels.
-        ring.push(&values, if complete { frame.good } else { 0 }, frame.t_us as u32);
-        if !complete {
+        let valid = if complete { frame.good } else { 0 };
+        ring.push(&self.values, valid, frame.t_us as u32);
+        if valid == 0 {
             return;
         }
+        let values = self.values;
         let mut changes: [Option<Change>; 4] = [None; 4];
         let mut count = 0;
         self.contact.push(frame.number, &values, ring, &mut |change| {
@@ -280,6 +308,7 @@ impl Rest {
             conversions_doubtful: assembler.doubtful,
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,
+            chip_restarts: counters.chip_restarts,
             frame_rate_hz,
             load: counters.load,
             supply_v: readings.supply_v,

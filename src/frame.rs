@@ -1,7 +1,8 @@
 //! Conversions in, 16-channel frames out, by the chip's own channel id.
 //!
 //! Channels are never counted: the chip says which one each conversion is. A gap in their order is
-//! a loss, and when it spans whole scans the time stamps say how many.
+//! a loss, and when it spans whole scans the time stamps say how many. They wrap after 71.6 minutes: of
+//! a gap longer than that only the rest beyond whole wraps is seen.
 
 use crate::settings::{SCAN, TAXELS};
 use ads1258::{Channel, reading};

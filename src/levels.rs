@@ -21,17 +21,43 @@ pub struct Levels {
     pub uy: Values,
     /// Sum of y squared.
     pub yy: Values,
-    /// Taxels with a valid value in every frame that counts, and not constant.
+    /// Taxels with valid values in nearly all frames, and not constant.
     pub usable: u16,
     /// Frames that count.
     pub frames: u32,
 }
 
-/// First pass: levels. A frame counts if any taxel has a value in it; a taxel that is missing in
-/// one of those is not usable. None if the frames were overwritten.
+/// A taxel without a valid value in more than this share of the frames is left out. Of the others
+/// every frame must have one: all channels share one abscissa.
+const INVALID_MAX: f32 = 0.1;
+
+/// Taxels that have valid values in nearly all frames that have any. None if the frames were
+/// overwritten.
+fn reliable_taxels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<u16> {
+    let (mut frames, mut invalid) = (0u32, [0u32; TAXELS]);
+    stretch.taxels = 0;
+    stretch.blocks(|block| {
+        for valid in block.valid.iter().filter(|valid| **valid != 0) {
+            frames += 1;
+            if *valid != u16::MAX {
+                for (c, invalid) in invalid.iter_mut().enumerate() {
+                    *invalid += (valid & 1 << c == 0) as u32;
+                }
+            }
+        }
+    })?;
+    let mut taxels = 0;
+    for (c, invalid) in invalid.iter().enumerate() {
+        taxels |= ((*invalid as f32 <= INVALID_MAX * frames as f32) as u16) << c;
+    }
+    Some(taxels)
+}
+
+/// First pass: levels, and which taxels and frames count. None if the frames were overwritten.
 pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
+    stretch.taxels = reliable_taxels(stretch)?;
     let mut reference: Option<Values> = None;
-    let mut usable = u16::MAX;
+    let usable = stretch.taxels;
     let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
     let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
     let (start, step) = (stretch.u(0), 1.0 / stretch.half());
@@ -45,7 +71,6 @@ pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
             }
             let u = start + step * (block.at + i as u32) as f32;
             us[i] = u;
-            usable &= block.valid[i];
             n += 1;
             sum_u += u;
             sum_uu += u * u;

@@ -13,7 +13,7 @@
 //! `detect`, `report` and `fit` are interrupts that only software pends. Unlike a spawned task a
 //! pended interrupt cannot be lost while its handler runs, so no conversion is left lying in a queue.
 //!
-//! What is big lives in statics from the start: nothing of the kind is ever built on the stack.
+//! What is big - ring, estimator, queues - lives in statics from the start.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 
@@ -145,8 +145,10 @@ mod app {
             }
         }
         // Right after a read the next conversion is furthest away.
-        if cx.shared.check.swap(false, Relaxed) && !board::ended() && !chip.is_set_up() && !chip.set_up() {
-            tally.overrun();
+        // Registers read while START is high have come back wrong: one more look before a restart.
+        if cx.shared.check.swap(false, Relaxed) && !board::ended() && !chip.is_set_up() && !chip.is_set_up() {
+            tally.chip_restarted();
+            chip.set_up();
         }
         rtic::pend(DETECT);
     }
@@ -227,11 +229,12 @@ mod app {
                 cx.shared.tally.message_dropped();
                 continue;
             };
-            cx.shared.sending.store(true, Relaxed);
             for byte in encoded {
                 // There is room: see above.
                 let _ = bytes_in.enqueue(*byte);
             }
+            // After the bytes: `line`, finding none, takes it back.
+            cx.shared.sending.store(true, Relaxed);
             rtic::pend(LINE);
         }
     }

@@ -18,12 +18,12 @@ pub(crate) const BLOCK: usize = 16;
 
 /// A stretch of frames and how to read it.
 pub struct Stretch<'a, S> {
-    /// Where the frames come from.
-    pub source: &'a mut S,
-    /// Number of the first frame.
-    pub first: u32,
+    source: &'a mut S,
+    first: u32,
     /// Frames in it.
-    pub frames: u32,
+    pub(crate) frames: u32,
+    /// Taxels that a frame must have valid values of to count; found by [`crate::levels::levels`].
+    pub(crate) taxels: u16,
 }
 
 /// Some frames of a stretch, always as many as fit, so that loops over them have a fixed length.
@@ -34,25 +34,33 @@ pub(crate) struct Block<'a> {
     pub frames: usize,
     /// The frames; where there are fewer, zeros behind them.
     pub values: &'a [Values; BLOCK],
-    /// Mask of valid taxels per frame; 0 is a frame that is missing or not there.
+    /// Mask of valid taxels per frame; 0 is a frame that is missing, not there, or does not count.
     pub valid: &'a [u16; BLOCK],
 }
 
-impl<S: FrameSource> Stretch<'_, S> {
+impl<'a, S: FrameSource> Stretch<'a, S> {
+    /// The `frames` frames of `source` from frame number `first` on.
+    pub fn new(source: &'a mut S, first: u32, frames: u32) -> Self {
+        Self { source, first, frames, taxels: 0 }
+    }
+
     /// Shows every frame block by block. None if the frames were overwritten meanwhile.
     pub(crate) fn blocks(&mut self, mut visit: impl FnMut(Block)) -> Option<()> {
-        let mut at = 0;
+        let (mut at, taxels) = (0, self.taxels);
         while at < self.frames {
             let most = (self.frames - at).min(BLOCK as u32) as usize;
             at += self.source.read(self.first.wrapping_add(at), most, |values, valid| {
                 let frames = values.len().min(BLOCK);
-                if let (Ok(values), Ok(valid)) = (values.try_into(), valid.try_into()) {
-                    visit(Block { at, frames, values, valid });
+                let mut mask = [0; BLOCK];
+                for (mask, valid) in mask.iter_mut().zip(valid) {
+                    *mask = if valid & taxels == taxels { *valid } else { 0 };
+                }
+                if let Ok(values) = values.try_into() {
+                    visit(Block { at, frames, values, valid: &mask });
                 } else {
                     // The last block, or the ring's end.
-                    let (mut some, mut mask) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK]);
+                    let mut some = [[0.0; TAXELS]; BLOCK];
                     some.iter_mut().zip(values).for_each(|(to, from)| *to = *from);
-                    mask.iter_mut().zip(valid).for_each(|(to, from)| *to = *from);
                     visit(Block { at, frames, values: &some, valid: &mask });
                 }
                 (frames as u32).max(1)

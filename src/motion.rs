@@ -14,6 +14,10 @@ pub const BLOCK_FRAMES: u32 = 4;
 const SHORT: usize = 2;
 /// Distance of the long second difference, blocks: 133 ms.
 const LONG: usize = 8;
+/// Blocks that the short comparison reaches back: 66 ms.
+pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
+/// Blocks that the long comparison reaches back: 267 ms.
+pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
 /// Blocks that are remembered.
 const HISTORY: usize = 2 * LONG + 1;
 /// Blocks over which the noise is averaged, once there are so many: 0.5 s.
@@ -32,9 +36,11 @@ const OVER_TYPICAL: f32 = 4.0;
 pub struct Block {
     /// Mean of its frames.
     pub mean: Values,
-    /// It differs from the block before, within itself, or from the course of the last 66 ms.
+    /// It differs within itself or from the block before: something moves right now.
+    pub now: bool,
+    /// That, or it differs from the course of the last [`SHORT_BLOCKS`].
     pub quick: bool,
-    /// It differs from the course of the last 267 ms.
+    /// It differs from the course of the last [`LONG_BLOCKS`].
     pub slow: bool,
 }
 
@@ -88,11 +94,11 @@ impl Motion {
         let mean = self.sum.map(|sum| sum / BLOCK_FRAMES as f32);
         let [within, before, short, long] = self.compare(&mean);
         let over = |value: f32, limit: f32, typical: f32| value > limit.max(OVER_TYPICAL * typical);
+        let now = over(within, JUMPING, self.typical[0]) || over(before, MOVING, self.typical[1]);
         let block = Block {
             mean,
-            quick: over(within, JUMPING, self.typical[0])
-                || over(before, MOVING, self.typical[1])
-                || over(short, MOVING, self.typical[2]),
+            now,
+            quick: now || over(short, MOVING, self.typical[2]),
             slow: over(long, MOVING, self.typical[3]),
         };
         self.history[self.blocks % HISTORY] = mean;
@@ -136,6 +142,11 @@ impl Motion {
             }
         }
         (found > 0.0).then(|| sum.map(|sum| sum / found))
+    }
+
+    /// Standard deviation of one taxel's noise, frame by frame, codes.
+    pub fn sigma(&self, taxel: usize) -> f32 {
+        libm::sqrtf(self.variance[taxel])
     }
 
     /// Squared distance of two levels in units of one frame's noise.

@@ -2,7 +2,8 @@
 //!
 //! The chip runs the two halves as tasks of different priority: [`Detector`] for every conversion,
 //! [`Estimator`] for every window that falls due. [`Pipeline`] is both in one call, for a PC. The
-//! halves share only the [`Ring`] and pass [`Window`]s, so both ways give the same numbers.
+//! halves share only the [`Ring`] and pass [`Window`]s, so both ways give the same numbers for every
+//! window that is fitted; the chip may have to skip a hop, and counts it.
 
 pub use crate::detector::{Counters, Detector};
 use crate::frame::TimedConversion;
@@ -29,7 +30,7 @@ impl Estimator {
 
     /// Fits a window. None if its frames were overwritten before they were read.
     pub fn run(&mut self, window: &Window, source: &mut impl FrameSource) -> Option<Estimate> {
-        let fit = self.fitter.fit(&mut Stretch { source, first: window.first, frames: window.frames })?;
+        let fit = self.fitter.fit(&mut Stretch::new(source, window.first, window.frames))?;
         let mut estimate = Estimate {
             t_us: window.end_us,
             window_s: window.frames as f32 / window.frame_rate_hz,

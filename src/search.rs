@@ -56,22 +56,19 @@ impl Default for Scratch {
     }
 }
 
-/// Where to start the fit of a stretch with up to `harmonics` harmonics. None if the frames were
-/// overwritten; the inner None says that the window holds nothing to start from.
+/// Where to start the fit of a stretch with up to `harmonics` harmonics, by the frames themselves.
+/// None if they were overwritten; the inner None says that the window holds nothing to start from.
 pub fn search<S: FrameSource>(
     stretch: &mut Stretch<'_, S>,
     levels: &Levels,
     scratch: &mut Scratch,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    if let Some(start) = search_coarse(stretch, levels, scratch, harmonics)? {
-        return Some(Some(start));
-    }
     look(stretch, levels, &mut scratch.points, &mut scratch.power, harmonics)
 }
 
-/// The search on means. The inner None says that it was of no use here.
-fn search_coarse<S: FrameSource>(
+/// The same by means of a few frames. The inner None says that they are of no use here.
+pub fn search_coarse<S: FrameSource>(
     stretch: &mut Stretch<'_, S>,
     levels_of_all: &Levels,
     scratch: &mut Scratch,
@@ -85,7 +82,7 @@ fn search_coarse<S: FrameSource>(
     let mut valid = [0; COARSE_MAX];
     let count = condense(stretch, by, means, &mut valid)?;
     let mut table = Table { values: means.get(..count)?, valid: valid.get(..count)? };
-    let mut coarse = Stretch { source: &mut table, first: 0, frames: count as u32 };
+    let mut coarse = Stretch::new(&mut table, 0, count as u32);
     let levels = levels(&mut coarse)?;
     if levels.usable != levels_of_all.usable {
         return Some(None);
@@ -169,7 +166,7 @@ fn strongest_low<S: FrameSource>(stretch: &mut Stretch<'_, S>, levels: &Levels, 
             // All against constants; the slopes' own gain has to pay for their unknowns.
             let constants = Shape { slope: false, ..shape };
             let paid = if shape.slope { 8.0 * libm::logf(levels.frames as f32) } else { 0.0 };
-            let gain = gain(levels, &solution.rest, &constants) - paid;
+            let gain = gain(levels, &levels.about_mean, &solution.rest, &constants) - paid;
             if gain > most {
                 (best, most) = (nu, gain);
             }
@@ -213,13 +210,32 @@ fn fundamental<S: FrameSource>(
             continue;
         }
         let share = share_between(&comb, part);
-        if share > highest && lines_hold(&comb, part, power_by_chance(levels)) {
+        if share > highest
+            && lines_hold(&comb, part, power_by_chance(levels))
+            && better_than_overtones(stretch, levels, &comb, line.nu)?
+        {
             highest = share;
             let taken = share > SUBHARMONIC_SHARE;
             start = Start { nu: if taken { comb.nu } else { start.nu }, ambiguous: !taken };
         }
     }
     Some(Some(start))
+}
+
+/// Whether a comb explains the window clearly better than the strongest line with overtones of its
+/// own: across a gap in the window the lines of a comb can be large and cancel each other, and they
+/// take up what those overtones leave.
+fn better_than_overtones<S: FrameSource>(
+    stretch: &mut Stretch<'_, S>,
+    levels: &Levels,
+    comb: &Solution,
+    strongest: f32,
+) -> Option<bool> {
+    let harmonics = harmonics_below_nyquist(stretch, strongest, comb.shape.harmonics);
+    let Some(rival) = converge(stretch, levels, strongest, harmonics)? else { return Some(true) };
+    let more = (comb.shape.harmonics - harmonics).max(1) as f32 * levels.usable.count_ones() as f32;
+    let gained = gain(levels, &rival.rest, &comb.rest, &comb.shape);
+    Some(gained > 0.5 * chi_square_point(2.0 * more, ONE_IN_A_THOUSAND))
 }
 
 /// Share of the power in harmonics that are no multiple of `part`.
@@ -234,13 +250,20 @@ fn share_between(comb: &Solution, part: usize) -> f32 {
     if all > 0.0 { between / all } else { 0.0 }
 }
 
-/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
-/// thousand times: the chi-square point of two degrees of freedom for each channel (Wilson and
-/// Hilferty's cube, normal deviate 3.09).
-pub fn power_by_chance(levels: &Levels) -> f32 {
-    let degrees = 2.0 * levels.usable.count_ones() as f32;
-    let cube = 1.0 - 2.0 / (9.0 * degrees) + 3.09 * libm::sqrtf(2.0 / (9.0 * degrees));
+/// Normal deviate that is exceeded once in a thousand times.
+const ONE_IN_A_THOUSAND: f32 = 3.09;
+
+/// Point of a chi-square distribution by the normal deviate of the same tail (Wilson and Hilferty's
+/// cube; off by under 1 % from two degrees of freedom on).
+pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
+    let cube = 1.0 - 2.0 / (9.0 * degrees) + deviate * libm::sqrtf(2.0 / (9.0 * degrees));
     degrees * cube * cube * cube
+}
+
+/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
+/// thousand times: two degrees of freedom for each channel.
+pub fn power_by_chance(levels: &Levels) -> f32 {
+    chi_square_point(2.0 * levels.usable.count_ones() as f32, ONE_IN_A_THOUSAND)
 }
 
 /// Whether the lines of a comb below its strongest one, the `part`-th, are lines of their own: each

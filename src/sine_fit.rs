@@ -7,7 +7,9 @@
 
 use crate::levels::{Levels, levels};
 use crate::moments::{HARMONICS_MAX, Stretch, residuals};
-use crate::search::{Scratch, Start, harmonics_below_nyquist, power_by_chance, search};
+use crate::search::{
+    Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
+};
 use crate::settings::TAXELS;
 use crate::solve::{CYCLES_MIN, Solution, converge, gain};
 use crate::telemetry::Status;
@@ -61,17 +63,16 @@ impl Fit {
     }
 }
 
-/// Gain that noise alone reaches in one search out of a hundred: the chi-square point of
-/// `unknowns` degrees of freedom at one hundredth over the number of tries (Wilson and Hilferty's
-/// cube), halved. A search between the frequencies of a transform counts for twice as many of them,
-/// and the number of harmonics and the place of the fundamental are chosen too: four tries a frame.
+/// Gain that noise alone reaches in one search out of a hundred: half the chi-square point of
+/// `unknowns` degrees of freedom at one hundredth over the number of tries. A search between the
+/// frequencies of a transform counts for twice as many of them, and the number of harmonics and the
+/// place of the fundamental are chosen too: four tries a frame.
 fn gain_by_chance(unknowns: f32, frames: f32) -> f32 {
     // Normal deviate of the tail, by Mills' ratio.
     let tail = 0.01 / (4.0 * frames);
     let z2 = -2.0 * libm::logf(tail * 2.5);
     let z = libm::sqrtf((z2 - libm::logf(z2)).max(1.0));
-    let cube = 1.0 - 2.0 / (9.0 * unknowns) + z * libm::sqrtf(2.0 / (9.0 * unknowns));
-    0.5 * unknowns * cube * cube * cube
+    0.5 * chi_square_point(unknowns, z)
 }
 
 /// Scratch and settings of the fit.
@@ -96,27 +97,44 @@ impl Fitter {
             let levels = Levels { usable: 0, ..levels };
             return Some(Fit::without_tone(Status::Nothing, &levels));
         }
-        let Some(Start { nu, ambiguous }) = search(stretch, &levels, &mut self.scratch, self.harmonics)? else {
+        // What is left of a window with more holes than frames bends its frequency at will.
+        if 2 * levels.frames < stretch.frames {
             return Some(Fit::without_tone(Status::TooShort, &levels));
-        };
+        }
+        if let Some(start) = search_coarse(stretch, &levels, &mut self.scratch, self.harmonics)? {
+            let fit = self.fit_from(stretch, &levels, start)?;
+            // A drift can hide a tone that is too fast for the means.
+            if matches!(fit.status, Status::Good | Status::Ambiguous) {
+                return Some(fit);
+            }
+        }
+        match search(stretch, &levels, &mut self.scratch, self.harmonics)? {
+            Some(start) => self.fit_from(stretch, &levels, start),
+            None => Some(Fit::without_tone(Status::TooShort, &levels)),
+        }
+    }
+
+    /// The fit from a guess.
+    fn fit_from<S: FrameSource>(&self, stretch: &mut Stretch<'_, S>, levels: &Levels, start: Start) -> Option<Fit> {
+        let Start { nu, ambiguous } = start;
         // Where a window is too short to tell so many harmonics apart, fewer may do.
         let mut harmonics = harmonics_below_nyquist(stretch, nu, self.harmonics);
-        let mut best = converge(stretch, &levels, nu, harmonics)?;
+        let mut best = converge(stretch, levels, nu, harmonics)?;
         while best.is_none() && harmonics > 1 {
             harmonics -= 1;
-            best = converge(stretch, &levels, nu, harmonics)?;
+            best = converge(stretch, levels, nu, harmonics)?;
         }
         let Some(mut best) = best else {
-            return Some(Fit::without_tone(Status::TooShort, &levels));
+            return Some(Fit::without_tone(Status::TooShort, levels));
         };
         // As many harmonics as the scene carries and no more.
-        let carried = carried(&best, power_by_chance(&levels));
+        let carried = carried(&best, power_by_chance(levels));
         if carried < best.shape.harmonics
-            && let Some(leaner) = converge(stretch, &levels, best.nu, carried)?
+            && let Some(leaner) = converge(stretch, levels, best.nu, carried)?
         {
             best = leaner;
         }
-        self.conclude(stretch, &levels, best, ambiguous)
+        self.conclude(stretch, levels, best, ambiguous)
     }
 
     /// Residual, uncertainty and verdict of a converged fit.
@@ -146,7 +164,8 @@ impl Fitter {
         let correction = if weights > 0.0 { refined / weights } else { 1.0 };
         let sigma_nu = 1.0 / libm::sqrtf(best.information * correction.max(1e-3));
 
-        let gained = gain(levels, &rest, &best.shape);
+        let before = if best.shape.slope { &levels.about_line } else { &levels.about_mean };
+        let gained = gain(levels, before, &rest, &best.shape);
         let chance = gain_by_chance(2.0 * best.shape.harmonics as f32 * channels_used, frames);
         let status = if !(gained > chance) {
             Status::NoTone

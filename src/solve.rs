@@ -214,7 +214,7 @@ pub fn converge<S: FrameSource>(
     nu: f32,
     harmonics: usize,
 ) -> Option<Option<Solution>> {
-    let (least, greatest) = (0.25 * CYCLES_MIN, 0.4999 * 2.0 * stretch.half());
+    let (least, greatest) = (0.25 * CYCLES_MIN, 0.4999 * stretch.half());
     let shape = Shape { harmonics, slope: 2.0 * nu >= CYCLES_FOR_SLOPE };
     let mut at = nu;
     let mut best = None;
@@ -234,9 +234,8 @@ pub fn converge<S: FrameSource>(
     Some(best)
 }
 
-/// Log-likelihood gained over straight lines (with a slope) or constants (without).
-pub fn gain(levels: &Levels, rest: &Values, shape: &Shape) -> f32 {
-    let before = if shape.slope { &levels.about_line } else { &levels.about_mean };
+/// Log-likelihood gained by what leaves the sums of squares `rest` with `shape`, over what left `before`.
+pub fn gain(levels: &Levels, before: &Values, rest: &Values, shape: &Shape) -> f32 {
     // Bartlett's factor: the logarithm of few frames overstates what so many unknowns explain.
     let factor = (levels.frames as f32 - shape.unknowns() as f32).max(0.0);
     let mut sum = 0.0;

@@ -9,6 +9,7 @@ pub struct Tally {
     overruns: AtomicU32,
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
+    chip_restarts: AtomicU32,
     load_bits: AtomicU32,
 }
 
@@ -19,6 +20,7 @@ impl Tally {
             overruns: AtomicU32::new(0),
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
+            chip_restarts: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
         }
     }
@@ -38,6 +40,11 @@ impl Tally {
         self.messages_dropped.fetch_add(1, Relaxed);
     }
 
+    /// The ADC had to be set up anew.
+    pub fn chip_restarted(&self) {
+        self.chip_restarts.fetch_add(1, Relaxed);
+    }
+
     /// Processor load, 0 to 1.
     pub fn set_load(&self, load: f32) {
         self.load_bits.store(load.to_bits(), Relaxed);
@@ -49,6 +56,7 @@ impl Tally {
             overruns: self.overruns.load(Relaxed),
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
+            chip_restarts: self.chip_restarts.load(Relaxed),
             load: f32::from_bits(self.load_bits.load(Relaxed)),
         }
     }
@@ -65,8 +73,9 @@ mod tests {
         tally.hop_skipped();
         tally.hop_skipped();
         tally.message_dropped();
+        tally.chip_restarted();
         tally.set_load(0.25);
-        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, load: 0.25 };
+        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load: 0.25 };
         assert_eq!(tally.counters(), expected);
     }
 }

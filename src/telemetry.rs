@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Version of the wire contract; a reader refuses another one.
 pub const PROTOCOL: u8 = 1;
 
-/// First message after start-up.
+/// First message after start-up, and again about every ten seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// [`PROTOCOL`].
@@ -54,7 +54,7 @@ pub enum Status {
     Good,
     /// The channels share no tone that stands out of their noise.
     NoTone,
-    /// The window holds too little of a cycle to tell.
+    /// The window holds too little of a cycle, or too few frames, to tell.
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
@@ -103,7 +103,8 @@ pub struct Estimate {
     pub sigma_hz: f32,
     /// Harmonics fitted, the fundamental included.
     pub harmonics: u8,
-    /// Frames of the window that were missing or damaged and were left out.
+    /// Frames of the window that were left out: missing, or without a valid value of a taxel that has
+    /// them otherwise.
     pub frames_missing: u16,
     /// The valid channels.
     pub channels: Vec<Channel, TAXELS>,
@@ -118,12 +119,15 @@ pub struct Health {
     pub frames: u32,
     /// Conversions lost: overruns of the queue and gaps in the scan.
     pub conversions_lost: u32,
-    /// Conversions whose status had OVF or SUPPLY set.
+    /// Conversions whose status had OVF or SUPPLY set or NEW missing, or named a channel outside the scan.
     pub conversions_doubtful: u32,
     /// Windows not fitted because the fit was still busy.
     pub hops_skipped: u32,
     /// Telemetry messages dropped because the line was slow.
     pub messages_dropped: u32,
+    /// Times the ADC was set up anew because its registers were not what they should be, or could not
+    /// be set up.
+    pub chip_restarts: u32,
     /// True frame rate by the board's clock, hertz; zero until measured.
     pub frame_rate_hz: f32,
     /// Share of time the processor was not idle, 0 to 1; zero where nothing measures it (PC).
@@ -211,6 +215,8 @@ pub struct Decoder {
     expected: Option<u16>,
     /// Frames that failed stuffing, checksum or content and were skipped.
     pub damaged: u32,
+    /// Protocol of the device, if it is another than [`PROTOCOL`]: its packets are not given.
+    pub foreign: Option<u8>,
     /// Packets that never came, by their sequence numbers.
     pub missing: u32,
 }
@@ -218,7 +224,7 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that has seen nothing; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, missing: 0 }
+        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, foreign: None, missing: 0 }
     }
 
     /// Takes one byte; gives a packet when it was the last of one.
@@ -235,14 +241,19 @@ impl Decoder {
         self.overlong = false;
         if let Some(packet) = &packet {
             let gap = match self.expected {
-                // A device that greets has started anew.
-                Some(expected) if !matches!(packet.event, Event::Hello(_)) => packet.sequence.wrapping_sub(expected),
+                // A device that greets with number zero has started anew.
+                Some(expected) if !(packet.sequence == 0 && matches!(packet.event, Event::Hello(_))) => {
+                    packet.sequence.wrapping_sub(expected)
+                }
                 _ => 0,
             };
             self.missing = self.missing.saturating_add(gap as u32);
             self.expected = Some(packet.sequence.wrapping_add(1));
+            if let Event::Hello(hello) = &packet.event {
+                self.foreign = (hello.protocol != PROTOCOL).then_some(hello.protocol);
+            }
         }
-        packet
+        packet.filter(|_| self.foreign.is_none())
     }
 }
 
@@ -316,6 +327,24 @@ mod tests {
             }
         }
         assert_eq!((decoder.damaged, decoder.missing), (0, 3));
+    }
+
+    #[test]
+    fn another_protocol_is_told_and_not_taken_for_ours() {
+        let hello = |protocol| {
+            let settings = Settings::DEFAULT;
+            Event::Hello(Hello { protocol, version: [0, 1, 0], frame_rate_hz: 241.14, settings })
+        };
+        let mut decoder = Decoder::new();
+        let given = |decoder: &mut Decoder, sequence, event| {
+            sent(sequence, event).iter().filter_map(|byte| decoder.push(*byte)).count()
+        };
+        assert_eq!(given(&mut decoder, 0, hello(PROTOCOL + 1)), 0);
+        assert_eq!(given(&mut decoder, 1, estimate()), 0);
+        assert_eq!(decoder.foreign, Some(PROTOCOL + 1));
+        assert_eq!(given(&mut decoder, 0, hello(PROTOCOL)), 1);
+        assert_eq!(given(&mut decoder, 1, estimate()), 1);
+        assert_eq!((decoder.foreign, decoder.missing, decoder.damaged), (None, 0, 0));
     }
 
     #[test]

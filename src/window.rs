@@ -27,6 +27,9 @@ pub struct Ring {
     values: [Values; RING_FRAMES],
     valid: [u16; RING_FRAMES],
     t_us: [u32; RING_FRAMES],
+    /// Place in the arrays that is written next. Kept apart from the number: 2^32 is no multiple of
+    /// the ring's length.
+    head: usize,
     /// Number of the frame that is written next.
     next: u32,
     /// Frames that are there, at most [`RING_FRAMES`].
@@ -40,6 +43,7 @@ impl Ring {
             values: [[0.0; TAXELS]; RING_FRAMES],
             valid: [0; RING_FRAMES],
             t_us: [0; RING_FRAMES],
+            head: 0,
             next: 0,
             filled: 0,
         }
@@ -64,12 +68,13 @@ impl Ring {
     /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (the low
     /// 32 bits of the device time in microseconds).
     pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
-        let at = self.next as usize % RING_FRAMES;
+        let at = self.head;
         if let (Some(v), Some(m), Some(t)) = (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at)) {
             *v = *values;
             *m = valid;
             *t = t_us;
         }
+        self.head = if at + 1 < RING_FRAMES { at + 1 } else { 0 };
         self.next = self.next.wrapping_add(1);
         self.filled = (self.filled + 1).min(RING_FRAMES as u32);
     }
@@ -77,13 +82,14 @@ impl Ring {
     /// Place of a frame in the arrays, if it is there.
     fn place(&self, number: u32) -> Option<usize> {
         let age = self.next.wrapping_sub(number);
-        (age >= 1 && age <= self.filled).then_some(number as usize % RING_FRAMES)
+        (age >= 1 && age <= self.filled).then_some((self.head + RING_FRAMES - age as usize) % RING_FRAMES)
     }
 
-    /// One frame's values and mask, if it is there.
+    /// One frame's values and mask, if it is there and has a valid value.
     pub fn frame(&self, number: u32) -> Option<(&Values, u16)> {
         let at = self.place(number)?;
-        Some((self.values.get(at)?, *self.valid.get(at)?))
+        let valid = *self.valid.get(at)?;
+        (valid != 0).then_some((self.values.get(at)?, valid))
     }
 
     /// Time of a frame's first slot, low 32 bits of the device time in microseconds.
@@ -146,5 +152,46 @@ impl FrameSource for Table<'_> {
             return None;
         }
         Some(read(self.values.get(at..end)?, self.valid.get(at..end)?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+    use std::boxed::Box;
+
+    #[test]
+    fn frames_are_found_by_number_across_the_wrap_of_both() {
+        let mut ring = Box::new(Ring::new());
+        let first = u32::MAX - 700;
+        ring.restart(first);
+        for n in 0..2000u32 {
+            ring.push(&[n as f32; TAXELS], 1, n);
+        }
+        let number = |n: u32| first.wrapping_add(n);
+        assert_eq!(ring.oldest(), number(2000 - RING_FRAMES as u32));
+        for n in 2000 - RING_FRAMES as u32..2000 {
+            assert_eq!(ring.frame(number(n)).map(|(values, _)| values[3]), Some(n as f32));
+            assert_eq!(ring.t_us(number(n)), Some(n));
+        }
+        assert!(ring.frame(number(2000)).is_none());
+        assert!(ring.frame(number(2000 - RING_FRAMES as u32 - 1)).is_none());
+        let mut read = 0;
+        while let Some(shown) = ring.read(number(1200 + read), 16, |values, _| {
+            assert!(values.iter().zip(0..).all(|(v, i)| v[0] == (1200 + read + i) as f32));
+            values.len() as u32
+        }) {
+            read += shown;
+        }
+        assert_eq!(read, 800);
+    }
+
+    #[test]
+    fn a_frame_without_a_valid_value_is_not_shown_as_one() {
+        let mut ring = Box::new(Ring::new());
+        ring.push(&[5.0; TAXELS], 0, 7);
+        assert!(ring.frame(0).is_none());
+        assert_eq!(ring.t_us(0), Some(7));
     }
 }

@@ -127,3 +127,36 @@ fn hum_is_not_a_touch() {
 fn a_quiet_signal_of_whole_codes_is_not_a_touch() {
     assert_told(&changes(10.0, 0.0, |_, _, _| 3.0), &[], 0.0);
 }
+
+#[test]
+fn a_skin_that_creeps_back_after_the_touch_is_in_the_air() {
+    // A quarter of the load stays and creeps back within seconds; the second touch is one again.
+    let found = changes(16.0, 20.0, |t, sign, _| {
+        let touch = |from: f64, to: f64| {
+            if t < from {
+                0.0
+            } else if t < to {
+                5000.0
+            } else {
+                1250.0 * (-(t - to) / 0.8).exp()
+            }
+        };
+        sign * (touch(1.0, 3.0) + touch(10.0, 12.0))
+    });
+    let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["contact", "release", "contact", "release"], "{found:?}");
+    assert!((found[2].1 - 10.0).abs() < 0.02, "{found:?}");
+}
+
+#[test]
+fn a_slide_ends_with_the_touch_even_if_something_shakes_the_finger_for_good() {
+    let found = changes(14.0, 20.0, |t, sign, lag| {
+        let shake = if t > 3.0 { 150.0 * (TAU * (23.0 * t + 3.0 * lag)).sin() } else { 0.0 };
+        let load = if (1.0..5.0).contains(&t) || (9.0..11.0).contains(&t) { 5000.0 } else { 0.0 };
+        sign * load + shake
+    });
+    let last: Vec<_> = found.iter().rev().take(3).map(|(name, _)| *name).collect();
+    assert!(found.iter().any(|(name, at)| *name == "release" && (4.9..5.5).contains(at)), "{found:?}");
+    assert!(found.iter().any(|(name, at)| *name == "contact" && (8.9..9.2).contains(at)), "{found:?}");
+    assert_eq!(last[0], "release", "{found:?}");
+}

@@ -11,7 +11,7 @@ use ridgetone::window::Table;
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    fitter.fit(&mut Stretch { source: &mut table, first: 0, frames: values.len() as u32 }).unwrap()
+    fitter.fit(&mut Stretch::new(&mut table, 0, values.len() as u32)).unwrap()
 }
 
 fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {
@@ -148,12 +148,14 @@ fn bad_channels_do_not_hurt() {
         frame[3] = loud[3];
         frame[9] = 8_388_607.0;
     }
-    // Taxel 12 was at the rail for three frames.
+    // Taxel 12 was at the rail for an eighth of the window, taxel 13 for three frames.
     let mut valid = vec![u16::MAX; values.len()];
-    valid[40..43].fill(!(1 << 12));
+    valid[40..70].fill(!(1 << 12));
+    valid[90..93].fill(!(1 << 13));
     let fit = fit(&values, &valid, 1);
     assert_eq!(fit.status, Status::Good);
     assert_eq!(fit.usable, !(1 << 9 | 1 << 12));
+    assert_eq!(fit.frames, 238);
     // Thirteen channels instead of sixteen.
     let expected = (16f32 / 13.0).sqrt();
     assert!((fit.sigma / clean.sigma / expected - 1.0).abs() < 0.1, "{} {}", fit.sigma, clean.sigma);
@@ -180,4 +182,47 @@ fn missing_frames_and_drift_do_not_bias() {
         assert_eq!(fit.frames as usize, valid.iter().filter(|v| **v != 0).count());
         assert!((fit.frequency as f64 - tone.frequency).abs() < 4.0 * fit.sigma as f64, "{fit:?}");
     }
+}
+
+/// Across a gap the lines of a comb can be large and cancel each other: a comb at a third of the tone
+/// must not be taken for one.
+#[test]
+fn a_gap_makes_no_subharmonic() {
+    for (frequency, frames, gap) in
+        [(4.3 / 121.0, 121, 30..70), (4.3 / 121.0, 121, 40..90), (3.3 / 241.0, 241, 80..170)]
+    {
+        for seed in 0..20 {
+            let tone = Tone { frequency, frames, noise: 100.0, seed, ..Tone::default() };
+            let mut valid = vec![u16::MAX; frames];
+            valid[gap.clone()].fill(0);
+            let fit = fit(&tone.values(), &valid, 4);
+            let off = (fit.frequency as f64 - frequency).abs();
+            assert!(fit.status != Status::Good || off < 6.0 * fit.sigma as f64, "{tone:?} {fit:?}");
+        }
+    }
+}
+
+/// Two frames, each without another taxel, are left out; the taxels stay.
+#[test]
+fn half_a_frame_is_left_out() {
+    let tone = Tone::default();
+    let mut valid = vec![u16::MAX; tone.frames];
+    valid[50] = 0x00ff;
+    valid[60] = 0xff00;
+    let fit = fit(&tone.values(), &valid, 1);
+    assert_eq!((fit.status, fit.usable, fit.frames), (Status::Good, u16::MAX, 239));
+}
+
+/// A drift that outweighs a fast tone hides it from the search on means, not from the frames'.
+#[test]
+fn a_fast_tone_on_a_drift_is_found() {
+    let tone = Tone { frequency: 35.0 / 241.14, frames: 241, amplitude: 300.0, noise: 20.0, ..Tone::default() };
+    let mut values = tone.values();
+    for (n, frame) in values.iter_mut().enumerate() {
+        let drift = 1400.0 * (-(n as f32) / 80.0).exp();
+        frame.iter_mut().for_each(|value| *value += drift.round());
+    }
+    let fit = fit_whole(&values, 4);
+    assert_eq!(fit.status, Status::Good, "{fit:?}");
+    assert!((fit.frequency as f64 / tone.frequency - 1.0).abs() < 1e-3, "{fit:?}");
 }

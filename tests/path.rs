@@ -136,3 +136,62 @@ fn phases_are_those_of_one_moment() {
         assert!((channel.offset_v - 2.52).abs() < 1e-4, "{fit:?}");
     }
 }
+
+/// A taxel whose conversion was lost has no value; zero volts would be a touch of 2.5 V.
+#[test]
+fn a_conversion_lost_just_before_the_touch_changes_nothing() {
+    let clean = outcome(&run(scene(30.0, 3.6, 20.0, 1), Settings::default(), all));
+    for lost in 0..4 {
+        // The frames just before the contact, at 0.5 s.
+        let gone = (118 + lost) * 21 + 7;
+        let out = outcome(&run(scene(30.0, 3.6, 20.0, 1), Settings::default(), |count, conversion| {
+            (count != gone).then_some(conversion)
+        }));
+        assert_eq!(out.health.conversions_lost, 1);
+        assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.releases_s.len()), (1, 1, 1), "{out:?}");
+        assert!((out.contacts_s[0] - clean.contacts_s[0]).abs() < 0.005, "{out:?}");
+        assert!((out.slides_s[0].0 - clean.slides_s[0].0).abs() < 0.005, "{out:?}");
+    }
+}
+
+/// A window that begins or ends in a hole of lost scans still knows the frame rate.
+#[test]
+fn holes_do_not_bend_the_frequency() {
+    for scans in [1, 5, 30, 120] {
+        for at_s in [2.0, 2.25, 2.5, 2.6, 2.75] {
+            let first = (at_s * 241.14) as u32 * 21 + 4;
+            let scene = scene(30.0, 3.6, 20.0, 2);
+            let truth = scene.truth();
+            let settings = Settings { window_s: 0.5, hop_s: 0.05, ..Settings::DEFAULT };
+            let out = outcome(&run(scene, settings, |count, conversion| {
+                (!(first..first + scans * 21).contains(&count)).then_some(conversion)
+            }));
+            for fit in out.window_fits.iter().chain(&out.slide_fits).filter(|fit| fit.status == Status::Good) {
+                let off = fit.frequency_hz as f64 / truth.frequency_hz - 1.0;
+                assert!(off.abs() < 0.01, "{scans} scans lost at {at_s} s: {fit:?}");
+            }
+        }
+    }
+}
+
+/// Codes that come with SUPPLY low are not to be trusted, and not felt either.
+#[test]
+fn a_dip_of_the_supply_is_not_a_touch() {
+    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 4.0 }, 20e-6, 5);
+    let out = outcome(&run(still, Settings::default(), |count, mut conversion| {
+        if (10_000..10_500).contains(&count) {
+            conversion.conversion.status.0 |= 1 << 5;
+            conversion.conversion.code /= 3;
+        }
+        Some(conversion)
+    }));
+    assert!(out.contacts_s.is_empty() && out.releases_s.is_empty(), "{out:?}");
+    assert_eq!(out.health.conversions_doubtful, 500);
+}
+
+#[test]
+fn the_greeting_is_repeated() {
+    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 21.0 }, 20e-6, 5);
+    let events = run(still, Settings::default(), all);
+    assert_eq!(events.iter().filter(|event| matches!(event, Event::Hello(_))).count(), 3);
+}

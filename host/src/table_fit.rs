@@ -103,7 +103,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
     let mut source = Table { values: &scaled.values, valid: &scaled.valid };
-    let mut stretch = Stretch { source: &mut source, first: 0, frames: grid.slots() as u32 };
+    let mut stretch = Stretch::new(&mut source, 0, grid.slots() as u32);
     let harmonics = if selection.harmonics == 0 { HARMONICS_MAX as u8 } else { selection.harmonics };
     let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
         bail!("{file}: the fit did not see all rows");

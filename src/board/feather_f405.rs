@@ -127,7 +127,9 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
 
     let start = gpioc.pc5.into_push_pull_output_in_state(PinState::Low);
     let reset = gpioc.pc6.into_push_pull_output_in_state(PinState::High);
-    let cs = SettledCs(gpioa.pa4.into_push_pull_output_in_state(PinState::High));
+    let mut cs = gpioa.pa4.into_push_pull_output_in_state(PinState::High);
+    cs.set_speed(Speed::Medium);
+    let cs = SettledCs(cs);
 
     let mut sck = gpioa.pa5.into_alternate::<5>();
     let miso = gpioa.pa6.into_alternate::<5>();
@@ -144,7 +146,8 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
 
     let mut exti = device.EXTI;
     let mut syscfg = device.SYSCFG.constrain(&mut rcc);
-    let mut pin = Input::new(gpioc.pc4, Pull::None);
+    // Up: without a chip the line would float, and every edge of noise would cost a read.
+    let mut pin = Input::new(gpioc.pc4, Pull::Up);
     pin.make_interrupt_source(&mut syscfg);
     pin.trigger_on_edge(&mut exti, Edge::Falling);
     pin.enable_interrupt(&mut exti);

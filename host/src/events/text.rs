@@ -74,13 +74,14 @@ fn estimate(e: &Estimate) -> String {
 fn health(e: &Health) -> String {
     let load = if e.load > 0.0 { format!(", load {:.1} %", 100.0 * e.load) } else { String::new() };
     format!(
-        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped{load}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
+        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{load}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,
         e.frame_rate_hz,
         e.conversions_lost,
         e.conversions_doubtful,
         e.hops_skipped,
         e.messages_dropped,
+        e.chip_restarts,
         e.supply_v,
         e.reference_v,
         e.temperature_c,
