@@ -137,6 +137,8 @@ fn condense<S: FrameSource>(
 }
 
 /// The strongest line and the fundamental it belongs to. The inner None says that there is none.
+// Large and called from several places: one copy is enough.
+#[inline(never)]
 fn look<S: FrameSource>(
     stretch: &mut Stretch<'_, S>,
     levels: &Levels,

@@ -115,6 +115,8 @@ impl Fitter {
     }
 
     /// The fit from a guess.
+    // Large and called from several places: one copy is enough.
+    #[inline(never)]
     fn fit_from<S: FrameSource>(&self, stretch: &mut Stretch<'_, S>, levels: &Levels, start: Start) -> Option<Fit> {
         let Start { nu, ambiguous } = start;
         // Where a window is too short to tell so many harmonics apart, fewer may do.

@@ -208,6 +208,8 @@ fn model(beta: &Vector, shape: &Shape) -> Model {
 
 /// Gauss-Newton from `nu`. The inner None says that the unknowns cannot be told apart, or that the
 /// search ran out of the window's reach.
+// Large and called from several places: one copy is enough.
+#[inline(never)]
 pub fn converge<S: FrameSource>(
     stretch: &mut Stretch<'_, S>,
     levels: &Levels,

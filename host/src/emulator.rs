@@ -15,7 +15,7 @@ use anyhow::{Context, Result, bail};
 use process::Emulator;
 use ridgetone::bridge::{PAYLOAD_MAX, REQUEST_BYTES, Request};
 use ridgetone::frame::TimedConversion;
-use ridgetone::telemetry::{Decoder, Packet};
+use ridgetone::telemetry::{Decoder, PROTOCOL, Packet};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{ErrorKind, Read};
 use std::os::fd::AsFd;
@@ -240,6 +240,9 @@ impl Session {
             Some(3) => bail!("the firmware faulted{said}"),
             Some(101) => bail!("the firmware panicked{said}"),
             _ => bail!("{QEMU} failed: {status}{said}"),
+        }
+        if let Some(protocol) = self.decoder.foreign {
+            bail!("the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
         }
         let (conversions_served, conversions_lost) = self.chip.served_and_lost();
         Ok(Outcome {

@@ -6,7 +6,7 @@
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Line, line::LINE_BAUD, link};
+use super::{Board, Line, line::LINE_BAUD, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{ExceptionFrame, exception};
@@ -33,20 +33,6 @@ pub type Spi = Bridge;
 pub type Start = Pin;
 /// The pin RESET.
 pub type Reset = Pin;
-
-/// The board's parts that `main.rs` hands to its tasks.
-pub struct Board {
-    /// The bridge's transfers.
-    pub spi: Spi,
-    /// START.
-    pub start: Start,
-    /// RESET.
-    pub reset: Reset,
-    /// DRDY.
-    pub drdy: Drdy,
-    /// Telemetry.
-    pub line: Line,
-}
 
 /// An SPI device whose transactions travel over the bridge, one record each.
 pub struct Bridge;

@@ -18,8 +18,8 @@
 //! input capture would be exact, but PC4 is on no timer channel of this chip; wiring DRDY to D6
 //! (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
-use super::Line;
 use super::line::LINE_BAUD;
+use super::{Board, Line};
 use core::convert::Infallible;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -51,20 +51,6 @@ pub type Spi = ExclusiveDevice<spi::Spi<SPI1>, SettledCs, NoDelay>;
 pub type Start = PC5<Output>;
 /// The pin RESET.
 pub type Reset = PC6<Output>;
-
-/// The board's parts that `main.rs` hands to its tasks.
-pub struct Board {
-    /// SPI1 with CS.
-    pub spi: Spi,
-    /// START.
-    pub start: Start,
-    /// RESET.
-    pub reset: Reset,
-    /// DRDY.
-    pub drdy: Drdy,
-    /// Telemetry.
-    pub line: Line,
-}
 
 /// CS that gives the chip its set-up time after each edge.
 pub struct SettledCs(PA4<Output>);

@@ -58,6 +58,20 @@ pub use line::Line;
 
 use embedded_hal::delay::DelayNs;
 
+/// The board's parts that `main.rs` hands to its tasks.
+pub struct Board {
+    /// The chip's SPI.
+    pub spi: Spi,
+    /// START.
+    pub start: Start,
+    /// RESET.
+    pub reset: Reset,
+    /// DRDY.
+    pub drdy: Drdy,
+    /// Telemetry.
+    pub line: Line,
+}
+
 /// Waits by the microsecond counter.
 pub struct Wait;
 
