@@ -7,10 +7,12 @@
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
+//! | the least error that any estimator can have | [`bound`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
 
+pub mod bound;
 pub mod cli;
 pub mod commands;
 pub mod demo;
