@@ -8,14 +8,19 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=memory.x");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
-    if !bare || env::var_os("CARGO_FEATURE_FIRMWARE").is_none() {
+    let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
+    if !bare || !(has("FIRMWARE") || has("BENCH")) {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::write(out.join("memory.x"), include_bytes!("memory.x")).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());
-    // --nmagic: sections need no page alignment in flash. defmt.x: the log strings' section.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    // --nmagic: sections need no page alignment in flash.
+    for argument in ["--nmagic", "-Tlink.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
+    }
+    if has("FIRMWARE") {
+        // The log strings' section; the benchmark has no log.
+        println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
 }

@@ -23,8 +23,8 @@
 //! | [`telemetry`] | the events on the wire |
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
-//! share ([`outbox`], [`tally`], [`load`]) and [`bridge`] (the wire between the emulated board and the
-//! simulated chip).
+//! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
+//! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
@@ -55,3 +55,4 @@ pub mod spectrum;
 pub mod tally;
 pub mod telemetry;
 pub mod window;
+pub mod workload;

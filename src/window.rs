@@ -63,6 +63,9 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
+        // From the start, so that what is read does not depend on what was there before: the sums over
+        // a window round differently where the ring's end cuts a block.
+        self.head = 0;
     }
 
     /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (the low
@@ -185,6 +188,17 @@ mod tests {
             read += shown;
         }
         assert_eq!(read, 800);
+    }
+
+    #[test]
+    fn a_ring_that_was_restarted_reads_as_a_new_one() {
+        let mut ring = Box::new(Ring::new());
+        (0..RING_FRAMES as u32 - 3).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
+        ring.restart(70);
+        assert!(ring.frame(70).is_none() && ring.oldest() == 70);
+        (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
+        // In one piece: what a window's sums round to does not depend on what was there before.
+        assert_eq!(ring.read(70, 16, |values, _| (values.len(), values[15][0])), Some((16, 15.0)));
     }
 
     #[test]
