@@ -1,5 +1,6 @@
 //! The command line: what can be said, and the help that says so.
 
+use crate::bench::BenchArgs;
 use crate::input::{Input, Source};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -31,6 +32,9 @@ pub enum Command {
     Emulate(EmulateArgs),
     /// The default scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
+    /// Count the instructions of the firmware's steps. `cargo xtask bench` builds what it needs.
+    #[command(hide = true)]
+    Bench(BenchArgs),
     /// Write a scene as a CSV trace and tell the truth about it.
     Scene(SceneArgs),
 }

@@ -1,11 +1,12 @@
 //! The commands: arguments in, output out.
 
+use crate::bench::BenchArgs;
 use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
 use crate::input::{Opened, Source, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::table_fit::{self, Selection};
-use crate::{demo, emulator, events, fit_report, picture, replay};
+use crate::{bench, demo, emulator, events, fit_report, picture, replay};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::settings::Settings;
@@ -24,6 +25,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Emulate(args) => emulate(&args),
         Command::Demo(args) => run_demo(&args),
+        Command::Bench(args) => run_bench(&args),
         Command::Scene(args) => scene(&args),
     }
 }
@@ -99,6 +101,11 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
         output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
     }
     output::line(demo.summary.to_string().trim_end())
+}
+
+fn run_bench(args: &BenchArgs) -> Result<()> {
+    let report = bench::run(&args.elf, args.flash_bytes, args.ram_bytes)?;
+    output::line(if args.json { serde_json::to_string(&report)? } else { report.to_string() }.trim_end())
 }
 
 #[derive(Serialize)]

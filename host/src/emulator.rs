@@ -5,7 +5,7 @@
 
 mod chip_end;
 pub mod image;
-mod process;
+pub(crate) mod process;
 
 pub use chip_end::ChipEnd;
 pub use process::QEMU;

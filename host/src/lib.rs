@@ -7,11 +7,13 @@
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
-//! | the least error that any estimator can have | [`bound`] |
+//! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
+//! | what it costs on the emulated chip | [`mod@bench`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
 
+pub mod bench;
 pub mod bound;
 pub mod cli;
 pub mod commands;
@@ -25,5 +27,6 @@ mod names;
 pub mod output;
 pub mod picture;
 pub mod replay;
+pub mod simulated;
 mod svg;
 pub mod table_fit;

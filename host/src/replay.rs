@@ -5,7 +5,7 @@ use ads1258::Ads1258;
 use anyhow::{Context, Result};
 use embedded_hal::delay::DelayNs;
 use hal_mock::Rig;
-use ridgetone::frame::TimedConversion;
+use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
 use ridgetone::settings::{SCAN, Settings};
 use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
@@ -46,6 +46,35 @@ pub fn run(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let end_s = input.end_s;
+    let mut wire = Wire::new(sink);
+    let mut pipeline = Box::new(Pipeline::new(settings));
+    wire.send(pipeline.hello());
+    let mut count = 0;
+    conversions(input, &mut |timed| {
+        pipeline.push(timed, &mut |event| wire.send(event));
+        wire.result()?;
+        count += 1;
+        if count % PROGRESS_EVERY == 0 {
+            progress((count * CONVERSION_NS) as f64 * 1e-9, end_s);
+        }
+        Ok(())
+    })?;
+    pipeline.finish(&mut |event| wire.send(event));
+    wire.result()?;
+    Ok(Outcome {
+        received: wire.received,
+        missing: wire.decoder.missing,
+        damaged: wire.decoder.damaged,
+        serial: wire.serial,
+        conversions: count,
+    })
+}
+
+/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`.
+///
+/// # Errors
+/// Those of `take`; the driver and the simulated chip do not agree.
+pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
     let rig = Rig::new(input.scene, input.options);
     rig.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
@@ -57,30 +86,12 @@ pub fn run(
     chip.configure(&SCAN).context("the simulated chip")?;
     chip.start(&mut start)?;
 
-    let mut wire = Wire::new(sink);
-    let mut pipeline = Box::new(Pipeline::new(settings));
-    wire.send(pipeline.hello());
-    let mut conversions = 0;
     while let Some(edge_ns) = rig.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
         // The board's counter wraps after 71 minutes, and the library expects that.
-        let t_us = (edge_ns / 1000) as u32;
-        pipeline.push(TimedConversion { t_us, conversion }, &mut |event| wire.send(event));
-        wire.result()?;
-        conversions += 1;
-        if conversions % PROGRESS_EVERY == 0 {
-            progress((edge_ns as f64 * 1e-3 - f64::from(START_US)) * 1e-6, end_s);
-        }
+        take(TimedConversion { t_us: (edge_ns / 1000) as u32, conversion })?;
     }
-    pipeline.finish(&mut |event| wire.send(event));
-    wire.result()?;
-    Ok(Outcome {
-        received: wire.received,
-        missing: wire.decoder.missing,
-        damaged: wire.decoder.damaged,
-        serial: wire.serial,
-        conversions,
-    })
+    Ok(())
 }
 
 /// Both ends of the wire: events are numbered, encoded, decoded, and handed on.

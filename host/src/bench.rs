@@ -1,0 +1,69 @@
+//! `bench`: what the firmware's steps cost, counted on the emulated Cortex-M4F.
+//!
+//! The image `ridgetone-bench` does the jobs that are written for it ([`ridgetone::workload`]); what it finds must be
+//! what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the image and runs this.
+
+mod emulated;
+mod fits;
+mod frames;
+mod report;
+
+pub use emulated::Jobs;
+pub use fits::Cell;
+pub use frames::Phase;
+pub use report::{Bar, Report};
+
+use anyhow::{Result, ensure};
+use clap::Args;
+use ridgetone::telemetry::WIRE_MAX;
+use ridgetone::workload::{Job, Measured, Wire, longest_packet};
+use std::path::{Path, PathBuf};
+
+/// `bench`
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// The image of the benchmark.
+    #[arg(long, value_name = "FILE.elf")]
+    pub elf: PathBuf,
+    /// Flash that the board's image takes, bytes.
+    #[arg(long)]
+    pub flash_bytes: u64,
+    /// RAM that its statics take, bytes.
+    #[arg(long)]
+    pub ram_bytes: u64,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the benchmark. `flash_bytes` and `ram_bytes` are those of the board's image.
+///
+/// # Errors
+/// The emulator or the image fails; the chip and this PC do not find the same.
+pub fn run(elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
+    let fits = fits::Fits::new()?;
+    let frames = frames::Frames::new()?;
+    let mut jobs = Jobs::default();
+    fits.write(&mut jobs);
+    frames.write(&mut jobs);
+    jobs.add(Job::Encode);
+    let mut measured = jobs.run(elf)?.into_iter();
+
+    let cells = fits.read(&mut measured)?;
+    let phases = frames.read(&mut measured)?;
+    let (encode_instructions, wire) = message(&mut measured)?;
+    let mut bytes = [0; WIRE_MAX];
+    let used = Wire::write(&longest_packet(), &mut bytes);
+    ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
+    ensure!(measured.next().is_none(), "the benchmark told more than it was asked");
+    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), flash_bytes, ram_bytes))
+}
+
+/// The next measurement, which must be that of a packet.
+fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
+    let next = measured.next();
+    let Some(Measured::Message { instructions, wire }) = next else {
+        anyhow::bail!("the benchmark told of {next:?} where a packet was due");
+    };
+    Ok((instructions, wire))
+}
