@@ -10,7 +10,7 @@ use std::path::Path;
 /// Installs what is missing, builds, runs, and tells where the picture is.
 pub fn run(svg: &Path) -> Result<()> {
     setup::qemu()?;
-    let elf = images::build(Board::Emulated)?;
+    let (elf, _) = images::build(Board::Emulated.image())?;
     let svg = root().join(svg);
     if let Some(folder) = svg.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;

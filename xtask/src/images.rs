@@ -1,15 +1,26 @@
 //! The firmware images: building, checking, flashing.
 
-use crate::inspect::{self, Sizes};
+use crate::inspect::{self, Interrupt, Sizes};
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, run, target_dir, tell};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// The firmware's binary in `Cargo.toml`.
-const BINARY: &str = "ridgetone-firmware";
+/// An image there is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Its feature in `Cargo.toml`, and its folder.
+    name: &'static str,
+    /// Its binary in `Cargo.toml`.
+    binary: &'static str,
+    /// Interrupts that it is about.
+    interrupts: &'static [Interrupt],
+}
+
+/// The benchmark in the emulator.
+pub const BENCH: Image = Image { name: "bench", binary: "ridgetone-bench", interrupts: &[] };
 
 /// The chip's name at probe-rs.
 const CHIP: &str = "STM32F405RGTx";
@@ -27,64 +38,68 @@ impl Board {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::FeatherF405, Self::Emulated];
 
-    /// Name of its feature and its folder.
-    pub const fn name(self) -> &'static str {
-        match self {
+    /// Its firmware.
+    pub const fn image(self) -> Image {
+        let name = match self {
             Self::FeatherF405 => "feather-f405",
             Self::Emulated => "emulated",
-        }
+        };
+        // DRDY's interrupt is what the firmware is about.
+        Image { name, binary: "ridgetone-firmware", interrupts: &[inspect::DRDY] }
     }
 }
 
-/// Builds an image and checks it. Gives its path: `target/firmware/<board>/ridgetone-firmware.elf`.
-pub fn build(board: Board) -> Result<PathBuf> {
+/// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and its
+/// sizes.
+pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
+    let Image { name, binary, interrupts } = image;
     let toolchain = Toolchain::find_or_install()?;
-    tell(format_args!("building the image for {}, which may take a minute the first time", board.name()));
+    tell(format_args!("building the image {name}, which may take a minute the first time"));
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", BINARY, "--features", board.name()]);
-    run(&mut cargo).with_context(|| format!("the image for {} does not build", board.name()))?;
+    cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", binary, "--features", name]);
+    run(&mut cargo).with_context(|| format!("the image {name} does not build"))?;
 
-    let built = target_dir().join(TARGET).join("release").join(BINARY);
-    let folder = target_dir().join("firmware").join(board.name());
-    let image = folder.join(BINARY).with_extension("elf");
+    let built = target_dir().join(TARGET).join("release").join(binary);
+    let folder = target_dir().join("firmware").join(name);
+    let image = folder.join(binary).with_extension("elf");
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     fs::copy(&built, &image).with_context(|| format!("cannot copy {}", built.display()))?;
-    sizes(&image)?;
-    Ok(image)
+    let sizes = sizes(&image, interrupts)?;
+    Ok((image, sizes))
 }
 
 /// Sizes of an image that is fit to run.
-pub fn sizes(image: &std::path::Path) -> Result<Sizes> {
+fn sizes(image: &Path, interrupts: &[Interrupt]) -> Result<Sizes> {
     let bytes = fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
-    inspect::check(&bytes).with_context(|| format!("{} is not fit to run", image.display()))
+    inspect::check(&bytes, interrupts).with_context(|| format!("{} is not fit to run", image.display()))
 }
 
 /// Builds one image or all, and tells their sizes.
 pub fn build_and_tell(board: Option<Board>) -> Result<()> {
     let boards = board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);
     for board in boards {
-        let image = build(board)?;
-        println!("{:<12} {}", board.name(), sizes(&image)?);
-        println!("{:<12} {}", "", image.display());
+        let (path, sizes) = build(board.image())?;
+        println!("{:<12} {sizes}", board.image().name);
+        println!("{:<12} {}", "", path.display());
     }
     Ok(())
 }
 
-/// Lints the firmware for every board. Debian's packages have no clippy: with them the compiler's own
+/// Lints the firmware for every board, and the benchmark. Debian's packages have no clippy: with them the compiler's own
 /// warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for board in Board::ALL {
-        tell(format_args!("linting the firmware for {}", board.name()));
+    for Image { name, binary, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH]) {
+        tell(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });
-        cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", BINARY, "--features", board.name()]);
+        cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", binary, "--features", name]);
         if clippy {
             cargo.args(["--", "-D", "warnings"]);
         } else {
             cargo.env("RUSTFLAGS", "-D warnings");
         }
-        run(&mut cargo).with_context(|| format!("the firmware for {} has faults", board.name()))?;
+        run(&mut cargo).with_context(|| format!("the image {name} has faults"))?;
     }
     Ok(())
 }
@@ -94,6 +109,6 @@ pub fn flash() -> Result<()> {
     let Some(probe_rs) = find("probe-rs") else {
         bail!("probe-rs is missing; install it with `cargo install probe-rs-tools --locked` or from https://probe.rs");
     };
-    let image = build(Board::FeatherF405)?;
+    let (image, _) = build(Board::FeatherF405.image())?;
     run(clean(probe_rs).args(["run", "--chip", CHIP]).arg(image))
 }

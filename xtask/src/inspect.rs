@@ -10,8 +10,17 @@ const FLASH_BYTES: u64 = 1024 * 1024;
 /// Its main RAM, bytes.
 const RAM_BYTES: u64 = 128 * 1024;
 
-/// Place of EXTI4 (interrupt 10) in the vector table, words: sixteen of the processor's own before it.
-const EXTI4_WORD: usize = 16 + 10;
+/// An interrupt that an image must have a handler for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Interrupt {
+    /// Its name, which is its handler's symbol.
+    pub name: &'static str,
+    /// Its place in the vector table, words.
+    pub word: usize,
+}
+
+/// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before the first.
+pub const DRDY: Interrupt = Interrupt { name: "EXTI4", word: 16 + 10 };
 
 /// What an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +40,8 @@ impl fmt::Display for Sizes {
     }
 }
 
-/// Checks an ELF image and measures it.
-pub fn check(image: &[u8]) -> Result<Sizes> {
+/// Checks an ELF image, which must handle `interrupts`, and measures it.
+pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let file = object::File::parse(image).context("no ELF file")?;
     let section = |name: &str| {
         let section = file.section_by_name(name).with_context(|| format!("no section {name}"))?;
@@ -56,9 +65,10 @@ pub fn check(image: &[u8]) -> Result<Sizes> {
     // Bit 0 of a vector says Thumb.
     let reset = vector(1)?;
     ensure!(reset & 1 == 1 && code.contains(&(reset - 1)), "the reset vector {reset:#x} does not point to code");
-    // DRDY's interrupt is what the firmware is about.
-    if vector(EXTI4_WORD)? | 1 != symbol("EXTI4")? | 1 || symbol("EXTI4")? == symbol("DefaultHandler")? {
-        bail!("the interrupt EXTI4 has no handler");
+    for Interrupt { name, word } in interrupts {
+        if vector(*word)? | 1 != symbol(name)? | 1 || symbol(name)? == symbol("DefaultHandler")? {
+            bail!("the interrupt {name} has no handler");
+        }
     }
 
     let sum = |names: &[&str]| names.iter().flat_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
@@ -71,7 +81,7 @@ pub fn check(image: &[u8]) -> Result<Sizes> {
 
 #[cfg(test)]
 mod tests {
-    use super::check;
+    use super::{DRDY, check};
     use object::write::{Object, Symbol, SymbolSection};
     use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
 
@@ -80,7 +90,7 @@ mod tests {
         let mut vectors = [default | 1; 98];
         vectors[0] = 0x2000_8000;
         vectors[1] = 1;
-        vectors[super::EXTI4_WORD] = drdy | 1;
+        vectors[DRDY.word] = drdy | 1;
         let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
         let table: Vec<u8> = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
         for (name, content) in [(".vector_table", table), (".text", vec![0; code])] {
@@ -105,12 +115,12 @@ mod tests {
     }
 
     fn refused(image: &[u8]) -> String {
-        format!("{:#}", check(image).expect_err("it is refused"))
+        format!("{:#}", check(image, &[DRDY]).expect_err("it is refused"))
     }
 
     #[test]
     fn an_image_with_code_is_measured() {
-        let sizes = check(&image(1000, 64, 32)).expect("it passes");
+        let sizes = check(&image(1000, 64, 32), &[DRDY]).expect("it passes");
         assert_eq!((sizes.flash, sizes.ram, sizes.stack), (4 * 98 + 1000, 0, 0x8000));
     }
 
@@ -122,11 +132,12 @@ mod tests {
     #[test]
     fn an_image_without_the_interrupt_is_refused() {
         assert!(refused(&image(1000, 32, 32)).contains("EXTI4"));
+        assert!(check(&image(1000, 32, 32), &[]).is_ok(), "if it needs none");
     }
 
     #[test]
     fn what_is_no_image_is_refused() {
-        assert!(check(b"").is_err());
-        assert!(check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0]).is_err());
+        assert!(check(b"", &[]).is_err());
+        assert!(check(&[0x7f, b'E', b'L', b'F', 1, 1, 1, 0], &[]).is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! `cargo xtask`: what one does with the workspace besides building it.
 
+mod bench;
 mod demo;
 mod images;
 mod inspect;
@@ -31,6 +32,12 @@ enum Task {
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
     },
+    /// Counts the instructions of the firmware's steps on the emulated chip, beside the bars they have to meet.
+    Bench {
+        /// Print one JSON object.
+        #[arg(long)]
+        json: bool,
+    },
     /// Runs every test, those of the emulated firmware included.
     Test,
     /// Finds or installs what the firmware needs: the core library for Cortex-M, the emulator.
@@ -41,7 +48,7 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Lints the firmware for both boards, warnings denied.
+    /// Lints the firmware for both boards and the benchmark, warnings denied.
     LintFirmware,
     /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
     Flash,
@@ -50,6 +57,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg } => demo::run(&svg),
+        Task::Bench { json } => bench::run(json),
         Task::Test => test::run(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),

@@ -8,11 +8,16 @@ use anyhow::{Context, Result};
 /// Runs the tests that need no emulator, then those that do, on an image built from this tree.
 pub fn run() -> Result<()> {
     setup::qemu()?;
-    images::build(Board::Emulated)?;
+    images::build(Board::Emulated.image())?;
+    let (bench, _) = images::build(images::BENCH)?;
     tell("tests that need no emulator");
     tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
     emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--", "--ignored"]);
-    tools::run(&mut emulated).context("tests of the emulated firmware")
+    tools::run(&mut emulated).context("tests of the emulated firmware")?;
+    tell("the test of the benchmark");
+    let mut counted = clean("cargo");
+    counted.args(["test", "--package", "ridgetone-host", "--test", "bench", "--", "--ignored"]);
+    tools::run(counted.env("RIDGETONE_BENCH_ELF", bench)).context("the test of the benchmark")
 }
