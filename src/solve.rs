@@ -19,8 +19,10 @@ pub const CYCLES_MIN: f32 = 0.6;
 pub const CYCLES_FOR_SLOPE: f32 = 2.0;
 /// Gauss-Newton steps at the most; three do from a periodogram's peak.
 const STEPS_MAX: usize = 8;
-/// A step this small against the uncertainty ends the search.
+/// An error of the last step this small against the uncertainty is none.
 const STEP_DONE: f32 = 0.02;
+/// Share of the residuals that the last step may still take off them.
+const RESIDUAL_EXCESS: f32 = 0.01;
 
 /// What is fitted at one frequency.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +58,8 @@ pub struct Solution {
     pub nu: f32,
     /// What was fitted.
     pub shape: Shape,
+    /// Frames that counted.
+    frames: f32,
     /// Each channel's model.
     pub models: [Model; TAXELS],
     /// Residual sums of squares.
@@ -70,6 +74,21 @@ pub struct Solution {
     pub offset: [f32; HARMONICS_MAX],
     /// Standard deviation of that.
     pub offset_sigma: [f32; HARMONICS_MAX],
+}
+
+impl Solution {
+    /// Whether the step leads to the maximum, so that nothing has to be solved again there.
+    fn arrives(&self) -> bool {
+        let step = self.step.abs();
+        let done = STEP_DONE / libm::sqrtf(self.information);
+        // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
+        // with its cube (the waves' third-order terms), and what the residuals are too large by with
+        // its square.
+        let angle = 2.0 * PI * self.shape.harmonics as f32 * step;
+        let samples = self.rest.iter().filter(|rest| **rest > 0.0).count() as f32 * self.frames;
+        (0.1 * angle * angle * step <= done && step * step * self.information <= RESIDUAL_EXCESS * samples)
+            || step < 1e-6 * self.nu
+    }
 }
 
 /// Smallest residual sum of squares that f32 sums can tell from rounding.
@@ -115,6 +134,7 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     let mut out = Solution {
         nu,
         shape,
+        frames,
         models: [Model::default(); TAXELS],
         rest: [0.0; TAXELS],
         step: 0.0,
@@ -225,13 +245,12 @@ pub fn converge<S: FrameSource>(
         let Some(solution) = solve(&moments, levels, at, shape) else { return Some(None) };
         // A quarter of a cycle per half window is half a bin: further away the slope misleads.
         let step = solution.step.clamp(-0.25, 0.25);
-        let sigma = 1.0 / libm::sqrtf(solution.information);
-        let done = solution.step.abs() <= STEP_DONE * sigma || solution.step.abs() < 1e-6 * at;
-        best = Some(solution);
+        at = (at + step).clamp(least, greatest);
+        let done = solution.arrives();
+        best = Some(Solution { nu: at, ..solution });
         if done {
             break;
         }
-        at = (at + step).clamp(least, greatest);
     }
     Some(best)
 }
