@@ -54,4 +54,5 @@ pub mod solve;
 pub mod spectrum;
 pub mod tally;
 pub mod telemetry;
+mod waves;
 pub mod window;

@@ -6,7 +6,7 @@
 //! in each channel.
 
 use crate::levels::Levels;
-use crate::moments::{Correlation, HARMONICS_MAX, Model, Moments, Stretch, Wave, moments};
+use crate::moments::{Correlation, HARMONICS_MAX, Model, Moments, Stretch, Wave, Weight, moments};
 use crate::normal::{Cholesky, UNKNOWNS, Vector};
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
@@ -105,7 +105,8 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     for i in 0..size {
         for j in 0..=i {
             let ((a, p), (b, q)) = (shape.function(i), shape.function(j));
-            normal[i][j] = sums.product(p + q, a, b);
+            let weight = [Weight::One, Weight::U, Weight::UU][p + q];
+            normal[i][j] = sums.product(weight, a, b);
         }
     }
     let normal = Cholesky::new(&normal, size)?;
@@ -119,14 +120,15 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     for (d, across) in across.iter_mut().enumerate().take(waves) {
         for (i, across) in across.iter_mut().enumerate().take(size) {
             let (b, p) = shape.function(i);
-            *across = sums.product(1 + p, wave(d), b);
+            let weight = if p == 0 { Weight::Lever } else { Weight::LeverU };
+            *across = sums.product(weight, wave(d), b);
         }
     }
     for d in 0..waves {
         let solved = normal.solve(&across[d]);
         for e in 0..waves {
             let common: f32 = (0..size).map(|i| solved[i] * across[e][i]).sum();
-            spread[d][e] = sums.product(2, wave(d), wave(e)) - common;
+            spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
         }
     }
 
@@ -165,7 +167,7 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             let turn = 2.0 * PI * (h + 1) as f32;
             let (cos, sin) = (out.models[c].cos[h], out.models[c].sin[h]);
             let (sum, factor) =
-                if d % 2 == 0 { (channel.u_cos[h], turn * sin) } else { (channel.u_sin[h], -turn * cos) };
+                if d % 2 == 0 { (channel.lever_cos[h], turn * sin) } else { (channel.lever_sin[h], -turn * cos) };
             along[d] = factor;
             left[d] = sum - (0..size).map(|i| across[d][i] * beta[i]).sum::<f32>();
         }
