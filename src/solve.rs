@@ -7,7 +7,7 @@
 
 use crate::levels::Levels;
 use crate::moments::{Correlation, HARMONICS_MAX, Model, Moments, Stretch, Wave, Weight, moments};
-use crate::normal::{Cholesky, UNKNOWNS, Vector};
+use crate::normal::{Cholesky, UNKNOWNS, Vector, dot};
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 use core::f32::consts::PI;
@@ -127,8 +127,10 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     for d in 0..waves {
         let solved = normal.solve(&across[d]);
         for e in 0..waves {
-            let common: f32 = (0..size).map(|i| solved[i] * across[e][i]).sum();
-            spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
+            if e <= d {
+                let common = dot(&solved[..size], &across[e]);
+                spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
+            }
         }
     }
 
@@ -145,8 +147,9 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
         offset: [0.0; HARMONICS_MAX],
         offset_sigma: [0.0; HARMONICS_MAX],
     };
-    let mut pull = 0.0;
-    let (mut line_pull, mut line_information) = ([0.0; HARMONICS_MAX], [0.0; HARMONICS_MAX]);
+    let mut line_pull = [0.0; HARMONICS_MAX];
+    // Weighted sums over the channels of the products of the derivatives' factors, lower triangle.
+    let mut factors = [[0.0; 2 * HARMONICS_MAX]; 2 * HARMONICS_MAX];
     for c in 0..TAXELS {
         if levels.usable & 1 << c == 0 {
             continue;
@@ -154,7 +157,7 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
         let channel = &moments.channels[c];
         let right = right_side(channel, levels, c, &shape);
         let beta = normal.solve(&right);
-        let explained: f32 = (0..size).map(|i| beta[i] * right[i]).sum();
+        let explained = dot(&beta[..size], &right);
         let rest = (levels.yy[c] - explained).max(floor(levels.yy[c], frames));
         let weight = (frames - size as f32).max(1.0) / rest;
         out.rest[c] = rest;
@@ -169,17 +172,13 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             let (sum, factor) =
                 if d % 2 == 0 { (channel.lever_cos[h], turn * sin) } else { (channel.lever_sin[h], -turn * cos) };
             along[d] = factor;
-            left[d] = sum - (0..size).map(|i| across[d][i] * beta[i]).sum::<f32>();
+            left[d] = sum - dot(&across[d][..size], &beta);
         }
         for d in 0..waves {
-            pull += weight * along[d] * left[d];
-            line_pull[d / 2] += weight * along[d] * left[d];
-            for e in 0..waves {
-                let part = weight * along[d] * spread[d][e] * along[e];
-                out.information += part;
-                if d / 2 == e / 2 {
-                    line_information[d / 2] += part;
-                }
+            let weighted = weight * along[d];
+            line_pull[d / 2] += weighted * left[d];
+            for (factor, along) in factors[d].iter_mut().zip(&along[..=d]) {
+                *factor += weighted * along;
             }
         }
         for h in 0..shape.harmonics {
@@ -187,10 +186,20 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             out.power[h] += weight * 0.5 * frames * (cos * cos + sin * sin);
         }
     }
+    let mut line_information = [0.0; HARMONICS_MAX];
+    for d in 0..waves {
+        for e in 0..=d {
+            let part = if e < d { 2.0 } else { 1.0 } * factors[d][e] * spread[d][e];
+            out.information += part;
+            if d / 2 == e / 2 {
+                line_information[d / 2] += part;
+            }
+        }
+    }
     if !(out.information > 0.0) {
         return None;
     }
-    out.step = pull / out.information;
+    out.step = line_pull.iter().sum::<f32>() / out.information;
     for h in 0..shape.harmonics {
         if line_information[h] > 0.0 {
             out.offset[h] = (h + 1) as f32 * line_pull[h] / line_information[h];
