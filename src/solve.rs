@@ -85,6 +85,10 @@ impl Solution {
         // with its cube (the waves' third-order terms), and what the residuals are too large by with
         // its square.
         let angle = 2.0 * PI * self.shape.harmonics as f32 * step;
+        // Below two cycles the waves lean on offset and slope too, and a step errs by more than that.
+        if 2.0 * self.nu < CYCLES_FOR_SLOPE {
+            return step <= done || step < 1e-6 * self.nu;
+        }
         let samples = self.rest.iter().filter(|rest| **rest > 0.0).count() as f32 * self.frames;
         (0.1 * angle * angle * step <= done && step * step * self.information <= RESIDUAL_EXCESS * samples)
             || step < 1e-6 * self.nu
