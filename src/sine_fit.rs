@@ -6,7 +6,8 @@
 //! the inverse of the same normal equations.
 
 use crate::levels::{Levels, levels};
-use crate::moments::{HARMONICS_MAX, Stretch, residuals};
+use crate::moments::{HARMONICS_MAX, Stretch};
+use crate::residuals::residuals;
 use crate::search::{
     Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
 };

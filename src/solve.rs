@@ -6,8 +6,9 @@
 //! in each channel.
 
 use crate::levels::Levels;
-use crate::moments::{Correlation, HARMONICS_MAX, Model, Moments, Stretch, Wave, Weight, moments};
+use crate::moments::{Correlation, HARMONICS_MAX, Moments, Stretch, Wave, Weight, moments};
 use crate::normal::{Cholesky, UNKNOWNS, Vector, dot};
+use crate::residuals::Model;
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 use core::f32::consts::PI;
