@@ -87,6 +87,8 @@ pub struct ContactDetector {
     loaded: Values,
     peak: Values,
     peak_frame: [u32; TAXELS],
+    /// Frame of the touch's spike: no slide begins before it.
+    touched: u32,
     /// Blocks in a row without a quick, and without any, change.
     still_quick: u32,
     still: u32,
@@ -109,6 +111,7 @@ impl ContactDetector {
             loaded: [0.0; TAXELS],
             peak: [0.0; TAXELS],
             peak_frame: [0; TAXELS],
+            touched: 0,
             still_quick: 0,
             still: 0,
             planned: None,
@@ -188,7 +191,8 @@ impl ContactDetector {
                 let any = any + (block.quick || block.slow) as u32;
                 if self.released(number, &block.mean, ring, changed) {
                 } else if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
-                    let start = departure_from(&self.motion, &held, from, ring);
+                    let left = departure_from(&self.motion, &held, from, ring);
+                    let start = if left.wrapping_sub(self.touched) < u32::MAX / 2 { left } else { self.touched };
                     self.moving_until = start;
                     self.phase = Phase::Slide(start);
                     changed(Change::SlideStart(start));
@@ -223,6 +227,7 @@ impl ContactDetector {
         self.enter(Phase::Spike(number));
         self.peak = [0.0; TAXELS];
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
+        self.peak_frame = [first; TAXELS];
         for frame in 0..BLOCK_FRAMES + LOOK_BACK {
             let frame = first.wrapping_add(frame);
             if let Some((values, _)) = ring.frame(frame) {
@@ -261,6 +266,7 @@ impl ContactDetector {
             return;
         }
         let frame = self.peak_frame[best];
+        self.touched = frame;
         self.planned = match self.rule {
             SlideRule::Found => None,
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
