@@ -1,7 +1,7 @@
 //! The commands: arguments in, output out.
 
 use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
-use crate::input::{Opened, Source, frame_rate_hz};
+use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::table_fit::{self, Selection};
@@ -118,6 +118,7 @@ struct TruthJson<'a> {
 fn scene(args: &SceneArgs) -> Result<()> {
     let mut scene = SlidingScene::new(args.scene.sliding())?;
     let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
+    check_length("the scene", truth.end_s)?;
     output::whole_file(&args.output, |file| {
         rows = write_csv(&mut scene, rate_hz, file)?;
         Ok(())
