@@ -5,6 +5,7 @@
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
 //! begin to change and ends when they stop, both dated back to the frame where it happened.
 
+use crate::dating::{arrival_at, departure_from};
 use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
 use crate::window::{Ring, Values};
@@ -34,10 +35,6 @@ const SLIDE_BLOCKS: u32 = 9;
 const SLOW_SLIDE_BLOCKS: u32 = 22;
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
-/// A frame this far from a level is not at that level: chi-square of 16, mean and 4.5 times 5.7.
-const DEPARTED: f32 = 42.0;
-/// Frames that are searched for the moment when a motion began or ended: 0.66 s.
-const SEARCH_FRAMES: u32 = 160;
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +87,8 @@ pub struct ContactDetector {
     loaded: Values,
     peak: Values,
     peak_frame: [u32; TAXELS],
+    /// Frame of the touch's spike: no slide begins before it.
+    touched: u32,
     /// Blocks in a row without a quick, and without any, change.
     still_quick: u32,
     still: u32,
@@ -112,6 +111,7 @@ impl ContactDetector {
             loaded: [0.0; TAXELS],
             peak: [0.0; TAXELS],
             peak_frame: [0; TAXELS],
+            touched: 0,
             still_quick: 0,
             still: 0,
             planned: None,
@@ -191,7 +191,8 @@ impl ContactDetector {
                 let any = any + (block.quick || block.slow) as u32;
                 if self.released(number, &block.mean, ring, changed) {
                 } else if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
-                    let start = self.departure_from(&held, from, ring);
+                    let left = departure_from(&self.motion, &held, from, ring);
+                    let start = if left.wrapping_sub(self.touched) < u32::MAX / 2 { left } else { self.touched };
                     self.moving_until = start;
                     self.phase = Phase::Slide(start);
                     changed(Change::SlideStart(start));
@@ -226,6 +227,7 @@ impl ContactDetector {
         self.enter(Phase::Spike(number));
         self.peak = [0.0; TAXELS];
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
+        self.peak_frame = [first; TAXELS];
         for frame in 0..BLOCK_FRAMES + LOOK_BACK {
             let frame = first.wrapping_add(frame);
             if let Some((values, _)) = ring.frame(frame) {
@@ -264,6 +266,7 @@ impl ContactDetector {
             return;
         }
         let frame = self.peak_frame[best];
+        self.touched = frame;
         self.planned = match self.rule {
             SlideRule::Found => None,
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
@@ -327,7 +330,7 @@ impl ContactDetector {
 
     fn release(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
         let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
-        let frame = self.arrival_at(&level, number, ring);
+        let frame = arrival_at(&self.motion, &level, number, ring);
         self.before = self.idle;
         self.idle = level;
         self.planned = None;
@@ -362,7 +365,7 @@ impl ContactDetector {
         }
         let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
         let steady = self.still_quick >= STILL_BLOCKS;
-        let end = if steady { self.arrival_at(&level, number, ring) } else { self.moving_until };
+        let end = if steady { arrival_at(&self.motion, &level, number, ring) } else { self.moving_until };
         let loaded = self.loaded;
         self.enter(Phase::Hold);
         changed(Change::SlideEnd(start, end));
@@ -390,45 +393,5 @@ impl ContactDetector {
             Phase::Slide(_) => self.moving_until = number.wrapping_add(1),
             _ => {}
         }
-    }
-
-    fn departed(&self, frame: u32, level: &Values, ring: &Ring) -> bool {
-        ring.frame(frame).is_some_and(|(values, _)| self.motion.distance(values, level) > DEPARTED)
-    }
-
-    /// The first frame off `level` of the stretch that is off it around frame `from`: back from
-    /// there as long as frames are off the level, else forward to the first that is.
-    fn departure_from(&self, level: &Values, from: u32, ring: &Ring) -> u32 {
-        let mut first = from;
-        let mut ahead = 0;
-        while ahead < SEARCH_FRAMES && !self.departed(first, level, ring) {
-            first = first.wrapping_add(1);
-            ahead += 1;
-        }
-        if ahead > 0 {
-            return if ahead < SEARCH_FRAMES { first } else { from };
-        }
-        for _ in 0..SEARCH_FRAMES {
-            let before = first.wrapping_sub(1);
-            // Two frames at the level: one alone may be a wave passing through it.
-            if !self.departed(before, level, ring) && !self.departed(before.wrapping_sub(1), level, ring) {
-                break;
-            }
-            first = before;
-        }
-        first
-    }
-
-    /// The first frame of the stretch up to `number` that is at `level` throughout.
-    fn arrival_at(&self, level: &Values, number: u32, ring: &Ring) -> u32 {
-        let mut frame = number;
-        for _ in 0..SEARCH_FRAMES {
-            // Two frames off the level: one alone may be noise.
-            if self.departed(frame, level, ring) && self.departed(frame.wrapping_sub(1), level, ring) {
-                return frame.wrapping_add(1);
-            }
-            frame = frame.wrapping_sub(1);
-        }
-        number
     }
 }

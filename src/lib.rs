@@ -12,12 +12,13 @@
 //! |---|---|
 //! | [`settings`] | what a user may set, with units, bounds and where each default comes from |
 //! | [`frame`] | conversions become 16-channel frames, by the chip's own channel id |
-//! | [`motion`], [`contact`] | is anything moving; idle, contact spike, hold, slide, release |
+//! | [`motion`], [`contact`], [`dating`] | is anything moving; idle, contact spike, hold, slide, release; since when |
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
 //! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
 //! | [`levels`], [`moments`] | one pass over a window each: all that the fit needs to know of it |
 //! | [`spectrum`], [`search`] | a periodogram over the channels, and the fundamental in it: the first guess |
 //! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
+//! | [`residuals`] | what a solution leaves, sample by sample |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
@@ -37,6 +38,7 @@
 
 pub mod bridge;
 pub mod contact;
+pub mod dating;
 pub mod detector;
 pub mod frame;
 pub mod levels;
@@ -47,6 +49,7 @@ pub mod normal;
 pub mod outbox;
 pub mod phase;
 pub mod pipeline;
+pub mod residuals;
 pub mod search;
 pub mod settings;
 pub mod sine_fit;
@@ -54,5 +57,6 @@ pub mod solve;
 pub mod spectrum;
 pub mod tally;
 pub mod telemetry;
+mod waves;
 pub mod window;
 pub mod workload;

@@ -5,13 +5,17 @@
 //! conversion are left out of every sum.
 
 use crate::levels::Levels;
-use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
+use crate::waves::{Oscillator, Waves};
 use crate::window::{FrameSource, Values};
 
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
 
+/// Frames that share a lever in a long window.
+pub(crate) const GROUP: usize = 8;
+/// Of them in a block.
+pub(crate) const GROUPS: usize = BLOCK / GROUP;
 /// Frames read at a time: the time the ring is locked, and the stretch over which the rotation of
 /// a phasor is taken from a table.
 pub(crate) const BLOCK: usize = 16;
@@ -80,13 +84,40 @@ impl<'a, S: FrameSource> Stretch<'a, S> {
     }
 }
 
-/// Sums of the harmonics alone, over the frames that count: sums of u^w cos(k theta) and
-/// u^w sin(k theta) for w = 0, 1, 2 and k = 0 ..= 2 x harmonics.
+/// Sums of the harmonics alone, over the frames that count: weight x cos(k theta) and
+/// weight x sin(k theta) for every [`Weight`] and k = 0 ..= 2 x harmonics.
 #[derive(Clone, Debug)]
 pub struct Trigonometric {
-    cos: [[f32; 2 * HARMONICS_MAX + 1]; 3],
-    sin: [[f32; 2 * HARMONICS_MAX + 1]; 3],
+    /// The lever is `u`: sums with it are those with `u`.
+    exact: bool,
+    cos: [[f32; ORDERS]; WEIGHTS],
+    sin: [[f32; ORDERS]; WEIGHTS],
 }
+
+/// Orders of the sums: products of two harmonics have up to twice the order of either.
+const ORDERS: usize = 2 * HARMONICS_MAX + 1;
+
+/// What a sum is weighted with. `Lever` is `u` in the derivative by frequency, and in long windows the
+/// same for eight frames at a time. That leaves the estimate without bias, since the residuals of the
+/// true model have nothing in common with the waves under any lever, and costs it less than a 400th
+/// of its information.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// 1
+    One,
+    /// u
+    U,
+    /// u squared
+    UU,
+    /// lever
+    Lever,
+    /// lever x u
+    LeverU,
+    /// lever squared
+    LeverLever,
+}
+
+const WEIGHTS: usize = 6;
 
 /// One of the functions a channel is made of, but for a power of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,9 +131,14 @@ pub enum Wave {
 }
 
 impl Trigonometric {
-    /// Sum of u^power x a x b, power 0 to 2.
-    pub fn product(&self, power: usize, a: Wave, b: Wave) -> f32 {
-        let (cos, sin) = (&self.cos[power], &self.sin[power]);
+    /// Sum of weight x a x b.
+    pub fn product(&self, weight: Weight, a: Wave, b: Wave) -> f32 {
+        let weight = match weight {
+            Weight::Lever if self.exact => Weight::U,
+            Weight::LeverU | Weight::LeverLever if self.exact => Weight::UU,
+            weight => weight,
+        };
+        let (cos, sin) = (&self.cos[weight as usize], &self.sin[weight as usize]);
         let signed = |to: usize, from: usize| if to >= from { sin[to - from] } else { -sin[from - to] };
         match (a, b) {
             (Wave::One, Wave::One) => cos[0],
@@ -111,6 +147,15 @@ impl Trigonometric {
             (Wave::Cos(i), Wave::Cos(j)) => 0.5 * (cos[i.abs_diff(j)] + cos[i + j]),
             (Wave::Sin(i), Wave::Sin(j)) => 0.5 * (cos[i.abs_diff(j)] - cos[i + j]),
             (Wave::Cos(i), Wave::Sin(j)) | (Wave::Sin(j), Wave::Cos(i)) => 0.5 * (sin[i + j] + signed(j, i)),
+        }
+    }
+
+    /// Adds to the sums of order `k`, in the order of [`Weight`].
+    #[inline(always)]
+    pub(crate) fn add<const N: usize>(&mut self, k: usize, cos: [f32; N], sin: [f32; N]) {
+        for w in 0..N {
+            self.cos[w][k] += cos[w];
+            self.sin[w][k] += sin[w];
         }
     }
 }
@@ -122,10 +167,19 @@ pub struct Correlation {
     pub cos: [f32; HARMONICS_MAX],
     /// Sums of y sin(h theta).
     pub sin: [f32; HARMONICS_MAX],
-    /// Sums of u y cos(h theta).
-    pub u_cos: [f32; HARMONICS_MAX],
-    /// Sums of u y sin(h theta).
-    pub u_sin: [f32; HARMONICS_MAX],
+    /// Sums of lever y cos(h theta).
+    pub lever_cos: [f32; HARMONICS_MAX],
+    /// Sums of lever y sin(h theta).
+    pub lever_sin: [f32; HARMONICS_MAX],
+}
+
+impl Correlation {
+    fn add(&mut self, h: usize, cos: f32, sin: f32, lever_cos: f32, lever_sin: f32) {
+        self.cos[h] += cos;
+        self.sin[h] += sin;
+        self.lever_cos[h] += lever_cos;
+        self.lever_sin[h] += lever_sin;
+    }
 }
 
 /// What one pass at one frequency gives.
@@ -137,60 +191,8 @@ pub struct Moments {
     pub channels: [Correlation; TAXELS],
 }
 
-/// The harmonics over one block of frames, zero where a frame is missing.
-struct Waves {
-    u: [f32; BLOCK],
-    cos: [[f32; BLOCK]; HARMONICS_MAX],
-    sin: [[f32; BLOCK]; HARMONICS_MAX],
-}
-
-impl Waves {
-    const fn new() -> Self {
-        Self { u: [0.0; BLOCK], cos: [[0.0; BLOCK]; HARMONICS_MAX], sin: [[0.0; BLOCK]; HARMONICS_MAX] }
-    }
-}
-
-/// Makes the harmonics of a frequency block after block, without drifting: each block starts from
-/// the exact phase and is turned by a table.
-struct Oscillator {
-    turn: [(f32, f32); BLOCK],
-    phase_0: u32,
-    step: u32,
-    u_0: f32,
-    u_step: f32,
-}
-
-impl Oscillator {
-    fn new<S: FrameSource>(stretch: &Stretch<'_, S>, nu: f32) -> Self {
-        let step = from_turns(nu / stretch.half());
-        let mut turn = [(1.0, 0.0); BLOCK];
-        for (i, turn) in turn.iter_mut().enumerate() {
-            *turn = cos_sin(step.wrapping_mul(i as u32));
-        }
-        // Phase zero at the centre, which lies half way between two frames if their number is even.
-        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
-        let phase_0 = (back as u32).wrapping_neg();
-        Self { turn, phase_0, step, u_0: stretch.u(0), u_step: 1.0 / stretch.half() }
-    }
-
-    fn fill<const H: usize>(&self, block: &Block, waves: &mut Waves) {
-        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
-        for i in 0..BLOCK {
-            let (tc, ts) = self.turn[i];
-            let (mut c1, mut s1) = (c * tc - s * ts, s * tc + c * ts);
-            if block.valid[i] == 0 {
-                (c1, s1) = (0.0, 0.0);
-            }
-            waves.u[i] = self.u_0 + self.u_step * (block.at + i as u32) as f32;
-            let (mut ch, mut sh) = (c1, s1);
-            for h in 0..H {
-                waves.cos[h][i] = ch;
-                waves.sin[h][i] = sh;
-                (ch, sh) = (ch * c1 - sh * s1, sh * c1 + ch * s1);
-            }
-        }
-    }
-}
+/// Windows of at least so many frames take one lever for a group of frames.
+const LONG_WINDOW: u32 = 160;
 
 /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
 /// frames were overwritten.
@@ -200,149 +202,91 @@ pub fn moments<S: FrameSource>(
     nu: f32,
     harmonics: usize,
 ) -> Option<Moments> {
-    match harmonics {
-        0 | 1 => pass::<S, 1>(stretch, levels, nu),
-        2 => pass::<S, 2>(stretch, levels, nu),
-        3 => pass::<S, 3>(stretch, levels, nu),
-        4 => pass::<S, 4>(stretch, levels, nu),
-        _ => pass::<S, HARMONICS_MAX>(stretch, levels, nu),
-    }
-}
-
-fn pass<S: FrameSource, const H: usize>(stretch: &mut Stretch<'_, S>, levels: &Levels, nu: f32) -> Option<Moments> {
-    let oscillator = Oscillator::new(stretch, nu);
+    let oscillator = Oscillator::new(stretch, nu, harmonics.clamp(1, HARMONICS_MAX));
     let mut waves = Waves::new();
     let mut out = Moments {
-        trigonometric: Trigonometric { cos: [[0.0; 11]; 3], sin: [[0.0; 11]; 3] },
+        trigonometric: Trigonometric {
+            exact: stretch.frames < LONG_WINDOW,
+            cos: [[0.0; ORDERS]; WEIGHTS],
+            sin: [[0.0; ORDERS]; WEIGHTS],
+        },
         channels: [Correlation::default(); TAXELS],
     };
-    stretch.blocks(|block| out.add::<H>(&block, &oscillator, &mut waves, levels))?;
+    stretch.blocks(|block| {
+        oscillator.fill(&block, &mut waves);
+        if out.trigonometric.exact {
+            out.add_short(&block, &oscillator, &waves, levels);
+        } else {
+            out.add_long(&block, &oscillator, &waves, levels);
+        }
+    })?;
     Some(out)
 }
 
 impl Moments {
-    /// One block further. On its own, so that there is one copy of it for all kinds of sources.
+    /// A block of a long window. On its own, so that there is one copy of it for all kinds of sources;
+    /// `add_short` likewise.
     #[inline(never)]
-    fn add<const H: usize>(&mut self, block: &Block, oscillator: &Oscillator, waves: &mut Waves, levels: &Levels) {
-        oscillator.fill::<H>(block, waves);
-        for i in 0..BLOCK {
-            if block.valid[i] != 0 {
-                self.trigonometric.add::<H>(waves, i);
-            }
-        }
+    fn add_long(&mut self, block: &Block, oscillator: &Oscillator, waves: &Waves, levels: &Levels) {
+        let levers = oscillator.add_groups(block, waves, &mut self.trigonometric);
         for c in 0..TAXELS {
-            if levels.usable & 1 << c != 0 {
-                self.channels[c].add::<H>(waves, block.values, c, levels.offset[c]);
+            if levels.usable & 1 << c == 0 {
+                continue;
+            }
+            let (y, channel) = (column(block, c, levels.offset[c]), &mut self.channels[c]);
+            for h in 0..oscillator.harmonics {
+                let (wave_cos, wave_sin) = (&waves.cos[h], &waves.sin[h]);
+                let (mut cos, mut sin, mut lever_cos, mut lever_sin) = (0.0, 0.0, 0.0, 0.0);
+                for q in 0..GROUPS {
+                    let (mut c, mut s) = (0.0, 0.0);
+                    for i in GROUP * q..GROUP * (q + 1) {
+                        c += y[i] * wave_cos[i];
+                        s += y[i] * wave_sin[i];
+                    }
+                    cos += c;
+                    sin += s;
+                    lever_cos += levers[q] * c;
+                    lever_sin += levers[q] * s;
+                }
+                channel.add(h, cos, sin, lever_cos, lever_sin);
             }
         }
     }
-}
 
-impl Trigonometric {
-    fn add<const H: usize>(&mut self, waves: &Waves, i: usize) {
-        let (u, c1, s1) = (waves.u[i], waves.cos[0][i], waves.sin[0][i]);
-        let (mut c, mut s) = (1.0, 0.0);
-        for k in 0..=2 * H {
-            let (uc, us) = (u * c, u * s);
-            self.cos[0][k] += c;
-            self.sin[0][k] += s;
-            self.cos[1][k] += uc;
-            self.sin[1][k] += us;
-            self.cos[2][k] += u * uc;
-            self.sin[2][k] += u * us;
-            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
-        }
-    }
-}
-
-impl Correlation {
-    #[inline(always)]
-    fn add<const H: usize>(&mut self, waves: &Waves, values: &[Values; BLOCK], taxel: usize, offset: f32) {
-        let (mut cos, mut sin, mut u_cos, mut u_sin) = ([0.0; H], [0.0; H], [0.0; H], [0.0; H]);
-        for i in 0..BLOCK {
-            let y = values[i][taxel] - offset;
-            let t = waves.u[i] * y;
-            for h in 0..H {
-                let (c, s) = (waves.cos[h][i], waves.sin[h][i]);
-                cos[h] += y * c;
-                sin[h] += y * s;
-                u_cos[h] += t * c;
-                u_sin[h] += t * s;
+    /// A block of a short window: the lever is `u`.
+    #[inline(never)]
+    fn add_short(&mut self, block: &Block, oscillator: &Oscillator, waves: &Waves, levels: &Levels) {
+        oscillator.add_frames(block, waves, &mut self.trigonometric);
+        for c in 0..TAXELS {
+            if levels.usable & 1 << c == 0 {
+                continue;
             }
-        }
-        for h in 0..H {
-            self.cos[h] += cos[h];
-            self.sin[h] += sin[h];
-            self.u_cos[h] += u_cos[h];
-            self.u_sin[h] += u_sin[h];
-        }
-    }
-}
-
-/// What a channel's model is made of: offset, slope, and per harmonic the factors of cosine and sine.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Model {
-    /// Offset beyond [`Levels::offset`].
-    pub offset: f32,
-    /// Slope per unit of `u`.
-    pub slope: f32,
-    /// Factors of cos(h theta).
-    pub cos: [f32; HARMONICS_MAX],
-    /// Factors of sin(h theta).
-    pub sin: [f32; HARMONICS_MAX],
-}
-
-/// Sums of squares of what models leave of each channel, taken sample by sample: the difference of
-/// two sums of squares would drown a small residual in rounding. None if the frames were overwritten.
-pub fn residuals<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    nu: f32,
-    harmonics: usize,
-    models: &[Model; TAXELS],
-) -> Option<Values> {
-    let oscillator = Oscillator::new(stretch, nu);
-    let mut waves = Waves::new();
-    let mut sums = [0f32; TAXELS];
-    let harmonics = harmonics.min(HARMONICS_MAX);
-    stretch.blocks(|block| {
-        oscillator.fill::<HARMONICS_MAX>(&block, &mut waves);
-        add_residuals(&block, &waves, levels, harmonics, models, &mut sums);
-    })?;
-    Some(sums)
-}
-
-/// One block further; on its own like [`Moments::add`].
-#[inline(never)]
-fn add_residuals(
-    block: &Block,
-    waves: &Waves,
-    levels: &Levels,
-    harmonics: usize,
-    models: &[Model; TAXELS],
-    sums: &mut Values,
-) {
-    for (c, model) in models.iter().enumerate() {
-        if levels.usable & 1 << c == 0 {
-            continue;
-        }
-        let zero = levels.offset[c] + model.offset;
-        let mut rest = [0.0; BLOCK];
-        for i in 0..BLOCK {
-            rest[i] = block.values[i][c] - zero - model.slope * waves.u[i];
-        }
-        for h in 0..harmonics {
-            let (cos, sin) = (model.cos[h], model.sin[h]);
+            let (y, channel) = (column(block, c, levels.offset[c]), &mut self.channels[c]);
+            let mut uy = y;
             for i in 0..BLOCK {
-                rest[i] -= cos * waves.cos[h][i] + sin * waves.sin[h][i];
+                uy[i] *= waves.u[i];
+            }
+            for h in 0..oscillator.harmonics {
+                let (wave_cos, wave_sin) = (&waves.cos[h], &waves.sin[h]);
+                let (mut cos, mut sin, mut u_cos, mut u_sin) = (0.0, 0.0, 0.0, 0.0);
+                for i in 0..BLOCK {
+                    cos += y[i] * wave_cos[i];
+                    sin += y[i] * wave_sin[i];
+                    u_cos += uy[i] * wave_cos[i];
+                    u_sin += uy[i] * wave_sin[i];
+                }
+                channel.add(h, cos, sin, u_cos, u_sin);
             }
         }
-        let mut part = 0.0;
-        for i in 0..BLOCK {
-            if block.valid[i] != 0 {
-                part += rest[i] * rest[i];
-            }
-        }
-        sums[c] += part;
     }
+}
+
+/// One channel's values in a block, less its offset. What stands in missing frames meets waves of zero.
+#[inline(always)]
+fn column(block: &Block, taxel: usize, offset: f32) -> [f32; BLOCK] {
+    let mut y = [0.0; BLOCK];
+    for i in 0..BLOCK {
+        y[i] = block.values[i][taxel] - offset;
+    }
+    y
 }

@@ -47,7 +47,13 @@ pub struct Block {
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
+    /// Variance of each taxel's frames: the greater of the two below.
     variance: Values,
+    /// By the differences from frame to frame: right for white noise.
+    quick_variance: Values,
+    /// By the differences from block to block: larger where neighbouring frames share their noise, as
+    /// those of a recording that was interpolated do.
+    slow_variance: Values,
     learned: f32,
     typical: [f32; 4],
     previous: Option<Values>,
@@ -63,6 +69,8 @@ impl Motion {
     pub const fn new() -> Self {
         Self {
             variance: [1.0; TAXELS],
+            quick_variance: [1.0; TAXELS],
+            slow_variance: [0.0; TAXELS],
             learned: 0.0,
             typical: [0.0; 4],
             previous: None,
@@ -116,11 +124,17 @@ impl Motion {
             for (typical, value) in self.typical.iter_mut().zip(compared) {
                 *typical += share * (value - *typical);
             }
+            let before = self.back(2).copied().unwrap_or(mean);
             for c in 0..TAXELS {
-                // Two neighbours' difference has twice the variance of one.
-                let seen = self.squares[c] / (2 * BLOCK_FRAMES) as f32;
+                // Two neighbours' difference has twice the variance of one; a mean of four frames has a
+                // quarter of that of one.
+                let quick = self.squares[c] / (2 * BLOCK_FRAMES) as f32;
+                let off = mean[c] - before[c];
+                let slow = off * off * BLOCK_FRAMES as f32 / 2.0;
                 // A code is an integer: less than 1/12 of its square is not noise but luck.
-                self.variance[c] += share * (seen.max(1.0 / 12.0) - self.variance[c]);
+                self.quick_variance[c] += share * (quick.max(1.0 / 12.0) - self.quick_variance[c]);
+                self.slow_variance[c] += share * (slow - self.slow_variance[c]);
+                self.variance[c] = self.quick_variance[c].max(self.slow_variance[c]);
             }
         }
         self.sum = [0.0; TAXELS];

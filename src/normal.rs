@@ -47,22 +47,34 @@ impl Cholesky {
     /// Solves for one right-hand side.
     pub fn solve(&self, right: &Vector) -> Vector {
         let mut x = *right;
-        for i in 0..self.size {
-            let mut sum = x[i];
-            for k in 0..i {
-                sum -= self.factor[i][k] * x[k];
+        // Rows only, forwards by products and backwards by multiples: no stride, no bounds to check.
+        for (i, row) in self.factor.iter().enumerate().take(self.size) {
+            let (known, rest) = x.split_at_mut(i);
+            if let (Some(first), Some(diagonal)) = (rest.first_mut(), row.get(i)) {
+                *first = (*first - dot(row, known)) * diagonal;
             }
-            x[i] = sum * self.factor[i][i];
         }
-        for i in (0..self.size).rev() {
-            let mut sum = x[i];
-            for k in i + 1..self.size {
-                sum -= self.factor[k][i] * x[k];
+        for (i, row) in self.factor.iter().enumerate().take(self.size).rev() {
+            let (before, rest) = x.split_at_mut(i);
+            if let (Some(first), Some(diagonal)) = (rest.first_mut(), row.get(i)) {
+                *first *= diagonal;
+                for (x, factor) in before.iter_mut().zip(row) {
+                    *x -= factor * *first;
+                }
             }
-            x[i] = sum * self.factor[i][i];
         }
         x
     }
+}
+
+/// Sum of the products of two vectors, as far as both go.
+#[inline(always)]
+pub fn dot(a: &[f32], b: &[f32]) -> f32 {
+    let mut sum = 0.0;
+    for (a, b) in a.iter().zip(b) {
+        sum += a * b;
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use crate::levels::{Levels, levels};
 use crate::moments::{HARMONICS_MAX, Stretch, moments};
 use crate::settings::TAXELS;
 use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Shape, Solution, converge, gain, solve};
-use crate::spectrum::{POINTS_MAX, strongest};
+use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::window::{FrameSource, Table, Values};
 
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
@@ -17,6 +17,8 @@ use crate::window::{FrameSource, Table, Values};
 const SUBHARMONIC_SHARE: f32 = 0.1;
 /// Share from which such lines leave it open which of the two it is.
 const AMBIGUOUS_SHARE: f32 = 0.04;
+/// Power in the periodogram from which it is worth to fit them at all: half of that.
+const WORTH_A_LOOK: f32 = 0.02;
 /// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
 /// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
 const LINE_OFFSET_MAX: f32 = 0.06;
@@ -146,13 +148,13 @@ fn look<S: FrameSource>(
     power: &mut [f32],
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    match strongest(stretch, levels, points, power) {
-        None => Some(None),
-        Some(peak) => {
-            let nu = if peak > LOW_NU { peak } else { strongest_low(stretch, levels, peak)? };
-            fundamental(stretch, levels, nu, harmonics)
-        }
-    }
+    let Some(peak) = strongest(stretch, levels, points, power) else { return Some(None) };
+    let low = peak <= LOW_NU;
+    let nu = if low { strongest_low(stretch, levels, peak)? } else { peak };
+    // Low lines lean on each other too much for a periodogram to say that there is nothing.
+    let (frames, most) = (stretch.frames as usize, points.len());
+    let power_at = |nu: f32| if low { 1.0 } else { power_near(frames, most, power, nu) };
+    fundamental(stretch, levels, nu, harmonics, power_at)
 }
 
 /// The strongest line among the low ones by exact likelihoods: a line of few cycles leans on its
@@ -194,6 +196,7 @@ fn fundamental<S: FrameSource>(
     levels: &Levels,
     strongest: f32,
     harmonics: usize,
+    power_at: impl Fn(f32) -> f32,
 ) -> Option<Option<Start>> {
     let Some(line) = converge(stretch, levels, strongest, 1)? else { return Some(None) };
     let mut start = Start { nu: line.nu, ambiguous: false };
@@ -205,6 +208,13 @@ fn fundamental<S: FrameSource>(
         let nu = line.nu / part as f32;
         let harmonics = harmonics_below_nyquist(stretch, nu, (part + 2).min(HARMONICS_MAX));
         if 2.0 * nu < 1.0 || harmonics < part {
+            continue;
+        }
+        let between = match part {
+            2 => power_at(nu) + power_at(3.0 * nu),
+            _ => power_at(nu) + power_at(2.0 * nu),
+        };
+        if between < WORTH_A_LOOK * power_at(line.nu) {
             continue;
         }
         let Some(comb) = converge(stretch, levels, nu, harmonics)? else { continue };

@@ -6,7 +6,8 @@
 //! the inverse of the same normal equations.
 
 use crate::levels::{Levels, levels};
-use crate::moments::{HARMONICS_MAX, Stretch, residuals};
+use crate::moments::{HARMONICS_MAX, Stretch};
+use crate::residuals::residuals;
 use crate::search::{
     Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
 };
@@ -15,6 +16,8 @@ use crate::solve::{CYCLES_MIN, Solution, converge, gain};
 use crate::telemetry::Status;
 use crate::window::FrameSource;
 
+/// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
+const DROWNED: f32 = 1e-4;
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// One channel of a [`Fit`], in the units of its frames.
@@ -147,7 +150,10 @@ impl Fitter {
         best: Solution,
         ambiguous: bool,
     ) -> Option<Fit> {
-        let rest = residuals(stretch, levels, best.nu, best.shape.harmonics, &best.models)?;
+        // A small difference of large sums is mostly rounding: then sample by sample.
+        let drowned = (0..TAXELS).any(|c| best.rest[c] < DROWNED * levels.yy[c]);
+        let rest =
+            if drowned { residuals(stretch, levels, best.nu, best.shape.harmonics, &best.models)? } else { best.rest };
         let frames = levels.frames as f32;
         let channels_used = levels.usable.count_ones() as f32;
         let unknowns = best.shape.unknowns() as f32;

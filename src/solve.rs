@@ -6,8 +6,9 @@
 //! in each channel.
 
 use crate::levels::Levels;
-use crate::moments::{Correlation, HARMONICS_MAX, Model, Moments, Stretch, Wave, moments};
-use crate::normal::{Cholesky, UNKNOWNS, Vector};
+use crate::moments::{Correlation, HARMONICS_MAX, Moments, Stretch, Wave, Weight, moments};
+use crate::normal::{Cholesky, UNKNOWNS, Vector, dot};
+use crate::residuals::Model;
 use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 use core::f32::consts::PI;
@@ -19,8 +20,10 @@ pub const CYCLES_MIN: f32 = 0.6;
 pub const CYCLES_FOR_SLOPE: f32 = 2.0;
 /// Gauss-Newton steps at the most; three do from a periodogram's peak.
 const STEPS_MAX: usize = 8;
-/// A step this small against the uncertainty ends the search.
+/// An error of the last step this small against the uncertainty is none.
 const STEP_DONE: f32 = 0.02;
+/// Share of the residuals that the last step may still take off them.
+const RESIDUAL_EXCESS: f32 = 0.01;
 
 /// What is fitted at one frequency.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +59,8 @@ pub struct Solution {
     pub nu: f32,
     /// What was fitted.
     pub shape: Shape,
+    /// Frames that counted.
+    frames: f32,
     /// Each channel's model.
     pub models: [Model; TAXELS],
     /// Residual sums of squares.
@@ -72,6 +77,25 @@ pub struct Solution {
     pub offset_sigma: [f32; HARMONICS_MAX],
 }
 
+impl Solution {
+    /// Whether the step leads to the maximum, so that nothing has to be solved again there.
+    fn arrives(&self) -> bool {
+        let step = self.step.abs();
+        let done = STEP_DONE / libm::sqrtf(self.information);
+        // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
+        // with its cube (the waves' third-order terms), and what the residuals are too large by with
+        // its square.
+        let angle = 2.0 * PI * self.shape.harmonics as f32 * step;
+        // Below two cycles the waves lean on offset and slope too, and a step errs by more than that.
+        if 2.0 * self.nu < CYCLES_FOR_SLOPE {
+            return step <= done || step < 1e-6 * self.nu;
+        }
+        let samples = self.rest.iter().filter(|rest| **rest > 0.0).count() as f32 * self.frames;
+        (0.1 * angle * angle * step <= done && step * step * self.information <= RESIDUAL_EXCESS * samples)
+            || step < 1e-6 * self.nu
+    }
+}
+
 /// Smallest residual sum of squares that f32 sums can tell from rounding.
 fn floor(squares: f32, frames: f32) -> f32 {
     // Quantization alone leaves 1/12 of a code squared per sample.
@@ -86,7 +110,8 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     for i in 0..size {
         for j in 0..=i {
             let ((a, p), (b, q)) = (shape.function(i), shape.function(j));
-            normal[i][j] = sums.product(p + q, a, b);
+            let weight = [Weight::One, Weight::U, Weight::UU][p + q];
+            normal[i][j] = sums.product(weight, a, b);
         }
     }
     let normal = Cholesky::new(&normal, size)?;
@@ -100,14 +125,17 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     for (d, across) in across.iter_mut().enumerate().take(waves) {
         for (i, across) in across.iter_mut().enumerate().take(size) {
             let (b, p) = shape.function(i);
-            *across = sums.product(1 + p, wave(d), b);
+            let weight = if p == 0 { Weight::Lever } else { Weight::LeverU };
+            *across = sums.product(weight, wave(d), b);
         }
     }
     for d in 0..waves {
         let solved = normal.solve(&across[d]);
         for e in 0..waves {
-            let common: f32 = (0..size).map(|i| solved[i] * across[e][i]).sum();
-            spread[d][e] = sums.product(2, wave(d), wave(e)) - common;
+            if e <= d {
+                let common = dot(&solved[..size], &across[e]);
+                spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
+            }
         }
     }
 
@@ -115,6 +143,7 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     let mut out = Solution {
         nu,
         shape,
+        frames,
         models: [Model::default(); TAXELS],
         rest: [0.0; TAXELS],
         step: 0.0,
@@ -123,8 +152,9 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
         offset: [0.0; HARMONICS_MAX],
         offset_sigma: [0.0; HARMONICS_MAX],
     };
-    let mut pull = 0.0;
-    let (mut line_pull, mut line_information) = ([0.0; HARMONICS_MAX], [0.0; HARMONICS_MAX]);
+    let mut line_pull = [0.0; HARMONICS_MAX];
+    // Weighted sums over the channels of the products of the derivatives' factors, lower triangle.
+    let mut factors = [[0.0; 2 * HARMONICS_MAX]; 2 * HARMONICS_MAX];
     for c in 0..TAXELS {
         if levels.usable & 1 << c == 0 {
             continue;
@@ -132,7 +162,7 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
         let channel = &moments.channels[c];
         let right = right_side(channel, levels, c, &shape);
         let beta = normal.solve(&right);
-        let explained: f32 = (0..size).map(|i| beta[i] * right[i]).sum();
+        let explained = dot(&beta[..size], &right);
         let rest = (levels.yy[c] - explained).max(floor(levels.yy[c], frames));
         let weight = (frames - size as f32).max(1.0) / rest;
         out.rest[c] = rest;
@@ -145,19 +175,15 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             let turn = 2.0 * PI * (h + 1) as f32;
             let (cos, sin) = (out.models[c].cos[h], out.models[c].sin[h]);
             let (sum, factor) =
-                if d % 2 == 0 { (channel.u_cos[h], turn * sin) } else { (channel.u_sin[h], -turn * cos) };
+                if d % 2 == 0 { (channel.lever_cos[h], turn * sin) } else { (channel.lever_sin[h], -turn * cos) };
             along[d] = factor;
-            left[d] = sum - (0..size).map(|i| across[d][i] * beta[i]).sum::<f32>();
+            left[d] = sum - dot(&across[d][..size], &beta);
         }
         for d in 0..waves {
-            pull += weight * along[d] * left[d];
-            line_pull[d / 2] += weight * along[d] * left[d];
-            for e in 0..waves {
-                let part = weight * along[d] * spread[d][e] * along[e];
-                out.information += part;
-                if d / 2 == e / 2 {
-                    line_information[d / 2] += part;
-                }
+            let weighted = weight * along[d];
+            line_pull[d / 2] += weighted * left[d];
+            for (factor, along) in factors[d].iter_mut().zip(&along[..=d]) {
+                *factor += weighted * along;
             }
         }
         for h in 0..shape.harmonics {
@@ -165,10 +191,20 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
             out.power[h] += weight * 0.5 * frames * (cos * cos + sin * sin);
         }
     }
+    let mut line_information = [0.0; HARMONICS_MAX];
+    for d in 0..waves {
+        for e in 0..=d {
+            let part = if e < d { 2.0 } else { 1.0 } * factors[d][e] * spread[d][e];
+            out.information += part;
+            if d / 2 == e / 2 {
+                line_information[d / 2] += part;
+            }
+        }
+    }
     if !(out.information > 0.0) {
         return None;
     }
-    out.step = pull / out.information;
+    out.step = line_pull.iter().sum::<f32>() / out.information;
     for h in 0..shape.harmonics {
         if line_information[h] > 0.0 {
             out.offset[h] = (h + 1) as f32 * line_pull[h] / line_information[h];
@@ -225,13 +261,12 @@ pub fn converge<S: FrameSource>(
         let Some(solution) = solve(&moments, levels, at, shape) else { return Some(None) };
         // A quarter of a cycle per half window is half a bin: further away the slope misleads.
         let step = solution.step.clamp(-0.25, 0.25);
-        let sigma = 1.0 / libm::sqrtf(solution.information);
-        let done = solution.step.abs() <= STEP_DONE * sigma || solution.step.abs() < 1e-6 * at;
-        best = Some(solution);
+        at = (at + step).clamp(least, greatest);
+        let done = solution.arrives();
+        best = Some(Solution { nu: at, ..solution });
         if done {
             break;
         }
-        at = (at + step).clamp(least, greatest);
     }
     Some(best)
 }

@@ -33,16 +33,10 @@ pub fn strongest<S: FrameSource>(
     power: &mut [f32],
 ) -> Option<f32> {
     let frames = stretch.frames as usize;
-    // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
-    let most = points.len().min(2 * power.len()).min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
-    if frames > most || levels.usable == 0 {
+    let most = points.len().min(2 * power.len());
+    let size = transform_size(frames, most);
+    if frames > size || levels.usable == 0 {
         return None;
-    }
-    // A quarter more points than frames at least, where there is room: a peak between two bins
-    // then loses little height.
-    let mut size = POINTS_MIN;
-    while 2 * size <= most && size < frames + frames / 4 {
-        size *= 2;
     }
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
@@ -70,6 +64,27 @@ pub fn strongest<S: FrameSource>(
     let bend = left - 2.0 * peak + right;
     let between = if bend < 0.0 && left <= peak { 0.5 * (left - right) / bend } else { 0.0 };
     Some((at as f32 + between) / bins_per_cycle * 0.5)
+}
+
+/// The highest power within a bin of `nu` in the periodogram that [`strongest`] left of so many frames,
+/// with so many `points` of scratch memory; zero beyond its end.
+pub fn power_near(frames: usize, points: usize, power: &[f32], nu: f32) -> f32 {
+    let size = transform_size(frames, points.min(2 * power.len()));
+    let bin = (2.0 * nu * size as f32 / frames as f32 + 0.5) as usize;
+    let near = power.get(bin.saturating_sub(1)..(bin + 2).min(size / 2)).unwrap_or_default();
+    near.iter().fold(0.0, |most, power| most.max(*power))
+}
+
+/// Points of the transform of so many frames: a quarter more than frames at least, where there is
+/// room. A peak between two bins then loses little height.
+fn transform_size(frames: usize, most: usize) -> usize {
+    // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
+    let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
+    let mut size = POINTS_MIN;
+    while 2 * size <= most && size < frames + frames / 4 {
+        size *= 2;
+    }
+    size
 }
 
 /// Adds the squared magnitudes of a real signal's transform to `power`, bin 0 and the Nyquist bin

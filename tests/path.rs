@@ -2,46 +2,71 @@
 
 mod support;
 
-use hal_mock::{Sliding, SlidingScene, TABLE_2};
+use hal_mock::{Sliding, SlidingScene, TABLE_2, Table, Trace, Truth, write_csv};
 use ridgetone::settings::{Settings, SlideRule};
 use ridgetone::telemetry::{Event, Status};
-use support::{all, outcome, run};
+use support::{Outcome, all, outcome, run};
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {
     SlidingScene::new(Sliding { speed_mm_s, period_mm, snr_db: Some(snr_db), seed, ..Sliding::default() }).unwrap()
 }
 
 /// The bars of the emulated run (host/tests/emulated.rs), here without an emulator.
+fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
+    let what = format!("{what}: {out:?} {truth:?}");
+    assert_eq!(out.contacts_s.len(), 1, "{what}");
+    assert!((out.contacts_s[0] - truth.contact_s).abs() < 0.010, "{what}");
+    assert_eq!(out.slides_s.len(), 1, "{what}");
+    assert!((out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020, "{what}");
+    assert!((out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020, "{what}");
+    assert_eq!(out.releases_s.len(), 1, "{what}");
+    assert!((out.releases_s[0] - truth.release_s).abs() < 0.050, "{what}");
+
+    assert_eq!(out.slide_fits.len(), 1, "{what}");
+    let fit = &out.slide_fits[0];
+    let off = fit.frequency_hz as f64 - truth.frequency_hz;
+    assert_eq!(fit.status, Status::Good, "{what}");
+    assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
+    assert!(off.abs() < 6.0 * fit.sigma_hz as f64, "{what}");
+    assert_eq!(fit.channels.len(), 16, "{what}");
+    assert!(!out.window_fits.is_empty(), "{what}");
+    for fit in &out.window_fits {
+        assert_eq!(fit.status, Status::Good, "{what}");
+        assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma_hz as f64, "{what}");
+    }
+    assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
+}
+
+/// Every combination of Table 2 with four seeds.
+fn table_2() -> impl Iterator<Item = (String, SlidingScene)> {
+    TABLE_2.into_iter().enumerate().flat_map(|(number, (speed_mm_s, period_mm))| {
+        (1..=4).map(move |seed| {
+            let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}");
+            (what, scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed))
+        })
+    })
+}
+
 #[test]
 fn all_of_table_2_within_its_bars() {
-    for (number, (speed_mm_s, period_mm)) in TABLE_2.into_iter().enumerate() {
-        for seed in 1..=4 {
-            let scene = scene(speed_mm_s, period_mm, 20.0, 10 * number as u64 + seed);
+    for (what, scene) in table_2() {
+        let truth = scene.truth();
+        assert_within_bars(&what, &outcome(&run(scene, Settings::default(), all)), &truth);
+    }
+}
+
+/// The same from recordings, whose rows the chip sees interpolated: their noise is not white any more.
+#[test]
+fn all_of_table_2_from_recordings_of_any_rate() {
+    for rate_hz in [200.0, 241.0, 241.14, 1000.0] {
+        for (what, mut scene) in table_2() {
             let truth = scene.truth();
-            let out = outcome(&run(scene, Settings::default(), all));
-            let what = format!("{speed_mm_s} mm/s, {period_mm} mm, seed {seed}: {out:?} {truth:?}");
-
-            assert_eq!(out.contacts_s.len(), 1, "{what}");
-            assert!((out.contacts_s[0] - truth.contact_s).abs() < 0.005, "{what}");
-            assert_eq!(out.slides_s.len(), 1, "{what}");
-            assert!((out.slides_s[0].0 - truth.slide_start_s).abs() < 0.020, "{what}");
-            assert!((out.slides_s[0].1 - truth.slide_end_s).abs() < 0.020, "{what}");
-            assert_eq!(out.releases_s.len(), 1, "{what}");
-            assert!((out.releases_s[0] - truth.release_s).abs() < 0.050, "{what}");
-
-            assert_eq!(out.slide_fits.len(), 1, "{what}");
-            let fit = &out.slide_fits[0];
-            let off = fit.frequency_hz as f64 - truth.frequency_hz;
-            assert_eq!(fit.status, Status::Good, "{what}");
-            assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
-            assert!(off.abs() < 5.0 * fit.sigma_hz as f64, "{what}");
-            assert_eq!(fit.channels.len(), 16, "{what}");
-            assert!(!out.window_fits.is_empty(), "{what}");
-            for fit in &out.window_fits {
-                assert_eq!(fit.status, Status::Good, "{what}");
-                assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma_hz as f64, "{what}");
-            }
-            assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
+            let mut csv = Vec::new();
+            write_csv(&mut scene, rate_hz, &mut csv).unwrap();
+            let table = Table::read(csv.as_slice(), "recording").unwrap();
+            let trace = Trace::from_table(table, rate_hz).unwrap();
+            let out = outcome(&run(trace, Settings::default(), all));
+            assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::bench::BenchArgs;
 use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
-use crate::input::{Opened, Source, frame_rate_hz};
+use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::table_fit::{self, Selection};
@@ -125,6 +125,7 @@ struct TruthJson<'a> {
 fn scene(args: &SceneArgs) -> Result<()> {
     let mut scene = SlidingScene::new(args.scene.sliding())?;
     let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
+    check_length("the scene", truth.end_s)?;
     output::whole_file(&args.output, |file| {
         rows = write_csv(&mut scene, rate_hz, file)?;
         Ok(())

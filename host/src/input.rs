@@ -1,6 +1,6 @@
 //! What the simulated chip feels: a scene, or a recording played to it.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use hal_mock::{Options, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::settings::SCAN;
 use std::path::PathBuf;
@@ -81,16 +81,49 @@ impl Input {
         match &self.source {
             Source::Scene(parameters) => {
                 let scene = SlidingScene::new(parameters.clone()).context("scene")?;
-                let (truth, end_s) = (Some(scene.truth()), scene.end_s());
-                Ok(Opened { scene: Box::new(scene), options, end_s, truth, warning: None })
+                let (truth, end_s) = (scene.truth(), scene.end_s());
+                check_length("the scene", end_s)?;
+                let warning = aliased(&truth);
+                Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning })
             }
             Source::Trace { path, rate_hz, volts_per_unit } => {
                 let trace = Trace::load(path, rate_hz.unwrap_or_else(frame_rate_hz))?.with_scale(*volts_per_unit);
                 let (warning, end_s) = (overload(&trace, *volts_per_unit), trace.end_s());
+                check_length(trace.table().file(), end_s)?;
                 Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning })
             }
         }
     }
+}
+
+/// Longest input that is played, seconds: what is longer is a slip in a speed or in the unit of time.
+const LENGTH_MAX_S: f64 = 3600.0;
+
+/// Share of the frame rate up to which a tone is told as what it is.
+const TONE_MAX: f64 = 0.45;
+
+/// Refuses what would play for hours.
+///
+/// # Errors
+/// It is longer than an hour, or its length is no number.
+pub fn check_length(what: &str, end_s: f64) -> Result<()> {
+    ensure!(
+        end_s <= LENGTH_MAX_S,
+        "{what} would last {end_s:.4e} s, and at most {LENGTH_MAX_S} s are played: check its speed, or its unit of time"
+    );
+    Ok(())
+}
+
+/// Says so if a scene's tone is too fast for the scan.
+fn aliased(truth: &Truth) -> Option<String> {
+    let most_hz = TONE_MAX * frame_rate_hz();
+    (truth.frequency_hz > most_hz).then(|| {
+        format!(
+            "the tone of {:.1} Hz is too fast for {:.2} frames a second and will be told as a slower one; up to {most_hz:.1} Hz are told right",
+            truth.frequency_hz,
+            frame_rate_hz()
+        )
+    })
 }
 
 /// Names the first channel that leaves the chip's range.
@@ -102,7 +135,7 @@ fn overload(trace: &Trace, volts_per_unit: f64) -> Option<String> {
     };
     let (row, column, volts) = table.rows().iter().enumerate().find_map(outside)?;
     Some(format!(
-        "{}: row {}, column {}: {volts} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale",
+        "{}: row {}, column {}: {volts:.4e} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale",
         table.file(),
         row + 1,
         table.names()[column]

@@ -84,3 +84,21 @@ fn a_file_is_written_whole_or_not_at_all() {
     let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["taken"]);
 }
+
+#[test]
+fn inputs_that_would_play_for_ever() {
+    let folder = directory();
+    let month = file(folder.path(), "month.csv", "time_s,a\n0,1\n2592000,2\n5184000,1\n");
+    assert_one_line(&run(&["replay", text(&month)]), 1, &["month.csv", "3600 s", "unit of time"]);
+    assert_one_line(&run(&["replay", "--scene-speed", "1e-6"]), 1, &["scene", "3600 s"]);
+    let scene = folder.path().join("scene.csv");
+    assert_one_line(&run(&["scene", "--scene-speed", "1e-6", "-o", text(&scene)]), 1, &["scene", "3600 s"]);
+    assert!(!scene.exists());
+}
+
+#[test]
+fn a_grating_too_fine_for_the_scan_is_told() {
+    let output = run(&["replay", "--period", "0.2", "--json"]);
+    assert!(output.status.success());
+    assert!(common::stderr(&output).contains("150.0 Hz is too fast"), "{}", common::stderr(&output));
+}

@@ -127,24 +127,29 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
     });
 }
 
+/// The same from recordings, and one whose slide is longer than a window may be: of that the latest
+/// part is fitted.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
     let folder = common::directory();
-    let scene = Sliding { speed_mm_s: 12.0, period_mm: 3.1, ..Sliding::default() };
-    let path = folder.path().join("trace.csv");
-    let mut made = SlidingScene::new(scene).expect("a scene");
-    write_csv(&mut made, frame_rate_hz(), std::fs::File::create(&path).expect("a file")).expect("a trace");
-    let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
-    let input = Input { source, ..Input::default() };
-    let (outcome, packets) = emulate(&input, false);
-    assert_eq!(by_kind(&packets), by_kind(&replayed(&input)));
-    assert_eq!(outcome.conversions_lost, 0);
-    // Five seconds of sliding, more than a window may hold: the latest part of it is fitted.
-    let estimates = &by_kind(&packets)[3];
-    let Some(Event::Estimate(slide)) = estimates.last() else { panic!("{estimates:?}") };
-    assert_eq!((slide.span, slide.status), (Span::Slide, Status::Good));
-    assert!((f64::from(slide.frequency_hz) / (12.0 / 3.1) - 1.0).abs() < 0.002, "{slide:?}");
+    let combinations = [&TABLE_2[..], &[(12.0, 3.1)]].concat();
+    let scenes: Vec<_> = combinations
+        .iter()
+        .zip(200..)
+        .map(|(&(speed_mm_s, period_mm), seed)| Sliding { speed_mm_s, period_mm, seed, ..Sliding::default() })
+        .collect();
+    for_all(&scenes, |scene| {
+        let path = folder.path().join(format!("{}.csv", scene.seed));
+        let mut made = SlidingScene::new(scene.clone()).expect("a scene");
+        write_csv(&mut made, frame_rate_hz(), std::fs::File::create(&path).expect("a file")).expect("a trace");
+        let what = path.display().to_string();
+        let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
+        let input = Input { source, ..Input::default() };
+        let (outcome, packets) = emulate(&input, false);
+        assert_within_bars(&what, &packets, &outcome, &made.truth());
+        assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "{what}: the PC gives other numbers");
+    });
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! The calls and their argument blocks: Arm, "Semihosting for AArch32 and AArch64", 2.0.
 
 use core::fmt::Write;
-use cortex_m_semihosting::{hio, nr, syscall};
+use cortex_m_semihosting::{nr, syscall};
 
 /// SYS_EXIT_EXTENDED: unlike SYS_EXIT it carries a status on a 32-bit core too.
 const EXIT_EXTENDED: usize = 0x20;
@@ -16,6 +16,12 @@ const READ_BINARY: usize = 1;
 
 /// `fopen` mode "wb" in SYS_OPEN's numbering.
 const WRITE_BINARY: usize = 5;
+
+/// `fopen` mode "a" in SYS_OPEN's numbering; of the console it is standard error.
+const APPEND: usize = 8;
+
+/// The console's name.
+const CONSOLE: &core::ffi::CStr = c":tt";
 
 /// How a run ends, as the emulator's exit status.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,11 +82,14 @@ impl File {
     }
 }
 
-/// Says something on the emulator's standard error.
+/// Says something on the emulator's standard error, one line of at most 160 bytes. In one call, done or
+/// not: when nobody reads any more, trying again would go on for ever.
 pub fn say(message: core::fmt::Arguments) {
-    if let Ok(mut stderr) = hio::hstderr() {
-        let _ = stderr.write_fmt(message);
-        let _ = stderr.write_str("\n");
+    let mut line = heapless::String::<160>::new();
+    let _ = line.write_fmt(message);
+    let _ = line.push('\n');
+    if let Some(stderr) = File::open(CONSOLE, APPEND) {
+        stderr.write_all(line.as_bytes());
     }
 }
 
