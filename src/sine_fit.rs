@@ -12,12 +12,14 @@ use crate::search::{
     Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
 };
 use crate::settings::TAXELS;
-use crate::solve::{CYCLES_MIN, Solution, converge, gain};
+use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Solution, converge, gain, likelier};
 use crate::telemetry::Status;
 use crate::window::FrameSource;
 
 /// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
 const DROWNED: f32 = 1e-4;
+/// Where else the search starts in a window of few cycles, as shares of the guess.
+const OTHER_STARTS: [f32; 2] = [0.8, 1.25];
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// One channel of a [`Fit`], in the units of its frames.
@@ -132,6 +134,17 @@ impl Fitter {
         let Some(mut best) = best else {
             return Some(Fit::without_tone(Status::TooShort, levels));
         };
+        // With few cycles the likelihood has more than one summit within reach of a guess.
+        if 2.0 * nu < CYCLES_FOR_SLOPE {
+            for aside in OTHER_STARTS {
+                if let Some(other) = converge(stretch, levels, aside * nu, harmonics)?
+                    && other.shape.slope == best.shape.slope
+                    && likelier(levels, &other.rest, &best.rest)
+                {
+                    best = other;
+                }
+            }
+        }
         // As many harmonics as the scene carries and no more.
         let carried = carried(&best, power_by_chance(levels));
         if carried < best.shape.harmonics

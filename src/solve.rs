@@ -283,3 +283,14 @@ pub fn gain(levels: &Levels, before: &Values, rest: &Values, shape: &Shape) -> f
     }
     0.5 * factor * sum
 }
+
+/// Whether sums of squares `a` are likelier than `b`, left by as many unknowns.
+pub fn likelier(levels: &Levels, a: &Values, b: &Values) -> bool {
+    let mut sum = 0.0;
+    for c in 0..TAXELS {
+        if levels.usable & 1 << c != 0 && a[c] > 0.0 && b[c] > 0.0 {
+            sum += libm::logf(b[c] / a[c]);
+        }
+    }
+    sum > 0.0
+}
