@@ -49,3 +49,13 @@ fn the_fit_is_on_the_bound() {
     }
     assert!(off_bound.is_empty(), "{off_bound:#?}");
 }
+
+/// Near one cycle the likelihood has summits besides the true one: none of them is taken for it.
+#[test]
+fn few_cycles_have_no_outliers() {
+    for snr_db in [10.0, 40.0] {
+        let scene = Sliding { speed_mm_s: 15.0, period_mm: 4.1, snr_db: Some(snr_db), seed: 0, ..Sliding::default() };
+        let (ratio, greatest, lost) = measure(&scene, 0.3, 500);
+        assert!(ratio <= 1.10 && greatest < 6.0 && lost == 0, "{snr_db} dB: {ratio}, {greatest}, {lost} lost");
+    }
+}
