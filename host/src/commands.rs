@@ -30,6 +30,9 @@ pub fn run(cli: Cli) -> Result<()> {
     }
 }
 
+/// Share by which a given rate and the time stamps may differ without a word.
+const RATES_DIFFER: f64 = 0.01;
+
 fn fit(args: &FitArgs) -> Result<()> {
     let table = Table::load(&args.file)?;
     let selection = Selection {
@@ -39,6 +42,12 @@ fn fit(args: &FitArgs) -> Result<()> {
         columns: args.columns.clone(),
         harmonics: args.harmonics,
     };
+    if let (Some(rate_hz), Some([first, .., last])) = (args.rate, table.time_s()) {
+        let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
+        if (rate_hz / by_stamps_hz - 1.0).abs() > RATES_DIFFER {
+            eprintln!("ridgetone: warning: --rate {rate_hz} Hz is taken, though time_s says {by_stamps_hz:.4} Hz");
+        }
+    }
     let fit = table_fit::fit(&table, &selection)?;
     if args.json {
         output::line(&fit_report::json(table.file(), &fit)?)

@@ -120,7 +120,7 @@ pub fn meaning(status: Status) -> &'static str {
     match status {
         Status::Good => "a common tone",
         Status::NoTone => "the channels share no tone that stands out of their noise",
-        Status::TooShort => "the window holds too little of a cycle to tell",
+        Status::TooShort => "too little of a cycle in this part, or steps and drifts outweigh it; try --from and --to",
         Status::Nothing => "no usable channel, or fewer than 16 rows",
         Status::Ambiguous => "a reading a harmonic step away explains the window about equally well",
     }

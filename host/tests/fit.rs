@@ -143,3 +143,14 @@ fn a_table_for_people() {
         assert!(lines.contains(name), "{name}: {lines}");
     }
 }
+
+#[test]
+fn a_rate_against_the_stamps_is_told() {
+    let folder = directory();
+    let path = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
+    let output = run(&["fit", text(&path), "--rate", "50", "--json"]);
+    assert!(output.status.success());
+    let said = common::stderr(&output);
+    assert!(said.contains("--rate 50 Hz") && said.contains("100.0000 Hz"), "{said}");
+    assert!(common::stderr(&run(&["fit", text(&path), "--rate", "100"])).is_empty());
+}
