@@ -274,18 +274,7 @@ mod tests {
     extern crate std;
 
     fn estimate() -> Event {
-        let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
-        Event::Estimate(Estimate {
-            t_us: u64::MAX,
-            window_s: 1.0,
-            span: Span::Slide,
-            status: Status::Good,
-            frequency_hz: 8.333_333,
-            sigma_hz: 1e-3,
-            harmonics: 5,
-            frames_missing: u16::MAX,
-            channels: (0..TAXELS as u8).map(channel).collect(),
-        })
+        crate::workload::longest_packet().event
     }
 
     fn sent(sequence: u16, event: Event) -> std::vec::Vec<u8> {
