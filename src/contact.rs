@@ -8,7 +8,7 @@
 use crate::dating::{arrival_at, departure_from};
 use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
-use crate::window::{Ring, Values};
+use crate::window::{Ring, Values, reached};
 
 /// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.
 const LEARN_BLOCKS: u32 = 8;
@@ -143,7 +143,7 @@ impl ContactDetector {
     /// The data has ended: a slide that still runs is over.
     pub fn finish(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
         if let Phase::Slide(start) = self.phase {
-            let end = if self.planned.is_some() { number } else { self.moving_until.max(start) };
+            let end = if self.planned.is_some() { number } else { self.moving_until };
             self.enter(Phase::Hold);
             changed(Change::SlideEnd(start, end));
         }
@@ -190,9 +190,11 @@ impl ContactDetector {
                 let quick = quick + block.quick as u32;
                 let any = any + (block.quick || block.slow) as u32;
                 if self.released(number, &block.mean, ring, changed) {
-                } else if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
+                    return false;
+                }
+                if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
                     let left = departure_from(&self.motion, &held, from, ring);
-                    let start = if left.wrapping_sub(self.touched) < u32::MAX / 2 { left } else { self.touched };
+                    let start = if reached(left, self.touched) { left } else { self.touched };
                     self.moving_until = start;
                     self.phase = Phase::Slide(start);
                     changed(Change::SlideStart(start));
@@ -324,15 +326,16 @@ impl ContactDetector {
         if self.still_quick < STILL_BLOCKS || !self.back_at_idle(mean, &self.loaded) {
             return false;
         }
-        self.release(number, mean, ring, changed);
+        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
+        self.release(number, &level, ring, changed);
         true
     }
 
-    fn release(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
-        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
-        let frame = arrival_at(&self.motion, &level, number, ring);
+    /// The finger is off and the taxels at `level`.
+    fn release(&mut self, number: u32, level: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        let frame = arrival_at(&self.motion, level, number, ring);
         self.before = self.idle;
-        self.idle = level;
+        self.idle = *level;
         self.planned = None;
         self.enter(Phase::Idle);
         changed(Change::Release(frame));
@@ -351,10 +354,9 @@ impl ContactDetector {
             _ => None,
         };
         if let Some(reach) = reach {
-            let sure = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1).wrapping_sub(start);
-            let known = self.moving_until.wrapping_sub(start);
-            if sure < u32::MAX / 2 && (sure > known || known > u32::MAX / 2) {
-                self.moving_until = start.wrapping_add(sure);
+            let sure = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1);
+            if reached(sure, self.moving_until) {
+                self.moving_until = sure;
             }
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
@@ -379,13 +381,12 @@ impl ContactDetector {
     /// Starts and ends the slide by protocol.
     fn follow_plan(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
         let Some((start, end)) = self.planned else { return };
-        let past = |frame: u32| number.wrapping_sub(frame) < u32::MAX / 2;
         match self.phase {
-            Phase::Hold if past(start) => {
+            Phase::Hold if reached(number, start) => {
                 self.phase = Phase::Slide(start);
                 changed(Change::SlideStart(start));
             }
-            Phase::Slide(_) if past(end) => {
+            Phase::Slide(_) if reached(number, end) => {
                 self.planned = None;
                 self.enter(Phase::Hold);
                 changed(Change::SlideEnd(start, end));

@@ -3,8 +3,9 @@
 use crate::contact::{Change, ContactDetector};
 use crate::frame::{Assembler, CONVERSION_NS, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
+use crate::sine_fit::FRAMES_MIN;
 use crate::telemetry::{Contact, Event, Health, Hello, PROTOCOL, Release, Slide, Span};
-use crate::window::{Ring, Values, Window};
+use crate::window::{Ring, Values, Window, reached};
 use ads1258::reading;
 
 /// Frames from one `health` to the next: one second.
@@ -17,8 +18,6 @@ const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4
 /// frames; 80 more, a third of a second, are left for the fit to read the oldest of them.
 const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
-/// Fewest frames that are worth a fit.
-const WINDOW_FRAMES_MIN: u32 = 16;
 
 /// What the caller counts and the detector reports in `health`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,6 +45,7 @@ pub struct Detector {
 /// The detector but for its assembler, which calls it back with every frame.
 #[derive(Clone, Debug)]
 struct Rest {
+    volts_per_code: f32,
     contact: ContactDetector,
     /// Code of every taxel in the first complete frame: what the ring's values are relative to.
     reference: Option<[i32; TAXELS]>,
@@ -70,6 +70,7 @@ impl Detector {
             settings,
             assembler: Assembler::new(settings.vref_v),
             rest: Rest {
+                volts_per_code: reading::volts(1, settings.vref_v),
                 contact: ContactDetector::new(settings.slide),
                 reference: None,
                 values: [0.0; TAXELS],
@@ -100,8 +101,8 @@ impl Detector {
     ) {
         let (rest, settings) = (&mut self.rest, &self.settings);
         self.assembler.push(&conversion, |assembler, frame| {
-            rest.frame(frame, assembler.vref_v(), ring, emit, due);
-            if frame.number.wrapping_sub(rest.health_due) < u32::MAX / 2 {
+            rest.frame(frame, ring, emit, due);
+            if reached(frame.number, rest.health_due) {
                 rest.health_due = frame.number.wrapping_add(HEALTH_FRAMES);
                 emit(Event::Health(rest.health(assembler, counters)));
                 rest.greeting_in = rest.greeting_in.saturating_sub(1);
@@ -121,11 +122,11 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let (rest, vref_v) = (&mut self.rest, self.settings.vref_v);
+        let rest = &mut self.rest;
         let mut change = None;
         rest.contact.finish(rest.latest.0.wrapping_add(1), &mut |what| change = Some(what));
         if let Some(change) = change {
-            rest.tell(change, vref_v, ring, emit, due);
+            rest.tell(change, ring, emit, due);
         }
         emit(Event::Health(rest.health(&self.assembler, counters)));
     }
@@ -158,14 +159,7 @@ const fn frames_in(seconds: f32, most: u32) -> u32 {
 }
 
 impl Rest {
-    fn frame(
-        &mut self,
-        frame: &Frame,
-        vref_v: f32,
-        ring: &mut Ring,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
-    ) {
+    fn frame(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
         let complete = frame.present == u16::MAX;
         self.latest = (frame.number, frame.t_us);
         let Some(reference) = self.reference.or_else(|| complete.then_some(frame.codes)) else { return };
@@ -209,7 +203,7 @@ impl Rest {
             }
         });
         for change in changes.into_iter().flatten() {
-            self.tell(change, vref_v, ring, emit, due);
+            self.tell(change, ring, emit, due);
         }
         self.hop(ring, due);
     }
@@ -217,7 +211,7 @@ impl Rest {
     /// Gives the windows that the slide has filled by now.
     fn hop(&mut self, ring: &Ring, due: &mut dyn FnMut(Window)) {
         let Some((_, until)) = self.contact.sliding() else { return };
-        while until.wrapping_sub(self.next_end) < u32::MAX / 2 {
+        while reached(until, self.next_end) {
             let first = self.next_end.wrapping_sub(self.window_frames);
             if let Some(window) = self.window(first, self.window_frames, Span::Window, ring) {
                 due(window);
@@ -226,19 +220,12 @@ impl Rest {
         }
     }
 
-    fn tell(
-        &mut self,
-        change: Change,
-        vref_v: f32,
-        ring: &Ring,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
-    ) {
+    fn tell(&mut self, change: Change, ring: &Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
         match change {
             Change::Contact { frame, taxel, height } => emit(Event::Contact(Contact {
                 t_us: self.time_us(frame, ring),
                 taxel,
-                height_v: height * reading::volts(1, vref_v),
+                height_v: height * self.volts_per_code,
             })),
             Change::SlideStart(start) => {
                 self.next_end = start.wrapping_add(self.window_frames);
@@ -249,8 +236,9 @@ impl Rest {
                 let end_us = Some(self.time_us(end, ring));
                 emit(Event::Slide(Slide { start_us: self.time_us(start, ring), end_us }));
                 let first = start.wrapping_add(TRIM_FRAMES);
-                let frames = end.wrapping_sub(TRIM_FRAMES).wrapping_sub(first);
-                if frames < u32::MAX / 2 {
+                let last = end.wrapping_sub(TRIM_FRAMES);
+                if reached(last, first) {
+                    let frames = last.wrapping_sub(first);
                     // The latest part of a slide that is longer than a window can be.
                     let most = frames.min(WINDOW_FRAMES_MAX);
                     let first = first.wrapping_add(frames - most);
@@ -277,7 +265,7 @@ impl Rest {
     }
 
     fn window(&self, first: u32, frames: u32, span: Span, ring: &Ring) -> Option<Window> {
-        if frames < WINDOW_FRAMES_MIN {
+        if frames < FRAMES_MIN {
             return None;
         }
         let last = first.wrapping_add(frames - 1);

@@ -116,11 +116,6 @@ impl Assembler {
         self.t_us
     }
 
-    /// Reference, volts.
-    pub const fn vref_v(&self) -> f32 {
-        self.vref_v
-    }
-
     /// Takes one conversion; `done` is called with a frame when its scan is over.
     pub fn push(&mut self, timed: &TimedConversion, mut done: impl FnMut(&Self, &Frame)) {
         let status = timed.conversion.status;

@@ -62,6 +62,8 @@ pub struct Motion {
     count: u32,
     history: [Values; HISTORY],
     blocks: usize,
+    /// The comparisons of the block that is being dealt with.
+    compared: [f32; 4],
 }
 
 impl Motion {
@@ -79,12 +81,16 @@ impl Motion {
             count: 0,
             history: [[0.0; TAXELS]; HISTORY],
             blocks: 0,
+            compared: [0.0; 4],
         }
     }
 
     /// Forgets the past but not the noise: what follows is compared with itself only.
     pub fn restart(&mut self) {
         self.blocks = 0;
+        // What was compared with the past goes with it; what was within the block stays.
+        let [_, past @ ..] = &mut self.compared;
+        *past = [0.0; 3];
     }
 
     /// Takes the next frame; gives a block when it was the last of one.
@@ -100,7 +106,8 @@ impl Motion {
             return None;
         }
         let mean = self.sum.map(|sum| sum / BLOCK_FRAMES as f32);
-        let [within, before, short, long] = self.compare(&mean);
+        self.compared = self.compare(&mean);
+        let [within, before, short, long] = self.compared;
         let over = |value: f32, limit: f32, typical: f32| value > limit.max(OVER_TYPICAL * typical);
         let now = over(within, JUMPING, self.typical[0]) || over(before, MOVING, self.typical[1]);
         let block = Block {
@@ -120,8 +127,7 @@ impl Motion {
             self.learned = (self.learned + 1.0).min(LEARN_BLOCKS);
             let share = 1.0 / self.learned;
             let mean = self.sum.map(|sum| sum / BLOCK_FRAMES as f32);
-            let compared = self.compare_to(&mean, 1);
-            for (typical, value) in self.typical.iter_mut().zip(compared) {
+            for (typical, value) in self.typical.iter_mut().zip(self.compared) {
                 *typical += share * (value - *typical);
             }
             let before = self.back(2).copied().unwrap_or(mean);
@@ -178,20 +184,16 @@ impl Motion {
         (back >= 1 && back <= self.blocks.min(HISTORY)).then(|| &self.history[(self.blocks - back) % HISTORY])
     }
 
+    /// The four comparisons of a block: within itself, and with those before it, zero where the past is
+    /// too short.
     fn compare(&self, mean: &Values) -> [f32; 4] {
-        self.compare_to(mean, 0)
-    }
-
-    /// The four comparisons of a block with those before it; `stored` is 1 if it is in the history
-    /// itself by now. Zero where the past is too short.
-    fn compare_to(&self, mean: &Values, stored: usize) -> [f32; 4] {
         let within = (0..TAXELS).map(|c| self.squares[c] / self.variance[c]).sum();
         let frames = BLOCK_FRAMES as f32;
-        let before = match self.back(1 + stored) {
+        let before = match self.back(1) {
             Some(before) => self.distance(mean, before) * frames / 2.0,
             None => 0.0,
         };
-        let second = |distance: usize| match (self.back(distance + stored), self.back(2 * distance + stored)) {
+        let second = |distance: usize| match (self.back(distance), self.back(2 * distance)) {
             (Some(near), Some(far)) => {
                 let mut bend = [0.0; TAXELS];
                 for c in 0..TAXELS {

@@ -10,7 +10,7 @@ use crate::frame::TimedConversion;
 use crate::moments::Stretch;
 use crate::settings::{Settings, TAXELS};
 use crate::sine_fit::{Fit, Fitter};
-use crate::telemetry::{Channel, Estimate, Event, Status};
+use crate::telemetry::{Channel, Estimate, Event};
 use crate::window::{FrameSource, Ring, Window};
 use ads1258::reading;
 use core::f32::consts::PI;
@@ -43,7 +43,7 @@ impl Estimator {
             channels: heapless::Vec::new(),
         };
         for taxel in 0..TAXELS {
-            if fit.usable & 1 << taxel != 0 && fit.status != Status::Nothing {
+            if fit.usable & 1 << taxel != 0 {
                 // There is room for every taxel.
                 let _ = estimate.channels.push(self.channel(&fit, taxel, &window.reference));
             }

@@ -12,9 +12,9 @@ use crate::search::{
     Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
 };
 use crate::settings::TAXELS;
-use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Solution, converge, gain, likelier};
+use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Solution, converge, gain, likelier, quantization};
 use crate::telemetry::Status;
-use crate::window::FrameSource;
+use crate::window::{FrameSource, Values};
 
 /// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
 const DROWNED: f32 = 1e-4;
@@ -22,6 +22,9 @@ const DROWNED: f32 = 1e-4;
 const OTHER_STARTS: [f32; 2] = [0.8, 1.25];
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
+/// Fewest frames that are worth a fit.
+pub const FRAMES_MIN: u32 = 16;
+
 /// One channel of a [`Fit`], in the units of its frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChannelFit {
@@ -98,7 +101,7 @@ impl Fitter {
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit<S: FrameSource>(&mut self, stretch: &mut Stretch<'_, S>) -> Option<Fit> {
         let levels = levels(stretch)?;
-        if levels.usable == 0 || levels.frames < 16 {
+        if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
             return Some(Fit::without_tone(Status::Nothing, &levels));
         }
@@ -163,27 +166,17 @@ impl Fitter {
         best: Solution,
         ambiguous: bool,
     ) -> Option<Fit> {
-        // A small difference of large sums is mostly rounding: then sample by sample.
-        let drowned = (0..TAXELS).any(|c| best.rest[c] < DROWNED * levels.yy[c]);
-        let rest =
-            if drowned { residuals(stretch, levels, best.nu, best.shape.harmonics, &best.models)? } else { best.rest };
         let frames = levels.frames as f32;
         let channels_used = levels.usable.count_ones() as f32;
         let unknowns = best.shape.unknowns() as f32;
 
-        // The moments' residual may have been at its floor; the information goes with its inverse.
-        let mut refined = 0.0;
-        let mut weights = 0.0;
-        for c in 0..TAXELS {
-            if levels.usable & 1 << c != 0 && rest[c] > 0.0 {
-                let amplitude2 =
-                    best.models[c].cos[0] * best.models[c].cos[0] + best.models[c].sin[0] * best.models[c].sin[0];
-                refined += amplitude2 / rest[c].max(frames / 12.0);
-                weights += amplitude2 / best.rest[c];
-            }
+        let (mut rest, mut information) = (best.rest, best.information);
+        // A small difference of large sums is mostly rounding: then sample by sample.
+        if (0..TAXELS).any(|c| rest[c] < DROWNED * levels.yy[c]) {
+            rest = residuals(stretch, levels, best.nu, best.shape.harmonics, &best.models)?;
+            information *= regained(&best, &rest, frames).max(1e-3);
         }
-        let correction = if weights > 0.0 { refined / weights } else { 1.0 };
-        let sigma_nu = 1.0 / libm::sqrtf(best.information * correction.max(1e-3));
+        let sigma_nu = 1.0 / libm::sqrtf(information);
 
         let before = if best.shape.slope { &levels.about_line } else { &levels.about_mean };
         let gained = gain(levels, before, &rest, &best.shape);
@@ -224,6 +217,20 @@ impl Fitter {
         }
         Some(fit)
     }
+}
+
+/// By what factor the information about the frequency grows when the residuals of `best` are in truth
+/// `rest`: each channel counts by the inverse of its own.
+fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
+    let (mut refined, mut weights) = (0.0, 0.0);
+    for (c, model) in best.models.iter().enumerate() {
+        if rest[c] > 0.0 {
+            let power = model.cos[0] * model.cos[0] + model.sin[0] * model.sin[0];
+            refined += power / rest[c].max(quantization(frames));
+            weights += power / best.rest[c];
+        }
+    }
+    if weights > 0.0 { refined / weights } else { 1.0 }
 }
 
 /// Harmonics up to the last that stands out of the noise.

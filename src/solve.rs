@@ -96,10 +96,14 @@ impl Solution {
     }
 }
 
+/// Sum of squares that quantization alone leaves in so many frames: 1/12 of a code squared in each.
+pub fn quantization(frames: f32) -> f32 {
+    frames / 12.0
+}
+
 /// Smallest residual sum of squares that f32 sums can tell from rounding.
 fn floor(squares: f32, frames: f32) -> f32 {
-    // Quantization alone leaves 1/12 of a code squared per sample.
-    (1e-6 * squares).max(frames / 12.0)
+    (1e-6 * squares).max(quantization(frames))
 }
 
 /// Solves at `moments`' frequency. None if the unknowns cannot be told apart there.
@@ -131,11 +135,9 @@ pub fn solve(moments: &Moments, levels: &Levels, nu: f32, shape: Shape) -> Optio
     }
     for d in 0..waves {
         let solved = normal.solve(&across[d]);
-        for e in 0..waves {
-            if e <= d {
-                let common = dot(&solved[..size], &across[e]);
-                spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
-            }
+        for e in 0..=d {
+            let common = dot(&solved[..size], &across[e]);
+            spread[d][e] = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
         }
     }
 

@@ -12,6 +12,12 @@ use crate::telemetry::Span;
 /// number and exact in f32.
 pub type Values = [f32; TAXELS];
 
+/// Whether frame `number` is frame `mark` or a later one, by numbers that wrap: neither is more than
+/// half their range (103 days at 241 Hz) from the other.
+pub const fn reached(number: u32, mark: u32) -> bool {
+    number.wrapping_sub(mark) < u32::MAX / 2
+}
+
 /// Where the fit reads frames from: a table or the ring itself on a PC, the ring behind a lock on
 /// the chip.
 pub trait FrameSource {
