@@ -1,8 +1,11 @@
-//! The level and the slope of every channel in a window, and which channels can be used.
+//! The level and the slope of every channel in a stretch, and which channels can be used: the first pass.
 
-use crate::moments::{BLOCK, Stretch};
 use crate::settings::TAXELS;
-use crate::window::{FrameSource, Values};
+use crate::stretch::{Abscissa, BLOCK, Block, Stretch};
+use crate::window::Values;
+
+/// Frames that are added up before they meet `u`, and of which means are made.
+pub(crate) const QUAD: usize = 4;
 
 /// Level and slope of every channel, and which of them can be used.
 #[derive(Clone, Debug)]
@@ -21,6 +24,10 @@ pub struct Levels {
     pub uy: Values,
     /// Sum of y squared.
     pub yy: Values,
+    /// Sum of u.
+    pub u: f32,
+    /// Sum of u squared.
+    pub uu: f32,
     /// Taxels with valid values in nearly all frames, and not constant.
     pub usable: u16,
     /// Frames that count.
@@ -33,10 +40,10 @@ const INVALID_MAX: f32 = 0.1;
 
 /// Taxels that have valid values in nearly all frames that have any. None if the frames were
 /// overwritten.
-fn reliable_taxels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<u16> {
+fn reliable_taxels(stretch: &mut Stretch) -> Option<u16> {
     let (mut frames, mut invalid) = (0u32, [0u32; TAXELS]);
     stretch.taxels = 0;
-    stretch.blocks(|block| {
+    stretch.blocks(&[0.0; TAXELS], &mut |block| {
         for valid in block.valid.iter().filter(|valid| **valid != 0) {
             frames += 1;
             if *valid != u16::MAX {
@@ -53,100 +60,144 @@ fn reliable_taxels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<u16> 
     Some(taxels)
 }
 
-/// First pass: levels, and which taxels and frames count. None if the frames were overwritten.
-pub fn levels<S: FrameSource>(stretch: &mut Stretch<'_, S>) -> Option<Levels> {
-    stretch.taxels = reliable_taxels(stretch)?;
-    let mut reference: Option<Values> = None;
-    let usable = stretch.taxels;
-    let (mut n, mut sum_u, mut sum_uu) = (0u32, 0.0, 0.0);
-    let (mut y0, mut y1, mut yy) = ([0f32; TAXELS], [0f32; TAXELS], [0f32; TAXELS]);
-    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|block| {
-        let mut us = [0.0; BLOCK];
-        let mut whole = true;
-        for i in 0..BLOCK {
-            if block.valid[i] == 0 {
-                whole = false;
-                continue;
-            }
-            let u = start + step * (block.at + i as u32) as f32;
-            us[i] = u;
-            n += 1;
-            sum_u += u;
-            sum_uu += u * u;
-            reference.get_or_insert(block.values[i]);
-        }
-        let Some(zero) = &reference else { return };
-        for c in 0..TAXELS {
-            let (mut sum, mut u_sum, mut squares) = (0.0, 0.0, 0.0);
-            for i in 0..BLOCK {
-                if whole || block.valid[i] != 0 {
-                    let y = block.values[i][c] - zero[c];
-                    sum += y;
-                    u_sum += us[i] * y;
-                    squares += y * y;
-                }
-            }
-            y0[c] += sum;
-            y1[c] += u_sum;
-            yy[c] += squares;
-        }
-    })?;
-    let mut result = Levels {
-        offset: [0.0; TAXELS],
-        slope: [0.0; TAXELS],
-        about_line: [0.0; TAXELS],
-        about_mean: [0.0; TAXELS],
-        y: [0.0; TAXELS],
-        uy: [0.0; TAXELS],
-        yy: [0.0; TAXELS],
-        usable: 0,
-        frames: n,
-    };
-    let Some(reference) = reference.filter(|_| n >= 4) else { return Some(result) };
-    let count = n as f32;
-    let spread = sum_uu - sum_u * sum_u / count;
-    for c in 0..TAXELS {
-        let mean = y0[c] / count;
-        let along = y1[c] - sum_u * mean;
-        let slope = along / spread;
-        let about_mean = yy[c] - y0[c] * mean;
-        let about = about_mean - along * slope;
-        let offset = reference[c] + (mean - slope * sum_u / count);
-        // By how much the offset, as f32 holds it, is off the reference.
-        let moved = offset - reference[c];
-        result.offset[c] = offset;
-        result.y[c] = y0[c] - count * moved;
-        result.uy[c] = y1[c] - sum_u * moved;
-        result.yy[c] = yy[c] - moved * (2.0 * y0[c] - count * moved);
-        result.slope[c] = slope;
-        result.about_line[c] = about;
-        result.about_mean[c] = about_mean;
-        // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
-        if usable & 1 << c != 0 && about > 1e-6 * yy[c] && about > 0.0 {
-            result.usable |= 1 << c;
-        }
-    }
-    Some(result)
+/// Sums over a stretch, values less `zero`.
+struct Sums {
+    zero: Values,
+    n: u32,
+    u: f32,
+    uu: f32,
+    y: Values,
+    uy: Values,
+    yy: Values,
 }
 
-/// Copies one channel, less its straight line, into `out` (zeros behind it and where frames are
-/// missing). None if the frames were overwritten.
-pub fn detrended<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    taxel: usize,
-    out: &mut [f32],
-) -> Option<()> {
-    out.fill(0.0);
-    let (start, step) = (stretch.u(0), 1.0 / stretch.half());
-    stretch.blocks(|block| {
+impl Sums {
+    #[inline(never)]
+    fn add(&mut self, block: &Block, abscissa: Abscissa, frames: u32) -> [Values; BLOCK / QUAD] {
+        let u = abscissa.block(block.at, frames);
         for i in 0..BLOCK {
-            let frame = block.at + i as u32;
-            if let Some(place) = out.get_mut(frame as usize).filter(|_| block.valid[i] != 0) {
-                let u = start + step * frame as f32;
-                *place = block.values[i][taxel] - levels.offset[taxel] - levels.slope[taxel] * u;
+            if block.valid[i] != 0 {
+                self.n += 1;
+                self.u += u[i];
+                self.uu += u[i] * u[i];
             }
         }
-    })
+        let mut quads = [[0.0; TAXELS]; BLOCK / QUAD];
+        for c in 0..TAXELS {
+            let (zero, mut sum, mut u_sum, mut squares) = (self.zero[c], 0.0, 0.0, 0.0);
+            for (q, quads) in quads.iter_mut().enumerate() {
+                let mut quad = 0.0;
+                for i in QUAD * q..QUAD * (q + 1) {
+                    let y = block.values[i][c] - zero;
+                    quad += y;
+                    u_sum += u[i] * y;
+                    squares += y * y;
+                }
+                quads[c] = quad;
+                sum += quad;
+            }
+            self.y[c] += sum;
+            self.uy[c] += u_sum;
+            self.yy[c] += squares;
+        }
+        quads
+    }
+}
+
+/// Means of groups of frames, relative to the first frame that counts: a stretch in a fraction of its frames.
+pub(crate) struct Means<'a> {
+    /// Frames of a group, a multiple of [`QUAD`].
+    pub by: u32,
+    /// The means; as many as there are whole groups.
+    pub values: &'a mut [Values],
+    /// Mask of valid taxels; 0 where no frame of a group counts.
+    pub valid: &'a mut [u16],
+}
+
+impl Means<'_> {
+    fn add(&mut self, block: &Block, quads: &[Values; BLOCK / QUAD], taxels: u16) {
+        for (q, quad) in quads.iter().enumerate() {
+            let group = ((block.at + (QUAD * q) as u32) / self.by) as usize;
+            let (Some(sum), Some(valid)) = (self.values.get_mut(group), self.valid.get_mut(group)) else { return };
+            // Frames are counted in the mask until all are there.
+            let counted = block.valid[QUAD * q..QUAD * (q + 1)].iter().filter(|valid| **valid != 0).count();
+            *valid += counted as u16;
+            for c in 0..TAXELS {
+                sum[c] += quad[c];
+            }
+            let last = (block.at + (QUAD * (q + 1)) as u32).is_multiple_of(self.by);
+            if last && *valid > 0 {
+                let share = 1.0 / *valid as f32;
+                sum.iter_mut().for_each(|sum| *sum *= share);
+                *valid = taxels;
+            }
+        }
+    }
+}
+
+/// First pass: levels, and which taxels and frames count; makes means on the way. None if the frames were
+/// overwritten.
+pub(crate) fn levels(stretch: &mut Stretch, mut means: Option<Means>) -> Option<Levels> {
+    stretch.taxels = reliable_taxels(stretch)?;
+    let zero = stretch.first_counted()?.unwrap_or_default();
+    let empty = [0.0; TAXELS];
+    let mut sums = Sums { zero, n: 0, u: 0.0, uu: 0.0, y: empty, uy: empty, yy: empty };
+    if let Some(means) = &mut means {
+        means.values.fill(empty);
+        means.valid.fill(0);
+    }
+    let (abscissa, frames, taxels) = (stretch.abscissa(), stretch.frames, stretch.taxels);
+    stretch.blocks(&zero, &mut |block| {
+        let quads = sums.add(&block, abscissa, frames);
+        if let Some(means) = &mut means {
+            means.add(&block, &quads, taxels);
+        }
+    })?;
+    Some(sums.levels(taxels))
+}
+
+impl Sums {
+    fn levels(&self, taxels: u16) -> Levels {
+        let empty = [0.0; TAXELS];
+        let mut result = Levels {
+            offset: empty,
+            slope: empty,
+            about_line: empty,
+            about_mean: empty,
+            y: empty,
+            uy: empty,
+            yy: empty,
+            u: self.u,
+            uu: self.uu,
+            usable: 0,
+            frames: self.n,
+        };
+        if self.n < 4 {
+            return result;
+        }
+        let count = self.n as f32;
+        let spread = self.uu - self.u * self.u / count;
+        for c in 0..TAXELS {
+            let mean = self.y[c] / count;
+            let along = self.uy[c] - self.u * mean;
+            let slope = along / spread;
+            let about_mean = self.yy[c] - self.y[c] * mean;
+            let about = about_mean - along * slope;
+            let offset = self.zero[c] + (mean - slope * self.u / count);
+            // By how much the offset, as f32 holds it, is off the first value.
+            let moved = offset - self.zero[c];
+            result.offset[c] = offset;
+            result.y[c] = self.y[c] - count * moved;
+            result.uy[c] = self.uy[c] - self.u * moved;
+            result.yy[c] = self.yy[c] - moved * (2.0 * self.y[c] - count * moved);
+            result.slope[c] = slope;
+            result.about_line[c] = about;
+            result.about_mean[c] = about_mean;
+            // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
+            if taxels & 1 << c != 0 && about > 1e-6 * self.yy[c] && about > 0.0 {
+                result.usable |= 1 << c;
+            }
+        }
+        result
+    }
 }

@@ -316,8 +316,8 @@ mod app {
     struct Locked<'a, M>(&'a mut M);
 
     impl<M: Mutex<T = &'static mut Ring>> FrameSource for Locked<'_, M> {
-        fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
-            self.0.lock(|ring| ring.read(first, most, read))
+        fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()> {
+            self.0.lock(|ring| ring.read(first, most, show))
         }
     }
 }

@@ -1,13 +1,20 @@
-//! Normal equations of a handful of unknowns: Cholesky factor and solution.
+//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all taxels at once.
 
-/// Most unknowns of a channel: offset, slope, and cosine and sine of five harmonics.
-pub const UNKNOWNS: usize = 12;
+use crate::nuisance::NUISANCES_MAX;
+use crate::settings::TAXELS;
+use crate::window::Values;
+
+/// Most unknowns of a channel: offset, slope, nuisances, and cosine and sine of five harmonics.
+pub const UNKNOWNS: usize = 12 + NUISANCES_MAX;
 
 /// A symmetric matrix, of which the lower triangle of the first `size` rows counts.
 pub type Matrix = [[f32; UNKNOWNS]; UNKNOWNS];
 
 /// A vector of which the first `size` elements count.
 pub type Vector = [f32; UNKNOWNS];
+
+/// A vector for every taxel: one row for each unknown.
+pub type Rows = [Values; UNKNOWNS];
 
 /// Cholesky factor of a normal matrix.
 #[derive(Clone, Debug)]
@@ -22,49 +29,71 @@ impl Cholesky {
     /// precision: a pivot fell below a millionth of its diagonal element, so that the unknowns
     /// cannot be told apart in f32.
     pub fn new(matrix: &Matrix, size: usize) -> Option<Self> {
+        let size = size.min(UNKNOWNS);
         let mut factor = *matrix;
-        for j in 0..size {
-            let mut pivot = factor[j][j];
-            for k in 0..j {
-                pivot -= factor[j][k] * factor[j][k];
+        for i in 0..size {
+            let (above, rest) = factor.split_at_mut(i);
+            let row = rest.first_mut()?;
+            for (j, other) in above.iter().enumerate() {
+                row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
             }
-            if !(pivot > 1e-6 * matrix[j][j]) {
+            let pivot = row[i] - dot(&row[..i], &row[..i]);
+            if !(pivot > 1e-6 * row[i]) {
                 return None;
             }
-            let reciprocal = 1.0 / libm::sqrtf(pivot);
-            factor[j][j] = reciprocal;
-            for i in j + 1..size {
-                let mut sum = factor[i][j];
-                for k in 0..j {
-                    sum -= factor[i][k] * factor[j][k];
-                }
-                factor[i][j] = sum * reciprocal;
-            }
+            row[i] = 1.0 / libm::sqrtf(pivot);
         }
         Some(Self { size, factor })
     }
 
-    /// Solves for one right-hand side.
-    pub fn solve(&self, right: &Vector) -> Vector {
-        let mut x = *right;
-        // Rows only, forwards by products and backwards by multiples: no stride, no bounds to check.
+    /// Solves the factor's own equations for one right-hand side, in place: half way to the solution. Its
+    /// product with another such is that of the one's solution with the other.
+    pub fn forward(&self, x: &mut Vector) {
+        for (i, row) in self.factor.iter().enumerate().take(self.size) {
+            x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];
+        }
+    }
+
+    /// The same for every taxel.
+    pub fn forward_rows(&self, x: &mut Rows) {
         for (i, row) in self.factor.iter().enumerate().take(self.size) {
             let (known, rest) = x.split_at_mut(i);
-            if let (Some(first), Some(diagonal)) = (rest.first_mut(), row.get(i)) {
-                *first = (*first - dot(row, known)) * diagonal;
+            let Some(first) = rest.first_mut() else { return };
+            let sum = less_products(first, row, known);
+            for c in 0..TAXELS {
+                first[c] = sum[c] * row[i];
             }
         }
-        for (i, row) in self.factor.iter().enumerate().take(self.size).rev() {
-            let (before, rest) = x.split_at_mut(i);
-            if let (Some(first), Some(diagonal)) = (rest.first_mut(), row.get(i)) {
-                *first *= diagonal;
-                for (x, factor) in before.iter_mut().zip(row) {
-                    *x -= factor * *first;
+    }
+
+    /// From half way to the solution, for every taxel.
+    pub fn backward_rows(&self, x: &mut Rows) {
+        for i in (0..self.size).rev() {
+            let (rest, known) = x.split_at_mut(i + 1);
+            let Some(last) = rest.last_mut() else { return };
+            let mut sum = *last;
+            for (known, row) in known.iter().zip(&self.factor[i + 1..self.size]) {
+                for c in 0..TAXELS {
+                    sum[c] -= row[i] * known[c];
                 }
             }
+            for c in 0..TAXELS {
+                last[c] = sum[c] * self.factor[i][i];
+            }
         }
-        x
     }
+}
+
+/// `from` less each of `rows` times its factor.
+#[inline(always)]
+pub fn less_products(from: &Values, factors: &[f32], rows: &[Values]) -> Values {
+    let mut sum = *from;
+    for (row, factor) in rows.iter().zip(factors) {
+        for c in 0..TAXELS {
+            sum[c] -= factor * row[c];
+        }
+    }
+    sum
 }
 
 /// Sum of the products of two vectors, as far as both go.
@@ -84,18 +113,29 @@ mod tests {
     #[test]
     fn solves_what_it_is_given() {
         let mut a = [[0.0; UNKNOWNS]; UNKNOWNS];
-        let mut b = [0.0; UNKNOWNS];
-        let x = [1.0, -2.0, 3.0];
+        let mut b = [[0.0; TAXELS]; UNKNOWNS];
+        let x = |i: usize, c: usize| [1.0, -2.0, 3.0][i] * (c as f32 + 1.0);
         let m = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 5.0]];
         for i in 0..3 {
             for j in 0..3 {
                 a[i][j] = m[i][j];
-                b[i] += m[i][j] * x[j];
+                for c in 0..TAXELS {
+                    b[i][c] += m[i][j] * x(j, c);
+                }
             }
         }
-        let found = Cholesky::new(&a, 3).unwrap().solve(&b);
+        let cholesky = Cholesky::new(&a, 3).unwrap();
+        let mut alone: Vector = core::array::from_fn(|i| b[i][7]);
+        cholesky.forward(&mut alone);
+        cholesky.forward_rows(&mut b);
         for i in 0..3 {
-            assert!((found[i] - x[i]).abs() < 1e-6);
+            assert_eq!(alone[i], b[i][7]);
+        }
+        cholesky.backward_rows(&mut b);
+        for i in 0..3 {
+            for c in 0..TAXELS {
+                assert!((b[i][c] - x(i, c)).abs() < 2e-6 * x(i, c).abs(), "{i} {c}");
+            }
         }
     }
 

@@ -7,9 +7,9 @@
 
 pub use crate::detector::{Counters, Detector};
 use crate::frame::TimedConversion;
-use crate::moments::Stretch;
 use crate::settings::{Settings, TAXELS};
 use crate::sine_fit::{Fit, Fitter};
+use crate::stretch::Stretch;
 use crate::telemetry::{Channel, Estimate, Event};
 use crate::window::{FrameSource, Ring, Window};
 use ads1258::reading;
@@ -29,7 +29,7 @@ impl Estimator {
     }
 
     /// Fits a window. None if its frames were overwritten before they were read.
-    pub fn run(&mut self, window: &Window, source: &mut impl FrameSource) -> Option<Estimate> {
+    pub fn run(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Estimate> {
         let fit = self.fitter.fit(&mut Stretch::new(source, window.first, window.frames))?;
         let mut estimate = Estimate {
             t_us: window.end_us,

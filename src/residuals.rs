@@ -1,74 +1,59 @@
-//! What models leave of the channels, sample by sample.
+//! What a solution leaves of the channels, sample by sample.
 
 use crate::levels::Levels;
-use crate::moments::{BLOCK, Block, HARMONICS_MAX, Stretch};
+use crate::moments::HARMONICS_MAX;
+use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
+use crate::solve::Solution;
+use crate::stretch::{BLOCK, Block, Stretch};
 use crate::waves::{Oscillator, Waves};
-use crate::window::{FrameSource, Values};
+use crate::window::Values;
 
-/// What a channel's model is made of: offset, slope, and per harmonic the factors of cosine and sine.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Model {
-    /// Offset beyond [`Levels::offset`].
-    pub offset: f32,
-    /// Slope per unit of `u`.
-    pub slope: f32,
-    /// Factors of cos(h theta).
-    pub cos: [f32; HARMONICS_MAX],
-    /// Factors of sin(h theta).
-    pub sin: [f32; HARMONICS_MAX],
-}
-
-/// Sums of squares of what models leave of each channel, taken sample by sample: the difference of
+/// Sums of squares of what a solution leaves of each channel, taken sample by sample: the difference of
 /// two sums of squares would drown a small residual in rounding. None if the frames were overwritten.
-pub fn residuals<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    nu: f32,
-    harmonics: usize,
-    models: &[Model; TAXELS],
-) -> Option<Values> {
-    let oscillator = Oscillator::new(stretch, nu, harmonics.clamp(1, HARMONICS_MAX));
-    let mut waves = Waves::new();
+pub fn residuals(stretch: &mut Stretch, levels: &Levels, nuisances: &Nuisances, solution: &Solution) -> Option<Values> {
+    let oscillator = Oscillator::new(stretch, solution.nu, solution.shape.harmonics);
+    let (mut waves, mut columns) = (Waves::new(), [[0.0; BLOCK]; NUISANCES_MAX]);
     let mut sums = [0f32; TAXELS];
-    stretch.blocks(|block| {
-        oscillator.fill(&block, &mut waves);
-        add_residuals(&block, &waves, levels, oscillator.harmonics, models, &mut sums);
+    stretch.blocks(&levels.offset, &mut |block| {
+        oscillator.fill(block.at, &mut waves);
+        nuisances.fill(&block, &waves.u, &mut columns);
+        for c in 0..TAXELS {
+            if levels.usable & 1 << c != 0 {
+                sums[c] += left(&block, c, levels.offset[c], solution, &waves, &columns);
+            }
+        }
     })?;
     Some(sums)
 }
 
-/// One block further; on its own, so that there is one copy of it for all kinds of sources.
+/// Of one channel in one block.
 #[inline(never)]
-fn add_residuals(
-    block: &Block,
-    waves: &Waves,
-    levels: &Levels,
-    harmonics: usize,
-    models: &[Model; TAXELS],
-    sums: &mut Values,
-) {
-    for (c, model) in models.iter().enumerate() {
-        if levels.usable & 1 << c == 0 {
-            continue;
-        }
-        let zero = levels.offset[c] + model.offset;
-        let mut rest = [0.0; BLOCK];
-        for i in 0..BLOCK {
-            rest[i] = block.values[i][c] - zero - model.slope * waves.u[i];
-        }
-        for h in 0..harmonics {
-            let (cos, sin) = (model.cos[h], model.sin[h]);
-            for i in 0..BLOCK {
-                rest[i] -= cos * waves.cos[h][i] + sin * waves.sin[h][i];
-            }
-        }
-        let mut part = 0.0;
-        for i in 0..BLOCK {
-            if block.valid[i] != 0 {
-                part += rest[i] * rest[i];
-            }
-        }
-        sums[c] += part;
+fn left(block: &Block, c: usize, level: f32, solution: &Solution, waves: &Waves, columns: &Columns) -> f32 {
+    let shape = &solution.shape;
+    let unknown = |index: usize| solution.unknowns[index][c];
+    let (zero, slope) = (level + unknown(0), if shape.slope { unknown(1) } else { 0.0 });
+    let mut rest = [0.0; BLOCK];
+    for i in 0..BLOCK {
+        rest[i] = block.values[i][c] - zero - slope * waves.u[i];
     }
+    for (k, column) in columns.iter().enumerate().take(shape.nuisances) {
+        let factor = unknown(1 + shape.slope as usize + k);
+        for i in 0..BLOCK {
+            rest[i] -= factor * column[i];
+        }
+    }
+    for h in 0..shape.harmonics.min(HARMONICS_MAX) {
+        let (cos, sin) = solution.harmonic(h);
+        for i in 0..BLOCK {
+            rest[i] -= cos[c] * waves.cos[h][i] + sin[c] * waves.sin[h][i];
+        }
+    }
+    let mut sum = 0.0;
+    for i in 0..BLOCK {
+        if block.valid[i] != 0 {
+            sum += rest[i] * rest[i];
+        }
+    }
+    sum
 }

@@ -5,12 +5,15 @@
 //! part of the signal's power - the tone is fast, or there is none - does it run on the frames
 //! themselves.
 
-use crate::levels::{Levels, levels};
-use crate::moments::{HARMONICS_MAX, Stretch, moments};
+use crate::descent::{CYCLES_MIN, Problem, shape_at};
+use crate::levels::{Levels, Means, QUAD, levels};
+use crate::moments::{HARMONICS_MAX, Moments};
+use crate::nuisance::Nuisances;
 use crate::settings::TAXELS;
-use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Shape, Solution, converge, gain, solve};
+use crate::solve::{Solution, gain, rest};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
-use crate::window::{FrameSource, Table, Values};
+use crate::stretch::Stretch;
+use crate::window::Table;
 
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
 /// twelfth) below the strongest line.
@@ -22,12 +25,16 @@ const WORTH_A_LOOK: f32 = 0.02;
 /// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
 /// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
 const LINE_OFFSET_MAX: f32 = 0.06;
-/// Means that a search on means has at the most; a window of one second at 241 Hz has 61 of 4 frames.
-const COARSE_MAX: usize = 64;
+/// Means that a search on means has at the most; a window of one second at 241 Hz has 60 of 4 frames.
+const MEANS_MAX: usize = 64;
+/// Fewer frames than this are searched themselves.
+const FRAMES_FOR_MEANS: u32 = 41;
 /// Share of the power that the means must keep.
-const COARSE_SHARE: f32 = 0.5;
+const MEANS_SHARE: f32 = 0.5;
 /// Peaks below this many cycles per half window are looked at by exact likelihoods.
 const LOW_NU: f32 = 1.75;
+/// Steps from a periodogram's peak to the line it belongs to.
+const LINE_STEPS: usize = 2;
 
 /// Where the fit starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,12 +50,14 @@ pub struct Start {
 pub struct Scratch {
     points: [f32; POINTS_MAX],
     power: [f32; POINTS_MAX / 2],
+    /// Sums of the latest pass.
+    pub sums: Moments,
 }
 
 impl Scratch {
     /// Scratch memory; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2] }
+        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2], sums: Moments::new() }
     }
 }
 
@@ -60,117 +69,111 @@ impl Default for Scratch {
 
 /// Where to start the fit of a stretch with up to `harmonics` harmonics, by the frames themselves.
 /// None if they were overwritten; the inner None says that the window holds nothing to start from.
-pub fn search<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
+pub fn search(
+    stretch: &mut Stretch,
     levels: &Levels,
     scratch: &mut Scratch,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    look(stretch, levels, &mut scratch.points, &mut scratch.power, harmonics)
+    look(stretch, levels, &mut scratch.points, &mut scratch.power, &mut scratch.sums, harmonics)
 }
 
-/// The same by means of a few frames. The inner None says that they are of no use here.
-pub fn search_coarse<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
+/// What the means of groups of frames say.
+pub struct Coarse {
+    /// Frames of a group; 0 if there are no means.
+    by: u32,
+    count: usize,
+    valid: [u16; MEANS_MAX],
+}
+
+/// Levels of a stretch, and its means in `scratch`. None if frames were overwritten.
+pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<(Levels, Coarse)> {
+    let mut coarse = Coarse { by: 0, count: 0, valid: [0; MEANS_MAX] };
+    if stretch.frames < FRAMES_FOR_MEANS || !stretch.is_in_time() {
+        return Some((levels(stretch, None)?, coarse));
+    }
+    coarse.by = QUAD as u32;
+    while stretch.frames / coarse.by > MEANS_MAX as u32 {
+        coarse.by *= 2;
+    }
+    coarse.count = (stretch.frames / coarse.by) as usize;
+    let (values, _) = scratch.points.as_chunks_mut();
+    let means =
+        Means { by: coarse.by, values: values.get_mut(..coarse.count)?, valid: coarse.valid.get_mut(..coarse.count)? };
+    Some((levels(stretch, Some(means))?, coarse))
+}
+
+/// The same by the means of `coarse`, which [`levels_and_means`] left in `scratch`. The inner None says that they are of
+/// no use here.
+pub fn search_coarse(
+    stretch: &Stretch,
     levels_of_all: &Levels,
+    coarse: &Coarse,
     scratch: &mut Scratch,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    let by = stretch.frames.div_ceil(COARSE_MAX as u32);
-    if by < 2 {
+    if coarse.by == 0 {
         return Some(None);
     }
-    let (means, _) = scratch.points.as_chunks_mut::<TAXELS>();
-    let mut valid = [0; COARSE_MAX];
-    let count = condense(stretch, by, means, &mut valid)?;
-    let mut table = Table { values: means.get(..count)?, valid: valid.get(..count)? };
-    let mut coarse = Stretch::new(&mut table, 0, count as u32);
-    let levels = levels(&mut coarse)?;
+    let (values, _) = scratch.points.as_chunks();
+    let mut table = Table { values: values.get(..coarse.count)?, valid: coarse.valid.get(..coarse.count)? };
+    let mut means = stretch.means(&mut table, coarse.count as u32, coarse.by);
+    let levels = levels(&mut means, None)?;
     if levels.usable != levels_of_all.usable {
         return Some(None);
     }
     let mut kept = 0.0;
     for c in 0..TAXELS {
         if levels.usable & 1 << c != 0 {
-            kept += by as f32 * levels.about_line[c] / levels_of_all.about_line[c];
+            kept += coarse.by as f32 * levels.about_line[c] / levels_of_all.about_line[c];
         }
     }
-    if !(kept >= COARSE_SHARE * levels.usable.count_ones() as f32) {
+    if !(kept >= MEANS_SHARE * levels.usable.count_ones() as f32) {
         return Some(None);
     }
     let (points, power) = scratch.power.split_at_mut(POINTS_MAX / 4);
-    let start = look(&mut coarse, &levels, points, power, harmonics)?;
+    let start = look(&mut means, &levels, points, power, &mut scratch.sums, harmonics)?;
     // The means cover whole groups of frames only.
-    let scale = stretch.frames as f32 / (count as u32 * by) as f32;
+    let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     Some(start.map(|start| Start { nu: start.nu * scale, ..start }))
-}
-
-/// Means of every `by` frames; returns how many there are. None if the frames were overwritten.
-fn condense<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    by: u32,
-    means: &mut [Values],
-    valid: &mut [u16; COARSE_MAX],
-) -> Option<usize> {
-    let count = ((stretch.frames / by) as usize).min(means.len()).min(COARSE_MAX);
-    let (mut sum, mut mask, mut seen, mut group, mut left) = ([0.0; TAXELS], u16::MAX, 0u32, 0, by);
-    stretch.blocks(|block| {
-        for i in 0..block.frames {
-            if block.valid[i] != 0 {
-                for c in 0..TAXELS {
-                    sum[c] += block.values[i][c];
-                }
-                mask &= block.valid[i];
-                seen += 1;
-            }
-            left -= 1;
-            if left == 0 {
-                if let (Some(mean), Some(valid)) = (means.get_mut(group), valid.get_mut(group)) {
-                    let share = 1.0 / seen.max(1) as f32;
-                    *mean = sum.map(|sum| sum * share);
-                    *valid = if seen > 0 { mask } else { 0 };
-                }
-                (sum, mask, seen, left) = ([0.0; TAXELS], u16::MAX, 0, by);
-                group += 1;
-            }
-        }
-    })?;
-    Some(count)
 }
 
 /// The strongest line and the fundamental it belongs to. The inner None says that there is none.
 // Large and called from several places: one copy is enough.
 #[inline(never)]
-fn look<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
+fn look(
+    stretch: &mut Stretch,
     levels: &Levels,
     points: &mut [f32],
     power: &mut [f32],
+    sums: &mut Moments,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    let Some(peak) = strongest(stretch, levels, points, power) else { return Some(None) };
+    let nuisances = Nuisances::new(stretch, levels, false)?;
+    let Some(peak) = strongest(stretch, levels, &nuisances, points, power) else { return Some(None) };
     let low = peak <= LOW_NU;
-    let nu = if low { strongest_low(stretch, levels, peak)? } else { peak };
     // Low lines lean on each other too much for a periodogram to say that there is nothing.
     let (frames, most) = (stretch.frames as usize, points.len());
     let power_at = |nu: f32| if low { 1.0 } else { power_near(frames, most, power, nu) };
-    fundamental(stretch, levels, nu, harmonics, power_at)
+    let mut problem = Problem::new(stretch, levels, &nuisances, sums);
+    let nu = if low { strongest_low(&mut problem, peak)? } else { peak };
+    fundamental(&mut problem, nu, harmonics, power_at)
 }
 
 /// The strongest line among the low ones by exact likelihoods: a line of few cycles leans on its
 /// own mirror image, and a periodogram's peak is off by that.
-fn strongest_low<S: FrameSource>(stretch: &mut Stretch<'_, S>, levels: &Levels, peak: f32) -> Option<f32> {
+fn strongest_low(problem: &mut Problem, peak: f32) -> Option<f32> {
     let (mut best, mut most) = (peak, f32::MIN);
     let mut cycles = CYCLES_MIN;
     while cycles < 4.0 {
         let nu = 0.5 * cycles;
-        let shape = Shape { harmonics: 1, slope: cycles >= CYCLES_FOR_SLOPE };
-        let moments = moments(stretch, levels, nu, 1)?;
-        if let Some(solution) = solve(&moments, levels, nu, shape) {
+        let shape = shape_at(nu, 1, problem.nuisances.count());
+        problem.pass(nu, 1)?;
+        if let Some(rest) = rest(problem.sums, problem.levels, problem.nuisances, &shape) {
             // All against constants; the slopes' own gain has to pay for their unknowns.
-            let constants = Shape { slope: false, ..shape };
-            let paid = if shape.slope { 8.0 * libm::logf(levels.frames as f32) } else { 0.0 };
-            let gain = gain(levels, &levels.about_mean, &solution.rest, &constants) - paid;
+            let paid = if shape.slope { 8.0 * libm::logf(problem.levels.frames as f32) } else { 0.0 };
+            let gain =
+                gain(problem.levels, &problem.levels.about_mean, &rest, shape.unknowns() - shape.slope as usize) - paid;
             if gain > most {
                 (best, most) = (nu, gain);
             }
@@ -181,9 +184,9 @@ fn strongest_low<S: FrameSource>(stretch: &mut Stretch<'_, S>, levels: &Levels, 
 }
 
 /// As many of `harmonics` as stay clear of half the frame rate.
-pub fn harmonics_below_nyquist<S: FrameSource>(stretch: &Stretch<'_, S>, nu: f32, harmonics: usize) -> usize {
+pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> usize {
     let mut below = 1;
-    while below < harmonics && (below + 1) as f32 * nu < 0.48 * stretch.half() {
+    while below < harmonics && (below + 1) as f32 * nu < 0.96 * stretch.nu_most() {
         below += 1;
     }
     below
@@ -191,14 +194,15 @@ pub fn harmonics_below_nyquist<S: FrameSource>(stretch: &Stretch<'_, S>, nu: f32
 
 /// Whether the strongest line is the fundamental, or the second or third harmonic of one; and
 /// whether that is open. The inner None says that the window is too short to tell anything.
-fn fundamental<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
+fn fundamental(
+    problem: &mut Problem,
     strongest: f32,
     harmonics: usize,
     power_at: impl Fn(f32) -> f32,
 ) -> Option<Option<Start>> {
-    let Some(line) = converge(stretch, levels, strongest, 1)? else { return Some(None) };
+    let nuisances = problem.nuisances.count();
+    let line = problem.descend(strongest, shape_at(strongest, 1, nuisances), LINE_STEPS)?;
+    let Some(line) = line else { return Some(None) };
     let mut start = Start { nu: line.nu, ambiguous: false };
     if harmonics < 2 {
         return Some(Some(start));
@@ -206,7 +210,7 @@ fn fundamental<S: FrameSource>(
     let mut highest = AMBIGUOUS_SHARE;
     for part in [2usize, 3] {
         let nu = line.nu / part as f32;
-        let harmonics = harmonics_below_nyquist(stretch, nu, (part + 2).min(HARMONICS_MAX));
+        let harmonics = harmonics_below_nyquist(problem.stretch, nu, (part + 2).min(HARMONICS_MAX));
         if 2.0 * nu < 1.0 || harmonics < part {
             continue;
         }
@@ -217,14 +221,14 @@ fn fundamental<S: FrameSource>(
         if between < WORTH_A_LOOK * power_at(line.nu) {
             continue;
         }
-        let Some(comb) = converge(stretch, levels, nu, harmonics)? else { continue };
+        let Some(comb) = problem.converge(nu, shape_at(nu, harmonics, nuisances))? else { continue };
         if (comb.nu - nu).abs() > 0.25 {
             continue;
         }
         let share = share_between(&comb, part);
         if share > highest
-            && lines_hold(&comb, part, power_by_chance(levels))
-            && better_than_overtones(stretch, levels, &comb, line.nu)?
+            && lines_hold(&comb, part, power_by_chance(problem.levels))
+            && better_than_overtones(problem, &comb, line.nu)?
         {
             highest = share;
             let taken = share > SUBHARMONIC_SHARE;
@@ -237,16 +241,12 @@ fn fundamental<S: FrameSource>(
 /// Whether a comb explains the window clearly better than the strongest line with overtones of its
 /// own: across a gap in the window the lines of a comb can be large and cancel each other, and they
 /// take up what those overtones leave.
-fn better_than_overtones<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
-    levels: &Levels,
-    comb: &Solution,
-    strongest: f32,
-) -> Option<bool> {
-    let harmonics = harmonics_below_nyquist(stretch, strongest, comb.shape.harmonics);
-    let Some(rival) = converge(stretch, levels, strongest, harmonics)? else { return Some(true) };
-    let more = (comb.shape.harmonics - harmonics).max(1) as f32 * levels.usable.count_ones() as f32;
-    let gained = gain(levels, &rival.rest, &comb.rest, &comb.shape);
+fn better_than_overtones(problem: &mut Problem, comb: &Solution, strongest: f32) -> Option<bool> {
+    let harmonics = harmonics_below_nyquist(problem.stretch, strongest, comb.shape.harmonics);
+    let shape = shape_at(strongest, harmonics, comb.shape.nuisances);
+    let Some(rival) = problem.converge(strongest, shape)? else { return Some(true) };
+    let more = (comb.shape.harmonics - harmonics).max(1) as f32 * problem.levels.usable.count_ones() as f32;
+    let gained = gain(problem.levels, &rival.rest, &comb.rest, comb.shape.unknowns());
     Some(gained > 0.5 * chi_square_point(2.0 * more, ONE_IN_A_THOUSAND))
 }
 

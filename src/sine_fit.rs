@@ -5,16 +5,19 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::levels::{Levels, levels};
-use crate::moments::{HARMONICS_MAX, Stretch};
+use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, shape_at};
+use crate::levels::Levels;
+use crate::moments::{HARMONICS_MAX, Moments};
+use crate::nuisance::Nuisances;
 use crate::residuals::residuals;
 use crate::search::{
-    Scratch, Start, chi_square_point, harmonics_below_nyquist, power_by_chance, search, search_coarse,
+    Scratch, Start, chi_square_point, harmonics_below_nyquist, levels_and_means, power_by_chance, search, search_coarse,
 };
 use crate::settings::TAXELS;
-use crate::solve::{CYCLES_FOR_SLOPE, CYCLES_MIN, Solution, converge, gain, likelier, quantization};
+use crate::solve::{Shape, Solution, gain, quantization};
+use crate::stretch::Stretch;
 use crate::telemetry::Status;
-use crate::window::{FrameSource, Values};
+use crate::window::Values;
 
 /// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
 const DROWNED: f32 = 1e-4;
@@ -22,6 +25,8 @@ const DROWNED: f32 = 1e-4;
 const OTHER_STARTS: [f32; 2] = [0.8, 1.25];
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
+/// Frames of a long window's middle: means of four of them are as many as there can be.
+const MIDDLE_FRAMES: u32 = 256;
 /// Fewest frames that are worth a fit.
 pub const FRAMES_MIN: u32 = 16;
 
@@ -58,6 +63,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Whether there is a frequency.
+    pub fn has_tone(&self) -> bool {
+        matches!(self.status, Status::Good | Status::Ambiguous)
+    }
+
     fn without_tone(status: Status, levels: &Levels) -> Self {
         let mut channels = [ChannelFit::default(); TAXELS];
         for (c, channel) in channels.iter_mut().enumerate() {
@@ -99,8 +109,8 @@ impl Fitter {
     }
 
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
-    pub fn fit<S: FrameSource>(&mut self, stretch: &mut Stretch<'_, S>) -> Option<Fit> {
-        let levels = levels(stretch)?;
+    pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
+        let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
             return Some(Fit::without_tone(Status::Nothing, &levels));
@@ -109,123 +119,143 @@ impl Fitter {
         if 2 * levels.frames < stretch.frames {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         }
-        if let Some(start) = search_coarse(stretch, &levels, &mut self.scratch, self.harmonics)? {
-            let fit = self.fit_from(stretch, &levels, start)?;
+        if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, self.harmonics)? {
+            let fit = fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start)?;
             // A drift can hide a tone that is too fast for the means.
-            if matches!(fit.status, Status::Good | Status::Ambiguous) {
+            if fit.has_tone() {
+                return Some(fit);
+            }
+        }
+        if let Some(start) = self.search_middle(stretch)? {
+            let fit = fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start)?;
+            if fit.has_tone() {
                 return Some(fit);
             }
         }
         match search(stretch, &levels, &mut self.scratch, self.harmonics)? {
-            Some(start) => self.fit_from(stretch, &levels, start),
+            Some(start) => fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start),
             None => Some(Fit::without_tone(Status::TooShort, &levels)),
         }
     }
 
-    /// The fit from a guess.
-    // Large and called from several places: one copy is enough.
-    #[inline(never)]
-    fn fit_from<S: FrameSource>(&self, stretch: &mut Stretch<'_, S>, levels: &Levels, start: Start) -> Option<Fit> {
-        let Start { nu, ambiguous } = start;
-        // Where a window is too short to tell so many harmonics apart, fewer may do.
-        let mut harmonics = harmonics_below_nyquist(stretch, nu, self.harmonics);
-        let mut best = converge(stretch, levels, nu, harmonics)?;
-        while best.is_none() && harmonics > 1 {
-            harmonics -= 1;
-            best = converge(stretch, levels, nu, harmonics)?;
+    /// Where a long window has a tone too fast for its means: the means of its middle may be short enough.
+    fn search_middle(&mut self, stretch: &mut Stretch) -> Option<Option<Start>> {
+        let all = stretch.frames;
+        if all <= MIDDLE_FRAMES || !stretch.is_in_time() {
+            return Some(None);
         }
-        let Some(mut best) = best else {
-            return Some(Fit::without_tone(Status::TooShort, levels));
-        };
-        // With few cycles the likelihood has more than one summit within reach of a guess.
-        if 2.0 * nu < CYCLES_FOR_SLOPE {
-            for aside in OTHER_STARTS {
-                if let Some(other) = converge(stretch, levels, aside * nu, harmonics)?
-                    && other.shape.slope == best.shape.slope
-                    && likelier(levels, &other.rest, &best.rest)
-                {
-                    best = other;
-                }
+        let mut middle = stretch.part((all - MIDDLE_FRAMES) / 2, MIDDLE_FRAMES);
+        let (levels, coarse) = levels_and_means(&mut middle, &mut self.scratch)?;
+        if levels.usable == 0 || 2 * levels.frames < MIDDLE_FRAMES {
+            return Some(None);
+        }
+        let start = search_coarse(&middle, &levels, &coarse, &mut self.scratch, self.harmonics)?;
+        let scale = all as f32 / MIDDLE_FRAMES as f32;
+        Some(start.map(|start| Start { nu: start.nu * scale, ..start }))
+    }
+}
+
+/// The fit from a guess.
+// Large and called from several places: one copy is enough.
+#[inline(never)]
+fn fit_from(stretch: &mut Stretch, levels: &Levels, sums: &mut Moments, most: usize, start: Start) -> Option<Fit> {
+    let Start { nu, ambiguous } = start;
+    let nuisances = Nuisances::new(stretch, levels, false)?;
+    let mut problem = Problem::new(stretch, levels, &nuisances, sums);
+    let shape = |harmonics| shape_at(nu, harmonics, nuisances.count());
+    // Where a window is too short to tell so many harmonics apart, fewer may do.
+    let mut harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
+    let mut best = problem.converge(nu, shape(harmonics))?;
+    while best.is_none() && harmonics > 1 {
+        harmonics -= 1;
+        best = problem.converge(nu, shape(harmonics))?;
+    }
+    let Some(mut best) = best else {
+        return Some(Fit::without_tone(Status::TooShort, levels));
+    };
+    // With few cycles the likelihood has more than one summit within reach of a guess.
+    if 2.0 * nu < CYCLES_FOR_SLOPE {
+        for aside in OTHER_STARTS {
+            if let Some(other) = problem.converge(aside * nu, shape(harmonics))?
+                && gain(levels, &best.rest, &other.rest, 0) > 0.0
+            {
+                best = other;
             }
         }
-        // As many harmonics as the scene carries and no more.
-        let carried = carried(&best, power_by_chance(levels));
-        if carried < best.shape.harmonics
-            && let Some(leaner) = converge(stretch, levels, best.nu, carried)?
-        {
-            best = leaner;
-        }
-        self.conclude(stretch, levels, best, ambiguous)
+        problem.pass(best.nu, harmonics)?;
     }
-
-    /// Residual, uncertainty and verdict of a converged fit.
-    fn conclude<S: FrameSource>(
-        &self,
-        stretch: &mut Stretch<'_, S>,
-        levels: &Levels,
-        best: Solution,
-        ambiguous: bool,
-    ) -> Option<Fit> {
-        let frames = levels.frames as f32;
-        let channels_used = levels.usable.count_ones() as f32;
-        let unknowns = best.shape.unknowns() as f32;
-
-        let (mut rest, mut information) = (best.rest, best.information);
-        // A small difference of large sums is mostly rounding: then sample by sample.
-        if (0..TAXELS).any(|c| rest[c] < DROWNED * levels.yy[c]) {
-            rest = residuals(stretch, levels, best.nu, best.shape.harmonics, &best.models)?;
-            information *= regained(&best, &rest, frames).max(1e-3);
-        }
-        let sigma_nu = 1.0 / libm::sqrtf(information);
-
-        let before = if best.shape.slope { &levels.about_line } else { &levels.about_mean };
-        let gained = gain(levels, before, &rest, &best.shape);
-        let chance = gain_by_chance(2.0 * best.shape.harmonics as f32 * channels_used, frames);
-        let status = if !(gained > chance) {
-            Status::NoTone
-        } else if !(2.0 * best.nu >= CYCLES_MIN) || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu) {
-            Status::TooShort
-        } else if ambiguous {
-            Status::Ambiguous
-        } else {
-            Status::Good
-        };
-        if !matches!(status, Status::Good | Status::Ambiguous) {
-            return Some(Fit::without_tone(status, levels));
-        }
-        let mut fit = Fit {
-            status,
-            frequency: best.nu / stretch.half(),
-            sigma: sigma_nu / stretch.half(),
-            harmonics: best.shape.harmonics as u8,
-            frames: levels.frames,
-            usable: levels.usable,
-            channels: [ChannelFit::default(); TAXELS],
-        };
-        for c in 0..TAXELS {
-            if levels.usable & 1 << c == 0 {
-                continue;
-            }
-            let model = &best.models[c];
-            let (cos, sin) = (model.cos[0], model.sin[0]);
-            fit.channels[c] = ChannelFit {
-                offset: levels.offset[c] + model.offset,
-                amplitude: libm::sqrtf(cos * cos + sin * sin),
-                phase_rad: libm::atan2f(-sin, cos),
-                residual: libm::sqrtf(rest[c] / (frames - unknowns).max(1.0)),
-            };
-        }
-        Some(fit)
+    // As many harmonics as the scene carries and no more.
+    let carried = carried(&best, power_by_chance(levels));
+    if carried < best.shape.harmonics
+        && let Some(leaner) = problem.step(Shape { harmonics: carried, ..best.shape })
+    {
+        best = leaner;
     }
+    conclude(&mut problem, &best, ambiguous)
+}
+
+/// Residual, uncertainty and verdict of a converged fit.
+fn conclude(problem: &mut Problem, best: &Solution, ambiguous: bool) -> Option<Fit> {
+    let Problem { stretch, levels, nuisances, .. } = problem;
+    let frames = levels.frames as f32;
+    let channels_used = levels.usable.count_ones() as f32;
+    let unknowns = best.shape.unknowns() as f32;
+
+    let (mut rest, mut information) = (best.rest, best.information);
+    // A small difference of large sums is mostly rounding: then sample by sample.
+    if (0..TAXELS).any(|c| rest[c] < DROWNED * levels.yy[c]) {
+        rest = residuals(stretch, levels, nuisances, best)?;
+        information *= regained(best, &rest, frames).max(1e-3);
+    }
+    let sigma_nu = 1.0 / libm::sqrtf(information);
+
+    let before = if best.shape.slope { &levels.about_line } else { &levels.about_mean };
+    let gained = gain(levels, before, &rest, best.shape.unknowns());
+    let chance = gain_by_chance(2.0 * best.shape.harmonics as f32 * channels_used, frames);
+    let status = if !(gained > chance) {
+        Status::NoTone
+    } else if !(2.0 * best.nu >= CYCLES_MIN) || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu) {
+        Status::TooShort
+    } else if ambiguous {
+        Status::Ambiguous
+    } else {
+        Status::Good
+    };
+    if !matches!(status, Status::Good | Status::Ambiguous) {
+        return Some(Fit::without_tone(status, levels));
+    }
+    let mut fit = Fit {
+        status,
+        frequency: best.nu / stretch.half(),
+        sigma: sigma_nu / stretch.half(),
+        harmonics: best.shape.harmonics as u8,
+        frames: levels.frames,
+        usable: levels.usable,
+        channels: [ChannelFit::default(); TAXELS],
+    };
+    let (cos, sin) = best.harmonic(0);
+    for c in 0..TAXELS {
+        if levels.usable & 1 << c == 0 {
+            continue;
+        }
+        fit.channels[c] = ChannelFit {
+            offset: levels.offset[c] + best.unknowns[0][c],
+            amplitude: libm::sqrtf(cos[c] * cos[c] + sin[c] * sin[c]),
+            phase_rad: libm::atan2f(-sin[c], cos[c]),
+            residual: libm::sqrtf(rest[c] / (frames - unknowns).max(1.0)),
+        };
+    }
+    Some(fit)
 }
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth
 /// `rest`: each channel counts by the inverse of its own.
 fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
     let (mut refined, mut weights) = (0.0, 0.0);
-    for (c, model) in best.models.iter().enumerate() {
+    let (cos, sin) = best.harmonic(0);
+    for c in 0..TAXELS {
         if rest[c] > 0.0 {
-            let power = model.cos[0] * model.cos[0] + model.sin[0] * model.sin[0];
+            let power = cos[c] * cos[c] + sin[c] * sin[c];
             refined += power / rest[c].max(quantization(frames));
             weights += power / best.rest[c];
         }

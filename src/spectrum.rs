@@ -3,10 +3,11 @@
 //! Each channel, less its straight line, is transformed on its own and counts by the share of its
 //! own power that a line takes, so that a noisy channel cannot shout the others down.
 
-use crate::levels::{Levels, detrended};
-use crate::moments::Stretch;
+use crate::levels::Levels;
+use crate::normal::Rows;
+use crate::nuisance::{NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
-use crate::window::FrameSource;
+use crate::stretch::{BLOCK, Stretch};
 
 /// Longest transform on the chip, points.
 const POINTS_CHIP: usize = 1024;
@@ -20,15 +21,17 @@ pub const POINTS_MAX: usize = 32_768;
 /// Shortest transform, points.
 const POINTS_MIN: usize = 64;
 
-/// The strongest line in cycles per half window ([`crate::moments`]'s `nu`), between bins by a
+/// The strongest line in cycles per half window ([`crate::stretch`]'s `nu`), between bins by a
 /// parabola through the peak. `points` is scratch memory for one transform, `power` for half as
 /// many. None if the frames were overwritten, if there are more of them than fit `points` or
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
-/// Lines below half a cycle in the window are not looked for: a straight line has been taken off.
-pub fn strongest<S: FrameSource>(
-    stretch: &mut Stretch<'_, S>,
+/// Lines below half a cycle in the window are not looked for: a straight line has been taken off, and what
+/// there is of `nuisances`.
+pub fn strongest(
+    stretch: &mut Stretch,
     levels: &Levels,
+    nuisances: &Nuisances,
     points: &mut [f32],
     power: &mut [f32],
 ) -> Option<f32> {
@@ -38,6 +41,7 @@ pub fn strongest<S: FrameSource>(
     if frames > size || levels.usable == 0 {
         return None;
     }
+    let baseline = nuisances.baseline(levels)?;
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
     for taxel in 0..TAXELS {
@@ -45,13 +49,13 @@ pub fn strongest<S: FrameSource>(
             continue;
         }
         let transform = points.get_mut(..size)?;
-        detrended(stretch, levels, taxel, transform)?;
         // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
         let weight = 1.0 / libm::sqrtf(levels.about_line[taxel]);
-        transform.iter_mut().for_each(|x| *x *= weight);
+        copy(stretch, levels, nuisances, &baseline, taxel, weight, transform)?;
         add_power(transform, power);
     }
-    let bins_per_cycle = size as f32 / frames as f32;
+    // A path's first and last frame lie at its very ends, those in time half a frame inside.
+    let bins_per_cycle = size as f32 / if stretch.is_in_time() { frames } else { frames - 1 } as f32;
     let least = ((0.5 * bins_per_cycle) as usize).max(1);
     let (mut at, mut peak) = (least, 0.0);
     for (k, p) in power.iter().enumerate().skip(least) {
@@ -66,6 +70,48 @@ pub fn strongest<S: FrameSource>(
     Some((at as f32 + between) / bins_per_cycle * 0.5)
 }
 
+/// Copies one channel, less its baseline and times `weight`, into `out`, frame by frame; along a path each
+/// frame goes to its place, which makes the transform that of the path. Zeros behind it and where frames
+/// are missing.
+fn copy(
+    stretch: &mut Stretch,
+    levels: &Levels,
+    nuisances: &Nuisances,
+    baseline: &Rows,
+    taxel: usize,
+    weight: f32,
+    out: &mut [f32],
+) -> Option<()> {
+    out.fill(0.0);
+    let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
+    let (zero, slope) = (levels.offset[taxel] + baseline[0][taxel], baseline[1][taxel]);
+    let mut columns = [[0.0; BLOCK]; NUISANCES_MAX];
+    stretch.blocks(&levels.offset, &mut |block| {
+        let u = abscissa.block(block.at, frames);
+        let mut rest = [0.0; BLOCK];
+        for i in 0..BLOCK {
+            rest[i] = block.values[i][taxel] - zero - slope * u[i];
+        }
+        if nuisances.count() > 0 {
+            nuisances.fill(&block, &u, &mut columns);
+            for (k, column) in columns.iter().enumerate().take(nuisances.count()) {
+                for i in 0..BLOCK {
+                    rest[i] -= baseline[2 + k][taxel] * column[i];
+                }
+            }
+        }
+        for i in 0..BLOCK {
+            let place = match in_time {
+                true => block.at as usize + i,
+                false => ((0.5 * (u[i] + 1.0)) * (frames - 1) as f32 + 0.5) as usize,
+            };
+            if let Some(out) = out.get_mut(place).filter(|_| block.valid[i] != 0) {
+                *out += weight * rest[i];
+            }
+        }
+    })
+}
+
 /// The highest power within a bin of `nu` in the periodogram that [`strongest`] left of so many frames,
 /// with so many `points` of scratch memory; zero beyond its end.
 pub fn power_near(frames: usize, points: usize, power: &[f32], nu: f32) -> f32 {
@@ -75,13 +121,14 @@ pub fn power_near(frames: usize, points: usize, power: &[f32], nu: f32) -> f32 {
     near.iter().fold(0.0, |most, power| most.max(*power))
 }
 
-/// Points of the transform of so many frames: a quarter more than frames at least, where there is
-/// room. A peak between two bins then loses little height.
+/// Points of the transform of so many frames: a quarter more than frames, where there is room and many of
+/// them. A peak between two bins then loses little height.
 fn transform_size(frames: usize, most: usize) -> usize {
     // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
     let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
+    let wanted = if frames <= POINTS_MIN { frames } else { frames + frames / 4 };
     let mut size = POINTS_MIN;
-    while 2 * size <= most && size < frames + frames / 4 {
+    while 2 * size <= most && size < wanted {
         size *= 2;
     }
     size

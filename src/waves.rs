@@ -1,14 +1,200 @@
-//! The harmonics of one frequency over a window, block after block.
+//! The harmonics of one frequency over a stretch, and sums of products of them.
 
-use crate::moments::{BLOCK, Block, GROUP, GROUPS, HARMONICS_MAX, Stretch, Trigonometric};
+use crate::moments::HARMONICS_MAX;
 use crate::phase::{cos_sin, from_turns};
-use crate::window::FrameSource;
+use crate::stretch::{Abscissa, BLOCK, Block, Stretch};
 
-/// The harmonics over one block of frames, zero where a frame is missing.
+/// Orders of the sums: products of two harmonics have up to twice the order of either.
+const ORDERS: usize = 2 * HARMONICS_MAX + 1;
+
+/// What a sum is weighted with. `Lever` stands for `u` in the derivative by frequency: in a short stretch
+/// it is `u`, in a long one that of the block's centre for all frames of a block. That leaves the estimate
+/// without bias, since the residuals of the true model have nothing in common with the waves under any
+/// lever, and costs it less than a 200th of its information.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// 1
+    One,
+    /// u
+    U,
+    /// u squared
+    UU,
+    /// lever
+    Lever,
+    /// lever x u
+    LeverU,
+    /// lever squared
+    LeverLever,
+}
+
+const WEIGHTS: usize = 6;
+
+/// One of the functions a channel is made of, but for a power of `u`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wave {
+    /// 1
+    One,
+    /// cos(h theta)
+    Cos(usize),
+    /// sin(h theta)
+    Sin(usize),
+}
+
+/// Sums of the harmonics alone, over the frames that count: weight x cos(k theta) and
+/// weight x sin(k theta) for every [`Weight`] and k = 0 ..= 2 x harmonics.
+#[derive(Clone, Debug)]
+pub struct Trigonometric {
+    /// The lever is `u`: sums with it are those with `u`.
+    exact: bool,
+    cos: [[f32; ORDERS]; WEIGHTS],
+    sin: [[f32; ORDERS]; WEIGHTS],
+}
+
+impl Trigonometric {
+    /// Sum of weight x a x b.
+    #[inline(always)]
+    pub fn product(&self, weight: Weight, a: Wave, b: Wave) -> f32 {
+        let weight = match weight {
+            Weight::Lever if self.exact => Weight::U,
+            Weight::LeverU | Weight::LeverLever if self.exact => Weight::UU,
+            weight => weight,
+        };
+        let (cos, sin) = (&self.cos[weight as usize], &self.sin[weight as usize]);
+        let signed = |to: usize, from: usize| if to >= from { sin[to - from] } else { -sin[from - to] };
+        match (a, b) {
+            (Wave::One, Wave::One) => cos[0],
+            (Wave::One, Wave::Cos(h)) | (Wave::Cos(h), Wave::One) => cos[h],
+            (Wave::One, Wave::Sin(h)) | (Wave::Sin(h), Wave::One) => sin[h],
+            (Wave::Cos(i), Wave::Cos(j)) => 0.5 * (cos[i.abs_diff(j)] + cos[i + j]),
+            (Wave::Sin(i), Wave::Sin(j)) => 0.5 * (cos[i.abs_diff(j)] - cos[i + j]),
+            (Wave::Cos(i), Wave::Sin(j)) | (Wave::Sin(j), Wave::Cos(i)) => 0.5 * (sin[i + j] + signed(j, i)),
+        }
+    }
+}
+
+/// Frames on either side of a block's centre.
+pub(crate) const WING: usize = BLOCK / 2;
+
+/// Functions of the distance from a block's centre, half a frame, one and a half ...
+type Wing = [f32; WING];
+
+/// The harmonics of a frequency. In time they are the same in every block but for the phase of its centre:
+/// even and odd about it.
+pub(crate) struct Oscillator<'a> {
+    pub harmonics: usize,
+    nu: f32,
+    frames: u32,
+    abscissa: Abscissa<'a>,
+    phase_0: u32,
+    step: u32,
+    /// From a block's first frame to its centre: in `u`, and as a phase.
+    half_block: f32,
+    to_centre: u32,
+    /// cos(h theta) and sin(h theta) about a block's centre.
+    pub cos: [Wing; HARMONICS_MAX],
+    pub sin: [Wing; HARMONICS_MAX],
+    /// The same times the distance from the centre, in `u`.
+    pub far_cos: [Wing; HARMONICS_MAX],
+    pub far_sin: [Wing; HARMONICS_MAX],
+    /// Sums over a block, for every order k: cos(k theta); distance x sin(k theta); distance squared x
+    /// cos(k theta). The others are zero by symmetry.
+    even: [f32; ORDERS],
+    odd: [f32; ORDERS],
+    spread: [f32; ORDERS],
+}
+
+/// The harmonics at a block's centre, and its `u`.
+pub(crate) struct Centre {
+    pub u: f32,
+    pub cos: [f32; ORDERS],
+    pub sin: [f32; ORDERS],
+}
+
+/// The harmonics over one block of frames.
 pub(crate) struct Waves {
     pub u: [f32; BLOCK],
     pub cos: [[f32; BLOCK]; HARMONICS_MAX],
     pub sin: [[f32; BLOCK]; HARMONICS_MAX],
+}
+
+/// Multiples of an angle by the sum formula: (cos, sin) of 0, 1, 2 ... times it.
+#[inline(always)]
+fn multiples((c1, s1): (f32, f32), most: usize, mut visit: impl FnMut(usize, f32, f32)) {
+    let (mut c, mut s) = (1.0, 0.0);
+    for k in 0..=most {
+        visit(k, c, s);
+        (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+    }
+}
+
+impl<'a> Oscillator<'a> {
+    pub fn new(stretch: &Stretch<'a>, nu: f32, harmonics: usize) -> Self {
+        let harmonics = harmonics.clamp(1, HARMONICS_MAX);
+        let u_step = 2.0 / stretch.frames.max(1) as f32;
+        let step = from_turns(nu * u_step);
+        // Phase zero at the centre, which lies half way between two frames if their number is even.
+        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        let wings = [[0.0; WING]; HARMONICS_MAX];
+        let mut out = Self {
+            harmonics,
+            nu,
+            frames: stretch.frames,
+            abscissa: stretch.abscissa(),
+            phase_0: (back as u32).wrapping_neg(),
+            step,
+            half_block: 0.5 * (BLOCK - 1) as f32 * u_step,
+            to_centre: (step as u64 * (BLOCK as u64 - 1) / 2) as u32,
+            cos: wings,
+            sin: wings,
+            far_cos: wings,
+            far_sin: wings,
+            even: [0.0; ORDERS],
+            odd: [0.0; ORDERS],
+            spread: [0.0; ORDERS],
+        };
+        if !stretch.is_in_time() {
+            return out;
+        }
+        for i in 0..WING {
+            let far = (i as f32 + 0.5) * u_step;
+            let turn = cos_sin((step as u64 * (2 * i as u64 + 1) / 2) as u32);
+            multiples(turn, 2 * harmonics, |k, c, s| {
+                out.even[k] += 2.0 * c;
+                out.odd[k] += 2.0 * far * s;
+                out.spread[k] += 2.0 * far * far * c;
+                if k >= 1 && k <= harmonics {
+                    (out.cos[k - 1][i], out.sin[k - 1][i]) = (c, s);
+                    (out.far_cos[k - 1][i], out.far_sin[k - 1][i]) = (far * c, far * s);
+                }
+            });
+        }
+        out
+    }
+
+    /// The harmonics, and products of two, at the centre of the block that begins with frame `at`.
+    pub fn centre(&self, at: u32) -> Centre {
+        let mut out = Centre { u: self.abscissa.u(at) + self.half_block, cos: [0.0; ORDERS], sin: [0.0; ORDERS] };
+        let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre);
+        multiples(cos_sin(phase), 2 * self.harmonics, |k, c, s| (out.cos[k], out.sin[k]) = (c, s));
+        out
+    }
+
+    /// The harmonics frame by frame.
+    pub fn fill(&self, at: u32, waves: &mut Waves) {
+        let in_time = matches!(self.abscissa, Abscissa::Time { .. });
+        waves.u = self.abscissa.block(at, self.frames);
+        for i in 0..BLOCK {
+            let phase = match in_time {
+                true => self.phase_0.wrapping_add(self.step.wrapping_mul(at + i as u32)),
+                false => from_turns(self.nu * waves.u[i]),
+            };
+            multiples(cos_sin(phase), self.harmonics, |k, c, s| {
+                if k > 0 {
+                    (waves.cos[k - 1][i], waves.sin[k - 1][i]) = (c, s);
+                }
+            });
+        }
+    }
 }
 
 impl Waves {
@@ -17,156 +203,52 @@ impl Waves {
     }
 }
 
-/// Orders of products of two harmonics, the constant included.
-const ORDERS: usize = 2 * HARMONICS_MAX + 1;
+impl Trigonometric {
+    /// Empty sums; `exact` says that the lever is `u`.
+    pub(crate) const fn new(exact: bool) -> Self {
+        Self { exact, cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
+    }
 
-/// Makes the harmonics of a frequency without drifting: each block starts from the exact phase and is
-/// turned by a table.
-pub(crate) struct Oscillator {
-    pub harmonics: usize,
-    turn: [(f32, f32); BLOCK],
-    phase_0: u32,
-    step: u32,
-    u_0: f32,
-    u_step: f32,
-    /// From a group's first frame to its centre: in `u`, and as a phase.
-    half_group: f32,
-    to_centre: u32,
-    /// Sums over a group about its centre, for every order k: cos(k theta), and
-    /// (u - its centre) sin(k theta). The others are zero by symmetry.
-    even: [f32; ORDERS],
-    odd: [f32; ORDERS],
-    /// Sum over a group of the squared distances from its centre, in `u`.
-    spread: f32,
-}
-
-impl Oscillator {
-    pub fn new<S: FrameSource>(stretch: &Stretch<'_, S>, nu: f32, harmonics: usize) -> Self {
-        let step = from_turns(nu / stretch.half());
-        let mut turn = [(1.0, 0.0); BLOCK];
-        for (i, turn) in turn.iter_mut().enumerate() {
-            *turn = cos_sin(step.wrapping_mul(i as u32));
-        }
-        let u_step = 1.0 / stretch.half();
-        let (mut even, mut odd) = ([0.0; ORDERS], [0.0; ORDERS]);
-        for i in 0..GROUP / 2 {
-            // Half a frame, one and a half ... from the centre.
-            let out = 2 * i as u32 + 1;
-            let (c1, s1) = cos_sin((step as u64 * out as u64 / 2) as u32);
-            let (mut c, mut s) = (1.0, 0.0);
-            for k in 0..=2 * harmonics {
-                even[k] += 2.0 * c;
-                odd[k] += out as f32 * u_step * s;
-                (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
-            }
-        }
-        // Phase zero at the centre, which lies half way between two frames if their number is even.
-        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
-        let phase_0 = (back as u32).wrapping_neg();
-        let n = GROUP as f32;
-        Self {
-            harmonics,
-            turn,
-            phase_0,
-            step,
-            u_0: stretch.u(0),
-            u_step,
-            half_group: 0.5 * (n - 1.0) * u_step,
-            to_centre: (step as u64 * (GROUP as u64 - 1) / 2) as u32,
-            even,
-            odd,
-            spread: u_step * u_step * n * (n * n - 1.0) / 12.0,
+    /// Adds a block of which every frame counts.
+    pub(crate) fn add_block(&mut self, oscillator: &Oscillator, centre: &Centre) {
+        let u = centre.u;
+        for k in 0..=2 * oscillator.harmonics.min(HARMONICS_MAX) {
+            let (c, s) = (centre.cos[k], centre.sin[k]);
+            let (even, odd, spread) = (oscillator.even[k], oscillator.odd[k], oscillator.spread[k]);
+            let (cos, sin) = (even * c, even * s);
+            let (u_cos, u_sin) = (u * cos - odd * s, u * sin + odd * c);
+            // (u + d)^2 = u (u + 2 d) + d^2, d the distance from the centre.
+            let uu_cos = u * (u_cos - odd * s) + spread * c;
+            let uu_sin = u * (u_sin + odd * c) + spread * s;
+            self.add(k, [cos, u_cos, uu_cos], [sin, u_sin, uu_sin], u);
         }
     }
 
-    /// `u` of a frame.
-    pub fn u(&self, frame: u32) -> f32 {
-        self.u_0 + self.u_step * frame as f32
-    }
-
-    /// The harmonics over a block.
-    pub fn fill(&self, block: &Block, waves: &mut Waves) {
-        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
-        for i in 0..BLOCK {
-            let (tc, ts) = self.turn[i];
-            let (mut c1, mut s1) = (c * tc - s * ts, s * tc + c * ts);
-            if block.valid[i] == 0 {
-                (c1, s1) = (0.0, 0.0);
-            }
-            waves.u[i] = self.u(block.at + i as u32);
-            waves.cos[0][i] = c1;
-            waves.sin[0][i] = s1;
-            let (mut ch, mut sh) = (c1, s1);
-            for h in 1..self.harmonics.min(HARMONICS_MAX) {
-                (ch, sh) = (ch * c1 - sh * s1, sh * c1 + ch * s1);
-                waves.cos[h][i] = ch;
-                waves.sin[h][i] = sh;
-            }
-        }
-    }
-
-    /// Adds a block to the sums, by the centres of its groups where all of their frames count; gives
-    /// the groups' levers.
-    pub fn add_groups(&self, block: &Block, waves: &Waves, sums: &mut Trigonometric) -> [f32; GROUPS] {
-        let mut levers = [0.0; GROUPS];
-        for (q, lever) in levers.iter_mut().enumerate() {
-            let first = GROUP * q;
-            *lever = self.u(block.at + first as u32) + self.half_group;
-            if block.valid[first..first + GROUP].iter().all(|valid| *valid != 0) {
-                self.add_group(block.at + first as u32, *lever, sums);
-            } else {
-                for i in first..first + GROUP {
-                    self.add_frame(block, waves, i, *lever, sums);
-                }
-            }
-        }
-        levers
-    }
-
-    fn add_group(&self, at: u32, lever: f32, sums: &mut Trigonometric) {
-        let (c1, s1) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre));
-        let (mut c, mut s) = (1.0, 0.0);
-        for k in 0..=2 * self.harmonics.min(HARMONICS_MAX) {
-            let (cos, sin) = (self.even[k] * c, self.even[k] * s);
-            let (u_cos, u_sin) = (lever * cos - self.odd[k] * s, lever * sin + self.odd[k] * c);
-            // `u` squared is asked for by slopes alone, without a wave.
-            let uu = if k == 0 { lever * lever * cos + self.spread } else { 0.0 };
-            let cosines = [cos, u_cos, uu, lever * cos, lever * u_cos, lever * lever * cos];
-            sums.add(k, cosines, [sin, u_sin, 0.0, lever * sin, lever * u_sin, lever * lever * sin]);
-            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
-        }
-    }
-
-    /// Adds a frame of a group with a gap.
-    fn add_frame(&self, block: &Block, waves: &Waves, i: usize, lever: f32, sums: &mut Trigonometric) {
-        if block.valid[i] == 0 {
-            return;
-        }
-        let (u, c1, s1) = (waves.u[i], waves.cos[0][i], waves.sin[0][i]);
-        let (mut c, mut s) = (1.0, 0.0);
-        for k in 0..=2 * self.harmonics.min(HARMONICS_MAX) {
-            let (lever_c, lever_s) = (lever * c, lever * s);
-            sums.add(
-                k,
-                [c, u * c, u * u * c, lever_c, u * lever_c, lever * lever_c],
-                [s, u * s, u * u * s, lever_s, u * lever_s, lever * lever_s],
-            );
-            (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
-        }
-    }
-
-    /// Adds the frames of a block that count, one by one, with `u` for a lever.
-    pub fn add_frames(&self, block: &Block, waves: &Waves, sums: &mut Trigonometric) {
+    /// Adds the frames of a block that count, one by one.
+    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, lever: f32, harmonics: usize) {
         for i in 0..BLOCK {
             if block.valid[i] == 0 {
                 continue;
             }
-            let (u, c1, s1) = (waves.u[i], waves.cos[0][i], waves.sin[0][i]);
-            let (mut c, mut s) = (1.0, 0.0);
-            for k in 0..=2 * self.harmonics.min(HARMONICS_MAX) {
-                let (u_c, u_s) = (u * c, u * s);
-                sums.add(k, [c, u_c, u * u_c], [s, u_s, u * u_s]);
-                (c, s) = (c * c1 - s * s1, s * c1 + c * s1);
+            let u = waves.u[i];
+            multiples((waves.cos[0][i], waves.sin[0][i]), 2 * harmonics.min(HARMONICS_MAX), |k, c, s| {
+                self.add(k, [c, u * c, u * u * c], [s, u * s, u * u * s], lever);
+            });
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, k: usize, cos: [f32; 3], sin: [f32; 3], lever: f32) {
+        for w in 0..3 {
+            self.cos[w][k] += cos[w];
+            self.sin[w][k] += sin[w];
+        }
+        if !self.exact {
+            let of = |sum: [f32; 3]| [lever * sum[0], lever * sum[1], lever * lever * sum[0]];
+            let (cos, sin) = (of(cos), of(sin));
+            for w in 0..3 {
+                self.cos[w + 3][k] += cos[w];
+                self.sin[w + 3][k] += sin[w];
             }
         }
     }

@@ -21,10 +21,10 @@ pub const fn reached(number: u32, mark: u32) -> bool {
 /// Where the fit reads frames from: a table or the ring itself on a PC, the ring behind a lock on
 /// the chip.
 pub trait FrameSource {
-    /// Shows `read` up to `most` consecutive frames from frame number `first` on: their values, and
+    /// Shows `show` up to `most` consecutive frames from frame number `first` on, once: their values, and
     /// per frame a mask of the taxels that hold a valid value (bit k is taxel k; 0 is a missing
-    /// frame). At least one frame is shown. None if `first` is not, or no longer, there.
-    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R>;
+    /// frame). At least one frame is shown. None, and nothing shown, if `first` is not, or no longer, there.
+    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()>;
 }
 
 /// The latest [`RING_FRAMES`] frames.
@@ -122,8 +122,8 @@ impl Default for Ring {
 }
 
 impl FrameSource for &Ring {
-    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
-        Ring::read(self, first, most, read)
+    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()> {
+        Ring::read(self, first, most, show)
     }
 }
 
@@ -154,13 +154,14 @@ pub struct Table<'a> {
 }
 
 impl FrameSource for Table<'_> {
-    fn read<R>(&mut self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
+    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()> {
         let at = first as usize;
         let end = at.saturating_add(most).min(self.values.len());
         if at >= end {
             return None;
         }
-        Some(read(self.values.get(at..end)?, self.valid.get(at..end)?))
+        show(self.values.get(at..end)?, self.valid.get(at..end)?);
+        Some(())
     }
 }
 

@@ -3,8 +3,8 @@
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};
-use ridgetone::moments::Stretch;
 use ridgetone::sine_fit::{Fit, Fitter};
+use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;
 use ridgetone::window::Table;
 

@@ -3,10 +3,11 @@
 use crate::grid::Grid;
 use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
-use ridgetone::moments::{HARMONICS_MAX, Stretch};
+use ridgetone::moments::HARMONICS_MAX;
 use ridgetone::settings::TAXELS;
 use ridgetone::sine_fit::Fitter;
 use ridgetone::spectrum::POINTS_MAX;
+use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;
 use ridgetone::window::Table;
 

@@ -1,9 +1,9 @@
 //! The fit on the bound: its error over many windows, against what no estimator can do better.
 
 use hal_mock::Sliding;
-use ridgetone::moments::Stretch;
+use ridgetone::descent::CYCLES_FOR_SLOPE;
 use ridgetone::sine_fit::Fitter;
-use ridgetone::solve::CYCLES_FOR_SLOPE;
+use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;
 use ridgetone::window::Table;
 use ridgetone_host::simulated::Simulated;

@@ -5,10 +5,11 @@ use crate::machine::{Counter, stack};
 use core::fmt::Write;
 use heapless::Vec;
 use ridgetone::frame::{SLOTS, TimedConversion};
-use ridgetone::moments::{HARMONICS_MAX, Stretch};
+use ridgetone::moments::HARMONICS_MAX;
 use ridgetone::pipeline::{Counters, Detector};
 use ridgetone::settings::{RING_FRAMES, Settings};
 use ridgetone::sine_fit::{Fit, Fitter};
+use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::{Event, Packet, WIRE_MAX};
 use ridgetone::window::Ring;
 use ridgetone::workload::{

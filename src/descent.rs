@@ -1,0 +1,107 @@
+//! Gauss-Newton in the frequency: from a guess to the maximum of the likelihood.
+
+use crate::levels::Levels;
+use crate::moments::Moments;
+use crate::nuisance::Nuisances;
+use crate::solve::{Shape, Solution, solve};
+use crate::stretch::Stretch;
+use core::f32::consts::PI;
+
+/// Cycles in the window below which there is too little of a wave to tell its frequency
+/// (a periodogram is off by more than 1 Hz there; the bound itself still holds at 0.73 cycles).
+pub const CYCLES_MIN: f32 = 0.6;
+/// Cycles in the window from which a slope can be told from the wave and is always fitted too.
+pub const CYCLES_FOR_SLOPE: f32 = 2.0;
+/// Gauss-Newton steps at the most; two do from a guess of the search.
+const STEPS_MAX: usize = 8;
+/// An error of the last step this small against the uncertainty is none.
+const STEP_DONE: f32 = 0.02;
+/// Share of the residuals that the last step may still take off them.
+const RESIDUAL_EXCESS: f32 = 0.01;
+/// Half a bin of a periodogram: further away the slope of the likelihood misleads.
+const STEP_MAX: f32 = 0.25;
+
+/// A stretch and all that is known of it but its tone.
+pub struct Problem<'p, 'a> {
+    /// The frames.
+    pub stretch: &'p mut Stretch<'a>,
+    /// Their levels.
+    pub levels: &'p Levels,
+    /// What else the channels hold.
+    pub nuisances: &'p Nuisances,
+    /// Sums of the latest pass.
+    pub sums: &'p mut Moments,
+    /// Frequency of that pass.
+    pub nu: f32,
+}
+
+impl<'p, 'a> Problem<'p, 'a> {
+    /// A problem of which no sums are known yet; they will be kept in `sums`.
+    pub fn new(
+        stretch: &'p mut Stretch<'a>,
+        levels: &'p Levels,
+        nuisances: &'p Nuisances,
+        sums: &'p mut Moments,
+    ) -> Self {
+        Self { stretch, levels, nuisances, sums, nu: 0.0 }
+    }
+
+    /// One pass at `nu`. None if the frames were overwritten.
+    pub fn pass(&mut self, nu: f32, harmonics: usize) -> Option<()> {
+        self.nu = nu;
+        self.sums.collect(self.stretch, self.levels, self.nuisances, nu, harmonics)
+    }
+
+    /// Solves for `shape` with the sums of the latest pass and takes its step. None if the unknowns cannot be
+    /// told apart.
+    pub fn step(&self, shape: Shape) -> Option<Solution> {
+        let mut solution = solve(self.sums, self.levels, self.nuisances, self.nu, shape)?;
+        // Below a quarter of a cycle per window there is nothing, and nothing above the frame rate's half.
+        let to = self.nu + solution.step.clamp(-STEP_MAX, STEP_MAX);
+        solution.nu = to.clamp(0.15, self.stretch.nu_most().max(0.15));
+        Some(solution)
+    }
+
+    /// Gauss-Newton from `nu`, at most `steps` of them. The inner None says that the unknowns cannot be told
+    /// apart. None if the frames were overwritten.
+    #[inline(never)]
+    pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize) -> Option<Option<Solution>> {
+        let mut nu = nu;
+        for left in (0..steps.clamp(1, STEPS_MAX)).rev() {
+            self.pass(nu, shape.harmonics)?;
+            let Some(solution) = self.step(shape) else { return Some(None) };
+            if left == 0 || self.arrives(&solution, nu) {
+                return Some(Some(solution));
+            }
+            nu = solution.nu;
+        }
+        Some(None)
+    }
+
+    /// All the steps it takes.
+    pub fn converge(&mut self, nu: f32, shape: Shape) -> Option<Option<Solution>> {
+        self.descend(nu, shape, STEPS_MAX)
+    }
+
+    /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
+    fn arrives(&self, solution: &Solution, nu: f32) -> bool {
+        let step = (solution.nu - nu).abs();
+        let done = STEP_DONE / libm::sqrtf(solution.information);
+        // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
+        // with its cube (the waves' third-order terms), and what the residuals are too large by with
+        // its square.
+        let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
+        // Below two cycles the waves lean on offset and slope too, and a step errs by more than that.
+        if 2.0 * nu < CYCLES_FOR_SLOPE {
+            return step <= done || step < 1e-6 * nu;
+        }
+        let samples = (self.levels.usable.count_ones() * self.levels.frames) as f32;
+        let excess = step * step * solution.information;
+        (0.1 * angle * angle * step <= done && excess <= RESIDUAL_EXCESS * samples) || step < 1e-6 * nu
+    }
+}
+
+/// The shape of a fit at `nu`: a slope where there are cycles enough to tell it from the wave.
+pub fn shape_at(nu: f32, harmonics: usize, nuisances: usize) -> Shape {
+    Shape { harmonics, slope: 2.0 * nu >= CYCLES_FOR_SLOPE, nuisances }
+}

@@ -1,0 +1,126 @@
+//! What a channel holds besides its level, its slope and the tone: a baseline that relaxes, an interferer.
+//!
+//! Each is a function of the frame, known but for its factor in every channel, and so one more linear
+//! unknown of the fit. A baseline that relaxes (skin creeps after a contact) is curved: within a window
+//! the second and third Legendre polynomials describe an exponential whose time constant is not much
+//! shorter than the window. An interferer of known frequency is a cosine and a sine; sampled below twice
+//! its frequency it is their alias, without more ado.
+
+use crate::levels::Levels;
+use crate::normal::{Cholesky, Rows, UNKNOWNS};
+use crate::phase::{cos_sin, from_turns};
+use crate::settings::TAXELS;
+use crate::stretch::{BLOCK, Block, Stretch};
+use crate::window::Values;
+
+/// Most functions: two of a curve, two of an interferer.
+pub const NUISANCES_MAX: usize = 4;
+
+/// The functions of a stretch, and their sums over it.
+#[derive(Clone, Debug, Default)]
+pub struct Nuisances {
+    /// Whether the two of a curve are among them; those of an interferer come first.
+    pub curved: bool,
+    /// Whether the two of an interferer are among them.
+    pub interferer: bool,
+    /// Phase of the interferer per frame and in the first frame, and its turns from a block's first frame.
+    step: u32,
+    phase_0: u32,
+    turn: [(f32, f32); BLOCK],
+    /// Sums of y times the function, each channel less its [`Levels::offset`].
+    pub y: [Values; NUISANCES_MAX],
+    /// Sums of the function, of u times it, and of its products with each.
+    pub one: [f32; NUISANCES_MAX],
+    /// Sums of u times the function.
+    pub u: [f32; NUISANCES_MAX],
+    /// Sums of its products with each.
+    pub each: [[f32; NUISANCES_MAX]; NUISANCES_MAX],
+}
+
+/// Values of the functions over a block, zero where a frame does not count.
+pub(crate) type Columns = [[f32; BLOCK]; NUISANCES_MAX];
+
+impl Nuisances {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        2 * self.curved as usize + 2 * self.interferer as usize
+    }
+
+    /// Of a stretch: those of its interferer, and those of a curve if asked for. One pass, unless there are
+    /// none. None if the frames were overwritten.
+    pub fn new(stretch: &mut Stretch, levels: &Levels, curved: bool) -> Option<Self> {
+        let mut out = Self { curved, interferer: stretch.interferer.is_some(), ..Self::default() };
+        let count = out.count();
+        if count == 0 {
+            return Some(out);
+        }
+        let step = from_turns(stretch.interferer.unwrap_or(0.0));
+        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        (out.step, out.phase_0) = (step, (back as u32).wrapping_neg());
+        for (i, turn) in out.turn.iter_mut().enumerate() {
+            *turn = cos_sin(step.wrapping_mul(i as u32));
+        }
+        let (abscissa, frames) = (stretch.abscissa(), stretch.frames);
+        stretch.blocks(&levels.offset, &mut |block| {
+            let u = abscissa.block(block.at, frames);
+            let mut columns = [[0.0; BLOCK]; NUISANCES_MAX];
+            out.fill(&block, &u, &mut columns);
+            for (k, column) in columns.iter().enumerate().take(count) {
+                for i in 0..BLOCK {
+                    out.one[k] += column[i];
+                    out.u[k] += column[i] * u[i];
+                    for (sum, other) in out.each[k].iter_mut().zip(&columns) {
+                        *sum += column[i] * other[i];
+                    }
+                }
+                for c in 0..TAXELS {
+                    let mut sum = 0.0;
+                    for i in 0..BLOCK {
+                        sum += (block.values[i][c] - levels.offset[c]) * column[i];
+                    }
+                    out.y[k][c] += sum;
+                }
+            }
+        })?;
+        Some(out)
+    }
+
+    /// The functions over a block.
+    pub(crate) fn fill(&self, block: &Block, u: &[f32; BLOCK], columns: &mut Columns) {
+        let (interferer, curve) = columns.split_at_mut(2 * self.interferer as usize);
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
+        for i in 0..BLOCK {
+            let counts = (block.valid[i] != 0) as u8 as f32;
+            if let [cos, sin] = interferer {
+                let (tc, ts) = self.turn[i];
+                (cos[i], sin[i]) = ((c * tc - s * ts) * counts, (s * tc + c * ts) * counts);
+            }
+            if self.curved
+                && let [second, third, ..] = curve
+            {
+                let uu = u[i] * u[i];
+                second[i] = (1.5 * uu - 0.5) * counts;
+                third[i] = (2.5 * uu - 1.5) * u[i] * counts;
+            }
+        }
+    }
+    /// What each channel holds of all of them, besides its offset and its slope: those first. None if they
+    /// cannot be told apart.
+    pub fn baseline(&self, levels: &Levels) -> Option<Rows> {
+        let size = 2 + self.count();
+        let (mut normal, mut right) = ([[0.0; UNKNOWNS]; UNKNOWNS], [[0.0; TAXELS]; UNKNOWNS]);
+        normal[0][0] = levels.frames as f32;
+        (normal[1][0], normal[1][1]) = (levels.u, levels.uu);
+        (right[0], right[1]) = (levels.y, levels.uy);
+        for k in 0..self.count() {
+            let row = &mut normal[2 + k];
+            (row[0], row[1]) = (self.one[k], self.u[k]);
+            row[2..2 + NUISANCES_MAX].copy_from_slice(&self.each[k]);
+            right[2 + k] = self.y[k];
+        }
+        let cholesky = Cholesky::new(&normal, size)?;
+        cholesky.forward_rows(&mut right);
+        cholesky.backward_rows(&mut right);
+        Some(right)
+    }
+}

@@ -1,0 +1,192 @@
+//! A stretch of frames as the fit goes over it, a block at a time.
+//!
+//! The abscissa is `u`, -1 at the stretch's start and 1 at its end: the frame's place in time, or, where
+//! the speed varies, the finger's place on the surface. A frequency is `nu`, cycles per unit of `u`, that
+//! is half the cycles in the stretch. Frames that do not count are left out of every sum.
+
+use crate::window::{FrameSource, Values};
+
+/// Frames read at a time: the time the ring is locked, and the stretch over which the harmonics are taken
+/// from one table.
+pub(crate) const BLOCK: usize = 16;
+
+/// Frames and how to read them.
+pub struct Stretch<'a> {
+    source: &'a mut dyn FrameSource,
+    first: u32,
+    /// Frames in it.
+    pub(crate) frames: u32,
+    /// Taxels that a frame must have valid values of to count; found by [`crate::levels::levels`].
+    pub(crate) taxels: u16,
+    /// An interferer's cycles per frame.
+    pub(crate) interferer: Option<f32>,
+    abscissa: Abscissa<'a>,
+}
+
+/// `u` of the frames of a stretch.
+#[derive(Clone, Copy)]
+pub(crate) enum Abscissa<'a> {
+    /// In time: that of frame 0, and from one frame to the next.
+    Time { start: f32, step: f32 },
+    /// By place.
+    Place { of: &'a dyn Fn(u32) -> f32, centre: f32, half: f32 },
+}
+
+impl Abscissa<'_> {
+    fn time(frames: u32) -> Self {
+        let step = 2.0 / frames.max(1) as f32;
+        Self::Time { start: -0.5 * (frames as f32 - 1.0) * step, step }
+    }
+
+    /// `u` of a frame.
+    pub fn u(&self, frame: u32) -> f32 {
+        match self {
+            Self::Time { start, step } => start + step * frame as f32,
+            Self::Place { of, centre, half } => (of(frame) - centre) / half,
+        }
+    }
+
+    /// `u` of the frames of a block that begins with frame `at` and has so many, zero behind them.
+    pub fn block(&self, at: u32, frames: u32) -> [f32; BLOCK] {
+        let mut u = [0.0; BLOCK];
+        for (i, u) in u.iter_mut().enumerate() {
+            let frame = at + i as u32;
+            if frame < frames {
+                *u = self.u(frame);
+            }
+        }
+        u
+    }
+}
+
+/// Some frames of a stretch, always as many as fit, so that loops over them have a fixed length.
+pub(crate) struct Block<'a> {
+    /// Number of its first frame in the stretch.
+    pub at: u32,
+    /// The frames; those that do not count, or are not there, have the values asked for.
+    pub values: &'a [Values; BLOCK],
+    /// Mask of valid taxels per frame; 0 is a frame that is missing, not there, or does not count.
+    pub valid: &'a [u16; BLOCK],
+    /// All of them count.
+    pub whole: bool,
+}
+
+impl<'a> Stretch<'a> {
+    /// The `frames` frames of `source` from frame number `first` on.
+    pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
+        Self { source, first, frames, taxels: 0, interferer: None, abscissa: Abscissa::time(frames) }
+    }
+
+    /// The same with a known interferer in all channels, cycles per frame (an aliased one may have more
+    /// than half a cycle): mains hum. Its amplitude and phase are unknowns of the fit.
+    pub fn with_interferer(self, cycles_per_frame: f32) -> Self {
+        Self { interferer: Some(cycles_per_frame), ..self }
+    }
+
+    /// The same along a path: `place` gives a frame's place on the surface, by the frame's number in the
+    /// stretch, in any unit; frequencies are then cycles per that unit. The path may turn back. None if it
+    /// does not move, or a place is not finite.
+    pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
+        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        for frame in 0..self.frames {
+            let at = place(frame);
+            if !at.is_finite() {
+                return None;
+            }
+            (least, most) = (least.min(at), most.max(at));
+        }
+        let half = 0.5 * (most - least);
+        (half > 0.0).then_some(Self { abscissa: Abscissa::Place { of: place, centre: least + half, half }, ..self })
+    }
+
+    /// The `frames` frames from its frame `from` on; in time only.
+    pub(crate) fn part(&mut self, from: u32, frames: u32) -> Stretch<'_> {
+        let Self { taxels, interferer, .. } = *self;
+        let first = self.first.wrapping_add(from);
+        Stretch { source: &mut *self.source, first, frames, taxels, interferer, abscissa: Abscissa::time(frames) }
+    }
+
+    /// Means of every `by` frames of this stretch, in `source`.
+    pub(crate) fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> Stretch<'b> {
+        let interferer = self.interferer.map(|cycles| cycles * by as f32);
+        Stretch { source, first: 0, frames: count, taxels: self.taxels, interferer, abscissa: Abscissa::time(count) }
+    }
+
+    /// The abscissa of its frames.
+    pub(crate) fn abscissa(&self) -> Abscissa<'a> {
+        self.abscissa
+    }
+
+    /// Whether `u` is the frame's place in time.
+    pub(crate) fn is_in_time(&self) -> bool {
+        matches!(self.abscissa, Abscissa::Time { .. })
+    }
+
+    /// Shows every frame in blocks of [`BLOCK`], those that do not count with the values of `instead`. None if
+    /// frames were overwritten meanwhile.
+    pub(crate) fn blocks(&mut self, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
+        let taxels = self.taxels;
+        let counts = |valid: u16| valid & taxels == taxels && valid != 0;
+        for at in (0..self.frames).step_by(BLOCK) {
+            let first = self.first.wrapping_add(at);
+            let most = (self.frames - at).min(BLOCK as u32) as usize;
+            let (mut some, mut mask, mut shown) = ([*instead; BLOCK], [0; BLOCK], 0);
+            while shown < most {
+                let from = shown;
+                self.source.read(first.wrapping_add(from as u32), most - from, &mut |values, valid| {
+                    if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
+                        && valid.iter().all(|valid| counts(*valid))
+                    {
+                        visit(Block { at, values, valid, whole: true });
+                        shown = usize::MAX;
+                        return;
+                    }
+                    shown = from + values.len().clamp(1, BLOCK);
+                    let places = some.iter_mut().zip(&mut mask).skip(from);
+                    for ((place, mask), (values, valid)) in places.zip(values.iter().zip(valid)) {
+                        if counts(*valid) {
+                            (*place, *mask) = (*values, *valid);
+                        }
+                    }
+                })?;
+            }
+            if shown != usize::MAX {
+                visit(Block { at, values: &some, valid: &mask, whole: false });
+            }
+        }
+        Some(())
+    }
+
+    /// Values of the first frame that counts; the inner None says that none does. None if frames were
+    /// overwritten meanwhile.
+    pub(crate) fn first_counted(&mut self) -> Option<Option<Values>> {
+        let (mut found, taxels) = (None, self.taxels);
+        for at in 0..self.frames {
+            self.source.read(self.first.wrapping_add(at), 1, &mut |values, valid| {
+                if let (Some(values), Some(valid)) = (values.first(), valid.first())
+                    && valid & taxels == taxels
+                    && *valid != 0
+                {
+                    found = Some(*values);
+                }
+            })?;
+            if found.is_some() {
+                break;
+            }
+        }
+        Some(found)
+    }
+
+    /// Half the stretch: one unit of `u`, in frames or in the unit of its places.
+    pub fn half(&self) -> f32 {
+        match self.abscissa {
+            Abscissa::Time { .. } => 0.5 * self.frames as f32,
+            Abscissa::Place { half, .. } => half,
+        }
+    }
+
+    /// `nu` from which harmonics are too close to half the frame rate to be told from their images.
+    pub(crate) fn nu_most(&self) -> f32 {
+        0.4999 * 0.5 * self.frames as f32
+    }
+}
