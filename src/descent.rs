@@ -3,7 +3,7 @@
 use crate::levels::Levels;
 use crate::moments::Moments;
 use crate::nuisance::Nuisances;
-use crate::solve::{Shape, Solution, solve};
+use crate::solve::{Shape, Solution};
 use crate::stretch::Stretch;
 use core::f32::consts::PI;
 
@@ -29,64 +29,84 @@ pub struct Problem<'p, 'a> {
     pub levels: &'p Levels,
     /// What else the channels hold.
     pub nuisances: &'p Nuisances,
-    /// Sums of the latest pass.
-    pub sums: &'p mut Moments,
+    /// Sums and solution of the latest pass.
+    pub work: &'p mut Work,
     /// Frequency of that pass.
     pub nu: f32,
 }
 
+/// What a pass gives, and the solution from it: too large to be handed around.
+#[derive(Clone, Debug, Default)]
+pub struct Work {
+    /// Sums of the latest pass.
+    pub sums: Moments,
+    /// Solution, which has taken its step.
+    pub solution: Solution,
+}
+
+impl Work {
+    /// Nothing yet; `const`, so that it can live in a static.
+    pub const fn new() -> Self {
+        Self { sums: Moments::new(), solution: Solution::new() }
+    }
+}
+
 impl<'p, 'a> Problem<'p, 'a> {
-    /// A problem of which no sums are known yet; they will be kept in `sums`.
-    pub fn new(
-        stretch: &'p mut Stretch<'a>,
-        levels: &'p Levels,
-        nuisances: &'p Nuisances,
-        sums: &'p mut Moments,
-    ) -> Self {
-        Self { stretch, levels, nuisances, sums, nu: 0.0 }
+    /// A problem of which no sums are known yet; they will be kept in `work`.
+    pub fn new(stretch: &'p mut Stretch<'a>, levels: &'p Levels, nuisances: &'p Nuisances, work: &'p mut Work) -> Self {
+        Self { stretch, levels, nuisances, work, nu: 0.0 }
     }
 
     /// One pass at `nu`. None if the frames were overwritten.
     pub fn pass(&mut self, nu: f32, harmonics: usize) -> Option<()> {
         self.nu = nu;
-        self.sums.collect(self.stretch, self.levels, self.nuisances, nu, harmonics)
+        self.work.sums.collect(self.stretch, self.levels, self.nuisances, nu, harmonics)
+    }
+
+    /// The latest solution.
+    pub fn solution(&self) -> &Solution {
+        &self.work.solution
     }
 
     /// Solves for `shape` with the sums of the latest pass and takes its step. None if the unknowns cannot be
     /// told apart.
-    pub fn step(&self, shape: Shape) -> Option<Solution> {
-        let mut solution = solve(self.sums, self.levels, self.nuisances, self.nu, shape)?;
+    pub fn step(&mut self, shape: Shape) -> Option<()> {
+        let Work { sums, solution } = &mut *self.work;
+        solution.solve(sums, self.levels, self.nuisances, self.nu, shape)?;
         // Below a quarter of a cycle per window there is nothing, and nothing above the frame rate's half.
         let to = self.nu + solution.step.clamp(-STEP_MAX, STEP_MAX);
         solution.nu = to.clamp(0.15, self.stretch.nu_most().max(0.15));
-        Some(solution)
+        Some(())
     }
 
-    /// Gauss-Newton from `nu`, at most `steps` of them. The inner None says that the unknowns cannot be told
-    /// apart. None if the frames were overwritten.
+    /// Gauss-Newton from `nu`, at most `steps` of them, until the error left is `close` standard deviations. False if the unknowns cannot be told apart. None if the
+    /// frames were overwritten.
     #[inline(never)]
-    pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize) -> Option<Option<Solution>> {
+    pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize, close: f32) -> Option<bool> {
         let mut nu = nu;
         for left in (0..steps.clamp(1, STEPS_MAX)).rev() {
             self.pass(nu, shape.harmonics)?;
-            let Some(solution) = self.step(shape) else { return Some(None) };
-            if left == 0 || self.arrives(&solution, nu) {
-                return Some(Some(solution));
+            if self.step(shape).is_none() {
+                return Some(false);
             }
-            nu = solution.nu;
+            if left == 0 || self.arrives(nu, close) {
+                break;
+            }
+            nu = self.solution().nu;
         }
-        Some(None)
+        Some(true)
     }
 
     /// All the steps it takes.
-    pub fn converge(&mut self, nu: f32, shape: Shape) -> Option<Option<Solution>> {
-        self.descend(nu, shape, STEPS_MAX)
+    pub fn converge(&mut self, nu: f32, shape: Shape) -> Option<bool> {
+        self.descend(nu, shape, STEPS_MAX, STEP_DONE)
     }
 
     /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
-    fn arrives(&self, solution: &Solution, nu: f32) -> bool {
+    fn arrives(&self, nu: f32, close: f32) -> bool {
+        let solution = self.solution();
         let step = (solution.nu - nu).abs();
-        let done = STEP_DONE / libm::sqrtf(solution.information);
+        let done = close / libm::sqrtf(solution.information);
         // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
         // with its cube (the waves' third-order terms), and what the residuals are too large by with
         // its square.
@@ -96,8 +116,9 @@ impl<'p, 'a> Problem<'p, 'a> {
             return step <= done || step < 1e-6 * nu;
         }
         let samples = (self.levels.usable.count_ones() * self.levels.frames) as f32;
-        let excess = step * step * solution.information;
-        (0.1 * angle * angle * step <= done && excess <= RESIDUAL_EXCESS * samples) || step < 1e-6 * nu
+        // A guess may leave larger residuals.
+        let excess = STEP_DONE / close * step * libm::sqrtf(solution.information);
+        (0.1 * angle * angle * step <= done && excess * excess <= RESIDUAL_EXCESS * samples) || step < 1e-6 * nu
     }
 }
 

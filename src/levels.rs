@@ -1,7 +1,7 @@
 //! The level and the slope of every channel in a stretch, and which channels can be used: the first pass.
 
 use crate::settings::TAXELS;
-use crate::stretch::{Abscissa, BLOCK, Block, Stretch};
+use crate::stretch::{BLOCK, Block, Stretch};
 use crate::window::Values;
 
 /// Frames that are added up before they meet `u`, and of which means are made.
@@ -44,6 +44,10 @@ fn reliable_taxels(stretch: &mut Stretch) -> Option<u16> {
     let (mut frames, mut invalid) = (0u32, [0u32; TAXELS]);
     stretch.taxels = 0;
     stretch.blocks(&[0.0; TAXELS], &mut |block| {
+        if block.whole && block.valid.iter().all(|valid| *valid == u16::MAX) {
+            frames += BLOCK as u32;
+            return;
+        }
         for valid in block.valid.iter().filter(|valid| **valid != 0) {
             frames += 1;
             if *valid != u16::MAX {
@@ -60,6 +64,9 @@ fn reliable_taxels(stretch: &mut Stretch) -> Option<u16> {
     Some(taxels)
 }
 
+/// Sums of the quads of a block.
+type Quads = [Values; BLOCK / QUAD];
+
 /// Sums over a stretch, values less `zero`.
 struct Sums {
     zero: Values,
@@ -73,8 +80,7 @@ struct Sums {
 
 impl Sums {
     #[inline(never)]
-    fn add(&mut self, block: &Block, abscissa: Abscissa, frames: u32) -> [Values; BLOCK / QUAD] {
-        let u = abscissa.block(block.at, frames);
+    fn add(&mut self, block: &Block, u: &[f32; BLOCK], in_time: bool, quads: &mut Quads) {
         for i in 0..BLOCK {
             if block.valid[i] != 0 {
                 self.n += 1;
@@ -82,25 +88,37 @@ impl Sums {
                 self.uu += u[i] * u[i];
             }
         }
-        let mut quads = [[0.0; TAXELS]; BLOCK / QUAD];
+        let step = u[1] - u[0];
         for c in 0..TAXELS {
-            let (zero, mut sum, mut u_sum, mut squares) = (self.zero[c], 0.0, 0.0, 0.0);
-            for (q, quads) in quads.iter_mut().enumerate() {
-                let mut quad = 0.0;
-                for i in QUAD * q..QUAD * (q + 1) {
-                    let y = block.values[i][c] - zero;
-                    quad += y;
-                    u_sum += u[i] * y;
+            let zero = self.zero[c];
+            let (mut sum, mut u_sum, mut within, mut squares) = (0.0, 0.0, 0.0, 0.0);
+            for q in 0..BLOCK / QUAD {
+                let y: [f32; QUAD] = core::array::from_fn(|i| block.values[QUAD * q + i][c] - zero);
+                let quad = y[0] + y[1] + y[2] + y[3];
+                // From the quad's second frame.
+                u_sum += u[QUAD * q + 1] * quad;
+                within += y[2] - y[0] + y[3] + y[3];
+                for y in y {
                     squares += y * y;
                 }
-                quads[c] = quad;
+                quads[q][c] = quad;
                 sum += quad;
             }
             self.y[c] += sum;
-            self.uy[c] += u_sum;
+            if in_time {
+                self.uy[c] += u_sum + step * within;
+            }
             self.yy[c] += squares;
         }
-        quads
+    }
+
+    /// Sums of u y along a path instead.
+    fn add_along(&mut self, block: &Block, u: &[f32; BLOCK]) {
+        for (values, u) in block.values.iter().zip(u) {
+            for c in 0..TAXELS {
+                self.uy[c] += u * (values[c] - self.zero[c]);
+            }
+        }
     }
 }
 
@@ -115,7 +133,7 @@ pub(crate) struct Means<'a> {
 }
 
 impl Means<'_> {
-    fn add(&mut self, block: &Block, quads: &[Values; BLOCK / QUAD], taxels: u16) {
+    fn add(&mut self, block: &Block, quads: &Quads, taxels: u16) {
         for (q, quad) in quads.iter().enumerate() {
             let group = ((block.at + (QUAD * q) as u32) / self.by) as usize;
             let (Some(sum), Some(valid)) = (self.values.get_mut(group), self.valid.get_mut(group)) else { return };
@@ -146,9 +164,15 @@ pub(crate) fn levels(stretch: &mut Stretch, mut means: Option<Means>) -> Option<
         means.values.fill(empty);
         means.valid.fill(0);
     }
-    let (abscissa, frames, taxels) = (stretch.abscissa(), stretch.frames, stretch.taxels);
+    let (abscissa, frames, taxels, in_time) =
+        (stretch.abscissa(), stretch.frames, stretch.taxels, stretch.is_in_time());
+    let mut quads = [empty; BLOCK / QUAD];
     stretch.blocks(&zero, &mut |block| {
-        let quads = sums.add(&block, abscissa, frames);
+        let u = abscissa.block(block.at, frames);
+        sums.add(&block, &u, in_time, &mut quads);
+        if !in_time {
+            sums.add_along(&block, &u);
+        }
         if let Some(means) = &mut means {
             means.add(&block, &quads, taxels);
         }

@@ -4,7 +4,8 @@ use crate::levels::Levels;
 use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Stretch};
-use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves};
+use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves, Wing, Wings};
+use crate::window::Values;
 
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
@@ -33,26 +34,6 @@ pub struct Moments {
     pub lever_sin: [Row; HARMONICS_MAX],
 }
 
-/// A column about its block's centre: sums and differences of what lies as far before and behind it.
-#[inline(always)]
-fn fold(y: &[f32; BLOCK]) -> ([f32; WING], [f32; WING]) {
-    let (mut even, mut odd) = ([0.0; WING], [0.0; WING]);
-    for i in 0..WING {
-        let (before, behind) = (y[WING - 1 - i], y[WING + i]);
-        (even[i], odd[i]) = (behind + before, behind - before);
-    }
-    (even, odd)
-}
-
-#[inline(always)]
-fn dot(a: &[f32; WING], b: &[f32; WING]) -> f32 {
-    let mut sum = a[0] * b[0];
-    for i in 1..WING {
-        sum += a[i] * b[i];
-    }
-    sum
-}
-
 impl Moments {
     /// No sums yet; `const`, so that they can live in a static.
     pub const fn new() -> Self {
@@ -75,88 +56,158 @@ impl Moments {
         let exact = stretch.frames < LONG || !stretch.is_in_time();
         *self = Self { trigonometric: Trigonometric::new(exact), ..Self::new() };
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
-        let mut waves = Waves::new();
-        let mut columns: Columns = [[0.0; BLOCK]; NUISANCES_MAX];
+        let (mut waves, mut folded) = (Waves::new(), [[[0.0; GROUP]; 2]; WING]);
+        let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
         stretch.blocks(&levels.offset, &mut |block| {
             let centre = oscillator.centre(block.at);
             if block.whole && in_time {
-                self.trigonometric.add_block(&oscillator, &centre);
+                self.trigonometric.add_block(&centre, &oscillator);
             } else {
                 oscillator.fill(block.at, &mut waves);
                 self.trigonometric.add_frames(&block, &waves, centre.u, oscillator.harmonics);
             }
+            for group in 0..TAXELS / GROUP {
+                let first = GROUP * group;
+                if levels.usable >> first & ((1 << GROUP) - 1) != 0 {
+                    let of = |values: &Values| -> Sums { values.as_chunks().0[group] };
+                    let zero = of(&levels.offset);
+                    let row = |i: usize| -> Sums {
+                        let values = of(&block.values[i]);
+                        core::array::from_fn(|c| values[c] - zero[c])
+                    };
+                    match in_time {
+                        true => {
+                            fold(&mut folded, row);
+                            self.add_folded(first, &folded, &oscillator.wings, &centre);
+                        }
+                        false => self.add_along(first, &core::array::from_fn(row), &waves, oscillator.harmonics),
+                    }
+                }
+            }
             if nuisances.count() > 0 {
-                nuisances.fill(&block, &abscissa.block(block.at, frames), &mut columns);
-            }
-            let mut add = |column, y: &[f32; BLOCK]| match (in_time, exact) {
-                (false, _) => self.add_along(column, y, &waves, oscillator.harmonics),
-                (true, true) => self.add_short(column, y, &oscillator, &centre),
-                (true, false) => self.add_long(column, y, &oscillator, &centre),
-            };
-            for c in 0..TAXELS {
-                if levels.usable & 1 << c == 0 {
-                    continue;
+                let u = abscissa.block(block.at, frames);
+                nuisances.fill(&block, &u, &mut columns);
+                match in_time {
+                    true => {
+                        fold(&mut folded, |i| columns[i]);
+                        self.add_folded(TAXELS, &folded, &oscillator.wings, &centre);
+                    }
+                    false => self.add_along(TAXELS, &columns, &waves, oscillator.harmonics),
                 }
-                let mut y = [0.0; BLOCK];
-                for i in 0..BLOCK {
-                    y[i] = block.values[i][c] - levels.offset[c];
-                }
-                add(c, &y);
-            }
-            for (k, column) in columns.iter().enumerate().take(nuisances.count()) {
-                add(TAXELS + k, column);
             }
         })
     }
 
-    #[inline(always)]
-    fn add_long(&mut self, column: usize, y: &[f32; BLOCK], oscillator: &Oscillator, centre: &Centre) {
-        let (even, odd) = fold(y);
-        for h in 0..oscillator.harmonics.min(HARMONICS_MAX) {
-            let (c, s) = (centre.cos[h + 1], centre.sin[h + 1]);
-            let (cos, sin) = (dot(&even, &oscillator.cos[h]), dot(&odd, &oscillator.sin[h]));
-            let (cos, sin) = (c * cos - s * sin, s * cos + c * sin);
-            self.add(column, h, cos, sin, centre.u * cos, centre.u * sin);
+    /// A block in time: what is even and odd about its centre meets the harmonics' halves that are.
+    fn add_folded(&mut self, first: usize, folded: &Folded, wings: &Wings, centre: &Centre) {
+        for (h, (c, s)) in centre.turns().iter().enumerate() {
+            self.add_harmonic(first, h, folded, wings, [*c, *s, centre.u]);
         }
     }
 
-    #[inline(always)]
-    fn add_short(&mut self, column: usize, y: &[f32; BLOCK], oscillator: &Oscillator, centre: &Centre) {
-        let (even, odd) = fold(y);
-        for h in 0..oscillator.harmonics.min(HARMONICS_MAX) {
-            let (c, s) = (centre.cos[h + 1], centre.sin[h + 1]);
-            let (cos, sin) = (dot(&even, &oscillator.cos[h]), dot(&odd, &oscillator.sin[h]));
-            // The distance from the centre is odd: it swaps what is even and what is odd.
-            let (far_cos, far_sin) = (dot(&odd, &oscillator.far_cos[h]), dot(&even, &oscillator.far_sin[h]));
-            let (cos, sin) = (c * cos - s * sin, s * cos + c * sin);
-            let (far_cos, far_sin) = (c * far_cos - s * far_sin, s * far_cos + c * far_sin);
-            self.add(column, h, cos, sin, centre.u * cos + far_cos, centre.u * sin + far_sin);
-        }
-    }
-
-    /// Along a path no two blocks are alike.
+    /// One harmonic of that. Apart, so that the compiler does not carry all the columns in registers around
+    /// the loop, which it has not enough of.
     #[inline(never)]
-    fn add_along(&mut self, column: usize, y: &[f32; BLOCK], waves: &Waves, harmonics: usize) {
-        for h in 0..harmonics.min(HARMONICS_MAX) {
-            let (mut cos, mut sin, mut u_cos, mut u_sin) = (0.0, 0.0, 0.0, 0.0);
-            for i in 0..BLOCK {
-                let (y_cos, y_sin) = (y[i] * waves.cos[h][i], y[i] * waves.sin[h][i]);
-                cos += y_cos;
-                sin += y_sin;
-                u_cos += waves.u[i] * y_cos;
-                u_sin += waves.u[i] * y_sin;
+    fn add_harmonic(&mut self, first: usize, h: usize, folded: &Folded, wings: &Wings, [c, s, u]: [f32; 3]) {
+        let h = h.min(HARMONICS_MAX - 1);
+        let even_half = wing_products::<0>(folded, &wings.cos[h]);
+        let odd_half = wing_products::<1>(folded, &wings.sin[h]);
+        let (cos, sin) = turn(even_half, odd_half, c, s);
+        let (mut lever_cos, mut lever_sin) = (times(cos, u), times(sin, u));
+        if self.trigonometric.exact {
+            // The distance from the centre is odd: it swaps what is even and what is odd.
+            let odd_half = wing_products::<1>(folded, &wings.far_cos[h]);
+            let even_half = wing_products::<0>(folded, &wings.far_sin[h]);
+            let far = turn(odd_half, even_half, c, s);
+            for k in 0..GROUP {
+                lever_cos[k] += far.0[k];
+                lever_sin[k] += far.1[k];
             }
-            self.add(column, h, cos, sin, u_cos, u_sin);
+        }
+        self.add_sums(first, h, [cos, sin, lever_cos, lever_sin]);
+    }
+
+    /// A block along a path, where no two are alike.
+    #[inline(never)]
+    fn add_along(&mut self, first: usize, part: &Part, waves: &Waves, harmonics: usize) {
+        for h in 0..harmonics.min(HARMONICS_MAX) {
+            let (cos, sin) = (&waves.cos[h], &waves.sin[h]);
+            let (mut u_cos, mut u_sin) = (*cos, *sin);
+            for i in 0..BLOCK {
+                u_cos[i] *= waves.u[i];
+                u_sin[i] *= waves.u[i];
+            }
+            self.add_sums(first, h, [cos, sin, &u_cos, &u_sin].map(|function| products(part, function)));
         }
     }
 
     #[inline(always)]
-    fn add(&mut self, column: usize, h: usize, cos: f32, sin: f32, lever_cos: f32, lever_sin: f32) {
-        self.cos[h][column] += cos;
-        self.sin[h][column] += sin;
-        self.lever_cos[h][column] += lever_cos;
-        self.lever_sin[h][column] += lever_sin;
+    fn add_sums(&mut self, first: usize, h: usize, sums: [Sums; 4]) {
+        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.lever_cos[h], &mut self.lever_sin[h]];
+        for (row, sums) in rows.into_iter().zip(sums) {
+            let Some(row) = row[first..].first_chunk_mut::<GROUP>() else { return };
+            for c in 0..GROUP {
+                row[c] += sums[c];
+            }
+        }
     }
+}
+
+/// Columns that are taken together.
+const GROUP: usize = 4;
+
+/// Some columns of a block.
+type Part = [[f32; GROUP]; BLOCK];
+
+/// A sum for each of them.
+type Sums = [f32; GROUP];
+
+/// Sums and differences of what lies as far before and behind a block's centre.
+type Folded = [[Sums; 2]; WING];
+
+#[inline(always)]
+fn fold(folded: &mut Folded, row: impl Fn(usize) -> Sums) {
+    for (i, folded) in folded.iter_mut().enumerate() {
+        let (before, behind) = (row(WING - 1 - i), row(WING + i));
+        for c in 0..GROUP {
+            (folded[0][c], folded[1][c]) = (behind[c] + before[c], behind[c] - before[c]);
+        }
+    }
+}
+
+/// Sums of columns, even or odd, times a function.
+#[inline(always)]
+fn wing_products<const PARITY: usize>(folded: &Folded, function: &Wing) -> Sums {
+    let mut sums = [0.0; GROUP];
+    for (row, factor) in folded.iter().zip(function) {
+        for c in 0..GROUP {
+            sums[c] += row[PARITY][c] * factor;
+        }
+    }
+    sums
+}
+
+/// Sums of columns times a function.
+#[inline(always)]
+fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
+    let mut sums = [0.0; GROUP];
+    for (row, factor) in part.iter().zip(function) {
+        for c in 0..GROUP {
+            sums[c] += row[c] * factor;
+        }
+    }
+    sums
+}
+
+#[inline(always)]
+fn times(sums: Sums, factor: f32) -> Sums {
+    sums.map(|sum| sum * factor)
+}
+
+/// Sums with cosine and sine about a centre, turned to the phase of that centre.
+#[inline(always)]
+fn turn(even: Sums, odd: Sums, c: f32, s: f32) -> (Sums, Sums) {
+    (core::array::from_fn(|k| c * even[k] - s * odd[k]), core::array::from_fn(|k| s * even[k] + c * odd[k]))
 }
 
 impl Default for Moments {

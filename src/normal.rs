@@ -16,23 +16,26 @@ pub type Vector = [f32; UNKNOWNS];
 /// A vector for every taxel: one row for each unknown.
 pub type Rows = [Values; UNKNOWNS];
 
-/// Cholesky factor of a normal matrix.
+/// A normal matrix, and its Cholesky factor in its place.
 #[derive(Clone, Debug)]
-pub struct Cholesky {
-    size: usize,
-    /// Lower triangle; the diagonal holds reciprocals.
-    factor: Matrix,
+pub struct Normal {
+    /// How many unknowns there are.
+    pub size: usize,
+    /// Lower triangle; once factored the diagonal holds reciprocals.
+    pub lower: Matrix,
 }
 
-impl Cholesky {
-    /// Factors the first `size` rows and columns of `matrix`. None if it is singular to working
-    /// precision: a pivot fell below a millionth of its diagonal element, so that the unknowns
-    /// cannot be told apart in f32.
-    pub fn new(matrix: &Matrix, size: usize) -> Option<Self> {
-        let size = size.min(UNKNOWNS);
-        let mut factor = *matrix;
-        for i in 0..size {
-            let (above, rest) = factor.split_at_mut(i);
+impl Normal {
+    /// An empty matrix of so many unknowns, at most [`UNKNOWNS`].
+    pub fn new(size: usize) -> Self {
+        Self { size: size.min(UNKNOWNS), lower: [[0.0; UNKNOWNS]; UNKNOWNS] }
+    }
+
+    /// Replaces the matrix by its factor. None if it is singular to working precision: a pivot fell below
+    /// a millionth of its diagonal element, so that the unknowns cannot be told apart in f32.
+    pub fn factor(&mut self) -> Option<()> {
+        for i in 0..self.size {
+            let (above, rest) = self.lower.split_at_mut(i);
             let row = rest.first_mut()?;
             for (j, other) in above.iter().enumerate() {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
@@ -43,20 +46,20 @@ impl Cholesky {
             }
             row[i] = 1.0 / libm::sqrtf(pivot);
         }
-        Some(Self { size, factor })
+        Some(())
     }
 
     /// Solves the factor's own equations for one right-hand side, in place: half way to the solution. Its
     /// product with another such is that of the one's solution with the other.
     pub fn forward(&self, x: &mut Vector) {
-        for (i, row) in self.factor.iter().enumerate().take(self.size) {
+        for (i, row) in self.lower.iter().enumerate().take(self.size) {
             x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];
         }
     }
 
     /// The same for every taxel.
     pub fn forward_rows(&self, x: &mut Rows) {
-        for (i, row) in self.factor.iter().enumerate().take(self.size) {
+        for (i, row) in self.lower.iter().enumerate().take(self.size) {
             let (known, rest) = x.split_at_mut(i);
             let Some(first) = rest.first_mut() else { return };
             let sum = less_products(first, row, known);
@@ -72,13 +75,13 @@ impl Cholesky {
             let (rest, known) = x.split_at_mut(i + 1);
             let Some(last) = rest.last_mut() else { return };
             let mut sum = *last;
-            for (known, row) in known.iter().zip(&self.factor[i + 1..self.size]) {
+            for (known, row) in known.iter().zip(&self.lower[i + 1..self.size]) {
                 for c in 0..TAXELS {
                     sum[c] -= row[i] * known[c];
                 }
             }
             for c in 0..TAXELS {
-                last[c] = sum[c] * self.factor[i][i];
+                last[c] = sum[c] * self.lower[i][i];
             }
         }
     }
@@ -124,14 +127,15 @@ mod tests {
                 }
             }
         }
-        let cholesky = Cholesky::new(&a, 3).unwrap();
+        let mut normal = Normal { size: 3, lower: a };
+        normal.factor().unwrap();
         let mut alone: Vector = core::array::from_fn(|i| b[i][7]);
-        cholesky.forward(&mut alone);
-        cholesky.forward_rows(&mut b);
+        normal.forward(&mut alone);
+        normal.forward_rows(&mut b);
         for i in 0..3 {
             assert_eq!(alone[i], b[i][7]);
         }
-        cholesky.backward_rows(&mut b);
+        normal.backward_rows(&mut b);
         for i in 0..3 {
             for c in 0..TAXELS {
                 assert!((b[i][c] - x(i, c)).abs() < 2e-6 * x(i, c).abs(), "{i} {c}");
@@ -146,9 +150,9 @@ mod tests {
         a[1][0] = 1.0;
         a[0][1] = 1.0;
         a[1][1] = 1.0;
-        assert!(Cholesky::new(&a, 2).is_none());
-        assert!(Cholesky::new(&[[0.0; UNKNOWNS]; UNKNOWNS], 1).is_none());
+        assert!(Normal { size: 2, lower: a }.factor().is_none());
+        assert!(Normal { size: 1, lower: [[0.0; UNKNOWNS]; UNKNOWNS] }.factor().is_none());
         a[0][0] = f32::NAN;
-        assert!(Cholesky::new(&a, 2).is_none());
+        assert!(Normal { size: 2, lower: a }.factor().is_none());
     }
 }

@@ -7,7 +7,7 @@
 //! its frequency it is their alias, without more ado.
 
 use crate::levels::Levels;
-use crate::normal::{Cholesky, Rows, UNKNOWNS};
+use crate::normal::{Normal, Rows, UNKNOWNS};
 use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Block, Stretch};
@@ -38,7 +38,7 @@ pub struct Nuisances {
 }
 
 /// Values of the functions over a block, zero where a frame does not count.
-pub(crate) type Columns = [[f32; BLOCK]; NUISANCES_MAX];
+pub(crate) type Columns = [[f32; NUISANCES_MAX]; BLOCK];
 
 impl Nuisances {
     /// How many there are.
@@ -63,22 +63,18 @@ impl Nuisances {
         let (abscissa, frames) = (stretch.abscissa(), stretch.frames);
         stretch.blocks(&levels.offset, &mut |block| {
             let u = abscissa.block(block.at, frames);
-            let mut columns = [[0.0; BLOCK]; NUISANCES_MAX];
+            let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
             out.fill(&block, &u, &mut columns);
-            for (k, column) in columns.iter().enumerate().take(count) {
-                for i in 0..BLOCK {
-                    out.one[k] += column[i];
-                    out.u[k] += column[i] * u[i];
-                    for (sum, other) in out.each[k].iter_mut().zip(&columns) {
-                        *sum += column[i] * other[i];
+            for (i, functions) in columns.iter().enumerate() {
+                for k in 0..count {
+                    out.one[k] += functions[k];
+                    out.u[k] += functions[k] * u[i];
+                    for l in 0..count {
+                        out.each[k][l] += functions[k] * functions[l];
                     }
-                }
-                for c in 0..TAXELS {
-                    let mut sum = 0.0;
-                    for i in 0..BLOCK {
-                        sum += (block.values[i][c] - levels.offset[c]) * column[i];
+                    for c in 0..TAXELS {
+                        out.y[k][c] += (block.values[i][c] - levels.offset[c]) * functions[k];
                     }
-                    out.y[k][c] += sum;
                 }
             }
         })?;
@@ -87,40 +83,44 @@ impl Nuisances {
 
     /// The functions over a block.
     pub(crate) fn fill(&self, block: &Block, u: &[f32; BLOCK], columns: &mut Columns) {
-        let (interferer, curve) = columns.split_at_mut(2 * self.interferer as usize);
+        if self.count() == 0 {
+            return;
+        }
+        let first = 2 * self.interferer as usize;
         let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
-        for i in 0..BLOCK {
+        for (i, functions) in columns.iter_mut().enumerate() {
             let counts = (block.valid[i] != 0) as u8 as f32;
-            if let [cos, sin] = interferer {
+            if self.interferer {
                 let (tc, ts) = self.turn[i];
-                (cos[i], sin[i]) = ((c * tc - s * ts) * counts, (s * tc + c * ts) * counts);
+                (functions[0], functions[1]) = ((c * tc - s * ts) * counts, (s * tc + c * ts) * counts);
             }
             if self.curved
-                && let [second, third, ..] = curve
+                && let [second, third, ..] = &mut functions[first..]
             {
                 let uu = u[i] * u[i];
-                second[i] = (1.5 * uu - 0.5) * counts;
-                third[i] = (2.5 * uu - 1.5) * u[i] * counts;
+                *second = (1.5 * uu - 0.5) * counts;
+                *third = (2.5 * uu - 1.5) * u[i] * counts;
             }
         }
     }
+
     /// What each channel holds of all of them, besides its offset and its slope: those first. None if they
     /// cannot be told apart.
     pub fn baseline(&self, levels: &Levels) -> Option<Rows> {
         let size = 2 + self.count();
-        let (mut normal, mut right) = ([[0.0; UNKNOWNS]; UNKNOWNS], [[0.0; TAXELS]; UNKNOWNS]);
-        normal[0][0] = levels.frames as f32;
-        (normal[1][0], normal[1][1]) = (levels.u, levels.uu);
+        let (mut normal, mut right) = (Normal::new(size), [[0.0; TAXELS]; UNKNOWNS]);
+        normal.lower[0][0] = levels.frames as f32;
+        (normal.lower[1][0], normal.lower[1][1]) = (levels.u, levels.uu);
         (right[0], right[1]) = (levels.y, levels.uy);
         for k in 0..self.count() {
-            let row = &mut normal[2 + k];
+            let row = &mut normal.lower[2 + k];
             (row[0], row[1]) = (self.one[k], self.u[k]);
             row[2..2 + NUISANCES_MAX].copy_from_slice(&self.each[k]);
             right[2 + k] = self.y[k];
         }
-        let cholesky = Cholesky::new(&normal, size)?;
-        cholesky.forward_rows(&mut right);
-        cholesky.backward_rows(&mut right);
+        normal.factor()?;
+        normal.forward_rows(&mut right);
+        normal.backward_rows(&mut right);
         Some(right)
     }
 }

@@ -13,7 +13,7 @@ use crate::window::Values;
 /// two sums of squares would drown a small residual in rounding. None if the frames were overwritten.
 pub fn residuals(stretch: &mut Stretch, levels: &Levels, nuisances: &Nuisances, solution: &Solution) -> Option<Values> {
     let oscillator = Oscillator::new(stretch, solution.nu, solution.shape.harmonics);
-    let (mut waves, mut columns) = (Waves::new(), [[0.0; BLOCK]; NUISANCES_MAX]);
+    let (mut waves, mut columns) = (Waves::new(), [[0.0; NUISANCES_MAX]; BLOCK]);
     let mut sums = [0f32; TAXELS];
     stretch.blocks(&levels.offset, &mut |block| {
         oscillator.fill(block.at, &mut waves);
@@ -37,10 +37,10 @@ fn left(block: &Block, c: usize, level: f32, solution: &Solution, waves: &Waves,
     for i in 0..BLOCK {
         rest[i] = block.values[i][c] - zero - slope * waves.u[i];
     }
-    for (k, column) in columns.iter().enumerate().take(shape.nuisances) {
+    for k in 0..shape.nuisances {
         let factor = unknown(1 + shape.slope as usize + k);
         for i in 0..BLOCK {
-            rest[i] -= factor * column[i];
+            rest[i] -= factor * columns[i][k];
         }
     }
     for h in 0..shape.harmonics.min(HARMONICS_MAX) {

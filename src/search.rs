@@ -5,15 +5,15 @@
 //! part of the signal's power - the tone is fast, or there is none - does it run on the frames
 //! themselves.
 
-use crate::descent::{CYCLES_MIN, Problem, shape_at};
+use crate::descent::{CYCLES_MIN, Problem, Work, shape_at};
 use crate::levels::{Levels, Means, QUAD, levels};
-use crate::moments::{HARMONICS_MAX, Moments};
+use crate::moments::HARMONICS_MAX;
 use crate::nuisance::Nuisances;
 use crate::settings::TAXELS;
 use crate::solve::{Solution, gain, rest};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::stretch::Stretch;
-use crate::window::Table;
+use crate::window::{Table, Values};
 
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
 /// twelfth) below the strongest line.
@@ -33,6 +33,10 @@ const FRAMES_FOR_MEANS: u32 = 41;
 const MEANS_SHARE: f32 = 0.5;
 /// Peaks below this many cycles per half window are looked at by exact likelihoods.
 const LOW_NU: f32 = 1.75;
+/// Channels whose means are transformed: a guess is all that is wanted.
+const CLEAREST: usize = 4;
+/// An error of a line this many standard deviations large is none: the fit goes on from there.
+const LINE_CLOSE: f32 = 2.0;
 /// Steps from a periodogram's peak to the line it belongs to.
 const LINE_STEPS: usize = 2;
 
@@ -50,14 +54,14 @@ pub struct Start {
 pub struct Scratch {
     points: [f32; POINTS_MAX],
     power: [f32; POINTS_MAX / 2],
-    /// Sums of the latest pass.
-    pub sums: Moments,
+    /// Sums and solution of the latest pass.
+    pub work: Work,
 }
 
 impl Scratch {
     /// Scratch memory; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2], sums: Moments::new() }
+        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2], work: Work::new() }
     }
 }
 
@@ -75,7 +79,7 @@ pub fn search(
     scratch: &mut Scratch,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    look(stretch, levels, &mut scratch.points, &mut scratch.power, &mut scratch.sums, harmonics)
+    look(stretch, levels, u16::MAX, &mut scratch.points, &mut scratch.power, &mut scratch.work, harmonics)
 }
 
 /// What the means of groups of frames say.
@@ -122,20 +126,33 @@ pub fn search_coarse(
     if levels.usable != levels_of_all.usable {
         return Some(None);
     }
-    let mut kept = 0.0;
+    let (mut kept, mut shares) = (0.0, [0.0; TAXELS]);
     for c in 0..TAXELS {
         if levels.usable & 1 << c != 0 {
-            kept += coarse.by as f32 * levels.about_line[c] / levels_of_all.about_line[c];
+            shares[c] = coarse.by as f32 * levels.about_line[c] / levels_of_all.about_line[c];
+            kept += shares[c];
         }
     }
     if !(kept >= MEANS_SHARE * levels.usable.count_ones() as f32) {
         return Some(None);
     }
+    let channels = clearest(&shares, levels.usable);
     let (points, power) = scratch.power.split_at_mut(POINTS_MAX / 4);
-    let start = look(&mut means, &levels, points, power, &mut scratch.sums, harmonics)?;
+    let start = look(&mut means, &levels, channels, points, power, &mut scratch.work, harmonics)?;
     // The means cover whole groups of frames only.
     let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     Some(start.map(|start| Start { nu: start.nu * scale, ..start }))
+}
+
+/// The channels that means keep most of: what is slow in them is no noise.
+fn clearest(shares: &Values, usable: u16) -> u16 {
+    let mut channels = 0;
+    for _ in 0..CLEAREST {
+        let left = (0..TAXELS).filter(|c| usable & !channels & 1 << c != 0);
+        let best = left.reduce(|best, c| if shares[c] > shares[best] { c } else { best });
+        channels |= best.map_or(0, |c| 1 << c);
+    }
+    channels
 }
 
 /// The strongest line and the fundamental it belongs to. The inner None says that there is none.
@@ -144,18 +161,19 @@ pub fn search_coarse(
 fn look(
     stretch: &mut Stretch,
     levels: &Levels,
+    channels: u16,
     points: &mut [f32],
     power: &mut [f32],
-    sums: &mut Moments,
+    work: &mut Work,
     harmonics: usize,
 ) -> Option<Option<Start>> {
     let nuisances = Nuisances::new(stretch, levels, false)?;
-    let Some(peak) = strongest(stretch, levels, &nuisances, points, power) else { return Some(None) };
+    let Some(peak) = strongest(stretch, levels, &nuisances, channels, points, power) else { return Some(None) };
     let low = peak <= LOW_NU;
     // Low lines lean on each other too much for a periodogram to say that there is nothing.
     let (frames, most) = (stretch.frames as usize, points.len());
     let power_at = |nu: f32| if low { 1.0 } else { power_near(frames, most, power, nu) };
-    let mut problem = Problem::new(stretch, levels, &nuisances, sums);
+    let mut problem = Problem::new(stretch, levels, &nuisances, work);
     let nu = if low { strongest_low(&mut problem, peak)? } else { peak };
     fundamental(&mut problem, nu, harmonics, power_at)
 }
@@ -169,7 +187,7 @@ fn strongest_low(problem: &mut Problem, peak: f32) -> Option<f32> {
         let nu = 0.5 * cycles;
         let shape = shape_at(nu, 1, problem.nuisances.count());
         problem.pass(nu, 1)?;
-        if let Some(rest) = rest(problem.sums, problem.levels, problem.nuisances, &shape) {
+        if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) {
             // All against constants; the slopes' own gain has to pay for their unknowns.
             let paid = if shape.slope { 8.0 * libm::logf(problem.levels.frames as f32) } else { 0.0 };
             let gain =
@@ -201,15 +219,17 @@ fn fundamental(
     power_at: impl Fn(f32) -> f32,
 ) -> Option<Option<Start>> {
     let nuisances = problem.nuisances.count();
-    let line = problem.descend(strongest, shape_at(strongest, 1, nuisances), LINE_STEPS)?;
-    let Some(line) = line else { return Some(None) };
-    let mut start = Start { nu: line.nu, ambiguous: false };
+    if !problem.descend(strongest, shape_at(strongest, 1, nuisances), LINE_STEPS, LINE_CLOSE)? {
+        return Some(None);
+    }
+    let line = problem.solution().nu;
+    let mut start = Start { nu: line, ambiguous: false };
     if harmonics < 2 {
         return Some(Some(start));
     }
     let mut highest = AMBIGUOUS_SHARE;
     for part in [2usize, 3] {
-        let nu = line.nu / part as f32;
+        let nu = line / part as f32;
         let harmonics = harmonics_below_nyquist(problem.stretch, nu, (part + 2).min(HARMONICS_MAX));
         if 2.0 * nu < 1.0 || harmonics < part {
             continue;
@@ -218,35 +238,40 @@ fn fundamental(
             2 => power_at(nu) + power_at(3.0 * nu),
             _ => power_at(nu) + power_at(2.0 * nu),
         };
-        if between < WORTH_A_LOOK * power_at(line.nu) {
+        if between < WORTH_A_LOOK * power_at(line) {
             continue;
         }
-        let Some(comb) = problem.converge(nu, shape_at(nu, harmonics, nuisances))? else { continue };
+        if !problem.converge(nu, shape_at(nu, harmonics, nuisances))? {
+            continue;
+        }
+        let comb = problem.solution();
         if (comb.nu - nu).abs() > 0.25 {
             continue;
         }
-        let share = share_between(&comb, part);
+        let (share, nu) = (share_between(comb, part), comb.nu);
         if share > highest
-            && lines_hold(&comb, part, power_by_chance(problem.levels))
-            && better_than_overtones(problem, &comb, line.nu)?
+            && lines_hold(comb, part, power_by_chance(problem.levels))
+            && better_than_overtones(problem, line)?
         {
             highest = share;
             let taken = share > SUBHARMONIC_SHARE;
-            start = Start { nu: if taken { comb.nu } else { start.nu }, ambiguous: !taken };
+            start = Start { nu: if taken { nu } else { start.nu }, ambiguous: !taken };
         }
     }
     Some(Some(start))
 }
 
-/// Whether a comb explains the window clearly better than the strongest line with overtones of its
+/// Whether a comb, the latest solution, explains the window clearly better than the strongest line with overtones of its
 /// own: across a gap in the window the lines of a comb can be large and cancel each other, and they
 /// take up what those overtones leave.
-fn better_than_overtones(problem: &mut Problem, comb: &Solution, strongest: f32) -> Option<bool> {
-    let harmonics = harmonics_below_nyquist(problem.stretch, strongest, comb.shape.harmonics);
-    let shape = shape_at(strongest, harmonics, comb.shape.nuisances);
-    let Some(rival) = problem.converge(strongest, shape)? else { return Some(true) };
-    let more = (comb.shape.harmonics - harmonics).max(1) as f32 * problem.levels.usable.count_ones() as f32;
-    let gained = gain(problem.levels, &rival.rest, &comb.rest, comb.shape.unknowns());
+fn better_than_overtones(problem: &mut Problem, strongest: f32) -> Option<bool> {
+    let (shape, rest) = (problem.solution().shape, problem.solution().rest);
+    let harmonics = harmonics_below_nyquist(problem.stretch, strongest, shape.harmonics);
+    if !problem.converge(strongest, shape_at(strongest, harmonics, shape.nuisances))? {
+        return Some(true);
+    }
+    let more = (shape.harmonics - harmonics).max(1) as f32 * problem.levels.usable.count_ones() as f32;
+    let gained = gain(problem.levels, &problem.solution().rest, &rest, shape.unknowns());
     Some(gained > 0.5 * chi_square_point(2.0 * more, ONE_IN_A_THOUSAND))
 }
 

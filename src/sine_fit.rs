@@ -5,9 +5,9 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, shape_at};
+use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, Work, shape_at};
 use crate::levels::Levels;
-use crate::moments::{HARMONICS_MAX, Moments};
+use crate::moments::HARMONICS_MAX;
 use crate::nuisance::Nuisances;
 use crate::residuals::residuals;
 use crate::search::{
@@ -120,20 +120,20 @@ impl Fitter {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         }
         if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, self.harmonics)? {
-            let fit = fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start)?;
+            let fit = fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start)?;
             // A drift can hide a tone that is too fast for the means.
             if fit.has_tone() {
                 return Some(fit);
             }
         }
         if let Some(start) = self.search_middle(stretch)? {
-            let fit = fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start)?;
+            let fit = fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start)?;
             if fit.has_tone() {
                 return Some(fit);
             }
         }
         match search(stretch, &levels, &mut self.scratch, self.harmonics)? {
-            Some(start) => fit_from(stretch, &levels, &mut self.scratch.sums, self.harmonics, start),
+            Some(start) => fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start),
             None => Some(Fit::without_tone(Status::TooShort, &levels)),
         }
     }
@@ -158,45 +158,48 @@ impl Fitter {
 /// The fit from a guess.
 // Large and called from several places: one copy is enough.
 #[inline(never)]
-fn fit_from(stretch: &mut Stretch, levels: &Levels, sums: &mut Moments, most: usize, start: Start) -> Option<Fit> {
+fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
     let Start { nu, ambiguous } = start;
     let nuisances = Nuisances::new(stretch, levels, false)?;
-    let mut problem = Problem::new(stretch, levels, &nuisances, sums);
+    let mut problem = Problem::new(stretch, levels, &nuisances, work);
     let shape = |harmonics| shape_at(nu, harmonics, nuisances.count());
     // Where a window is too short to tell so many harmonics apart, fewer may do.
     let mut harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
-    let mut best = problem.converge(nu, shape(harmonics))?;
-    while best.is_none() && harmonics > 1 {
-        harmonics -= 1;
-        best = problem.converge(nu, shape(harmonics))?;
-    }
-    let Some(mut best) = best else {
-        return Some(Fit::without_tone(Status::TooShort, levels));
-    };
-    // With few cycles the likelihood has more than one summit within reach of a guess.
-    if 2.0 * nu < CYCLES_FOR_SLOPE {
-        for aside in OTHER_STARTS {
-            if let Some(other) = problem.converge(aside * nu, shape(harmonics))?
-                && gain(levels, &best.rest, &other.rest, 0) > 0.0
-            {
-                best = other;
-            }
+    while !problem.converge(nu, shape(harmonics))? {
+        if harmonics == 1 {
+            return Some(Fit::without_tone(Status::TooShort, levels));
         }
-        problem.pass(best.nu, harmonics)?;
+        harmonics -= 1;
+    }
+    if 2.0 * nu < CYCLES_FOR_SLOPE {
+        likeliest_summit(&mut problem, nu)?;
     }
     // As many harmonics as the scene carries and no more.
-    let carried = carried(&best, power_by_chance(levels));
-    if carried < best.shape.harmonics
-        && let Some(leaner) = problem.step(Shape { harmonics: carried, ..best.shape })
-    {
-        best = leaner;
+    let shape = problem.solution().shape;
+    let carried = carried(problem.solution(), power_by_chance(levels));
+    if carried < shape.harmonics && problem.step(Shape { harmonics: carried, ..shape }).is_none() {
+        problem.step(shape);
     }
-    conclude(&mut problem, &best, ambiguous)
+    conclude(&mut problem, ambiguous)
+}
+
+/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest.
+fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
+    let shape = problem.solution().shape;
+    let (mut best, mut rest) = (problem.solution().nu, problem.solution().rest);
+    for aside in OTHER_STARTS {
+        if problem.converge(aside * nu, shape)? && gain(problem.levels, &rest, &problem.solution().rest, 0) > 0.0 {
+            (best, rest) = (problem.solution().nu, problem.solution().rest);
+        }
+    }
+    problem.converge(best, shape)?;
+    Some(())
 }
 
 /// Residual, uncertainty and verdict of a converged fit.
-fn conclude(problem: &mut Problem, best: &Solution, ambiguous: bool) -> Option<Fit> {
-    let Problem { stretch, levels, nuisances, .. } = problem;
+fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
+    let Problem { stretch, levels, nuisances, work, .. } = problem;
+    let best = &work.solution;
     let frames = levels.frames as f32;
     let channels_used = levels.usable.count_ones() as f32;
     let unknowns = best.shape.unknowns() as f32;

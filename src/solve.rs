@@ -7,7 +7,7 @@
 
 use crate::levels::Levels;
 use crate::moments::{HARMONICS_MAX, Moments};
-use crate::normal::{Cholesky, Rows, UNKNOWNS, dot, less_products};
+use crate::normal::{Normal, Rows, UNKNOWNS, dot, less_products};
 use crate::nuisance::Nuisances;
 use crate::settings::TAXELS;
 use crate::waves::{Wave, Weight};
@@ -105,10 +105,9 @@ fn floor(squares: f32, frames: f32) -> f32 {
 }
 
 /// Factors the normal equations. None if the unknowns cannot be told apart.
-fn factor(moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<Cholesky> {
+fn factor(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<()> {
     let sums = &moments.trigonometric;
-    let mut normal = [[0.0; UNKNOWNS]; UNKNOWNS];
-    for (i, row) in normal.iter_mut().enumerate().take(shape.unknowns()) {
+    for (i, row) in normal.lower.iter_mut().enumerate().take(shape.unknowns()) {
         for (j, place) in row.iter_mut().enumerate().take(i + 1) {
             *place = match (shape.function(i), shape.function(j)) {
                 (Function::Wave(a, p), Function::Wave(b, q)) => {
@@ -126,12 +125,11 @@ fn factor(moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<Cho
             };
         }
     }
-    Cholesky::new(&normal, shape.unknowns())
+    normal.factor()
 }
 
 /// Right-hand sides of the channels' normal equations.
-fn right_sides(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Rows {
-    let mut right = [[0.0; TAXELS]; UNKNOWNS];
+fn right_sides(right: &mut Rows, moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) {
     for (i, right) in right.iter_mut().enumerate().take(shape.unknowns()) {
         let row: &[f32] = match shape.function(i) {
             Function::Wave(Wave::One, 0) => &levels.y,
@@ -144,7 +142,6 @@ fn right_sides(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape:
             *right = *row;
         }
     }
-    right
 }
 
 /// What is left of the channels' squares when `half`, half way to their solution, explains the rest.
@@ -164,98 +161,126 @@ fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
 
 /// Residual sums of squares alone. None if the unknowns cannot be told apart.
 pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Option<Values> {
-    let mut rows = right_sides(moments, levels, nuisances, shape);
-    factor(moments, nuisances, shape)?.forward_rows(&mut rows);
+    let (mut normal, mut rows) = (Normal::new(shape.unknowns()), [[0.0; TAXELS]; UNKNOWNS]);
+    factor(&mut normal, moments, nuisances, shape)?;
+    right_sides(&mut rows, moments, levels, nuisances, shape);
+    normal.forward_rows(&mut rows);
     Some(left(levels, &rows, shape.unknowns()))
 }
 
-/// Solves at `moments`' frequency. None if the unknowns cannot be told apart there.
-#[inline(never)]
-pub fn solve(moments: &Moments, levels: &Levels, nuisances: &Nuisances, nu: f32, shape: Shape) -> Option<Solution> {
-    let sums = &moments.trigonometric;
-    let (size, frames) = (shape.unknowns(), levels.frames as f32);
-    let cholesky = factor(moments, nuisances, &shape)?;
-    let mut rows = right_sides(moments, levels, nuisances, &shape);
-    cholesky.forward_rows(&mut rows);
-    let rest = left(levels, &rows, size);
-    let mut weight = [0.0; TAXELS];
-    for c in 0..TAXELS {
-        weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
-    }
-
-    // d model / d nu is a mixture of lever x cos(h theta) and lever x sin(h theta); `across[d]` is what each
-    // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
-    // solution leaves of each channel.
-    let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
-    let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
-    let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
-    for d in 0..waves {
-        let lever = if d % 2 == 0 { &moments.lever_cos[d / 2] } else { &moments.lever_sin[d / 2] };
-        for (i, across) in across[d].iter_mut().enumerate().take(size) {
-            *across = match shape.function(i) {
-                Function::Wave(b, 0) => sums.product(Weight::Lever, wave(d), b),
-                Function::Wave(b, _) => sums.product(Weight::LeverU, wave(d), b),
-                Function::Nuisance(k) => lever[TAXELS + k],
-            };
-        }
-        cholesky.forward(&mut across[d]);
-        if let Some(lever) = lever.first_chunk() {
-            pulls[d] = less_products(lever, &across[d][..size], &rows);
+impl Solution {
+    /// None yet; `const`, so that it can live in a static.
+    pub const fn new() -> Self {
+        let lines = [0.0; HARMONICS_MAX];
+        Self {
+            nu: 0.0,
+            shape: Shape { harmonics: 0, slope: false, nuisances: 0 },
+            unknowns: [[0.0; TAXELS]; UNKNOWNS],
+            rest: [0.0; TAXELS],
+            step: 0.0,
+            information: 0.0,
+            power: lines,
+            offset: lines,
+            offset_sigma: lines,
         }
     }
-    cholesky.backward_rows(&mut rows);
 
-    let mut out = Solution {
-        nu,
-        shape,
-        unknowns: rows,
-        rest,
-        step: 0.0,
-        information: 0.0,
-        power: [0.0; HARMONICS_MAX],
-        offset: [0.0; HARMONICS_MAX],
-        offset_sigma: [0.0; HARMONICS_MAX],
-    };
-    let mut line_pull = [0.0; HARMONICS_MAX];
-    let mut line_information = [0.0; HARMONICS_MAX];
-    // What each of the derivative's functions is taken times, and the same weighted.
-    let mut factors = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
-    let mut weighted = factors;
-    for d in 0..waves {
-        let (cos, sin) = out.harmonic(d / 2);
-        let turn = 2.0 * PI * (d / 2 + 1) as f32;
-        let (turn, amplitude) = if d % 2 == 0 { (turn, sin) } else { (-turn, cos) };
+    /// Solves at the frequency `nu` of `moments`. None if the unknowns cannot be told apart there.
+    #[inline(never)]
+    pub fn solve(
+        &mut self,
+        moments: &Moments,
+        levels: &Levels,
+        nuisances: &Nuisances,
+        nu: f32,
+        shape: Shape,
+    ) -> Option<()> {
+        let sums = &moments.trigonometric;
+        let (size, frames) = (shape.unknowns(), levels.frames as f32);
+        let mut normal = Normal::new(size);
+        factor(&mut normal, moments, nuisances, &shape)?;
+        let Self { unknowns: rows, .. } = self;
+        right_sides(rows, moments, levels, nuisances, &shape);
+        normal.forward_rows(rows);
+        let rest = left(levels, rows, size);
+        let mut weight = [0.0; TAXELS];
         for c in 0..TAXELS {
-            factors[d][c] = turn * amplitude[c];
-            weighted[d][c] = weight[c] * factors[d][c];
+            weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
         }
-        line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
-        for e in 0..=d {
-            let common = dot(&across[d][..size], &across[e][..size]);
-            let spread = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
-            let product = dot(&weighted[d], &factors[e]);
-            let part = if e < d { 2.0 } else { 1.0 } * product * spread;
-            out.information += part;
-            if d / 2 == e / 2 {
-                line_information[d / 2] += part;
+
+        // d model / d nu is a mixture of lever x cos(h theta) and lever x sin(h theta); `across[d]` is what each
+        // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
+        // solution leaves of each channel.
+        let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
+        let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
+        let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
+        for d in 0..waves {
+            let lever = if d % 2 == 0 { &moments.lever_cos[d / 2] } else { &moments.lever_sin[d / 2] };
+            for (i, across) in across[d].iter_mut().enumerate().take(size) {
+                *across = match shape.function(i) {
+                    Function::Wave(b, 0) => sums.product(Weight::Lever, wave(d), b),
+                    Function::Wave(b, _) => sums.product(Weight::LeverU, wave(d), b),
+                    Function::Nuisance(k) => lever[TAXELS + k],
+                };
             }
-            if d == e {
-                let turn_squared = turn * turn;
-                out.power[d / 2] += 0.5 * frames * product / turn_squared;
+            normal.forward(&mut across[d]);
+            if let Some(lever) = lever.first_chunk() {
+                pulls[d] = less_products(lever, &across[d][..size], &rows[..]);
             }
         }
-    }
-    if !(out.information > 0.0) {
-        return None;
-    }
-    out.step = line_pull.iter().sum::<f32>() / out.information;
-    for h in 0..waves / 2 {
-        if line_information[h] > 0.0 {
-            out.offset[h] = (h + 1) as f32 * line_pull[h] / line_information[h];
-            out.offset_sigma[h] = (h + 1) as f32 / libm::sqrtf(line_information[h]);
+        normal.backward_rows(rows);
+
+        let lines = [0.0; HARMONICS_MAX];
+        (self.nu, self.shape, self.rest) = (nu, shape, rest);
+        (self.step, self.information) = (0.0, 0.0);
+        (self.power, self.offset, self.offset_sigma) = (lines, lines, lines);
+        let mut line_pull = [0.0; HARMONICS_MAX];
+        let mut line_information = [0.0; HARMONICS_MAX];
+        // What each of the derivative's functions is taken times, and the same weighted.
+        let mut factors = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
+        let mut weighted = factors;
+        for d in 0..waves {
+            let (cos, sin) = self.harmonic(d / 2);
+            let turn = 2.0 * PI * (d / 2 + 1) as f32;
+            let (turn, amplitude) = if d % 2 == 0 { (turn, sin) } else { (-turn, cos) };
+            for c in 0..TAXELS {
+                factors[d][c] = turn * amplitude[c];
+                weighted[d][c] = weight[c] * factors[d][c];
+            }
+            line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
+            for e in 0..=d {
+                let common = dot(&across[d][..size], &across[e][..size]);
+                let spread = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
+                let product = dot(&weighted[d], &factors[e]);
+                let part = if e < d { 2.0 } else { 1.0 } * product * spread;
+                self.information += part;
+                if d / 2 == e / 2 {
+                    line_information[d / 2] += part;
+                }
+                if d == e {
+                    let turn_squared = turn * turn;
+                    self.power[d / 2] += 0.5 * frames * product / turn_squared;
+                }
+            }
         }
+        if !(self.information > 0.0) {
+            return None;
+        }
+        self.step = line_pull.iter().sum::<f32>() / self.information;
+        for h in 0..waves / 2 {
+            if line_information[h] > 0.0 {
+                self.offset[h] = (h + 1) as f32 * line_pull[h] / line_information[h];
+                self.offset_sigma[h] = (h + 1) as f32 / libm::sqrtf(line_information[h]);
+            }
+        }
+        Some(())
     }
-    Some(out)
+}
+
+impl Default for Solution {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,

@@ -26,12 +26,15 @@ const POINTS_MIN: usize = 64;
 /// many. None if the frames were overwritten, if there are more of them than fit `points` or
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
+/// Only `channels` are looked at, bit k for taxel k.
+///
 /// Lines below half a cycle in the window are not looked for: a straight line has been taken off, and what
 /// there is of `nuisances`.
 pub fn strongest(
     stretch: &mut Stretch,
     levels: &Levels,
     nuisances: &Nuisances,
+    channels: u16,
     points: &mut [f32],
     power: &mut [f32],
 ) -> Option<f32> {
@@ -44,15 +47,14 @@ pub fn strongest(
     let baseline = nuisances.baseline(levels)?;
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
-    for taxel in 0..TAXELS {
-        if levels.usable & 1 << taxel == 0 {
-            continue;
-        }
-        let transform = points.get_mut(..size)?;
-        // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
-        let weight = 1.0 / libm::sqrtf(levels.about_line[taxel]);
-        copy(stretch, levels, nuisances, &baseline, taxel, weight, transform)?;
-        add_power(transform, power);
+    // As many channels at a time as there is room for.
+    let together = (points.len() / size).clamp(1, TAXELS);
+    let mut taxels = heapless::Vec::<usize, TAXELS>::new();
+    taxels.extend((0..TAXELS).filter(|taxel| channels & levels.usable & 1 << taxel != 0));
+    for taxels in taxels.chunks(together) {
+        let points = points.get_mut(..taxels.len() * size)?;
+        copy(stretch, levels, nuisances, &baseline, taxels, points)?;
+        points.chunks_exact_mut(size).for_each(|points| add_power(points, power));
     }
     // A path's first and last frame lie at its very ends, those in time half a frame inside.
     let bins_per_cycle = size as f32 / if stretch.is_in_time() { frames } else { frames - 1 } as f32;
@@ -70,43 +72,45 @@ pub fn strongest(
     Some((at as f32 + between) / bins_per_cycle * 0.5)
 }
 
-/// Copies one channel, less its baseline and times `weight`, into `out`, frame by frame; along a path each
-/// frame goes to its place, which makes the transform that of the path. Zeros behind it and where frames
-/// are missing.
+/// Copies some channels, less their baselines and each in its own measure, into equal parts of `out`, frame
+/// by frame; along a path each frame goes to its place, which makes the transform that of the path. Zeros
+/// behind them and where frames are missing.
 fn copy(
     stretch: &mut Stretch,
     levels: &Levels,
     nuisances: &Nuisances,
     baseline: &Rows,
-    taxel: usize,
-    weight: f32,
+    taxels: &[usize],
     out: &mut [f32],
 ) -> Option<()> {
     out.fill(0.0);
+    let size = out.len() / taxels.len().max(1);
     let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
-    let (zero, slope) = (levels.offset[taxel] + baseline[0][taxel], baseline[1][taxel]);
-    let mut columns = [[0.0; BLOCK]; NUISANCES_MAX];
+    let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
     stretch.blocks(&levels.offset, &mut |block| {
         let u = abscissa.block(block.at, frames);
-        let mut rest = [0.0; BLOCK];
-        for i in 0..BLOCK {
-            rest[i] = block.values[i][taxel] - zero - slope * u[i];
-        }
-        if nuisances.count() > 0 {
-            nuisances.fill(&block, &u, &mut columns);
-            for (k, column) in columns.iter().enumerate().take(nuisances.count()) {
+        nuisances.fill(&block, &u, &mut columns);
+        for (out, c) in out.chunks_exact_mut(size.max(1)).zip(taxels) {
+            // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
+            let weight = 1.0 / libm::sqrtf(levels.about_line[*c]);
+            let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
+            let mut rest = [0.0; BLOCK];
+            for i in 0..BLOCK {
+                rest[i] = block.values[i][*c] - zero - slope * u[i];
+            }
+            for k in 0..nuisances.count() {
                 for i in 0..BLOCK {
-                    rest[i] -= baseline[2 + k][taxel] * column[i];
+                    rest[i] -= baseline[2 + k][*c] * columns[i][k];
                 }
             }
-        }
-        for i in 0..BLOCK {
-            let place = match in_time {
-                true => block.at as usize + i,
-                false => ((0.5 * (u[i] + 1.0)) * (frames - 1) as f32 + 0.5) as usize,
-            };
-            if let Some(out) = out.get_mut(place).filter(|_| block.valid[i] != 0) {
-                *out += weight * rest[i];
+            for i in 0..BLOCK {
+                let place = match in_time {
+                    true => block.at as usize + i,
+                    false => (0.5 * (u[i] + 1.0) * (frames - 1) as f32 + 0.5) as usize,
+                };
+                if let Some(out) = out.get_mut(place).filter(|_| block.valid[i] != 0) {
+                    *out += weight * rest[i];
+                }
             }
         }
     })

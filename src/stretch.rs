@@ -46,13 +46,20 @@ impl Abscissa<'_> {
         }
     }
 
-    /// `u` of the frames of a block that begins with frame `at` and has so many, zero behind them.
+    /// `u` of the frames of a block that begins with frame `at`; behind the last of so many `frames` it means
+    /// nothing.
     pub fn block(&self, at: u32, frames: u32) -> [f32; BLOCK] {
         let mut u = [0.0; BLOCK];
-        for (i, u) in u.iter_mut().enumerate() {
-            let frame = at + i as u32;
-            if frame < frames {
-                *u = self.u(frame);
+        match self {
+            Self::Time { start, step } => {
+                for (i, u) in u.iter_mut().enumerate() {
+                    *u = start + step * (at + i as u32) as f32;
+                }
+            }
+            Self::Place { .. } => {
+                for (u, frame) in u.iter_mut().zip(at..frames) {
+                    *u = self.u(frame);
+                }
             }
         }
         u
@@ -69,6 +76,11 @@ pub(crate) struct Block<'a> {
     pub valid: &'a [u16; BLOCK],
     /// All of them count.
     pub whole: bool,
+}
+
+/// Whether a frame with valid values of the taxels in `valid` counts.
+fn counts(valid: u16, taxels: u16) -> bool {
+    valid & taxels == taxels && valid != 0
 }
 
 impl<'a> Stretch<'a> {
@@ -125,35 +137,43 @@ impl<'a> Stretch<'a> {
     /// Shows every frame in blocks of [`BLOCK`], those that do not count with the values of `instead`. None if
     /// frames were overwritten meanwhile.
     pub(crate) fn blocks(&mut self, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        let taxels = self.taxels;
-        let counts = |valid: u16| valid & taxels == taxels && valid != 0;
         for at in (0..self.frames).step_by(BLOCK) {
-            let first = self.first.wrapping_add(at);
             let most = (self.frames - at).min(BLOCK as u32) as usize;
-            let (mut some, mut mask, mut shown) = ([*instead; BLOCK], [0; BLOCK], 0);
-            while shown < most {
-                let from = shown;
-                self.source.read(first.wrapping_add(from as u32), most - from, &mut |values, valid| {
-                    if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
-                        && valid.iter().all(|valid| counts(*valid))
-                    {
-                        visit(Block { at, values, valid, whole: true });
-                        shown = usize::MAX;
-                        return;
-                    }
-                    shown = from + values.len().clamp(1, BLOCK);
-                    let places = some.iter_mut().zip(&mut mask).skip(from);
-                    for ((place, mask), (values, valid)) in places.zip(values.iter().zip(valid)) {
-                        if counts(*valid) {
-                            (*place, *mask) = (*values, *valid);
-                        }
-                    }
-                })?;
-            }
-            if shown != usize::MAX {
-                visit(Block { at, values: &some, valid: &mask, whole: false });
+            let (mut whole, taxels) = (false, self.taxels);
+            self.source.read(self.first.wrapping_add(at), most, &mut |values, valid| {
+                if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
+                    && valid.iter().all(|valid| counts(*valid, taxels))
+                {
+                    whole = true;
+                    visit(Block { at, values, valid, whole });
+                }
+            })?;
+            if !whole {
+                self.broken_block(at, most, instead, visit)?;
             }
         }
+        Some(())
+    }
+
+    /// A block with gaps, at the end of the stretch, or cut by the end of a ring.
+    #[inline(never)]
+    fn broken_block(&mut self, at: u32, most: usize, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
+        let (mut some, mut mask, mut shown) = ([*instead; BLOCK], [0; BLOCK], 0);
+        let taxels = self.taxels;
+        while shown < most {
+            let from = shown;
+            let first = self.first.wrapping_add(at).wrapping_add(from as u32);
+            self.source.read(first, most - from, &mut |values, valid| {
+                shown = from + values.len().clamp(1, BLOCK);
+                let places = some.iter_mut().zip(&mut mask).skip(from);
+                for ((place, mask), (values, valid)) in places.zip(values.iter().zip(valid)) {
+                    if counts(*valid, taxels) {
+                        (*place, *mask) = (*values, *valid);
+                    }
+                }
+            })?;
+        }
+        visit(Block { at, values: &some, valid: &mask, whole: false });
         Some(())
     }
 
@@ -164,8 +184,7 @@ impl<'a> Stretch<'a> {
         for at in 0..self.frames {
             self.source.read(self.first.wrapping_add(at), 1, &mut |values, valid| {
                 if let (Some(values), Some(valid)) = (values.first(), valid.first())
-                    && valid & taxels == taxels
-                    && *valid != 0
+                    && counts(*valid, taxels)
                 {
                     found = Some(*values);
                 }

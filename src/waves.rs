@@ -45,7 +45,7 @@ pub enum Wave {
 #[derive(Clone, Debug)]
 pub struct Trigonometric {
     /// The lever is `u`: sums with it are those with `u`.
-    exact: bool,
+    pub(crate) exact: bool,
     cos: [[f32; ORDERS]; WEIGHTS],
     sin: [[f32; ORDERS]; WEIGHTS],
 }
@@ -72,14 +72,8 @@ impl Trigonometric {
     }
 }
 
-/// Frames on either side of a block's centre.
-pub(crate) const WING: usize = BLOCK / 2;
-
-/// Functions of the distance from a block's centre, half a frame, one and a half ...
-type Wing = [f32; WING];
-
-/// The harmonics of a frequency. In time they are the same in every block but for the phase of its centre:
-/// even and odd about it.
+/// The harmonics of a frequency, block by block without drifting: each starts from its exact phase and is
+/// turned by a table.
 pub(crate) struct Oscillator<'a> {
     pub harmonics: usize,
     nu: f32,
@@ -87,27 +81,54 @@ pub(crate) struct Oscillator<'a> {
     abscissa: Abscissa<'a>,
     phase_0: u32,
     step: u32,
+    /// Turns from a block's first frame.
+    turn: [(f32, f32); BLOCK],
+    /// The harmonics about a block's centre.
+    pub wings: Wings,
     /// From a block's first frame to its centre: in `u`, and as a phase.
     half_block: f32,
     to_centre: u32,
-    /// cos(h theta) and sin(h theta) about a block's centre.
-    pub cos: [Wing; HARMONICS_MAX],
-    pub sin: [Wing; HARMONICS_MAX],
-    /// The same times the distance from the centre, in `u`.
-    pub far_cos: [Wing; HARMONICS_MAX],
-    pub far_sin: [Wing; HARMONICS_MAX],
-    /// Sums over a block, for every order k: cos(k theta); distance x sin(k theta); distance squared x
-    /// cos(k theta). The others are zero by symmetry.
+    /// Sums over a block about its centre, for every order k: cos(k theta); distance x sin(k theta); distance
+    /// squared x cos(k theta). The others are zero by symmetry.
     even: [f32; ORDERS],
     odd: [f32; ORDERS],
     spread: [f32; ORDERS],
 }
 
-/// The harmonics at a block's centre, and its `u`.
+/// Frames on either side of a block's centre.
+pub(crate) const WING: usize = BLOCK / 2;
+
+/// A function of the distance from a block's centre: half a frame, one and a half ...
+pub(crate) type Wing = [f32; WING];
+
+/// The harmonics about a block's centre, the same in every block: cosines are even, sines are odd.
+pub(crate) struct Wings {
+    pub cos: [Wing; HARMONICS_MAX],
+    pub sin: [Wing; HARMONICS_MAX],
+    /// The same times the distance in `u`: odd and even.
+    pub far_cos: [Wing; HARMONICS_MAX],
+    pub far_sin: [Wing; HARMONICS_MAX],
+}
+
+impl Wings {
+    const fn new() -> Self {
+        let none = [[0.0; WING]; HARMONICS_MAX];
+        Self { cos: none, sin: none, far_cos: none, far_sin: none }
+    }
+}
+
+/// A block's centre: its `u`, and cosine and sine of multiples of its phase.
 pub(crate) struct Centre {
     pub u: f32,
-    pub cos: [f32; ORDERS],
-    pub sin: [f32; ORDERS],
+    harmonics: usize,
+    turn: [(f32, f32); ORDERS],
+}
+
+impl Centre {
+    /// Cosine and sine of the harmonics.
+    pub fn turns(&self) -> &[(f32, f32)] {
+        &self.turn[1..=self.harmonics.min(HARMONICS_MAX)]
+    }
 }
 
 /// The harmonics over one block of frames.
@@ -134,7 +155,6 @@ impl<'a> Oscillator<'a> {
         let step = from_turns(nu * u_step);
         // Phase zero at the centre, which lies half way between two frames if their number is even.
         let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
-        let wings = [[0.0; WING]; HARMONICS_MAX];
         let mut out = Self {
             harmonics,
             nu,
@@ -142,12 +162,10 @@ impl<'a> Oscillator<'a> {
             abscissa: stretch.abscissa(),
             phase_0: (back as u32).wrapping_neg(),
             step,
+            turn: [(1.0, 0.0); BLOCK],
+            wings: Wings::new(),
             half_block: 0.5 * (BLOCK - 1) as f32 * u_step,
             to_centre: (step as u64 * (BLOCK as u64 - 1) / 2) as u32,
-            cos: wings,
-            sin: wings,
-            far_cos: wings,
-            far_sin: wings,
             even: [0.0; ORDERS],
             odd: [0.0; ORDERS],
             spread: [0.0; ORDERS],
@@ -155,44 +173,51 @@ impl<'a> Oscillator<'a> {
         if !stretch.is_in_time() {
             return out;
         }
+        for (i, turn) in out.turn.iter_mut().enumerate() {
+            *turn = cos_sin(step.wrapping_mul(i as u32));
+        }
         for i in 0..WING {
             let far = (i as f32 + 0.5) * u_step;
-            let turn = cos_sin((step as u64 * (2 * i as u64 + 1) / 2) as u32);
-            multiples(turn, 2 * harmonics, |k, c, s| {
+            let angle = cos_sin((step as u64 * (2 * i as u64 + 1) / 2) as u32);
+            multiples(angle, 2 * harmonics, |k, c, s| {
                 out.even[k] += 2.0 * c;
                 out.odd[k] += 2.0 * far * s;
                 out.spread[k] += 2.0 * far * far * c;
                 if k >= 1 && k <= harmonics {
-                    (out.cos[k - 1][i], out.sin[k - 1][i]) = (c, s);
-                    (out.far_cos[k - 1][i], out.far_sin[k - 1][i]) = (far * c, far * s);
+                    let wings = &mut out.wings;
+                    (wings.cos[k - 1][i], wings.sin[k - 1][i]) = (c, s);
+                    (wings.far_cos[k - 1][i], wings.far_sin[k - 1][i]) = (far * c, far * s);
                 }
             });
         }
         out
     }
 
-    /// The harmonics, and products of two, at the centre of the block that begins with frame `at`.
+    /// The centre of the block that begins with frame `at`.
     pub fn centre(&self, at: u32) -> Centre {
-        let mut out = Centre { u: self.abscissa.u(at) + self.half_block, cos: [0.0; ORDERS], sin: [0.0; ORDERS] };
         let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre);
-        multiples(cos_sin(phase), 2 * self.harmonics, |k, c, s| (out.cos[k], out.sin[k]) = (c, s));
-        out
+        let mut turn = [(1.0, 0.0); ORDERS];
+        multiples(cos_sin(phase), 2 * self.harmonics.min(HARMONICS_MAX), |k, c, s| turn[k] = (c, s));
+        Centre { u: self.abscissa.u(at) + self.half_block, harmonics: self.harmonics, turn }
     }
 
     /// The harmonics frame by frame.
     pub fn fill(&self, at: u32, waves: &mut Waves) {
-        let in_time = matches!(self.abscissa, Abscissa::Time { .. });
         waves.u = self.abscissa.block(at, self.frames);
+        let in_time = matches!(self.abscissa, Abscissa::Time { .. });
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(at)));
         for i in 0..BLOCK {
-            let phase = match in_time {
-                true => self.phase_0.wrapping_add(self.step.wrapping_mul(at + i as u32)),
-                false => from_turns(self.nu * waves.u[i]),
+            let (c1, s1) = if in_time {
+                let (tc, ts) = self.turn[i];
+                (c * tc - s * ts, s * tc + c * ts)
+            } else {
+                cos_sin(from_turns(self.nu * waves.u[i]))
             };
-            multiples(cos_sin(phase), self.harmonics, |k, c, s| {
-                if k > 0 {
-                    (waves.cos[k - 1][i], waves.sin[k - 1][i]) = (c, s);
-                }
-            });
+            let (mut ch, mut sh) = (c1, s1);
+            for h in 0..self.harmonics.min(HARMONICS_MAX) {
+                (waves.cos[h][i], waves.sin[h][i]) = (ch, sh);
+                (ch, sh) = (ch * c1 - sh * s1, sh * c1 + ch * s1);
+            }
         }
     }
 }
@@ -210,10 +235,9 @@ impl Trigonometric {
     }
 
     /// Adds a block of which every frame counts.
-    pub(crate) fn add_block(&mut self, oscillator: &Oscillator, centre: &Centre) {
+    pub(crate) fn add_block(&mut self, centre: &Centre, oscillator: &Oscillator) {
         let u = centre.u;
-        for k in 0..=2 * oscillator.harmonics.min(HARMONICS_MAX) {
-            let (c, s) = (centre.cos[k], centre.sin[k]);
+        for (k, (c, s)) in centre.turn.iter().enumerate().take(2 * oscillator.harmonics + 1) {
             let (even, odd, spread) = (oscillator.even[k], oscillator.odd[k], oscillator.spread[k]);
             let (cos, sin) = (even * c, even * s);
             let (u_cos, u_sin) = (u * cos - odd * s, u * sin + odd * c);
