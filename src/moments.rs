@@ -16,9 +16,6 @@ const COLUMNS: usize = TAXELS + NUISANCES_MAX;
 /// One sum for each taxel, and behind them one for each nuisance.
 pub type Row = [f32; COLUMNS];
 
-/// Stretches of at least so many frames take one lever for a block of frames.
-const LONG: u32 = 160;
-
 /// What one pass at one frequency gives. y is a channel less its [`Levels::offset`], or a nuisance.
 #[derive(Clone, Debug)]
 pub struct Moments {
@@ -28,17 +25,17 @@ pub struct Moments {
     pub cos: [Row; HARMONICS_MAX],
     /// Sums of y sin(h theta).
     pub sin: [Row; HARMONICS_MAX],
-    /// Sums of lever y cos(h theta).
-    pub lever_cos: [Row; HARMONICS_MAX],
-    /// Sums of lever y sin(h theta).
-    pub lever_sin: [Row; HARMONICS_MAX],
+    /// Sums of u y cos(h theta).
+    pub u_cos: [Row; HARMONICS_MAX],
+    /// Sums of u y sin(h theta).
+    pub u_sin: [Row; HARMONICS_MAX],
 }
 
 impl Moments {
     /// No sums yet; `const`, so that they can live in a static.
     pub const fn new() -> Self {
         let rows = [[0.0; COLUMNS]; HARMONICS_MAX];
-        Self { trigonometric: Trigonometric::new(true), cos: rows, sin: rows, lever_cos: rows, lever_sin: rows }
+        Self { trigonometric: Trigonometric::new(), cos: rows, sin: rows, u_cos: rows, u_sin: rows }
     }
 
     /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
@@ -53,8 +50,7 @@ impl Moments {
         harmonics: usize,
     ) -> Option<()> {
         let oscillator = Oscillator::new(stretch, nu, harmonics);
-        let exact = stretch.frames < LONG || !stretch.is_in_time();
-        *self = Self { trigonometric: Trigonometric::new(exact), ..Self::new() };
+        *self = Self::new();
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
         let (mut waves, mut folded) = (Waves::new(), [[[0.0; GROUP]; 2]; WING]);
         let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
@@ -64,7 +60,7 @@ impl Moments {
                 self.trigonometric.add_block(&centre, &oscillator);
             } else {
                 oscillator.fill(block.at, &mut waves);
-                self.trigonometric.add_frames(&block, &waves, centre.u, oscillator.harmonics);
+                self.trigonometric.add_frames(&block, &waves, oscillator.harmonics);
             }
             for group in 0..TAXELS / GROUP {
                 let first = GROUP * group;
@@ -110,21 +106,14 @@ impl Moments {
     #[inline(never)]
     fn add_harmonic(&mut self, first: usize, h: usize, folded: &Folded, wings: &Wings, [c, s, u]: [f32; 3]) {
         let h = h.min(HARMONICS_MAX - 1);
-        let even_half = wing_products::<0>(folded, &wings.cos[h]);
-        let odd_half = wing_products::<1>(folded, &wings.sin[h]);
+        // The distance from the centre is odd: times it, the cosine's half is odd and the sine's even.
+        let [even_half, far_even_half] = wing_products::<0>(folded, &wings.cos[h], &wings.far_sin[h]);
+        let [odd_half, far_odd_half] = wing_products::<1>(folded, &wings.sin[h], &wings.far_cos[h]);
         let (cos, sin) = turn(even_half, odd_half, c, s);
-        let (mut lever_cos, mut lever_sin) = (times(cos, u), times(sin, u));
-        if self.trigonometric.exact {
-            // The distance from the centre is odd: it swaps what is even and what is odd.
-            let odd_half = wing_products::<1>(folded, &wings.far_cos[h]);
-            let even_half = wing_products::<0>(folded, &wings.far_sin[h]);
-            let far = turn(odd_half, even_half, c, s);
-            for k in 0..GROUP {
-                lever_cos[k] += far.0[k];
-                lever_sin[k] += far.1[k];
-            }
-        }
-        self.add_sums(first, h, [cos, sin, lever_cos, lever_sin]);
+        let (far_cos, far_sin) = turn(far_odd_half, far_even_half, c, s);
+        let u_cos = core::array::from_fn(|k| u * cos[k] + far_cos[k]);
+        let u_sin = core::array::from_fn(|k| u * sin[k] + far_sin[k]);
+        self.add_sums(first, h, [cos, sin, u_cos, u_sin]);
     }
 
     /// A block along a path, where no two are alike.
@@ -143,7 +132,7 @@ impl Moments {
 
     #[inline(always)]
     fn add_sums(&mut self, first: usize, h: usize, sums: [Sums; 4]) {
-        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.lever_cos[h], &mut self.lever_sin[h]];
+        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.u_cos[h], &mut self.u_sin[h]];
         for (row, sums) in rows.into_iter().zip(sums) {
             let Some(row) = row[first..].first_chunk_mut::<GROUP>() else { return };
             for c in 0..GROUP {
@@ -175,13 +164,14 @@ fn fold(folded: &mut Folded, row: impl Fn(usize) -> Sums) {
     }
 }
 
-/// Sums of columns, even or odd, times a function.
-#[inline(always)]
-fn wing_products<const PARITY: usize>(folded: &Folded, function: &Wing) -> Sums {
-    let mut sums = [0.0; GROUP];
-    for (row, factor) in folded.iter().zip(function) {
+/// Sums of columns, even (0) or odd (1), times two functions.
+#[inline(never)]
+fn wing_products<const PARITY: usize>(folded: &Folded, first: &Wing, second: &Wing) -> [Sums; 2] {
+    let mut sums = [[0.0; GROUP]; 2];
+    for ((row, first), second) in folded.iter().zip(first).zip(second) {
         for c in 0..GROUP {
-            sums[c] += row[PARITY][c] * factor;
+            sums[0][c] += row[PARITY][c] * first;
+            sums[1][c] += row[PARITY][c] * second;
         }
     }
     sums
@@ -197,11 +187,6 @@ fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
         }
     }
     sums
-}
-
-#[inline(always)]
-fn times(sums: Sums, factor: f32) -> Sums {
-    sums.map(|sum| sum * factor)
 }
 
 /// Sums with cosine and sine about a centre, turned to the phase of that centre.

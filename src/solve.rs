@@ -208,24 +208,24 @@ impl Solution {
             weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
         }
 
-        // d model / d nu is a mixture of lever x cos(h theta) and lever x sin(h theta); `across[d]` is what each
+        // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each
         // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
         // solution leaves of each channel.
         let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
         let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
         let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
         for d in 0..waves {
-            let lever = if d % 2 == 0 { &moments.lever_cos[d / 2] } else { &moments.lever_sin[d / 2] };
+            let along = if d % 2 == 0 { &moments.u_cos[d / 2] } else { &moments.u_sin[d / 2] };
             for (i, across) in across[d].iter_mut().enumerate().take(size) {
                 *across = match shape.function(i) {
-                    Function::Wave(b, 0) => sums.product(Weight::Lever, wave(d), b),
-                    Function::Wave(b, _) => sums.product(Weight::LeverU, wave(d), b),
-                    Function::Nuisance(k) => lever[TAXELS + k],
+                    Function::Wave(b, 0) => sums.product(Weight::U, wave(d), b),
+                    Function::Wave(b, _) => sums.product(Weight::UU, wave(d), b),
+                    Function::Nuisance(k) => along[TAXELS + k],
                 };
             }
             normal.forward(&mut across[d]);
-            if let Some(lever) = lever.first_chunk() {
-                pulls[d] = less_products(lever, &across[d][..size], &rows[..]);
+            if let Some(along) = along.first_chunk() {
+                pulls[d] = less_products(along, &across[d][..size], &rows[..]);
             }
         }
         normal.backward_rows(rows);
@@ -250,7 +250,7 @@ impl Solution {
             line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
             for e in 0..=d {
                 let common = dot(&across[d][..size], &across[e][..size]);
-                let spread = sums.product(Weight::LeverLever, wave(d), wave(e)) - common;
+                let spread = sums.product(Weight::UU, wave(d), wave(e)) - common;
                 let product = dot(&weighted[d], &factors[e]);
                 let part = if e < d { 2.0 } else { 1.0 } * product * spread;
                 self.information += part;

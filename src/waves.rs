@@ -7,10 +7,7 @@ use crate::stretch::{Abscissa, BLOCK, Block, Stretch};
 /// Orders of the sums: products of two harmonics have up to twice the order of either.
 const ORDERS: usize = 2 * HARMONICS_MAX + 1;
 
-/// What a sum is weighted with. `Lever` stands for `u` in the derivative by frequency: in a short stretch
-/// it is `u`, in a long one that of the block's centre for all frames of a block. That leaves the estimate
-/// without bias, since the residuals of the true model have nothing in common with the waves under any
-/// lever, and costs it less than a 200th of its information.
+/// What a sum is weighted with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
     /// 1
@@ -19,15 +16,9 @@ pub enum Weight {
     U,
     /// u squared
     UU,
-    /// lever
-    Lever,
-    /// lever x u
-    LeverU,
-    /// lever squared
-    LeverLever,
 }
 
-const WEIGHTS: usize = 6;
+const WEIGHTS: usize = 3;
 
 /// One of the functions a channel is made of, but for a power of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +35,6 @@ pub enum Wave {
 /// weight x sin(k theta) for every [`Weight`] and k = 0 ..= 2 x harmonics.
 #[derive(Clone, Debug)]
 pub struct Trigonometric {
-    /// The lever is `u`: sums with it are those with `u`.
-    pub(crate) exact: bool,
     cos: [[f32; ORDERS]; WEIGHTS],
     sin: [[f32; ORDERS]; WEIGHTS],
 }
@@ -54,11 +43,6 @@ impl Trigonometric {
     /// Sum of weight x a x b.
     #[inline(always)]
     pub fn product(&self, weight: Weight, a: Wave, b: Wave) -> f32 {
-        let weight = match weight {
-            Weight::Lever if self.exact => Weight::U,
-            Weight::LeverU | Weight::LeverLever if self.exact => Weight::UU,
-            weight => weight,
-        };
         let (cos, sin) = (&self.cos[weight as usize], &self.sin[weight as usize]);
         let signed = |to: usize, from: usize| if to >= from { sin[to - from] } else { -sin[from - to] };
         match (a, b) {
@@ -229,9 +213,9 @@ impl Waves {
 }
 
 impl Trigonometric {
-    /// Empty sums; `exact` says that the lever is `u`.
-    pub(crate) const fn new(exact: bool) -> Self {
-        Self { exact, cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
+    /// Empty sums.
+    pub(crate) const fn new() -> Self {
+        Self { cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
     }
 
     /// Adds a block of which every frame counts.
@@ -244,36 +228,28 @@ impl Trigonometric {
             // (u + d)^2 = u (u + 2 d) + d^2, d the distance from the centre.
             let uu_cos = u * (u_cos - odd * s) + spread * c;
             let uu_sin = u * (u_sin + odd * c) + spread * s;
-            self.add(k, [cos, u_cos, uu_cos], [sin, u_sin, uu_sin], u);
+            self.add(k, [cos, u_cos, uu_cos], [sin, u_sin, uu_sin]);
         }
     }
 
     /// Adds the frames of a block that count, one by one.
-    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, lever: f32, harmonics: usize) {
+    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, harmonics: usize) {
         for i in 0..BLOCK {
             if block.valid[i] == 0 {
                 continue;
             }
             let u = waves.u[i];
             multiples((waves.cos[0][i], waves.sin[0][i]), 2 * harmonics.min(HARMONICS_MAX), |k, c, s| {
-                self.add(k, [c, u * c, u * u * c], [s, u * s, u * u * s], lever);
+                self.add(k, [c, u * c, u * u * c], [s, u * s, u * u * s]);
             });
         }
     }
 
     #[inline(always)]
-    fn add(&mut self, k: usize, cos: [f32; 3], sin: [f32; 3], lever: f32) {
-        for w in 0..3 {
+    fn add(&mut self, k: usize, cos: [f32; WEIGHTS], sin: [f32; WEIGHTS]) {
+        for w in 0..WEIGHTS {
             self.cos[w][k] += cos[w];
             self.sin[w][k] += sin[w];
-        }
-        if !self.exact {
-            let of = |sum: [f32; 3]| [lever * sum[0], lever * sum[1], lever * lever * sum[0]];
-            let (cos, sin) = (of(cos), of(sin));
-            for w in 0..3 {
-                self.cos[w + 3][k] += cos[w];
-                self.sin[w + 3][k] += sin[w];
-            }
         }
     }
 }
