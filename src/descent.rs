@@ -15,7 +15,7 @@ pub const CYCLES_FOR_SLOPE: f32 = 2.0;
 /// Gauss-Newton steps at the most; two do from a guess of the search.
 const STEPS_MAX: usize = 8;
 /// An error of the last step this small against the uncertainty is none.
-const STEP_DONE: f32 = 0.02;
+const STEP_DONE: f32 = 0.05;
 /// Share of the residuals that the last step may still take off them.
 const RESIDUAL_EXCESS: f32 = 0.01;
 /// Half a bin of a periodogram: further away the slope of the likelihood misleads.

@@ -183,7 +183,7 @@ fn look(
 fn strongest_low(problem: &mut Problem, peak: f32) -> Option<f32> {
     let (mut best, mut most) = (peak, f32::MIN);
     let mut cycles = CYCLES_MIN;
-    while cycles < 4.0 {
+    while cycles < 5.0 {
         let nu = 0.5 * cycles;
         let shape = shape_at(nu, 1, problem.nuisances.count());
         problem.pass(nu, 1)?;
@@ -241,7 +241,12 @@ fn fundamental(
         if between < WORTH_A_LOOK * power_at(line) {
             continue;
         }
-        if !problem.converge(nu, shape_at(nu, harmonics, nuisances))? {
+        let shape = shape_at(nu, harmonics, nuisances);
+        // Most are seen not to be one at first sight.
+        if !problem.descend(nu, shape, 1, LINE_CLOSE)?
+            || share_between(problem.solution(), part) < 0.5 * highest
+            || !problem.converge(problem.solution().nu, shape)?
+        {
             continue;
         }
         let comb = problem.solution();
