@@ -16,6 +16,8 @@ pub const CYCLES_FOR_SLOPE: f32 = 2.0;
 const STEPS_MAX: usize = 8;
 /// An error of the last step this small against the uncertainty is none.
 const STEP_DONE: f32 = 0.05;
+/// The same of a guess, in standard deviations: the fit goes on from there.
+pub const LINE_CLOSE: f32 = 2.0;
 /// Share of the residuals that the last step may still take off them.
 const RESIDUAL_EXCESS: f32 = 0.01;
 /// Half a bin of a periodogram: further away the slope of the likelihood misleads.
@@ -120,9 +122,4 @@ impl<'p, 'a> Problem<'p, 'a> {
         let excess = STEP_DONE / close * step * libm::sqrtf(solution.information);
         (0.1 * angle * angle * step <= done && excess * excess <= RESIDUAL_EXCESS * samples) || step < 1e-6 * nu
     }
-}
-
-/// The shape of a fit at `nu`: a slope where there are cycles enough to tell it from the wave.
-pub fn shape_at(nu: f32, harmonics: usize, nuisances: usize) -> Shape {
-    Shape { harmonics, slope: 2.0 * nu >= CYCLES_FOR_SLOPE, nuisances }
 }

@@ -180,6 +180,13 @@ pub(crate) fn levels(stretch: &mut Stretch, mut means: Option<Means>) -> Option<
     Some(sums.levels(taxels))
 }
 
+impl Levels {
+    /// How many channels are usable.
+    pub fn channels(&self) -> f32 {
+        self.usable.count_ones() as f32
+    }
+}
+
 impl Sums {
     fn levels(&self, taxels: u16) -> Levels {
         let empty = [0.0; TAXELS];

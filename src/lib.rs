@@ -37,11 +37,13 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod bridge;
+pub mod chance;
 pub mod contact;
 pub mod dating;
 pub mod descent;
 pub mod detector;
 pub mod frame;
+pub mod fundamental;
 pub mod levels;
 pub mod load;
 pub mod moments;

@@ -13,8 +13,10 @@ use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Block, Stretch};
 use crate::window::Values;
 
-/// Most functions: two of a curve, two of an interferer.
-pub const NUISANCES_MAX: usize = 4;
+/// Functions of a curve.
+pub const CURVE: usize = 2;
+/// Most functions: two of an interferer, and behind them those of a curve.
+pub const NUISANCES_MAX: usize = 2 + CURVE;
 
 /// The functions of a stretch, and their sums over it.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +45,7 @@ pub(crate) type Columns = [[f32; NUISANCES_MAX]; BLOCK];
 impl Nuisances {
     /// How many there are.
     pub fn count(&self) -> usize {
-        2 * self.curved as usize + 2 * self.interferer as usize
+        CURVE * self.curved as usize + 2 * self.interferer as usize
     }
 
     /// Of a stretch: those of its interferer, and those of a curve if asked for. One pass, unless there are
@@ -105,14 +107,14 @@ impl Nuisances {
     }
 
     /// What each channel holds of all of them, besides its offset and its slope: those first. None if they
-    /// cannot be told apart.
-    pub fn baseline(&self, levels: &Levels) -> Option<Rows> {
-        let size = 2 + self.count();
+    /// cannot be told apart. Only the first `used` of them.
+    pub fn baseline(&self, levels: &Levels, used: usize) -> Option<Rows> {
+        let size = 2 + used.min(NUISANCES_MAX);
         let (mut normal, mut right) = (Normal::new(size), [[0.0; TAXELS]; UNKNOWNS]);
         normal.lower[0][0] = levels.frames as f32;
         (normal.lower[1][0], normal.lower[1][1]) = (levels.u, levels.uu);
         (right[0], right[1]) = (levels.y, levels.uy);
-        for k in 0..self.count() {
+        for k in 0..size - 2 {
             let row = &mut normal.lower[2 + k];
             (row[0], row[1]) = (self.one[k], self.u[k]);
             row[2..2 + NUISANCES_MAX].copy_from_slice(&self.each[k]);

@@ -5,16 +5,16 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, Work, shape_at};
+use crate::chance::{gain_by_chance, gain_by_search, power_by_chance};
+use crate::descent::{CYCLES_MIN, Problem, Work};
+use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::Nuisances;
 use crate::residuals::residuals;
-use crate::search::{
-    Scratch, Start, chi_square_point, harmonics_below_nyquist, levels_and_means, power_by_chance, search, search_coarse,
-};
+use crate::search::{Scratch, Start, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, Solution, gain, quantization};
+use crate::solve::{self, Shape, Solution, gain, quantization, rest};
 use crate::stretch::Stretch;
 use crate::telemetry::Status;
 use crate::window::Values;
@@ -23,6 +23,8 @@ use crate::window::Values;
 const DROWNED: f32 = 1e-4;
 /// Where else the search starts in a window of few cycles, as shares of the guess.
 const OTHER_STARTS: [f32; 2] = [0.8, 1.25];
+/// Normal deviate from which a slope is taken for one where there are few cycles: a wrong one costs much.
+const SLOPE: f32 = 4.0;
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Frames of a long window's middle: means of four of them are as many as there can be.
@@ -81,18 +83,6 @@ impl Fit {
     }
 }
 
-/// Gain that noise alone reaches in one search out of a hundred: half the chi-square point of
-/// `unknowns` degrees of freedom at one hundredth over the number of tries. A search between the
-/// frequencies of a transform counts for twice as many of them, and the number of harmonics and the
-/// place of the fundamental are chosen too: four tries a frame.
-fn gain_by_chance(unknowns: f32, frames: f32) -> f32 {
-    // Normal deviate of the tail, by Mills' ratio.
-    let tail = 0.01 / (4.0 * frames);
-    let z2 = -2.0 * libm::logf(tail * 2.5);
-    let z = libm::sqrtf((z2 - libm::logf(z2)).max(1.0));
-    0.5 * chi_square_point(unknowns, z)
-}
-
 /// Scratch and settings of the fit.
 #[derive(Debug)]
 pub struct Fitter {
@@ -134,7 +124,7 @@ impl Fitter {
         }
         match search(stretch, &levels, &mut self.scratch, self.harmonics)? {
             Some(start) => fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start),
-            None => Some(Fit::without_tone(Status::TooShort, &levels)),
+            None => Some(Fit::without_tone(Status::NoTone, &levels)),
         }
     }
 
@@ -149,7 +139,7 @@ impl Fitter {
         if levels.usable == 0 || 2 * levels.frames < MIDDLE_FRAMES {
             return Some(None);
         }
-        let start = search_coarse(&middle, &levels, &coarse, &mut self.scratch, self.harmonics)?;
+        let start = search_coarse(&mut middle, &levels, &coarse, &mut self.scratch, self.harmonics)?;
         let scale = all as f32 / MIDDLE_FRAMES as f32;
         Some(start.map(|start| Start { nu: start.nu * scale, ..start }))
     }
@@ -159,20 +149,21 @@ impl Fitter {
 // Large and called from several places: one copy is enough.
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
-    let Start { nu, ambiguous } = start;
-    let nuisances = Nuisances::new(stretch, levels, false)?;
+    let Start { nu, ambiguous, slope, curved } = start;
+    let nuisances = Nuisances::new(stretch, levels, curved)?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
-    let shape = |harmonics| shape_at(nu, harmonics, nuisances.count());
     // Where a window is too short to tell so many harmonics apart, fewer may do.
-    let mut harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
-    while !problem.converge(nu, shape(harmonics))? {
-        if harmonics == 1 {
+    let harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
+    let mut shape = Shape { harmonics, slope, nuisances: nuisances.count() };
+    while !problem.converge(nu, shape)? {
+        if shape.harmonics == 1 {
             return Some(Fit::without_tone(Status::TooShort, levels));
         }
-        harmonics -= 1;
+        shape.harmonics -= 1;
     }
-    if 2.0 * nu < CYCLES_FOR_SLOPE {
+    if !slope {
         likeliest_summit(&mut problem, nu)?;
+        add_slope(&mut problem)?;
     }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
@@ -196,12 +187,30 @@ fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
     Some(())
 }
 
+/// Under few cycles a slope is fitted only if there is one for sure: it looks much like them.
+fn add_slope(problem: &mut Problem) -> Option<()> {
+    let Problem { levels, nuisances, work, .. } = problem;
+    let (before, nu) = (work.solution.shape, work.solution.nu);
+    let shape = Shape { slope: true, ..before };
+    let rest = rest(&work.sums, levels, nuisances, &shape);
+    let sloped = rest.is_some_and(|rest| {
+        gain(levels, &work.solution.rest, &rest, shape.unknowns()) > gain_by_chance(levels, 1, SLOPE)
+    });
+    if sloped {
+        if problem.converge(nu, shape)? {
+            likeliest_summit(problem, nu)?;
+        } else {
+            problem.converge(nu, before)?;
+        }
+    }
+    Some(())
+}
+
 /// Residual, uncertainty and verdict of a converged fit.
 fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
     let Problem { stretch, levels, nuisances, work, .. } = problem;
     let best = &work.solution;
     let frames = levels.frames as f32;
-    let channels_used = levels.usable.count_ones() as f32;
     let unknowns = best.shape.unknowns() as f32;
 
     let (mut rest, mut information) = (best.rest, best.information);
@@ -212,9 +221,10 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
     }
     let sigma_nu = 1.0 / libm::sqrtf(information);
 
-    let before = if best.shape.slope { &levels.about_line } else { &levels.about_mean };
-    let gained = gain(levels, before, &rest, best.shape.unknowns());
-    let chance = gain_by_chance(2.0 * best.shape.harmonics as f32 * channels_used, frames);
+    let without = Shape { harmonics: 0, ..best.shape };
+    let before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    let gained = gain(levels, &before, &rest, best.shape.unknowns());
+    let chance = gain_by_search(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
     let status = if !(gained > chance) {
         Status::NoTone
     } else if !(2.0 * best.nu >= CYCLES_MIN) || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu) {

@@ -4,10 +4,10 @@
 //! own power that a line takes, so that a noisy channel cannot shout the others down.
 
 use crate::levels::Levels;
-use crate::normal::Rows;
 use crate::nuisance::{NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Stretch};
+use crate::window::Values;
 
 /// Longest transform on the chip, points.
 const POINTS_CHIP: usize = 1024;
@@ -22,29 +22,30 @@ pub const POINTS_MAX: usize = 32_768;
 const POINTS_MIN: usize = 64;
 
 /// The strongest line in cycles per half window ([`crate::stretch`]'s `nu`), between bins by a
-/// parabola through the peak. `points` is scratch memory for one transform, `power` for half as
-/// many. None if the frames were overwritten, if there are more of them than fit `points` or
+/// parabola through the peak. `points` is scratch memory for transforms, `power` for half of one. None if
+/// the frames were overwritten; the inner None if there are more of them than fit `points` or
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
-/// Only `channels` are looked at, bit k for taxel k.
-///
-/// Lines below half a cycle in the window are not looked for: a straight line has been taken off, and what
-/// there is of `nuisances`.
+/// Only `channels` are looked at, bit k for taxel k, and only lines of `least_cycles` in the window and more:
+/// a straight line has been taken off, and what there is of the first `used` of `nuisances`.
+#[allow(clippy::too_many_arguments)]
 pub fn strongest(
     stretch: &mut Stretch,
     levels: &Levels,
     nuisances: &Nuisances,
+    used: usize,
+    least_cycles: f32,
     channels: u16,
     points: &mut [f32],
     power: &mut [f32],
-) -> Option<f32> {
+) -> Option<Option<f32>> {
     let frames = stretch.frames as usize;
     let most = points.len().min(2 * power.len());
     let size = transform_size(frames, most);
     if frames > size || levels.usable == 0 {
-        return None;
+        return Some(None);
     }
-    let baseline = nuisances.baseline(levels)?;
+    let Some(baseline) = nuisances.baseline(levels, used) else { return Some(None) };
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
     // As many channels at a time as there is room for.
@@ -53,12 +54,12 @@ pub fn strongest(
     taxels.extend((0..TAXELS).filter(|taxel| channels & levels.usable & 1 << taxel != 0));
     for taxels in taxels.chunks(together) {
         let points = points.get_mut(..taxels.len() * size)?;
-        copy(stretch, levels, nuisances, &baseline, taxels, points)?;
+        copy(stretch, levels, nuisances, &baseline[..2 + used], taxels, points)?;
         points.chunks_exact_mut(size).for_each(|points| add_power(points, power));
     }
     // A path's first and last frame lie at its very ends, those in time half a frame inside.
     let bins_per_cycle = size as f32 / if stretch.is_in_time() { frames } else { frames - 1 } as f32;
-    let least = ((0.5 * bins_per_cycle) as usize).max(1);
+    let least = ((least_cycles * bins_per_cycle) as usize).max(1);
     let (mut at, mut peak) = (least, 0.0);
     for (k, p) in power.iter().enumerate().skip(least) {
         if *p > peak {
@@ -69,7 +70,7 @@ pub fn strongest(
     let right = power.get(at + 1).copied().unwrap_or(0.0);
     let bend = left - 2.0 * peak + right;
     let between = if bend < 0.0 && left <= peak { 0.5 * (left - right) / bend } else { 0.0 };
-    Some((at as f32 + between) / bins_per_cycle * 0.5)
+    Some(Some((at as f32 + between) / bins_per_cycle * 0.5))
 }
 
 /// Copies some channels, less their baselines and each in its own measure, into equal parts of `out`, frame
@@ -79,7 +80,7 @@ fn copy(
     stretch: &mut Stretch,
     levels: &Levels,
     nuisances: &Nuisances,
-    baseline: &Rows,
+    baseline: &[Values],
     taxels: &[usize],
     out: &mut [f32],
 ) -> Option<()> {
@@ -98,9 +99,9 @@ fn copy(
             for i in 0..BLOCK {
                 rest[i] = block.values[i][*c] - zero - slope * u[i];
             }
-            for k in 0..nuisances.count() {
+            for (k, factors) in baseline[2..].iter().enumerate() {
                 for i in 0..BLOCK {
-                    rest[i] -= baseline[2 + k][*c] * columns[i][k];
+                    rest[i] -= factors[*c] * columns[i][k];
                 }
             }
             for i in 0..BLOCK {

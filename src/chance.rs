@@ -1,0 +1,36 @@
+//! What noise alone reaches: the limits of every test in the fit.
+
+use crate::levels::Levels;
+
+/// Normal deviate that is exceeded once in a thousand times.
+pub const ONE_IN_A_THOUSAND: f32 = 3.09;
+
+/// Point of a chi-square distribution by the normal deviate of the same tail (Wilson and Hilferty's
+/// cube; off by under 1 % from two degrees of freedom on).
+pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
+    let cube = 1.0 - 2.0 / (9.0 * degrees) + deviate * libm::sqrtf(2.0 / (9.0 * degrees));
+    degrees * cube * cube * cube
+}
+
+/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
+/// thousand times: two degrees of freedom for each channel.
+pub fn power_by_chance(levels: &Levels) -> f32 {
+    chi_square_point(2.0 * levels.channels(), ONE_IN_A_THOUSAND)
+}
+
+/// Gain in log-likelihood that one search reaches in noise alone in one window out of a hundred: half the
+/// chi-square point of `unknowns` degrees of freedom at one hundredth over the number of tries. A search
+/// between the frequencies of a transform counts for twice as many of them, and the number of harmonics and
+/// the place of the fundamental are chosen too: four tries a frame.
+pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
+    // Normal deviate of the tail, by Mills' ratio.
+    let tail = 0.01 / (4.0 * frames as f32);
+    let z2 = -2.0 * libm::logf(tail * 2.5);
+    let z = libm::sqrtf((z2 - libm::logf(z2)).max(1.0));
+    0.5 * chi_square_point(unknowns, z)
+}
+
+/// The same for `unknowns` more in every channel, at one frequency, exceeded as often as the normal `deviate`.
+pub fn gain_by_chance(levels: &Levels, unknowns: usize, deviate: f32) -> f32 {
+    0.5 * chi_square_point(unknowns as f32 * levels.channels(), deviate)
+}
