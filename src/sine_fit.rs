@@ -10,7 +10,7 @@ use crate::descent::{CYCLES_MIN, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
-use crate::nuisance::Nuisances;
+use crate::nuisance::{Curve, Nuisances};
 use crate::residuals::residuals;
 use crate::search::{Scratch, Start, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
@@ -150,7 +150,7 @@ impl Fitter {
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
     let Start { nu, ambiguous, slope, curved } = start;
-    let nuisances = Nuisances::new(stretch, levels, curved)?;
+    let nuisances = Nuisances::new(stretch, levels, if curved { Curve::Bent } else { Curve::None })?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
     let harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
