@@ -53,6 +53,7 @@ pub mod nuisance;
 pub mod outbox;
 pub mod phase;
 pub mod pipeline;
+pub mod profile;
 pub mod residuals;
 pub mod search;
 pub mod settings;
