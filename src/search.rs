@@ -271,7 +271,7 @@ fn is_wave(problem: &mut Problem, nu: f32, drift: &Values, nuisances: usize) -> 
 /// Whether a curve besides takes more off what the latest solution leaves than noise would let it. Both are
 /// compared where their steps lead.
 #[inline(never)]
-fn is_curved(problem: &Problem) -> bool {
+pub fn is_curved(problem: &Problem) -> bool {
     let Problem { levels, nuisances, work, nu, .. } = problem;
     let (straight, mut curved) = (&work.solution, Solution::new());
     let shape = Shape { nuisances: nuisances.count(), ..straight.shape };
