@@ -41,6 +41,7 @@ mod app {
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::frame::TimedConversion;
+    use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
@@ -137,12 +138,7 @@ mod app {
         let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
         let tally = cx.shared.tally;
         if drdy.acknowledge() {
-            let queued = chip.adc.read().is_ok_and(|conversion| {
-                samples_in.enqueue(TimedConversion { t_us: drdy.edge_us(), conversion }).is_ok()
-            });
-            if !queued {
-                tally.overrun();
-            }
+            take_in(&mut chip.adc, || drdy.edge_us(), samples_in, tally);
         }
         // Right after a read the next conversion is furthest away.
         // Registers read while START is high have come back wrong: one more look before a restart.
