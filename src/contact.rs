@@ -189,6 +189,7 @@ impl ContactDetector {
     }
 
     /// Deals with a share of the latest block.
+    #[inline(never)]
     fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut impl FnMut(Change)) {
         // Share by share, as the block is evaluated.
         if self.idle_follows > 0.0 {
@@ -229,11 +230,13 @@ impl ContactDetector {
     }
 
     /// Ends a search, so that another may begin and all is told in its order.
+    #[inline(never)]
     fn settle(&mut self, ring: &Ring, changed: &mut impl FnMut(Change)) {
         self.look(u32::MAX, ring, changed);
         self.sought = None;
     }
 
+    #[inline(never)]
     fn tell(&mut self, change: Change, ring: &Ring, changed: &mut impl FnMut(Change)) {
         self.settle(ring, changed);
         changed(change);
@@ -245,7 +248,9 @@ impl ContactDetector {
             Phase::Learning => {
                 self.idle_blocks += 1;
                 let share = 1.0 / self.idle_blocks as f32;
-                self.follow_idle(share);
+                for turn in 0..BLOCK_FRAMES as usize {
+                    self.motion.approach(&mut self.idle, turn, share);
+                }
                 if self.idle_blocks == LEARN_BLOCKS {
                     self.before = self.idle;
                     self.enter(Phase::Idle);
@@ -304,6 +309,7 @@ impl ContactDetector {
         }
     }
 
+    #[inline(never)]
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
@@ -312,17 +318,12 @@ impl ContactDetector {
     }
 
     /// Mean of the blocks after which something is still.
+    #[inline(never)]
     fn still_level(&self) -> Values {
         self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*self.motion.mean())
     }
 
-    fn follow_idle(&mut self, share: f32) {
-        let mean = self.motion.mean();
-        for c in 0..TAXELS {
-            self.idle[c] += share * (mean[c] - self.idle[c]);
-        }
-    }
-
+    #[inline(never)]
     fn begin_spike(&mut self, number: u32) {
         self.enter(Phase::Spike(number));
         self.peak = [0.0; TAXELS];
@@ -331,6 +332,7 @@ impl ContactDetector {
     }
 
     /// Equation 3, for every taxel at once, in the next `frames` frames up to the latest block's end.
+    #[inline(never)]
     fn track_spike(&mut self, frames: u32, ring: &Ring) {
         for _ in 0..frames {
             let number = self.spike_frame;
@@ -356,6 +358,7 @@ impl ContactDetector {
     }
 
     /// Equation 2: the taxel with the best defined spike tells the time.
+    #[inline(never)]
     fn end_spike(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
         self.track_spike(u32::MAX, ring);
         let mut best = 0;
@@ -387,6 +390,7 @@ impl ContactDetector {
         }
     }
 
+    #[inline(never)]
     fn hold(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
         if self.released(number, block, ring, changed) {
             return false;
@@ -409,6 +413,7 @@ impl ContactDetector {
     }
 
     /// Ends the touch if the levels are still and back at idle.
+    #[inline(never)]
     fn released(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
         let Distances { block: off, loaded, .. } = block.distances;
         if self.still_quick < STILL_BLOCKS || !back_at_idle(off, loaded) {
@@ -421,6 +426,7 @@ impl ContactDetector {
     }
 
     /// The finger is off and the taxels at `level`.
+    #[inline(never)]
     fn release(&mut self, level: Values) {
         self.before = self.idle;
         self.idle = level;
@@ -429,12 +435,14 @@ impl ContactDetector {
     }
 
     /// Begins to look for the frame at which the taxels came to `level`, where they are at frame `number`.
+    #[inline(never)]
     fn date(&mut self, sought: Sought, level: Values, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
         self.settle(ring, changed);
         self.search.arrival(self.motion.weights(), &level, number);
         self.sought = Some(sought);
     }
 
+    #[inline(never)]
     fn slide(&mut self, start: u32, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) {
         if self.planned.is_some() {
             return;

@@ -69,6 +69,7 @@ impl Search {
         self.was_off = false;
     }
 
+    #[inline(never)]
     fn begin(&mut self, aim: Aim, weights: &Values, level: &Values, frame: u32, left: u32) {
         (self.level, self.weights) = (*level, *weights);
         (self.aim, self.frame, self.left, self.result, self.over) = (aim, frame, left, frame, false);

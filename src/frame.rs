@@ -320,7 +320,9 @@ impl Assembler {
         let mut scans = (slot <= before) as u32;
         if passed_us > GAP_US {
             // As many whole scans more as bring the count of slots nearest to the time that passed.
-            let by_time = (passed_us as u64 * 1000 / CONVERSION_NS) as u32;
+            // In two parts that 32 bits hold: a division of 64 bits is a kilobyte of code on the chip.
+            const NS: u32 = CONVERSION_NS as u32;
+            let by_time = passed_us / NS * 1000 + passed_us % NS * 1000 / NS;
             let by_order = scans * SLOTS + slot - before;
             scans += (by_time.saturating_sub(by_order) + SLOTS / 2) / SLOTS;
         }

@@ -89,6 +89,8 @@ mod app {
 
     #[local]
     struct Local {
+        detector: Detector,
+        estimator: Estimator,
         chip: Chip,
         drdy: board::Drdy,
         line: board::Line,
@@ -128,7 +130,20 @@ mod app {
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
             },
-            Local { chip, drdy, line, samples_in, samples_out, windows_in, windows_out, bytes_in, bytes_out },
+            Local {
+                // Not statics with an initial value: that would take their size of flash too.
+                detector: Detector::new(SETTINGS),
+                estimator: Estimator::new(SETTINGS),
+                chip,
+                drdy,
+                line,
+                samples_in,
+                samples_out,
+                windows_in,
+                windows_out,
+                bytes_in,
+                bytes_out,
+            },
         )
     }
 
@@ -173,7 +188,7 @@ mod app {
     #[task(
         binds = CAN1_RX0,
         priority = 3,
-        local = [detector: Detector = Detector::new(SETTINGS), samples_out, windows_in, greeted: bool = false],
+        local = [detector, samples_out, windows_in, greeted: bool = false],
         shared = [ring, outbox, &tally, &finished],
     )]
     fn detect(mut cx: detect::Context) {
@@ -248,7 +263,7 @@ mod app {
     #[task(
         binds = CAN1_RX1,
         priority = 1,
-        local = [estimator: Estimator = Estimator::new(SETTINGS), windows_out],
+        local = [estimator, windows_out],
         shared = [ring, outbox, &tally],
     )]
     fn fit(mut cx: fit::Context) {

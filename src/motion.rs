@@ -358,16 +358,29 @@ impl Motion {
     /// Mean of the `count` latest blocks but the `skip` very latest, as far as they are remembered.
     /// None if there is not one.
     pub fn recent_mean(&self, skip: usize, count: usize) -> Option<Values> {
-        let mut sum = [0.0; TAXELS];
-        let mut found = 0.0;
-        for back in skip..(skip + count).min(self.past.count) {
-            let block = self.past.back(back);
-            for c in 0..TAXELS {
+        let until = (skip + count).min(self.past.count);
+        if until <= skip {
+            return None;
+        }
+        let mut mean = [0.0; TAXELS];
+        for turn in 0..SHARES {
+            put(&mut mean, turn, self.share_mean(turn, skip..until));
+        }
+        Some(mean)
+    }
+
+    /// One share of the mean of some blocks. Apart, for all in one would be unrolled to over a kilobyte.
+    #[inline(never)]
+    fn share_mean(&self, turn: usize, blocks: core::ops::Range<usize>) -> Share {
+        let mut sum = [0.0; SHARE];
+        let count = blocks.len() as f32;
+        for back in blocks {
+            let block = share(self.past.back(back), turn);
+            for c in 0..SHARE {
                 sum[c] += block[c];
             }
-            found += 1.0;
         }
-        (found > 0.0).then(|| sum.map(|sum| sum / found))
+        sum.map(|sum| sum / count)
     }
 
     /// Variance of one taxel's noise, frame by frame, codes squared.
@@ -381,6 +394,7 @@ impl Motion {
     }
 
     /// Squared distance of two levels in units of one frame's noise.
+    #[inline(never)]
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.weights, a, b)
     }
