@@ -38,8 +38,8 @@ const SLIDE_BLOCKS: u32 = 9;
 const SLOW_SLIDE_BLOCKS: u32 = 22;
 /// Frames that a search looks at with each frame of a block; the last one's work is dealing with the block before.
 const LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 2, 2, 0];
-/// Frames of a spike that are looked at with every frame: it is noticed two blocks late.
-const SPIKE_LOOKS: u32 = 2;
+/// Frames of a spike that are looked at with each frame of a block: one more than come, for it is noticed late.
+const SPIKE_LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 1, 1, 1];
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
 
@@ -162,13 +162,14 @@ impl ContactDetector {
 
     /// Takes frame `number`, the latest one in `ring`; tells what changed.
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
-        self.evaluate(self.motion.turn(), ring, changed);
+        let turn = self.motion.turn() % BLOCK_FRAMES as usize;
+        self.evaluate(turn, ring, changed);
         if let Phase::Spike(_) = self.phase {
-            self.track_spike(SPIKE_LOOKS, ring);
+            self.track_spike(SPIKE_LOOKS[turn], ring);
         }
         self.follow_plan(number, ring, changed);
         if self.sought.is_some() {
-            self.look(LOOKS[self.motion.turn() % LOOKS.len()], ring, changed);
+            self.look(LOOKS[turn], ring, changed);
         }
         if self.motion.push(values) {
             self.block_end = number;

@@ -19,6 +19,9 @@ const TRIM_FRAMES: u32 = 5;
 /// about 13 until it is dated; 28 frames more, 0.12 s, are left for the fit to read the oldest of them.
 const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 
+/// Frames that the ring may take in before the fit has read its oldest, 66 ms.
+const READING_FRAMES: u32 = 16;
+
 /// What the caller counts and the detector reports in `health`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counters {
@@ -285,6 +288,10 @@ impl Rest {
                     // The latest part of a slide that is longer than a window can be.
                     let most = frames.min(WINDOW_FRAMES_MAX);
                     let first = first.wrapping_add(frames - most);
+                    // An end that took long to be dated: the ring is about to lose what comes first.
+                    let lost = ring.next().wrapping_sub(RING_FRAMES as u32 - READING_FRAMES);
+                    let late = if reached(lost, first) { lost.wrapping_sub(first) } else { 0 };
+                    let (first, most) = (first.wrapping_add(late), most.saturating_sub(late));
                     if let Some(window) = self.window(first, most, Span::Slide, ring) {
                         due(window);
                     }

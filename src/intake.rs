@@ -43,7 +43,7 @@ mod tests {
             let [Operation::TransferInPlace(bytes)] = operations else { return Err(ErrorKind::Other) };
             assert_eq!(bytes[0], 0x30, "the command that reads a conversion");
             bytes.copy_from_slice(&[0, 0x88, 0, 0, self.0]);
-            if self.0 % 3 == 0 { Err(ErrorKind::Other) } else { Ok(()) }
+            if self.0.is_multiple_of(3) { Err(ErrorKind::Other) } else { Ok(()) }
         }
     }
 
