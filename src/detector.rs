@@ -123,7 +123,9 @@ impl Detector {
             return self.one_by_one(ring, counters, emit, due);
         }
         self.rest.frame(self.assembler.frame(), ring, emit, due);
-        self.rest.health_if_due(&self.assembler, &self.settings, counters, emit);
+        if reached(self.rest.latest.0, self.rest.health_due) {
+            self.rest.tell_health(&self.assembler, &self.settings, counters, emit);
+        }
     }
 
     #[inline(never)]
@@ -137,7 +139,9 @@ impl Detector {
         let (rest, settings) = (&mut self.rest, &self.settings);
         self.assembler.deal_one_by_one(&mut |assembler: &Assembler, frame: &Frame| {
             rest.frame(frame, ring, emit, due);
-            rest.health_if_due(assembler, settings, counters, emit);
+            if reached(frame.number, rest.health_due) {
+                rest.tell_health(assembler, settings, counters, emit);
+            }
         });
     }
 
@@ -336,16 +340,13 @@ impl Rest {
     }
 
     #[inline(never)]
-    fn health_if_due(
+    fn tell_health(
         &mut self,
         assembler: &Assembler,
         settings: &Settings,
         counters: &Counters,
         emit: &mut dyn FnMut(Event),
     ) {
-        if !reached(self.latest.0, self.health_due) {
-            return;
-        }
         self.health_due = self.latest.0.wrapping_add(HEALTH_FRAMES);
         emit(Event::Health(self.health(assembler, counters)));
         self.greeting_in = self.greeting_in.saturating_sub(1);

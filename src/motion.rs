@@ -100,7 +100,9 @@ pub struct Motion {
     slow_variance: Values,
     /// Blocks that have taught the noise, as far as they matter.
     learned: f32,
-    /// What the latest block weighs in the noise if it is still to be learned, else zero.
+    /// Whether the latest block is to be learned.
+    teaches: bool,
+    /// What the one that is being learned weighs, else zero.
     lesson: f32,
     /// The comparisons of still blocks.
     typical: [f32; 4],
@@ -155,6 +157,7 @@ impl Motion {
             quick_variance: [1.0; TAXELS],
             slow_variance: [0.0; TAXELS],
             learned: 0.0,
+            teaches: false,
             lesson: 0.0,
             typical: [0.0; 4],
             frames: [[[0.0; TAXELS]; BLOCK_FRAMES as usize]; 2],
@@ -190,9 +193,7 @@ impl Motion {
             // Nothing before it that it could differ from.
             self.frames = [[*values; BLOCK_FRAMES as usize]; 2];
         }
-        if let Some(place) = self.frames.get_mut(self.under_way).and_then(|block| block.get_mut(self.count)) {
-            *place = *values;
-        }
+        self.frames[self.under_way % 2][self.count % SHARES] = *values;
         self.count += 1;
         if self.count < BLOCK_FRAMES as usize {
             return false;
@@ -210,6 +211,13 @@ impl Motion {
             return None;
         }
         if turn == 0 {
+            self.lesson = 0.0;
+            if core::mem::take(&mut self.teaches) {
+                if self.learned < LEARN_BLOCKS {
+                    self.learned += 1.0;
+                }
+                self.lesson = 1.0 / self.learned;
+            }
             for (typical, value) in self.typical.iter_mut().zip(self.compared) {
                 *typical += self.lesson * (value - *typical);
             }
@@ -223,7 +231,6 @@ impl Motion {
             return None;
         }
         self.whole = false;
-        self.lesson = 0.0;
         // A restart in the middle of it: it belongs to what is forgotten.
         let forgotten = self.past.count < self.known;
         self.past.latest = self.past.next();
@@ -308,11 +315,8 @@ impl Motion {
 
     /// The latest block was a still one and teaches what the noise is.
     pub fn learn(&mut self) {
-        if self.learned < LEARN_BLOCKS {
-            self.learned += 1.0;
-        }
         // Share by share, each before the next block's is evaluated.
-        self.lesson = 1.0 / self.learned;
+        self.teaches = true;
     }
 
     #[inline(always)]
