@@ -80,12 +80,11 @@ pub struct Distances {
 
 /// Squared distance of two levels, each taxel's times its weight.
 pub fn distance<const N: usize>(weights: &[f32; N], a: &[f32; N], b: &[f32; N]) -> f32 {
-    let mut sum = 0.0;
-    for c in 0..N {
+    let part = |c: usize| {
         let off = a[c] - b[c];
-        sum += off * off * weights[c];
-    }
-    sum
+        off * off * weights[c]
+    };
+    (1..N).fold(part(0), |sum, c| sum + part(c))
 }
 
 /// Noise of the taxels and the recent past.
@@ -252,17 +251,17 @@ impl Motion {
         let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
         let mut previous = *share(before, turn);
         let weights = *share(&self.weights, turn);
-        let (mut mean, mut squares) = ([0.0; SHARE], [0.0; SHARE]);
-        for frame in block {
+        let (mut sum, mut squares) = ([0.0; SHARE], [0.0; SHARE]);
+        for (number, frame) in block.iter().enumerate() {
             let frame = share(frame, turn);
             for c in 0..SHARE {
                 let change = frame[c] - previous[c];
-                mean[c] += frame[c];
+                sum[c] = if number == 0 { frame[c] } else { sum[c] + frame[c] };
                 squares[c] += change * change;
             }
             previous = *frame;
         }
-        let mean = mean.map(|sum| sum * (1.0 / BLOCK_FRAMES as f32));
+        let mean = sum.map(|sum| sum * (1.0 / BLOCK_FRAMES as f32));
         let back = |back: usize| *share(self.past.back(back), turn);
         let mut within = 0.0;
         for c in 0..SHARE {
