@@ -97,7 +97,7 @@ impl Pipeline {
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&self.ring, &Counters::default(), emit, &mut |window| {
+        self.detector.finish(&mut self.ring, &Counters::default(), emit, &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);
