@@ -2,6 +2,7 @@
 
 use crate::contact::{Change, ContactDetector};
 use crate::frame::{Assembler, CONVERSION_NS, Frame, SLOTS, TimedConversion};
+use crate::pipeline::GROWING_FRAMES_MIN;
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use crate::sine_fit::FRAMES_MIN;
 use crate::telemetry::{Contact, Event, Health, Hello, PROTOCOL, Release, Slide, Span};
@@ -57,6 +58,8 @@ struct Rest {
     /// The latest values that could be trusted.
     values: Values,
     window_frames: u32,
+    /// Whether windows grow until they are accurate enough.
+    growing: bool,
     hop_frames: u32,
     /// Frame behind the window that falls due next.
     next_end: u32,
@@ -81,6 +84,7 @@ impl Detector {
                 reference: [0.0; TAXELS],
                 values: [0.0; TAXELS],
                 window_frames: frames_in(settings.window_s, WINDOW_FRAMES_MAX),
+                growing: settings.accuracy > 0.0,
                 hop_frames: frames_in(settings.hop_s, u32::MAX),
                 next_end: 0,
                 health_due: HEALTH_FRAMES,
@@ -260,10 +264,13 @@ impl Rest {
 
     /// Gives the windows that the slide has filled by now.
     fn hop(&mut self, ring: &Ring, due: &mut dyn FnMut(Window)) {
-        let Some((_, until)) = self.contact.sliding() else { return };
+        let Some((start, until)) = self.contact.sliding() else { return };
         while reached(until, self.next_end) {
-            let first = self.next_end.wrapping_sub(self.window_frames);
-            if let Some(window) = self.window(first, self.window_frames, Span::Window, ring) {
+            let mut frames = self.window_frames;
+            if self.growing {
+                frames = frames.min(self.next_end.wrapping_sub(start));
+            }
+            if let Some(window) = self.window(self.next_end.wrapping_sub(frames), frames, Span::Window, ring) {
                 due(window);
             }
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
@@ -279,7 +286,8 @@ impl Rest {
                 height_v: height * self.volts_per_code,
             })),
             Change::SlideStart(start) => {
-                self.next_end = start.wrapping_add(self.window_frames);
+                let first = if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames };
+                self.next_end = start.wrapping_add(first);
                 emit(Event::Slide(Slide { start_us: self.time_us(start, ring), end_us: None }));
             }
             Change::SlideEnd(start, end) => {

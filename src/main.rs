@@ -268,9 +268,13 @@ mod app {
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
-            let Some(estimate) = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) else {
-                cx.shared.tally.hop_skipped();
-                continue;
+            let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) {
+                Some(Some(estimate)) => estimate,
+                Some(None) => continue,
+                None => {
+                    cx.shared.tally.hop_skipped();
+                    continue;
+                }
             };
             if cx.shared.outbox.lock(|outbox| outbox.post(Event::Estimate(estimate))) {
                 cx.shared.tally.message_dropped();

@@ -41,6 +41,7 @@ fn fit(args: &FitArgs) -> Result<()> {
         to_s: args.to,
         columns: args.columns.clone(),
         harmonics: args.harmonics,
+        interferer_hz: args.mains,
     };
     if let (Some(rate_hz), Some([first, .., last])) = (args.rate, table.time_s()) {
         let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
