@@ -7,6 +7,7 @@
 //! its frequency it is their alias, without more ado.
 
 use crate::levels::Levels;
+use crate::moments::{GROUP, part, products};
 use crate::normal::{Normal, Rows, UNKNOWNS};
 use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
@@ -97,8 +98,15 @@ impl Nuisances {
                     for l in 0..count {
                         out.each[k][l] += functions[k] * functions[l];
                     }
-                    for c in 0..TAXELS {
-                        out.y[k][c] += (block.values[i][c] - levels.offset[c]) * functions[k];
+                }
+            }
+            for group in 0..TAXELS / GROUP {
+                let part = part(&block, &levels.offset, group);
+                for k in 0..count {
+                    let function = core::array::from_fn(|i| columns[i][k]);
+                    let sums = products(&part, &function);
+                    for c in 0..GROUP {
+                        out.y[k][GROUP * group + c] += sums[c];
                     }
                 }
             }

@@ -5,14 +5,14 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::chance::{gain_by_chance, gain_by_search, power_by_chance};
+use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search, power_by_chance};
 use crate::descent::{CYCLES_MIN, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
-use crate::nuisance::{Curve, Nuisances};
+use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
-use crate::search::{Scratch, Start, levels_and_means, search, search_coarse};
+use crate::search::{Scratch, Start, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
 use crate::solve::{self, Shape, Solution, gain, quantization, rest};
 use crate::stretch::Stretch;
@@ -68,6 +68,12 @@ impl Fit {
     /// Whether there is a frequency.
     pub fn has_tone(&self) -> bool {
         matches!(self.status, Status::Good | Status::Ambiguous)
+    }
+
+    /// Of a window in which the finger rests: no path to fit along.
+    pub fn at_rest(frames: u32) -> Self {
+        let channels = [ChannelFit::default(); TAXELS];
+        Self { status: Status::TooShort, frequency: 0.0, sigma: 0.0, harmonics: 0, frames, usable: 0, channels }
     }
 
     fn without_tone(status: Status, levels: &Levels) -> Self {
@@ -165,6 +171,9 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         likeliest_summit(&mut problem, nu)?;
         add_slope(&mut problem)?;
     }
+    if curved {
+        keep_curve_if_there(&mut problem)?;
+    }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
     let carried = carried(problem.solution(), power_by_chance(levels));
@@ -174,16 +183,44 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     conclude(&mut problem, ambiguous)
 }
 
-/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest.
+/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest. A
+/// fundamental of half the frequency has all the true harmonics too, so what a summit needs more of them for has
+/// to pay for itself.
 fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
     let shape = problem.solution().shape;
-    let (mut best, mut rest) = (problem.solution().nu, problem.solution().rest);
+    let (mut best, mut most) = (problem.solution().nu, height(problem));
     for aside in OTHER_STARTS {
-        if problem.converge(aside * nu, shape)? && gain(problem.levels, &rest, &problem.solution().rest, 0) > 0.0 {
-            (best, rest) = (problem.solution().nu, problem.solution().rest);
+        if problem.converge(aside * nu, shape)? {
+            let (to, height) = (problem.solution().nu, height(problem));
+            if height > most {
+                (best, most) = (to, height);
+            }
         }
     }
     problem.converge(best, shape)?;
+    Some(())
+}
+
+/// Gain of the latest solution with the harmonics it carries, less what they gain by chance.
+fn height(problem: &mut Problem) -> f32 {
+    let shape = problem.solution().shape;
+    let lean = Shape { harmonics: carried(problem.solution(), power_by_chance(problem.levels)), ..shape };
+    let Problem { levels, nuisances, work, .. } = problem;
+    let rest = rest(&work.sums, levels, nuisances, &lean).unwrap_or(work.solution.rest);
+    let unknowns = lean.unknowns();
+    gain(levels, &levels.about_mean, &rest, unknowns) - gain_by_chance(levels, unknowns, ONE_IN_A_THOUSAND)
+}
+
+/// A search by means takes what it does not model of a clear tone for a curve too: all harmonics of all frames
+/// tell for sure.
+fn keep_curve_if_there(problem: &mut Problem) -> Option<()> {
+    let (shape, nu) = (problem.solution().shape, problem.solution().nu);
+    let straight = Shape { nuisances: shape.nuisances - CURVE, ..shape };
+    if problem.step(straight).is_some() && !is_curved(problem) {
+        problem.converge(nu, straight)?;
+    } else {
+        problem.step(shape);
+    }
     Some(())
 }
 
@@ -219,6 +256,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         rest = residuals(stretch, levels, nuisances, best)?;
         information *= regained(best, &rest, frames).max(1e-3);
     }
+    information *= honest(best, levels);
     let sigma_nu = 1.0 / libm::sqrtf(information);
 
     let without = Shape { harmonics: 0, ..best.shape };
@@ -259,6 +297,21 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         };
     }
     Some(fit)
+}
+
+/// What share of the information that a solution believes to have is real. Its weights come from noise that was
+/// measured with few degrees of freedom (their mean is too large by two, and what they vary costs two more), and
+/// the noise in a harmonic's two amplitudes counts as its power.
+fn honest(best: &Solution, levels: &Levels) -> f32 {
+    let freedom = (levels.frames as f32 - best.shape.unknowns() as f32).max(5.0);
+    let mut real = best.information;
+    for h in 0..best.shape.harmonics.min(HARMONICS_MAX) {
+        if best.power[h] > 0.0 && best.offset_sigma[h] > 0.0 {
+            let own = (h + 1) as f32 / best.offset_sigma[h];
+            real -= own * own * (2.0 * levels.channels() / best.power[h]).min(1.0);
+        }
+    }
+    (real / best.information).max(0.1) * (freedom - 4.0) / freedom
 }
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth

@@ -8,9 +8,9 @@
 
 mod reference;
 
-use reference::{normal, unit};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
+use reference::{normal, unit};
 use ridgetone::sine_fit::Fitter;
 use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;

@@ -65,9 +65,8 @@ impl Column {
         let mut places = vec![0.0; grid.slots()];
         for pair in at_rows.windows(2) {
             let ((from, from_mm), (to, to_mm)) = (pair[0], pair[1]);
-            for slot in from..=to {
-                let share = (slot - from) as f64 / (to - from) as f64;
-                places[slot] = (from_mm + (to_mm - from_mm) * share) as f32;
+            for (since, place) in places[from..=to].iter_mut().enumerate() {
+                *place = (from_mm + (to_mm - from_mm) * since as f64 / (to - from) as f64) as f32;
             }
         }
         places

@@ -31,6 +31,8 @@ pub struct Selection {
     pub harmonics: u8,
     /// The column to fit by place with, if not by time.
     pub place: Option<Column>,
+    /// A known interferer in all columns, hertz.
+    pub interferer_hz: Option<f64>,
 }
 
 /// One channel's part of the result, in the file's unit.
@@ -119,6 +121,9 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let mut stretch = Stretch::new(&mut source, 0, grid.slots() as u32);
+    if let Some(interferer_hz) = selection.interferer_hz {
+        stretch = stretch.with_interferer((interferer_hz / grid.rate_hz) as f32);
+    }
     if let Some(column) = &selection.place {
         let Some(along) = stretch.along(&place) else {
             bail!("{file}: by column {} the finger does not move in this part", column.name());
