@@ -65,9 +65,10 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
 /// A table for people.
 pub fn text(fit: &TableFit) -> String {
     let mut out = String::new();
+    let width = if fit.abscissa == Abscissa::Time { 13 } else { 16 };
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "{name:<13} {value}");
+        let _ = writeln!(out, "{name:<width$} {value}");
     };
     let told = |value: Option<f64>, digits| value.map_or("-".into(), |value| significant(value, digits));
     let mut pair = |name: &str, sigma_name: &str, values: Option<(f64, f64)>| {
