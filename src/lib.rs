@@ -21,6 +21,7 @@
 //! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
 //! | [`residuals`] | what a solution leaves, sample by sample |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
+//! | [`abscissa`], [`profile`] | cycles per second, or, by a speed profile, per millimetre |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!

@@ -24,7 +24,6 @@ pub const GROWING_FRAMES_MIN: u32 = 24;
 pub struct Estimator {
     volts_per_code: f32,
     fitter: Fitter,
-    profile: Option<Profile>,
     accuracy: f32,
     interferer_hz: f32,
     window_s: f32,
@@ -38,19 +37,20 @@ impl Estimator {
         let Settings { accuracy, interferer_hz, window_s, .. } = settings;
         let fitter = Fitter::new(settings.harmonics);
         let volts_per_code = reading::volts(1, settings.vref_v);
-        Self { volts_per_code, fitter, profile: None, accuracy, interferer_hz, window_s, told: 0 }
-    }
-
-    /// With a speed profile estimates come in cycles per millimetre, from the next window on; without, in hertz.
-    pub fn follow(&mut self, profile: Option<Profile>) {
-        self.profile = profile;
+        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, told: 0 }
     }
 
     /// Fits a window. None if its frames were overwritten before they were read; the inner None says that it
-    /// has to grow to be as accurate as was asked for.
-    pub fn run(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Option<Estimate>> {
+    /// has to grow to be as accurate as was asked for. With a speed profile the estimate comes in cycles per
+    /// millimetre, without in hertz.
+    pub fn run(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        profile: Option<&Profile>,
+    ) -> Option<Option<Estimate>> {
         if !(self.accuracy > 0.0) || window.span == Span::Slide {
-            return self.fit(window, source).map(Some);
+            return self.fit(window, source, profile).map(Some);
         }
         // What told an estimate tells no other.
         let end = window.first.wrapping_add(window.frames);
@@ -59,7 +59,7 @@ impl Estimator {
         if window.frames < GROWING_FRAMES_MIN {
             return Some(None);
         }
-        let estimate = self.fit(&window, source)?;
+        let estimate = self.fit(&window, source, profile)?;
         let met = estimate.status == Status::Good && estimate.sigma <= self.accuracy * estimate.frequency;
         // Half a frame short is as long as it gets.
         if !met && estimate.window_s < self.window_s - 0.5 / window.frame_rate_hz {
@@ -69,9 +69,9 @@ impl Estimator {
         Some(Some(estimate))
     }
 
-    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Estimate> {
+    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, profile: Option<&Profile>) -> Option<Estimate> {
         let (fitter, interferer_hz) = (&mut self.fitter, self.interferer_hz);
-        let fitted = match &self.profile {
+        let fitted = match profile {
             None => in_time(fitter, window, source, interferer_hz)?,
             Some(profile) => by_place(fitter, window, source, interferer_hz, profile)?,
         };
@@ -117,17 +117,23 @@ pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
     ring: Ring,
+    profile: Option<Profile>,
 }
 
 impl Pipeline {
     /// A pipeline at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
-        Self { detector: Detector::new(settings), estimator: Estimator::new(settings), ring: Ring::new() }
+        Self {
+            detector: Detector::new(settings),
+            estimator: Estimator::new(settings),
+            ring: Ring::new(),
+            profile: None,
+        }
     }
 
-    /// See [`Estimator::follow`].
+    /// From now on estimates come by this speed profile, in cycles per millimetre; without one, in hertz.
     pub fn follow(&mut self, profile: Option<Profile>) {
-        self.estimator.follow(profile);
+        self.profile = profile;
     }
 
     /// The greeting to send before anything else.
@@ -155,7 +161,7 @@ impl Pipeline {
 
     fn fit(&mut self, windows: &[Window], emit: &mut dyn FnMut(Event)) {
         for window in windows {
-            if let Some(Some(estimate)) = self.estimator.run(window, &mut &self.ring) {
+            if let Some(Some(estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
                 emit(Event::Estimate(estimate));
             }
         }

@@ -93,8 +93,14 @@ pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
 /// Frequency, cycles per frame, where the likelihood with unknown noise in every channel is
 /// greatest, within half a bin of `near`: golden section over sums of logarithms of residuals.
 pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
-    let cost = |f: f64| (0..16).map(|c| residual(values, c, f, harmonics, slope).ln()).sum::<f64>();
-    let reach = 0.4 / values.len() as f64;
+    let centre = 0.5 * (values.len() as f64 - 1.0);
+    let places: Vec<f64> = (0..values.len()).map(|k| k as f64 - centre).collect();
+    peak_along(values, &places, near, 0.4 / values.len() as f64, harmonics, slope)
+}
+
+/// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
+pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
+    let cost = |f: f64| (0..16).map(|c| residual(values, places, c, f, harmonics, slope).ln()).sum::<f64>();
     let (mut a, mut b) = (near - reach, near + reach);
     let ratio = (5f64.sqrt() - 1.0) / 2.0;
     for _ in 0..60 {
@@ -106,17 +112,14 @@ pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, sl
 
 /// Residual sum of squares of one channel after a least-squares fit at frequency `f`: modified
 /// Gram-Schmidt on the columns.
-fn residual(values: &[[f32; 16]], c: usize, f: f64, harmonics: usize, slope: bool) -> f64 {
-    let n = values.len();
-    let centre = 0.5 * (n as f64 - 1.0);
-    let at = |k: usize| k as f64 - centre;
-    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; n]];
+fn residual(values: &[[f32; 16]], places: &[f64], c: usize, f: f64, harmonics: usize, slope: bool) -> f64 {
+    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; values.len()]];
     if slope {
-        columns.push((0..n).map(at).collect());
+        columns.push(places.to_vec());
     }
     for h in 1..=harmonics {
-        columns.push((0..n).map(|k| (TAU * f * h as f64 * at(k)).cos()).collect());
-        columns.push((0..n).map(|k| (TAU * f * h as f64 * at(k)).sin()).collect());
+        columns.push(places.iter().map(|place| (TAU * f * h as f64 * place).cos()).collect());
+        columns.push(places.iter().map(|place| (TAU * f * h as f64 * place).sin()).collect());
     }
     let mut rest: Vec<f64> = values.iter().map(|frame| frame[c] as f64).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
