@@ -14,10 +14,10 @@ const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
 /// settings too.
 const GREETING_HEALTHS: u8 = 10;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
-const TRIM_FRAMES: u32 = 5;
+pub const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4
 /// frames; 80 more, a third of a second, are left for the fit to read the oldest of them.
-const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
+pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 
 /// What the caller counts and the detector reports in `health`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
