@@ -9,7 +9,7 @@ mod frames;
 mod report;
 
 pub use emulated::Jobs;
-pub use fits::Cell;
+pub use fits::{CHANNELS, Cell, HARMONICS, PASS_INSTRUCTIONS, SNR_DB, WINDOWS_S, is_measured};
 pub use frames::Phase;
 pub use report::{Bar, Report};
 

@@ -77,7 +77,9 @@ impl Setting {
     pub fn window(&self, seed: u64) -> Result<Simulated> {
         match self.length {
             // Long enough, whatever the speed.
-            Length::Seconds(window_s) => Simulated::new(&self.scene(self.speed_mm_s * (window_s + 1.0), seed), window_s),
+            Length::Seconds(window_s) => {
+                Simulated::new(&self.scene(self.speed_mm_s * (window_s + 1.0), seed), window_s)
+            }
             Length::Slide => Simulated::whole_slide(&self.scene(Sliding::default().slide_mm, seed)),
         }
     }
@@ -96,6 +98,13 @@ impl Setting {
         let mut overtones = Sliding::default().overtones;
         overtones.iter_mut().skip(usize::from(carried).saturating_sub(1)).for_each(|relative| *relative = 0.0);
         Sliding { speed_mm_s, period_mm, slide_mm, snr_db: Some(snr_db), overtones, seed, ..Sliding::default() }
+    }
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { speed_mm_s, period_mm, length, snr_db, .. } = self;
+        write!(f, "{speed_mm_s} mm/s, {period_mm} mm, {length}, {snr_db} dB")
     }
 }
 

@@ -57,7 +57,9 @@ impl Report {
     pub fn new(fits: Vec<Cell>, frames: Vec<Phase>, encode: (u32, u32), flash_bytes: u64, ram_bytes: u64) -> Self {
         let mut bars = Vec::new();
         for (harmonics, what, limit) in FIT_BARS {
-            let cells = fits.iter().filter(|c| (c.channels, c.frames, c.harmonics) == (16, 241, harmonics));
+            let cells = fits
+                .iter()
+                .filter(|c| (c.channels, c.frames, c.harmonics, c.carried) == (16, 241, harmonics, harmonics));
             bars.extend(cells.map(|cell| Bar::new(what, limit, u64::from(cell.instructions_worst))));
         }
         let frame = frames.iter().map(|phase| phase.instructions_worst).max().unwrap_or(0);
@@ -79,7 +81,8 @@ impl fmt::Display for Report {
             write!(f, " {harmonics:>17}")?;
         }
         writeln!(f)?;
-        for row in self.fits.chunk_by(|a, b| (a.frames, a.channels) == (b.frames, b.channels)) {
+        let as_carried: Vec<&Cell> = self.fits.iter().filter(|cell| cell.carried == cell.harmonics).collect();
+        for row in as_carried.chunk_by(|a, b| (a.frames, a.channels) == (b.frames, b.channels)) {
             let Some(Cell { window_s, frames, channels, .. }) = row.first() else { continue };
             write!(f, "{window_s:>8} {frames:>7} {channels:>9}")?;
             for cell in row {
@@ -138,6 +141,7 @@ mod tests {
             frames: 241,
             channels: 16,
             harmonics,
+            carried: harmonics,
             windows: 10,
             good: 9,
             instructions_mean: 1.0,

@@ -1,15 +1,16 @@
-//! Who estimates: Ridgetone's own fit as it is set.
+//! Who estimates: Ridgetone's own fit as it is set, and its rivals.
 
+use crate::bound::Clue;
 use crate::setting::Setting;
 use crate::simulated::Simulated;
 use crate::trade::accuracy::{Answer, Sample};
-use crate::bound::Clue;
 use anyhow::{Context, Result};
 use ridgetone::moments::Stretch;
 use ridgetone::settings::TAXELS;
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::telemetry::Status;
 use ridgetone::window::Table;
+use rivals::{Method, Scratch};
 
 /// An estimator and what it may use.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub enum Contender {
         /// Channels with valid values.
         channels: u8,
     },
+    /// Another method on all channels, or as many as it looks at.
+    Rival(Method),
 }
 
 impl Contender {
@@ -45,13 +48,19 @@ impl Contender {
                 };
                 Ok(matches!(fit.status, Status::Good | Status::Ambiguous).then_some(answer))
             }
+            Self::Rival(method) => {
+                let estimate = method.estimate(&window.values, TAXELS, &mut Box::new(Scratch::new()));
+                let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
+                Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
+            }
         }
     }
 
-    /// Channels whose bound it is held against: those it may use, of a rival all there are.
+    /// Channels whose bound it is held against: those it may use; of a rival all there are.
     fn channels(&self) -> usize {
         match *self {
             Self::Ridgetone { channels, .. } => channels.into(),
+            Self::Rival(_) => TAXELS,
         }
     }
 }
@@ -63,7 +72,8 @@ impl Contender {
 pub fn fit(window: &Simulated, harmonics: u8, channels: u8) -> Result<Fit> {
     let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); window.values.len()];
     let mut table = Table { values: &window.values, valid: &valid };
-    let fit = Box::new(Fitter::new(harmonics)).fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
+    let mut fitter = Box::new(Fitter::new(harmonics));
+    let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
     fit.context("a table loses no frames")
 }
 

@@ -19,7 +19,9 @@ pub fn map<T: Sync, R: Send>(what: &str, items: &[T], work: impl Fn(&T) -> Resul
         for _ in 0..threads {
             let (sender, next, work) = (sender.clone(), &next, &work);
             scope.spawn(move || {
-                while let Some((number, item)) = { let n = next.fetch_add(1, Ordering::Relaxed); items.get(n).map(|item| (n, item)) } {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(number) else { break };
                     // Nobody listens any more after an error.
                     if sender.send((number, work(item))).is_err() {
                         break;
