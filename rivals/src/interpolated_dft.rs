@@ -6,13 +6,14 @@
 //! and -f and conjugate amplitudes: each repetition takes the leakage of the second off the coefficients of the first as
 //! in Ye and Aboutanios, "Efficient and accurate frequency estimation of multiple superimposed exponentials in noise",
 //! 2017 (arXiv 1512.02251). Over channels, which share the correction h, it is the least-squares solution of
-//! X(+1/2) + X(-1/2) = 2 h (X(+1/2) - X(-1/2)).
+//! X(+1/2) - X(-1/2) = 2 h (X(+1/2) + X(-1/2)); the signs are as in the paper, but for time counted from the middle of
+//! the window, which turns the sign of one of the two coefficients.
 
 use crate::periodogram::Peak;
 use crate::rotation::Rotation;
 use crate::samples::centred;
 use crate::{Frame, Scratch};
-use core::f32::consts::PI;
+use ridgetone::phase::{cos_sin, from_turns};
 
 /// Repetitions. Two are enough for a complex exponential (Aboutanios and Mulgrew, section IV); the image takes one more.
 const REPETITIONS: usize = 3;
@@ -36,7 +37,7 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
             let above = (above.0 - amplitude.0 * image[2], above.1 + amplitude.1 * image[2]);
             let (sum, difference) = ((above.0 + below.0, above.1 + below.1), (above.0 - below.0, above.1 - below.1));
             product += sum.0 * difference.0 + sum.1 * difference.1;
-            square += difference.0 * difference.0 + difference.1 * difference.1;
+            square += sum.0 * sum.0 + sum.1 * sum.1;
         }
         if !(square > 0.0) {
             return None;
@@ -48,6 +49,7 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
 
 /// The sum of cosines of so many cycles per frame over a window's frames, time counted from its middle.
 fn leakage(cycles: f32, frames: usize) -> f32 {
-    let below = libm::sinf(PI * cycles);
-    if below.abs() < 1e-6 { frames as f32 } else { libm::sinf(PI * cycles * frames as f32) / below }
+    let sin = |half_turns: f32| cos_sin(from_turns(0.5 * half_turns)).1;
+    let below = sin(cycles);
+    if below.abs() < 1e-6 { frames as f32 } else { sin(cycles * frames as f32) / below }
 }

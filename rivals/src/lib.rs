@@ -19,8 +19,6 @@
 // `!(a > b)` is meant where it stands: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
-extern crate alloc;
-
 pub mod ieee1057;
 pub mod interpolated_dft;
 pub mod lm_joint;
@@ -45,6 +43,8 @@ pub const FRAMES_MAX: usize = 1024;
 pub struct Scratch {
     /// A channel's samples, or their transform.
     points: [f32; FRAMES_MAX],
+    /// A second channel's samples.
+    second: [f32; FRAMES_MAX],
     /// The periodogram, summed over channels.
     power: [f32; FRAMES_MAX / 2],
 }
@@ -52,7 +52,7 @@ pub struct Scratch {
 impl Scratch {
     /// Empty; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { points: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] }
+        Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] }
     }
 }
 

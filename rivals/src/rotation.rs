@@ -1,7 +1,6 @@
-//! Cosine and sine at every frame of a window by rotation: four multiplications each, where `libm`'s cost thousands of
-//! instructions on a core without f64.
+//! Cosine and sine at every frame of a window by rotation: four multiplications each.
 
-use core::f32::consts::TAU;
+use ridgetone::phase::{cos_sin, from_turns};
 
 /// A window's frames seen at one frequency, time counted from the middle of the window.
 ///
@@ -15,10 +14,13 @@ pub struct Rotation {
 impl Rotation {
     /// At `frequency`, cycles per frame, over so many frames.
     pub fn new(frequency: f32, frames: usize) -> Self {
-        let angle = TAU * frequency;
-        let (sin, cos) = libm::sincosf(angle);
-        let (first_sin, first_cos) = libm::sincosf(-angle * middle(frames));
-        Self { first: (first_cos, first_sin), step: (cos, sin) }
+        Self::delayed(frequency, frames, 0.0)
+    }
+
+    /// The same, later by so many cycles.
+    pub fn delayed(frequency: f32, frames: usize, cycles: f32) -> Self {
+        let first = from_turns(-frequency * middle(frames) - cycles);
+        Self { first: cos_sin(first), step: cos_sin(from_turns(frequency)) }
     }
 
     /// Cosine and sine, frame by frame, without end.
