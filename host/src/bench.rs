@@ -11,7 +11,7 @@ mod report;
 pub use emulated::Jobs;
 pub use fits::{CHANNELS, Cell, HARMONICS, PASS_INSTRUCTIONS, SNR_DB, WINDOWS_S, is_measured};
 pub use frames::Phase;
-pub use report::{Bar, Report};
+pub use report::{Bar, Report, grouped};
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -22,15 +22,27 @@ use std::path::{Path, PathBuf};
 /// `bench`
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// The image of the benchmark.
-    #[arg(long, value_name = "FILE.elf")]
-    pub elf: PathBuf,
+    /// The image of the benchmark; without one nothing is counted.
+    #[arg(long, value_name = "FILE.elf", requires_all = ["flash_bytes", "ram_bytes"])]
+    pub elf: Option<PathBuf>,
     /// Flash that the board's image takes, bytes.
     #[arg(long)]
-    pub flash_bytes: u64,
+    pub flash_bytes: Option<u64>,
     /// RAM that its statics take, bytes.
     #[arg(long)]
-    pub ram_bytes: u64,
+    pub ram_bytes: Option<u64>,
+    /// Only what is counted on the emulated chip.
+    #[arg(long, requires = "elf")]
+    pub chip: bool,
+    /// Fewer windows, for a look.
+    #[arg(long, conflicts_with = "chip")]
+    pub quick: bool,
+    /// Write trade.md, its picture and its data into a folder.
+    #[arg(long, value_name = "FOLDER", requires = "elf", conflicts_with_all = ["chip", "quick"])]
+    pub write: Option<PathBuf>,
+    /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
+    #[arg(long, value_name = "FOLDER", exclusive = true)]
+    pub render: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,

@@ -83,7 +83,7 @@ impl Cell {
 
     /// Whether it is above the bar.
     pub fn is_above(&self) -> bool {
-        !(self.ratio() <= RATIO_BAR)
+        self.ratio() > RATIO_BAR
     }
 }
 

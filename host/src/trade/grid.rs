@@ -3,7 +3,7 @@
 use super::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
 use super::parallel;
-use crate::bench::{self, CHANNELS, HARMONICS, SNR_DB, WINDOWS_S};
+use crate::bench::{self, CHANNELS, HARMONICS, Report, SNR_DB, WINDOWS_S};
 use crate::setting::{Length, Setting};
 use anyhow::Result;
 use ridgetone::settings::TAXELS;
@@ -59,6 +59,14 @@ impl Row {
     pub fn rms_percent(&self) -> Option<f64> {
         self.accuracy.error.map(|error| error.rms_percent)
     }
+}
+
+/// Instructions of a row's costliest window on the chip, where they were counted.
+pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
+    let key = (row.window_s, row.carried, row.harmonics, row.channels);
+    let mut fits = chip.fits.iter().filter(|_| row.method == RIDGETONE);
+    let same = fits.find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
+    same.map(|fit| fit.instructions_worst)
 }
 
 /// What contends in scenes of so many harmonics.
