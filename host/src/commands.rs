@@ -113,7 +113,7 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
 }
 
 fn run_bench(args: &BenchArgs) -> Result<()> {
-    let report = bench::run(&args.elf, args.flash_bytes, args.ram_bytes)?;
+    let report = bench::run(&args.elf, &args.rivals_elf, args.flash_bytes, args.ram_bytes)?;
     output::line(if args.json { serde_json::to_string(&report)? } else { report.to_string() }.trim_end())
 }
 

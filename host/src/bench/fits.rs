@@ -142,7 +142,7 @@ impl Kind {
 }
 
 /// One window for each line of Table 2 that has a cycle in it.
-fn windows(window_s: f64, harmonics: u8) -> Result<Vec<Simulated>> {
+pub(super) fn windows(window_s: f64, harmonics: u8) -> Result<Vec<Simulated>> {
     let mut overtones = Sliding::default().overtones;
     overtones.iter_mut().skip(usize::from(harmonics) - 1).for_each(|relative| *relative = 0.0);
     let mut windows = Vec::new();
