@@ -1,17 +1,20 @@
 //! `bench`: what the firmware's steps cost, counted on the emulated Cortex-M4F.
 //!
-//! The image `ridgetone-bench` does the jobs that are written for it ([`ridgetone::workload`]); what it finds must be
-//! what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the image and runs this.
+//! The images `ridgetone-bench` and `rivals-bench` do the jobs that are written for them ([`ridgetone::workload`]); what
+//! they find must be what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the images and
+//! runs this.
 
 mod emulated;
 mod fits;
 mod frames;
 mod report;
+mod rivals;
 
 pub use emulated::Jobs;
 pub use fits::{CHANNELS, Cell, HARMONICS, PASS_INSTRUCTIONS, SNR_DB, WINDOWS_S, is_measured};
 pub use frames::Phase;
 pub use report::{Bar, Report, grouped};
+pub use rivals::{CARRIED as RIVALS_CARRIED, RivalCell};
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -23,8 +26,11 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// The image of the benchmark; without one nothing is counted.
-    #[arg(long, value_name = "FILE.elf", requires_all = ["flash_bytes", "ram_bytes"])]
+    #[arg(long, value_name = "FILE.elf", requires_all = ["rivals_elf", "flash_bytes", "ram_bytes"])]
     pub elf: Option<PathBuf>,
+    /// The image of the rivals' benchmark.
+    #[arg(long, value_name = "FILE.elf")]
+    pub rivals_elf: Option<PathBuf>,
     /// Flash that the board's image takes, bytes.
     #[arg(long)]
     pub flash_bytes: Option<u64>,
@@ -48,11 +54,11 @@ pub struct BenchArgs {
     pub json: bool,
 }
 
-/// Runs the benchmark. `flash_bytes` and `ram_bytes` are those of the board's image.
+/// Runs the benchmark and the rivals'. `flash_bytes` and `ram_bytes` are those of the board's image.
 ///
 /// # Errors
 /// The emulator or the image fails; the chip and this PC do not find the same.
-pub fn run(elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
+pub fn run(elf: &Path, rivals_elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
     let fits = fits::Fits::new()?;
     let frames = frames::Frames::new()?;
     let mut jobs = Jobs::default();
@@ -68,7 +74,14 @@ pub fn run(elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
     let used = Wire::write(&longest_packet(), &mut bytes);
     ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
     ensure!(measured.next().is_none(), "the benchmark told more than it was asked");
-    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), flash_bytes, ram_bytes))
+
+    let rivals = rivals::Rivals::new()?;
+    let mut jobs = Jobs::default();
+    rivals.write(&mut jobs);
+    let mut measured = jobs.run(rivals_elf)?.into_iter();
+    let rival_cells = rivals.read(&mut measured)?;
+    ensure!(measured.next().is_none(), "the rivals' benchmark told more than it was asked");
+    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), rival_cells, flash_bytes, ram_bytes))
 }
 
 /// The next measurement, which must be that of a packet.

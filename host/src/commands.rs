@@ -125,8 +125,8 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
     if let Some(folder) = &args.render {
         return Trade::render(folder);
     }
-    let sizes = || args.elf.as_ref().zip(args.flash_bytes.zip(args.ram_bytes));
-    let chip = sizes().map(|(elf, (flash, ram))| bench::run(elf, flash, ram)).transpose()?;
+    let images = args.elf.as_ref().zip(args.rivals_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
+    let chip = images.map(|((elf, rivals), (flash, ram))| bench::run(elf, rivals, flash, ram)).transpose()?;
     if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
         output::line(chip.to_string().trim_end())?;
     }

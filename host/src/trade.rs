@@ -110,10 +110,11 @@ impl Trade {
             .find(|row| (row.method.as_str(), row.window_s, row.carried, row.harmonics, row.channels) == key)
     }
 
-    /// The row of another method on all channels in scenes of `carried` harmonics.
-    pub fn rival(&self, window_s: f64, carried: u8, method: Method) -> Option<&Row> {
+    /// The rows of another method in scenes of `carried` harmonics: on all channels, and on those that the chip has room
+    /// for where these are fewer.
+    pub fn rival(&self, window_s: f64, carried: u8, method: Method) -> impl Iterator<Item = &Row> {
         let key = (method.name(), window_s, carried);
-        self.rows.iter().find(|row| (row.method.as_str(), row.window_s, row.carried) == key)
+        self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
     }
 
     /// Writes `trade.json`, and from it `trade.md` and `trade.svg`.

@@ -120,6 +120,14 @@ impl Method {
         }
     }
 
+    /// Most channels with which it fits the chip's memory in a window of a second.
+    pub const fn channels_on_chip(self) -> usize {
+        match self {
+            Self::LmJoint => lm_joint::CHANNELS_ON_CHIP,
+            _ => CHANNELS,
+        }
+    }
+
     /// The common frequency of the first `channels` channels, cycles per frame, greater than 0 and less than 0.5.
     /// None if the method finds none, if there are fewer than 4 or more than [`FRAMES_MAX`] frames, or if no channel
     /// varies. A channel with a value that is not finite is left out.

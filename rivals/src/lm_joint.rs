@@ -15,6 +15,9 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
+/// Channels whose matrix of a second's window fits the chip's memory.
+pub const CHANNELS_ON_CHIP: usize = 2;
+
 /// The common frequency, cycles per frame.
 pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {
     let frequency = Peak::find(values, channels, scratch)?.frequency(0.0);

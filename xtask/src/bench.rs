@@ -28,10 +28,11 @@ pub fn run(arguments: &BenchArguments) -> Result<()> {
     setup::qemu()?;
     let (_, sizes) = images::build(Board::FeatherF405.image())?;
     let (elf, _) = images::build(images::BENCH)?;
+    let (rivals, _) = images::build(images::RIVALS)?;
     tell("counting, on the command `ridgetone` built from this tree");
     let mut bench = clean("cargo");
     bench.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "bench"]);
-    bench.arg("--elf").arg(elf);
+    bench.arg("--elf").arg(elf).arg("--rivals-elf").arg(rivals);
     bench.args(["--flash-bytes", &sizes.flash.to_string(), "--ram-bytes", &sizes.ram.to_string()]);
     let flags = [("--chip", arguments.chip), ("--quick", arguments.quick), ("--json", arguments.json)];
     bench.args(flags.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag));

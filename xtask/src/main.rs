@@ -45,7 +45,7 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Lints the firmware for both boards and the benchmark, warnings denied.
+    /// Lints the firmware for both boards and the benchmarks, warnings denied.
     LintFirmware,
     /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
     Flash,

@@ -156,7 +156,7 @@ impl Kind {
 }
 
 /// One window for each line of Table 2 that has a cycle in it.
-fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
+pub(super) fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
     let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
     settings.zip(1..).map(|(setting, seed)| setting.window(seed)).collect()
 }

@@ -1,6 +1,6 @@
 //! The benchmark's table: for people and as JSON, with the bars beside it.
 
-use super::{Cell, Phase};
+use super::{Cell, Phase, RivalCell, rivals};
 use serde::Serialize;
 use std::fmt;
 
@@ -36,6 +36,8 @@ impl Bar {
 pub struct Report {
     /// Fits.
     pub fits: Vec<Cell>,
+    /// What one would otherwise pick, on the windows of the fits of one harmonic.
+    pub rivals: Vec<RivalCell>,
     /// Frames.
     pub frames: Vec<Phase>,
     /// Instructions to encode the longest packet.
@@ -54,7 +56,14 @@ pub struct Report {
 
 impl Report {
     /// Puts it together. `encode` is instructions and bytes of the longest packet.
-    pub fn new(fits: Vec<Cell>, frames: Vec<Phase>, encode: (u32, u32), flash_bytes: u64, ram_bytes: u64) -> Self {
+    pub fn new(
+        fits: Vec<Cell>,
+        frames: Vec<Phase>,
+        encode: (u32, u32),
+        rivals: Vec<RivalCell>,
+        flash_bytes: u64,
+        ram_bytes: u64,
+    ) -> Self {
         let mut bars = Vec::new();
         for (harmonics, what, limit) in FIT_BARS {
             let cells = fits
@@ -68,7 +77,7 @@ impl Report {
         bars.push(Bar::new("static RAM of the Feather's image, bytes", IMAGE_BAR, ram_bytes));
         let stack_bytes = fits.iter().map(|cell| cell.stack_bytes).max().unwrap_or(0);
         let (encode_instructions, encode_bytes) = encode;
-        Self { fits, frames, encode_instructions, encode_bytes, flash_bytes, ram_bytes, stack_bytes, bars }
+        Self { fits, rivals, frames, encode_instructions, encode_bytes, flash_bytes, ram_bytes, stack_bytes, bars }
     }
 }
 
@@ -93,6 +102,8 @@ impl fmt::Display for Report {
         }
         let (windows, good) = self.fits.iter().fold((0, 0), |(w, g), cell| (w + cell.windows, g + cell.good));
         writeln!(f, "The tone was found in {good} of {windows} windows. Stack: {} bytes at most.\n", self.stack_bytes)?;
+
+        rivals::write(&self.rivals, &self.fits, f)?;
 
         writeln!(f, "Frame assembly, contact and window, a frame (21 conversions):")?;
         writeln!(f, "{:>8} {:>7} {:>9} {:>9}", "phase", "frames", "mean", "worst")?;
@@ -151,10 +162,22 @@ mod tests {
         };
         let frame = Phase { name: "all", frames: 1, instructions_mean: 1.0, instructions_worst: 1500 };
         let fits = vec![cell(1, 150_001), cell(4, 350_000)];
-        let report = Report::new(fits, vec![frame], (1, 2), IMAGE_BAR, IMAGE_BAR + 1);
+        let rivals = vec![RivalCell {
+            method: "parabolic",
+            window_s: 1.0,
+            frames: 241,
+            carried: 1,
+            channels: 2,
+            windows: 3,
+            found: 2,
+            instructions_mean: 1.0,
+            instructions_worst: 1_234,
+        }];
+        let report = Report::new(fits, vec![frame], (1, 2), rivals, IMAGE_BAR, IMAGE_BAR + 1);
         assert_eq!(report.bars.iter().map(|bar| bar.met).collect::<Vec<_>>(), [false, true, true, true, false]);
         let text = report.to_string();
         assert_eq!(text.matches("NOT MET").count(), 2);
         assert!(text.contains("150,001 NOT MET") && text.contains("18 of 20 windows"), "{text}");
+        assert!(text.contains("1,234") && text.contains("2 of 3 windows"), "{text}");
     }
 }

@@ -123,8 +123,11 @@ fn lines(trade: &Trade) -> Vec<Line<'_>> {
         Line { name: name.into(), rows: rows.filter(|row| point(row).is_some()).collect() }
     };
     let rival = |method: Method| {
-        let rows = WINDOWS_S.into_iter().filter_map(|window_s| trade.rival(window_s, four, method));
-        Line { name: method.name().into(), rows: rows.filter(|row| point(row).is_some()).collect() }
+        let rows = WINDOWS_S.into_iter().flat_map(|window_s| trade.rival(window_s, four, method));
+        let rows: Vec<&Row> = rows.filter(|row| point(row).is_some()).collect();
+        let channels = rows.first().map(|row| row.channels).filter(|channels| usize::from(*channels) < TAXELS);
+        let name = channels.map_or_else(String::new, |channels| format!(", {channels} channels"));
+        Line { name: format!("{}{name}", method.name()), rows }
     };
     let ours = [ours(four, "Ridgetone, four harmonics"), ours(one, "Ridgetone, one harmonic")];
     ours.into_iter().chain(Method::ALL.map(rival)).filter(|line| !line.rows.is_empty()).collect()

@@ -22,8 +22,13 @@ pub enum Contender {
         /// Channels with valid values.
         channels: u8,
     },
-    /// Another method on all channels, or as many as it looks at.
-    Rival(Method),
+    /// Another method on the first `channels` channels.
+    Rival {
+        /// The method.
+        method: Method,
+        /// Channels that it gets.
+        channels: u8,
+    },
 }
 
 impl Contender {
@@ -48,8 +53,8 @@ impl Contender {
                 };
                 Ok(matches!(fit.status, Status::Good | Status::Ambiguous).then_some(answer))
             }
-            Self::Rival(method) => {
-                let estimate = method.estimate(&window.values, TAXELS, &mut Box::new(Scratch::new()));
+            Self::Rival { method, channels } => {
+                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::new()));
                 let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
                 Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
             }
@@ -60,7 +65,7 @@ impl Contender {
     fn channels(&self) -> usize {
         match *self {
             Self::Ridgetone { channels, .. } => channels.into(),
-            Self::Rival(_) => TAXELS,
+            Self::Rival { .. } => TAXELS,
         }
     }
 }

@@ -3,18 +3,14 @@
 use super::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
 use super::parallel;
-use crate::bench::{self, CHANNELS, HARMONICS, Report, SNR_DB, WINDOWS_S};
+use crate::bench::{self, CHANNELS, HARMONICS, RIVALS_CARRIED, Report, SNR_DB, WINDOWS_S};
 use crate::setting::{Length, Setting};
 use anyhow::Result;
-use ridgetone::settings::TAXELS;
 use rivals::Method;
 use serde::{Deserialize, Serialize};
 
 /// Clock of the STM32F405, hertz.
 const CLOCK_HZ: f64 = 168e6;
-/// Harmonics of the scenes in which rivals are measured: the tone alone, which is all they know of, and one like a
-/// grating's.
-pub const RIVALS_IN: [u8; 2] = [1, 4];
 /// Of the windows of the slowest method so many are left out for each that is taken.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
@@ -64,9 +60,13 @@ impl Row {
 /// Instructions of a row's costliest window on the chip, where they were counted.
 pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
     let key = (row.window_s, row.carried, row.harmonics, row.channels);
-    let mut fits = chip.fits.iter().filter(|_| row.method == RIDGETONE);
-    let same = fits.find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
-    same.map(|fit| fit.instructions_worst)
+    if row.method == RIDGETONE {
+        let same = chip.fits.iter().find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
+        return same.map(|fit| fit.instructions_worst);
+    }
+    let mut own = chip.rivals.iter().filter(|cell| cell.method == row.method);
+    let same = own.find(|cell| (cell.window_s, cell.carried, 1, cell.channels) == key);
+    same.map(|cell| cell.instructions_worst)
 }
 
 /// What contends in scenes of so many harmonics.
@@ -76,8 +76,15 @@ fn contenders(carried: u8) -> Vec<Contender> {
         .filter(|(harmonics, channels)| bench::is_measured(carried, *harmonics, *channels))
         .map(|(harmonics, channels)| Contender::Ridgetone { harmonics, channels })
         .collect();
-    if RIVALS_IN.contains(&carried) {
-        all.extend(Method::ALL.map(Contender::Rival));
+    if RIVALS_CARRIED.contains(&carried) {
+        // What only runs on the chip with fewer channels is measured with those too.
+        let own = |method: Method| [method.channels_max(), method.channels_max().min(method.channels_on_chip())];
+        let mut rivals: Vec<Contender> = Method::ALL
+            .into_iter()
+            .flat_map(|method| own(method).map(|channels| Contender::Rival { method, channels: channels as u8 }))
+            .collect();
+        rivals.dedup();
+        all.extend(rivals);
     }
     all
 }
@@ -112,7 +119,7 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
         let own: Vec<Sample> = own.map(|(_, sample)| *sample).collect();
         let (method, harmonics, channels) = match *contender {
             Contender::Ridgetone { harmonics, channels } => (RIDGETONE, harmonics, channels),
-            Contender::Rival(method) => (method.name(), 1, method.channels_max().min(TAXELS) as u8),
+            Contender::Rival { method, channels } => (method.name(), 1, channels),
         };
         Row {
             method: method.into(),
@@ -130,5 +137,5 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
 
 /// Whether it takes seconds for a long window: the Jacobian of all channels at once.
 fn is_slow(contender: &Contender) -> bool {
-    *contender == Contender::Rival(Method::LmJoint)
+    matches!(contender, Contender::Rival { method: Method::LmJoint, .. })
 }

@@ -1,9 +1,9 @@
 //! The tables of `docs/trade.md`.
 
 use super::bars::{Bars, LENGTHS, SNRS_DB};
-use super::grid::{RIDGETONE, RIVALS_IN, Row};
+use super::grid::{RIDGETONE, Row};
 use super::{Trade, Verdict};
-use crate::bench::{CHANNELS, HARMONICS, WINDOWS_S, grouped};
+use crate::bench::{CHANNELS, HARMONICS, RIVALS_CARRIED, WINDOWS_S, grouped};
 use crate::fit_report::significant;
 
 use crate::setting::Setting;
@@ -60,23 +60,39 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), instructions(row), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// Windows in which no single frequency was told, out of how many.
-fn missed(row: &Row) -> String {
+/// Windows in which no single frequency was told, and those in which it was a multiple or a fraction of the true one,
+/// percent of all.
+fn failures(row: &Row) -> [String; 2] {
     let accuracy = &row.accuracy;
-    format!("{} of {}", accuracy.windows - accuracy.good, accuracy.windows)
+    let share = |count: u32| match 100.0 * f64::from(count) / f64::from(accuracy.windows) {
+        0.0 => "0".into(),
+        percent => significant(percent, 2),
+    };
+    [share(accuracy.windows - accuracy.good), share(accuracy.octaves)]
 }
 
 /// Ridgetone: one table for each window.
 pub fn ridgetone(trade: &Trade) -> String {
     let of_window = |window_s: f64| {
-        let headings =
-            ["channels", "harmonics", "RMS, Hz", "RMS, %", "x bound", "latency, ms", "instructions", "passes"];
+        let headings = [
+            "channels",
+            "harmonics",
+            "RMS, Hz",
+            "RMS, %",
+            "x bound",
+            "no answer, %",
+            "octaves, %",
+            "latency, ms",
+            "instructions",
+            "passes",
+        ];
         let mut table = Table::new(0, &headings);
         for channels in CHANNELS {
             for harmonics in HARMONICS {
                 let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else { continue };
                 let rms_hz = or_dash(row.accuracy.error.map(|error| significant(error.rms_hz, 2)));
                 let mut cells = vec![channels.to_string(), harmonics.to_string(), rms_hz, percent(row), ratio(row)];
+                cells.extend(failures(row));
                 cells.extend(costs(row));
                 table.row(&cells);
             }
@@ -114,7 +130,8 @@ pub fn rivals(trade: &Trade) -> String {
             "channels",
             "RMS, %",
             "x bound",
-            "no answer",
+            "no answer, %",
+            "octaves, %",
             "latency, ms",
             "instructions",
             "passes",
@@ -122,11 +139,12 @@ pub fn rivals(trade: &Trade) -> String {
         let mut table = Table::new(2, &headings);
         for window_s in WINDOWS_S {
             let ours = trade.ridgetone(window_s, carried, carried, TAXELS as u8);
-            let others = Method::ALL.into_iter().filter_map(|method| trade.rival(window_s, carried, method));
+            let others = Method::ALL.into_iter().flat_map(|method| trade.rival(window_s, carried, method));
             for row in ours.into_iter().chain(others) {
                 let name = if row.method == RIDGETONE { format!("**{RIDGETONE}**") } else { row.method.clone() };
                 let mut cells = vec![window_s.to_string(), name, row.channels.to_string()];
-                cells.extend([percent(row), ratio(row), missed(row)]);
+                cells.extend([percent(row), ratio(row)]);
+                cells.extend(failures(row));
                 cells.extend(costs(row));
                 table.row(&cells);
             }
@@ -134,7 +152,7 @@ pub fn rivals(trade: &Trade) -> String {
         let what = if carried == 1 { "The tone alone" } else { "A grating: the tone and its overtones" };
         format!("### {what}\n\n{}", table.end())
     };
-    RIVALS_IN.map(of_scene).join("\n\n")
+    RIVALS_CARRIED.map(of_scene).join("\n\n")
 }
 
 /// Every bar.

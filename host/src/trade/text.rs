@@ -26,7 +26,7 @@ impl fmt::Display for Trade {
         }
         for method in Method::ALL {
             line(method.name(), &|window_s| {
-                self.rival(window_s, most, method).map_or_else(String::new, tables::percent)
+                self.rival(window_s, most, method).next().map_or_else(String::new, tables::percent)
             })?;
         }
         writeln!(f, "\n")?;
