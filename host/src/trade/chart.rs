@@ -8,16 +8,17 @@ mod place;
 use super::Trade;
 use super::grid::Row;
 use crate::bench::{HARMONICS, SNR_DB, WINDOWS_S};
+use crate::fit_report::significant;
 use crate::svg::{Anchor, Svg};
 use marks::{LOOKS, marker};
-use place::Places;
+use place::{LABEL_HEIGHT, Places};
 use ridgetone::settings::TAXELS;
 use rivals::Method;
 
 const STYLE: &str = "text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 .title{font-size:17px;font-weight:600}.small{font-size:11px;fill:#555}.head{font-size:11px;font-weight:600}\
 .name{font-weight:600}path{fill:none}.card{fill:#fff;stroke:#bbb}.axis{stroke:#555}.grid{stroke:#e4e4e4}\
-.bound{stroke:#555;stroke-width:1.2;stroke-dasharray:2 3}";
+.label{fill:#f4f5f7;stroke:#ccc}.bound{stroke:#555;stroke-width:1.2;stroke-dasharray:2 3}";
 
 const WIDTH: f64 = 1080.0;
 const HEIGHT: f64 = 680.0;
@@ -71,7 +72,7 @@ pub fn draw(trade: &Trade) -> String {
 
     let title = "What a fit costs and what it brings";
     let subtitle = format!(
-        "A grating with overtones, noise {SNR_DB} dB below its tone; windows of {} s, each marker one of them, from left to right",
+        "A grating with overtones, noise {SNR_DB} dB below its tone. Each marker is a window of {} s: longer windows, smaller errors.",
         WINDOWS_S.map(|window_s| window_s.to_string()).join(", ")
     );
     let mut svg = Svg::new(WIDTH, HEIGHT, &format!("{title}. {subtitle}"), STYLE);
@@ -80,12 +81,16 @@ pub fn draw(trade: &Trade) -> String {
     axes(&mut svg, &x, &y);
 
     let mut places = Places::new((LEFT, TOP, RIGHT, BOTTOM));
-    for (window_s, percent) in &bounds {
+    for (_, percent) in &bounds {
         let height = y.place(*percent);
         svg.line((LEFT, height), (RIGHT, height), "bound");
         places.take_line((LEFT, height), (RIGHT, height));
-        let figure = crate::fit_report::significant(*percent, 2);
-        svg.text(RIGHT + 8.0, height + 4.0, Anchor::Start, "small", &format!("{window_s} s: {figure} %"));
+    }
+    let heights = spread(bounds.iter().map(|(_, percent)| y.place(*percent)).collect());
+    for ((window_s, percent), height) in bounds.iter().zip(heights) {
+        let figure = significant(*percent, 2);
+        svg.line((RIGHT, y.place(*percent)), (RIGHT + 12.0, height), "bound");
+        svg.text(RIGHT + 16.0, height + 4.0, Anchor::Start, "small", &format!("{window_s} s: {figure} %"));
     }
     svg.text(RIGHT + 8.0, TOP - 26.0, Anchor::Start, "head", "the bound,");
     svg.text(RIGHT + 8.0, TOP - 12.0, Anchor::Start, "head", "by window");
@@ -102,16 +107,24 @@ pub fn draw(trade: &Trade) -> String {
         look.line(&mut svg, points);
         points.iter().for_each(|point| marker(&mut svg, look, *point));
     }
-    for (line, points) in lines.iter().zip(&drawn) {
-        places.label(&mut svg, points, &line.name, "name");
+    for ((line, points), look) in lines.iter().zip(&drawn).zip(LOOKS.iter().cycle()) {
+        places.label(&mut svg, points, &line.name, Some(look));
     }
     // Which marker is which window, told once, at the line that matters.
     if let (Some(line), Some(points)) = (lines.first(), drawn.first()) {
         for (row, point) in line.rows.iter().zip(points) {
-            places.label(&mut svg, &[*point], &format!("{} s", row.window_s), "small");
+            places.label(&mut svg, &[*point], &format!("{} s", row.window_s), None);
         }
     }
     svg.finish()
+}
+
+/// Heights of labels that begin at these and keep a line's distance, in their order from top to bottom.
+fn spread(mut heights: Vec<f64>) -> Vec<f64> {
+    for n in 1..heights.len() {
+        heights[n] = heights[n].max(heights[n - 1] + LABEL_HEIGHT);
+    }
+    heights
 }
 
 /// The lines that have instructions, Ridgetone's first.

@@ -57,7 +57,7 @@ pub fn advice(trade: &Trade) -> Result<String> {
     let error = |row: &Row| format!("{} %", tables::percent(row));
     let cost = |row: &Row| -> Result<String> {
         let milliseconds = 1e3 * (row.latency_s().context("instructions were not counted")? - row.window_s);
-        Ok(format!("{} instructions ({milliseconds:.1} ms)", tables::instructions(row)))
+        Ok(format!("{} instructions ({milliseconds:.1} ms)", row.instructions.map_or_else(String::new, about)))
     };
     let (shortest, short, usual, long) =
         (row(0.2, four, all)?, row(0.4, four, all)?, row(1.0, four, all)?, row(3.9, four, all)?);
@@ -79,6 +79,15 @@ pub fn advice(trade: &Trade) -> Result<String> {
         error(row(0.2, one, all)?),
         error(row(1.0, one, all)?),
     ))
+}
+
+/// A number of instructions in words: millions, or whole thousands.
+fn about(number: u32) -> String {
+    match number {
+        0..1000 => number.to_string(),
+        1000..1_000_000 => grouped(u64::from(number).div_ceil(1000) * 1000),
+        _ => format!("{:.1} million", f64::from(number) / 1e6),
+    }
 }
 
 /// Bars that are not met, each with its figure and the reason, if one is written.

@@ -40,11 +40,6 @@ pub fn percent(row: &Row) -> String {
     or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
 }
 
-/// Instructions, grouped.
-pub fn instructions(row: &Row) -> String {
-    or_dash(row.instructions.map(|instructions| grouped(instructions.into())))
-}
-
 fn ratio(row: &Row) -> String {
     or_dash(row.accuracy.error.map(|error| over_bound(error.ratio)))
 }
@@ -57,7 +52,8 @@ fn over_bound(ratio: f64) -> String {
 /// Latency, passes and instructions.
 fn costs(row: &Row) -> [String; 3] {
     let latency = row.latency_s().map(|latency_s| format!("{:.2}", 1e3 * latency_s));
-    [or_dash(latency), instructions(row), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
+    let instructions = row.instructions.map(|instructions| grouped(instructions.into()));
+    [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
 /// Windows in which no single frequency was told, and those in which it was a multiple or a fraction of the true one,

@@ -1,11 +1,14 @@
 //! Labels beside lines, out of the way of everything that is drawn and of each other.
 
-use super::marks::HALF;
+use super::marks::{HALF, Look, marker};
 use crate::svg::{Anchor, Svg};
 
-/// Width of a character of a label, and height of a line, pixels, on the safe side.
-const CHARACTER: f64 = 7.2;
-const HEIGHT: f64 = 13.0;
+/// Height of a label's line, pixels.
+pub const LABEL_HEIGHT: f64 = 14.0;
+/// Width of a character of a label, pixels, on the safe side.
+const CHARACTER: f64 = 7.8;
+/// Room for a marker in front of a label.
+const KEY: f64 = 20.0;
 /// Between what is drawn and a label.
 const GAP: f64 = 4.0;
 /// Steps along a line at which it is in the way.
@@ -28,7 +31,7 @@ impl Places {
 
     /// A marker is in the way.
     pub fn take_marker(&mut self, (x, y): (f64, f64)) {
-        let half = 1.2 * HALF + 1.0;
+        let half = 1.2 * HALF + GAP;
         self.taken.push((x - half, y - half, x + half, y + half));
     }
 
@@ -43,15 +46,16 @@ impl Places {
     }
 
     /// Writes a label at one of some points, near it where there is room; a bit further off, with a thin line to its
-    /// point, where there is none.
-    pub fn label(&mut self, svg: &mut Svg, points: &[(f64, f64)], text: &str, class: &str) {
-        let width = CHARACTER * text.chars().count() as f64;
+    /// point, where there is none. A method's label has its marker in front.
+    pub fn label(&mut self, svg: &mut Svg, points: &[(f64, f64)], text: &str, look: Option<&Look>) {
+        let key = look.map_or(0.0, |_| KEY);
+        let width = key + 4.0 + CHARACTER * text.chars().count() as f64;
         for reach in 0..12 {
             let off = f64::from(reach) * 8.0;
             // The line's ends first: there it is alone.
             let ends = points.last().into_iter().chain(points.first()).chain(points);
             for &(x, y) in ends {
-                let (side, above) = (HALF + GAP + off, HALF + GAP + 0.5 * HEIGHT + off);
+                let (side, above) = (1.2 * HALF + GAP + off, 1.2 * HALF + GAP + 0.5 * LABEL_HEIGHT + off);
                 let corners = [
                     (x + side, y, Anchor::Start),
                     (x, y - above, Anchor::Middle),
@@ -68,13 +72,18 @@ impl Places {
                         Anchor::Middle => at - 0.5 * width,
                         Anchor::End => at - width,
                     };
-                    let rect = (left, middle - 0.5 * HEIGHT, left + width, middle + 0.5 * HEIGHT);
+                    let rect = (left, middle - 0.5 * LABEL_HEIGHT, left + width, middle + 0.5 * LABEL_HEIGHT);
                     if self.is_free(rect) {
-                        svg.text(at, middle + 4.0, anchor, class, text);
                         if reach > 1 {
                             svg.line((x, y), (at, middle), "axis");
                         }
-                        self.taken.push(rect);
+                        if let Some(look) = look {
+                            svg.rect(left, rect.1 - 1.0, width, LABEL_HEIGHT + 2.0, "label");
+                            marker(svg, look, (left + 0.5 * KEY + 1.0, middle));
+                        }
+                        let class = if look.is_some() { "name" } else { "small" };
+                        svg.text(left + key + 2.0, middle + 4.0, Anchor::Start, class, text);
+                        self.taken.push((rect.0 - GAP, rect.1 - 2.0, rect.2 + GAP, rect.3 + 2.0));
                         return;
                     }
                 }
@@ -92,6 +101,7 @@ impl Places {
 
 #[cfg(test)]
 mod tests {
+    use super::super::marks::LOOKS;
     use super::*;
 
     #[test]
@@ -102,13 +112,12 @@ mod tests {
         places.take_line(points[0], points[1]);
         points.iter().for_each(|point| places.take_marker(*point));
         let drawn = places.taken.len();
-        ["first", "second", "third"].iter().for_each(|text| places.label(&mut svg, &points, text, "name"));
+        ["first", "second", "third"].iter().for_each(|text| places.label(&mut svg, &points, text, LOOKS.first()));
         let labels = places.taken.split_off(drawn);
         assert_eq!(labels.len(), 3);
-        for (number, label) in labels.iter().enumerate() {
-            assert!(places.is_free(*label), "{label:?} is on the line");
-            places.taken.push(*label);
-            assert!(number == 0 || !labels[..number].contains(label));
+        for label in labels {
+            assert!(places.is_free(label), "{label:?} is on something");
+            places.taken.push(label);
         }
     }
 }
