@@ -76,6 +76,22 @@ fn every_method_finds_a_clean_tone() {
 }
 
 #[test]
+fn the_fits_work_at_the_ends_of_the_band_and_of_the_windows() {
+    let mut scratch = Scratch::new();
+    let fits = [Method::InterpolatedDft, Method::Ieee1057, Method::Oddo2009, Method::LmJoint];
+    for (frequency, frames) in [(0.41, 940), (0.4567, 241), (0.0152, 964), (0.2501, 1024), (0.11, 24)] {
+        for method in fits {
+            let values = tone(frequency, frames, 0.0, 5);
+            let found = method.estimate(&values, 2, &mut scratch).expect("a tone");
+            let off = (f64::from(found) - frequency) * frames as f64;
+            // A tenth of a line is what an image a few lines away leaves of an interpolation.
+            let most = if method == Method::InterpolatedDft { 0.1 } else { 5e-4 };
+            assert!(off.abs() < most, "{method:?}, {frequency} in {frames} frames: {off}");
+        }
+    }
+}
+
+#[test]
 fn the_fits_are_on_their_bound() {
     // 20 dB: A^2 / 2 is a hundred times the variance.
     let (frames, sigma) = (241, 1000.0 / 200f64.sqrt());
