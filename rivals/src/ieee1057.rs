@@ -19,6 +19,10 @@ const REPETITIONS: usize = 20;
 /// single channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
+/// Farther than this from the guess, in cycles per window, it is on its way to another line, and its
+/// channel is left out.
+const REACH: f32 = 1.0;
+
 /// The frequency, cycles per frame: the mean of the channels that converged.
 pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {
     let guess = Peak::find(values, channels, scratch)?.frequency(0.0);
@@ -33,7 +37,7 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     (count > 0.0).then(|| sum / count)
 }
 
-/// One channel's frequency. None if it leads out of the band, if the unknowns cannot be told apart, or if it does not
+/// One channel's frequency. None if it leads away from the guess, if the unknowns cannot be told apart, or if it does not
 /// converge.
 fn fit(points: &[f32], guess: f32) -> Option<f32> {
     let frames = points.len();
@@ -47,10 +51,11 @@ fn fit(points: &[f32], guess: f32) -> Option<f32> {
         // The fourth unknown is amplitude times the phase by which the window's ends are off.
         let correction = solution.w / amplitude / (TAU * middle(frames));
         frequency += correction;
-        if !(frequency > 0.0 && frequency < 0.5) {
+        if !((frequency - guess).abs() * (frames as f32) < REACH) {
             return None;
         }
-        if correction.abs() * (frames as f32) < ENOUGH {
+        // In a long window the frequency's own last bit is more than that.
+        if correction.abs() < (ENOUGH / frames as f32).max(f32::EPSILON * frequency) {
             return Some(frequency);
         }
     }

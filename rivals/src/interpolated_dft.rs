@@ -5,7 +5,7 @@
 //! Process. 53(4), 2005, table I, algorithm 1, for one complex exponential. A real tone is two of them, of frequencies f
 //! and -f and conjugate amplitudes: each repetition takes the leakage of the second off the coefficients of the first as
 //! in Ye and Aboutanios, "Efficient and accurate frequency estimation of multiple superimposed exponentials in noise",
-//! 2017 (arXiv 1512.02251). Over channels, which share the correction h, it is the least-squares solution of
+//! 2015 (arXiv 1512.02251). Over channels, which share the correction h, it is the least-squares solution of
 //! X(+1/2) - X(-1/2) = 2 h (X(+1/2) + X(-1/2)); the signs are as in the paper, but for time counted from the middle of
 //! the window, which turns the sign of one of the two coefficients.
 
@@ -15,7 +15,7 @@ use crate::samples::centred;
 use crate::{Frame, Scratch};
 use ridgetone::phase::{cos_sin, from_turns};
 
-/// Repetitions. Two are enough for a complex exponential (Aboutanios and Mulgrew, section IV); the image takes one more.
+/// Repetitions. Two are enough for a complex exponential (Aboutanios and Mulgrew); the image takes one more.
 const REPETITIONS: usize = 3;
 
 /// The frequency, cycles per frame.

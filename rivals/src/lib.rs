@@ -9,7 +9,7 @@
 //! |---|---|
 //! | [`periodogram`] | Rife and Boorstyn 1974 |
 //! | [`parabolic`] | Smith and Serra 1987; Abe and Smith 2004 |
-//! | [`interpolated_dft`] | Aboutanios and Mulgrew 2005; Ye and Aboutanios 2017 |
+//! | [`interpolated_dft`] | Aboutanios and Mulgrew 2005; Ye and Aboutanios 2015 |
 //! | [`zero_crossings`] | Friedman 1994 |
 //! | [`ieee1057`] | IEEE Std 1057; Haendel 2000 |
 //! | [`oddo2009`] | Oddo et al. 2009, the paper that Ridgetone follows |

@@ -2,7 +2,7 @@
 //!
 //! Where channels share one frequency and the noise is the same in all of them, the maximum of the summed periodogram is
 //! near the maximum of the likelihood (Rife and Boorstyn, "Single-tone parameter estimation from discrete-time
-//! observations", IEEE Trans. Inf. Theory 20(5), 1974, section IV). The transform is padded with zeros to the next power
+//! observations", IEEE Trans. Inf. Theory 20(5), 1974). The transform is padded with zeros to the next power
 //! of two, no further: a line's distance to the next is the error's limit.
 
 use crate::samples::centred;

@@ -1,4 +1,4 @@
-//! The line through the times of the zero crossings, by channel, averaged over channels.
+//! The line through the times of the zero crossings, by channel; the median of the channels.
 //!
 //! Friedman, "A zero crossing algorithm for the estimation of the frequency of a single sinusoid in white noise", IEEE
 //! Trans. Signal Process. 42(6), 1994: crossings between two samples by linear interpolation, the period by least
@@ -6,22 +6,27 @@
 //! until the signal has left the hysteresis at the other side.
 
 use crate::samples::{centred, rms};
-use crate::{Frame, Scratch};
+use crate::{CHANNELS, Frame, Scratch};
 
-/// Hysteresis to either side of zero, in root mean squares of the channel: a third of a sine's amplitude.
-const HYSTERESIS: f32 = 0.5;
+/// Hysteresis to either side of zero, in root mean squares of the channel: half a sine's amplitude. With less of it the
+/// noise crosses too often at 10 dB, with more the overtones hide crossings.
+const HYSTERESIS: f32 = 0.7;
 
-/// The frequency, cycles per frame: the mean of the channels that have two crossings at least.
+/// The frequency, cycles per frame: the median of the channels that have two crossings at least. The mean would be at the
+/// mercy of the weakest channel, whose noise makes crossings of its own.
 pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {
-    let (mut sum, mut count) = (0.0, 0.0);
+    let (mut half_periods, mut count) = ([0.0; CHANNELS], 0);
     for channel in 0..channels {
         let Some(points) = centred(values, channel, &mut scratch.points) else { continue };
-        if let Some(half_period) = half_period(points) {
-            sum += 0.5 / half_period;
-            count += 1.0;
+        if let (Some(found), Some(place)) = (half_period(points), half_periods.get_mut(count)) {
+            *place = found;
+            count += 1;
         }
     }
-    (count > 0.0).then(|| sum / count)
+    let found = half_periods.get_mut(..count)?;
+    found.sort_unstable_by(f32::total_cmp);
+    let (below, above) = (found.get(count.checked_sub(1)? / 2)?, found.get(count / 2)?);
+    Some(1.0 / (below + above))
 }
 
 /// From one crossing to the next, frames.
