@@ -18,7 +18,7 @@ use rivals::Method;
 const STYLE: &str = "text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 .title{font-size:17px;font-weight:600}.small{font-size:11px;fill:#555}.head{font-size:11px;font-weight:600}\
 .name{font-weight:600}path{fill:none}.card{fill:#fff;stroke:#bbb}.axis{stroke:#555}.grid{stroke:#e4e4e4}\
-.label{fill:#f4f5f7;stroke:#ccc}.bound{stroke:#555;stroke-width:1.2;stroke-dasharray:2 3}";
+.label{fill:#f4f5f7;stroke:#ccc}.bare{fill:#fff}.bound{stroke:#555;stroke-width:1.2;stroke-dasharray:2 3}";
 
 const WIDTH: f64 = 1080.0;
 const HEIGHT: f64 = 680.0;
@@ -84,7 +84,6 @@ pub fn draw(trade: &Trade) -> String {
     for (_, percent) in &bounds {
         let height = y.place(*percent);
         svg.line((LEFT, height), (RIGHT, height), "bound");
-        places.take_line((LEFT, height), (RIGHT, height));
     }
     let heights = spread(bounds.iter().map(|(_, percent)| y.place(*percent)).collect());
     for ((window_s, percent), height) in bounds.iter().zip(heights) {
@@ -107,14 +106,14 @@ pub fn draw(trade: &Trade) -> String {
         look.line(&mut svg, points);
         points.iter().for_each(|point| marker(&mut svg, look, *point));
     }
-    for ((line, points), look) in lines.iter().zip(&drawn).zip(LOOKS.iter().cycle()) {
-        places.label(&mut svg, points, &line.name, Some(look));
-    }
     // Which marker is which window, told once, at the line that matters.
     if let (Some(line), Some(points)) = (lines.first(), drawn.first()) {
         for (row, point) in line.rows.iter().zip(points) {
             places.label(&mut svg, &[*point], &format!("{} s", row.window_s), None);
         }
+    }
+    for ((line, points), look) in lines.iter().zip(&drawn).zip(LOOKS.iter().cycle()) {
+        places.label(&mut svg, points, &line.name, Some(look));
     }
     svg.finish()
 }

@@ -5,8 +5,6 @@ use crate::svg::{Anchor, Svg};
 
 /// Height of a label's line, pixels.
 pub const LABEL_HEIGHT: f64 = 14.0;
-/// Width of a character of a label, pixels, on the safe side.
-const CHARACTER: f64 = 7.8;
 /// Room for a marker in front of a label.
 const KEY: f64 = 20.0;
 /// Between what is drawn and a label.
@@ -49,7 +47,7 @@ impl Places {
     /// point, where there is none. A method's label has its marker in front.
     pub fn label(&mut self, svg: &mut Svg, points: &[(f64, f64)], text: &str, look: Option<&Look>) {
         let key = look.map_or(0.0, |_| KEY);
-        let width = key + 4.0 + CHARACTER * text.chars().count() as f64;
+        let width = key + 4.0 + text.chars().map(width_of).sum::<f64>();
         for reach in 0..12 {
             let off = f64::from(reach) * 8.0;
             // The line's ends first: there it is alone.
@@ -77,11 +75,11 @@ impl Places {
                         if reach > 1 {
                             svg.line((x, y), (at, middle), "axis");
                         }
+                        let (background, class) = if look.is_some() { ("label", "name") } else { ("bare", "small") };
+                        svg.rect(left, rect.1 - 1.0, width, LABEL_HEIGHT + 2.0, background);
                         if let Some(look) = look {
-                            svg.rect(left, rect.1 - 1.0, width, LABEL_HEIGHT + 2.0, "label");
                             marker(svg, look, (left + 0.5 * KEY + 1.0, middle));
                         }
-                        let class = if look.is_some() { "name" } else { "small" };
                         svg.text(left + key + 2.0, middle + 4.0, Anchor::Start, class, text);
                         self.taken.push((rect.0 - GAP, rect.1 - 2.0, rect.2 + GAP, rect.3 + 2.0));
                         return;
@@ -96,6 +94,16 @@ impl Places {
         let inside = left >= within.0 && top >= within.1 && right <= within.2 && bottom <= within.3;
         inside
             && self.taken.iter().all(|taken| left >= taken.2 || right <= taken.0 || top >= taken.3 || bottom <= taken.1)
+    }
+}
+
+/// Width of a character of a label, pixels, on the safe side.
+fn width_of(character: char) -> f64 {
+    match character {
+        'i' | 'l' | ' ' | ',' | '.' => 4.6,
+        'f' | 'j' | 'r' | 't' | '-' => 6.2,
+        'm' | 'w' | 'M' | 'W' => 12.6,
+        _ => 8.6,
     }
 }
 
