@@ -5,6 +5,8 @@ use crate::svg::{Anchor, Svg};
 
 /// Height of a label's line, pixels.
 pub const LABEL_HEIGHT: f64 = 14.0;
+/// Above and below a label.
+const LEAD: f64 = 2.0;
 /// Room for a marker in front of a label.
 const KEY: f64 = 20.0;
 /// Between what is drawn and a label.
@@ -81,7 +83,7 @@ impl Places {
                             marker(svg, look, (left + 0.5 * KEY + 1.0, middle));
                         }
                         svg.text(left + key + 2.0, middle + 4.0, Anchor::Start, class, text);
-                        self.taken.push((rect.0 - GAP, rect.1 - 2.0, rect.2 + GAP, rect.3 + 2.0));
+                        self.taken.push((rect.0 - GAP, rect.1 - LEAD, rect.2 + GAP, rect.3 + LEAD));
                         return;
                     }
                 }
@@ -123,7 +125,8 @@ mod tests {
         ["first", "second", "third"].iter().for_each(|text| places.label(&mut svg, &points, text, LOOKS.first()));
         let labels = places.taken.split_off(drawn);
         assert_eq!(labels.len(), 3);
-        for label in labels {
+        for (left, top, right, bottom) in labels {
+            let label = (left + GAP, top + LEAD, right - GAP, bottom - LEAD);
             assert!(places.is_free(label), "{label:?} is on something");
             places.taken.push(label);
         }
