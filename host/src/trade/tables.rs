@@ -102,7 +102,17 @@ pub fn ridgetone(trade: &Trade) -> String {
 pub fn harmonics(trade: &Trade) -> String {
     let [fewest, .., most] = HARMONICS;
     let all = TAXELS as u8;
-    let headings = ["window, s", "harmonics there", "harmonics set", "RMS, %", "x bound", "instructions", "passes"];
+    let headings = [
+        "window, s",
+        "harmonics there",
+        "harmonics set",
+        "RMS, %",
+        "x bound",
+        "no answer, %",
+        "octaves, %",
+        "instructions",
+        "passes",
+    ];
     let mut table = Table::new(0, &headings);
     for window_s in WINDOWS_S {
         let grating = HARMONICS.map(|harmonics| (most, harmonics));
@@ -110,7 +120,9 @@ pub fn harmonics(trade: &Trade) -> String {
             let Some(row) = trade.ridgetone(window_s, carried, harmonics, all) else { continue };
             let [_, instructions, passes] = costs(row);
             let mut cells = vec![window_s.to_string(), carried.to_string(), harmonics.to_string()];
-            cells.extend([percent(row), ratio(row), instructions, passes]);
+            cells.extend([percent(row), ratio(row)]);
+            cells.extend(failures(row));
+            cells.extend([instructions, passes]);
             table.row(&cells);
         }
     }
