@@ -14,7 +14,7 @@ mod text;
 pub use accuracy::{Accuracy, Answer, Error, Sample};
 pub use bars::{Bars, Cell, Found, Windows};
 pub use contender::Contender;
-pub use document::advice;
+pub use document::{advice, with_advice};
 pub use grid::Row;
 
 use crate::bench::{Bar, Report};
@@ -129,7 +129,8 @@ impl Trade {
         Self::render(folder)
     }
 
-    /// Writes `trade.md` and `trade.svg` from `trade.json`.
+    /// Writes `trade.md` and `trade.svg` from `trade.json`, and the advice into the README beside the folder, if there is
+    /// one with a place for it.
     ///
     /// # Errors
     /// Those of the system; the file is not what a run writes.
@@ -137,7 +138,11 @@ impl Trade {
         let trade = Self::load(&folder.join("trade.json"))?;
         let (document, svg) = (trade.document()?, trade.svg());
         whole_file(&folder.join("trade.md"), |file| Ok(file.write_all(document.as_bytes())?))?;
-        whole_file(&folder.join("trade.svg"), |file| Ok(file.write_all(svg.as_bytes())?))
+        whole_file(&folder.join("trade.svg"), |file| Ok(file.write_all(svg.as_bytes())?))?;
+        let path = folder.join("../README.md");
+        let advice = advice(&trade)?;
+        let readme = fs::read_to_string(&path).ok().and_then(|readme| with_advice(&readme, &advice));
+        readme.map_or(Ok(()), |readme| whole_file(&path, |file| Ok(file.write_all(readme.as_bytes())?)))
     }
 
     /// Reads `trade.json`.

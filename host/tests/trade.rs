@@ -1,6 +1,6 @@
 //! The trade: that it runs, and that what is told of it is what was measured.
 
-use ridgetone_host::trade::{Effort, Trade, advice};
+use ridgetone_host::trade::{Effort, Trade, advice, with_advice};
 use std::fs;
 use std::path::PathBuf;
 
@@ -10,11 +10,6 @@ fn from_root(path: &str) -> PathBuf {
 
 fn read(path: &str) -> String {
     fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
-}
-
-/// Words, whatever the lines they are broken into.
-fn words(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -54,6 +49,7 @@ fn the_document_and_its_picture_are_what_their_data_give() {
 #[test]
 fn the_readme_gives_the_documents_advice() {
     let trade = Trade::load(&from_root("docs/trade.json")).expect("the data");
-    let advice = advice(&trade).expect("advice");
-    assert!(words(&read("README.md")).contains(&words(&advice)), "the README does not say: {advice}");
+    let (readme, advice) = (read("README.md"), advice(&trade).expect("advice"));
+    assert!(with_advice(&readme, &advice) == Some(readme), "the README does not say: {advice}");
+    assert!(read("docs/trade.md").contains(&advice));
 }

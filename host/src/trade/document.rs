@@ -81,6 +81,26 @@ pub fn advice(trade: &Trade) -> Result<String> {
     ))
 }
 
+/// Lines around the advice in the README.
+const MARKS: [&str; 2] = ["<!-- from docs/trade.json -->\n", "<!-- end -->\n"];
+/// Width of its lines, characters.
+const WIDTH: usize = 104;
+
+/// The README with the advice between its marks; none if it has no marks.
+pub fn with_advice(readme: &str, advice: &str) -> Option<String> {
+    let (before, rest) = readme.split_once(MARKS[0])?;
+    let (_, after) = rest.split_once(MARKS[1])?;
+    let (mut text, mut line) = (String::new(), String::new());
+    for word in advice.split_whitespace() {
+        if !line.is_empty() && line.len() + 1 + word.len() > WIDTH {
+            text += &format!("{}\n", std::mem::take(&mut line));
+        }
+        line += if line.is_empty() { "" } else { " " };
+        line += word;
+    }
+    Some(format!("{before}{}{text}{line}\n{}{after}", MARKS[0], MARKS[1]))
+}
+
 /// A number of instructions in words: millions, or whole thousands.
 fn about(number: u32) -> String {
     match number {
@@ -112,6 +132,16 @@ fn reason<'a>(bar: &str, reasons: &'a str) -> Option<&'a str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn advice_is_put_between_its_marks_in_lines() {
+        let [from, to] = MARKS;
+        let advice = "word ".repeat(30);
+        let readme = with_advice(&format!("a\n{from}old\n{to}b\n"), &advice).expect("marks");
+        assert_eq!(readme, format!("a\n{from}{}\n{}\n{to}b\n", ["word"; 21].join(" "), ["word"; 9].join(" ")));
+        assert_eq!(with_advice(&readme, &advice), Some(readme.clone()));
+        assert_eq!(with_advice("no marks", &advice), None);
+    }
 
     #[test]
     fn only_what_is_not_met_has_a_section_with_its_reason() {
