@@ -10,6 +10,7 @@
 //! | packets as text and as JSON | [`events`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
+//! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
@@ -28,8 +29,10 @@ mod names;
 pub mod output;
 pub mod picture;
 pub mod replay;
+pub mod setting;
 pub mod simulated;
 pub mod speed;
 mod svg;
 pub mod table_fit;
 mod tone;
+pub mod trade;
