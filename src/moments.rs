@@ -3,7 +3,7 @@
 use crate::levels::Levels;
 use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
-use crate::stretch::{BLOCK, Stretch};
+use crate::stretch::{BLOCK, Block, Stretch};
 use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves, Wing, Wings};
 use crate::window::Values;
 
@@ -65,18 +65,15 @@ impl Moments {
             for group in 0..TAXELS / GROUP {
                 let first = GROUP * group;
                 if levels.usable >> first & ((1 << GROUP) - 1) != 0 {
-                    let of = |values: &Values| -> Sums { values.as_chunks().0[group] };
-                    let zero = of(&levels.offset);
-                    let row = |i: usize| -> Sums {
-                        let values = of(&block.values[i]);
-                        core::array::from_fn(|c| values[c] - zero[c])
-                    };
+                    let row = rows(&block, &levels.offset, group);
                     match in_time {
                         true => {
                             fold(&mut folded, row);
                             self.add_folded(first, &folded, &oscillator.wings, &centre);
                         }
-                        false => self.add_along(first, &core::array::from_fn(row), &waves, oscillator.harmonics),
+                        false => {
+                            self.add_along(first, &part(&block, &levels.offset, group), &waves, oscillator.harmonics)
+                        }
                     }
                 }
             }
@@ -143,13 +140,13 @@ impl Moments {
 }
 
 /// Columns that are taken together.
-const GROUP: usize = 4;
+pub(crate) const GROUP: usize = 4;
 
 /// Some columns of a block.
-type Part = [[f32; GROUP]; BLOCK];
+pub(crate) type Part = [[f32; GROUP]; BLOCK];
 
 /// A sum for each of them.
-type Sums = [f32; GROUP];
+pub(crate) type Sums = [f32; GROUP];
 
 /// Sums and differences of what lies as far before and behind a block's centre.
 type Folded = [[Sums; 2]; WING];
@@ -177,9 +174,25 @@ fn wing_products<const PARITY: usize>(folded: &Folded, first: &Wing, second: &Wi
     sums
 }
 
+/// A frame of a group of taxels, less its offsets.
+#[inline(always)]
+fn rows<'a>(block: &'a Block, offset: &Values, group: usize) -> impl Fn(usize) -> Sums + use<'a> {
+    let of = move |values: &Values| -> Sums { values.as_chunks().0[group] };
+    let (zero, values) = (of(offset), block.values);
+    move |i| {
+        let values = of(&values[i]);
+        core::array::from_fn(|c| values[c] - zero[c])
+    }
+}
+
+/// All frames of them.
+pub(crate) fn part(block: &Block, offset: &Values, group: usize) -> Part {
+    core::array::from_fn(rows(block, offset, group))
+}
+
 /// Sums of columns times a function.
 #[inline(always)]
-fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
+pub(crate) fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
     let mut sums = [0.0; GROUP];
     for (row, factor) in part.iter().zip(function) {
         for c in 0..GROUP {

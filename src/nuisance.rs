@@ -7,22 +7,46 @@
 //! its frequency it is their alias, without more ado.
 
 use crate::levels::Levels;
+use crate::moments::{GROUP, part, products};
 use crate::normal::{Normal, Rows, UNKNOWNS};
 use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
+use crate::solve::left;
 use crate::stretch::{BLOCK, Block, Stretch};
 use crate::window::Values;
 
-/// Functions of a curve.
+/// Functions of a bent baseline.
 pub const CURVE: usize = 2;
 /// Most functions: two of an interferer, and behind them those of a curve.
 pub const NUISANCES_MAX: usize = 2 + CURVE;
 
+/// A baseline that is no straight line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Curve {
+    /// It is straight.
+    #[default]
+    None,
+    /// Second and third Legendre polynomial of `u`.
+    Bent,
+    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`.
+    Relaxing(f32),
+}
+
+impl Curve {
+    fn functions(self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Bent => CURVE,
+            Self::Relaxing(_) => 1,
+        }
+    }
+}
+
 /// The functions of a stretch, and their sums over it.
 #[derive(Clone, Debug, Default)]
 pub struct Nuisances {
-    /// Whether the two of a curve are among them; those of an interferer come first.
-    pub curved: bool,
+    /// Those of a curve; those of an interferer come first.
+    pub curve: Curve,
     /// Whether the two of an interferer are among them.
     pub interferer: bool,
     /// Phase of the interferer per frame and in the first frame, and its turns from a block's first frame.
@@ -45,13 +69,13 @@ pub(crate) type Columns = [[f32; NUISANCES_MAX]; BLOCK];
 impl Nuisances {
     /// How many there are.
     pub fn count(&self) -> usize {
-        CURVE * self.curved as usize + 2 * self.interferer as usize
+        self.curve.functions() + 2 * self.interferer as usize
     }
 
-    /// Of a stretch: those of its interferer, and those of a curve if asked for. One pass, unless there are
+    /// Of a stretch: those of its interferer, and those of a curve. One pass, unless there are
     /// none. None if the frames were overwritten.
-    pub fn new(stretch: &mut Stretch, levels: &Levels, curved: bool) -> Option<Self> {
-        let mut out = Self { curved, interferer: stretch.interferer.is_some(), ..Self::default() };
+    pub fn new(stretch: &mut Stretch, levels: &Levels, curve: Curve) -> Option<Self> {
+        let mut out = Self { curve, interferer: stretch.interferer.is_some(), ..Self::default() };
         let count = out.count();
         if count == 0 {
             return Some(out);
@@ -74,8 +98,15 @@ impl Nuisances {
                     for l in 0..count {
                         out.each[k][l] += functions[k] * functions[l];
                     }
-                    for c in 0..TAXELS {
-                        out.y[k][c] += (block.values[i][c] - levels.offset[c]) * functions[k];
+                }
+            }
+            for group in 0..TAXELS / GROUP {
+                let part = part(&block, &levels.offset, group);
+                for k in 0..count {
+                    let function = core::array::from_fn(|i| columns[i][k]);
+                    let sums = products(&part, &function);
+                    for c in 0..GROUP {
+                        out.y[k][GROUP * group + c] += sums[c];
                     }
                 }
             }
@@ -96,19 +127,24 @@ impl Nuisances {
                 let (tc, ts) = self.turn[i];
                 (functions[0], functions[1]) = ((c * tc - s * ts) * counts, (s * tc + c * ts) * counts);
             }
-            if self.curved
-                && let [second, third, ..] = &mut functions[first..]
-            {
-                let uu = u[i] * u[i];
-                *second = (1.5 * uu - 0.5) * counts;
-                *third = (2.5 * uu - 1.5) * u[i] * counts;
+            match self.curve {
+                Curve::None => {}
+                Curve::Bent => {
+                    if let [second, third, ..] = &mut functions[first..] {
+                        let uu = u[i] * u[i];
+                        *second = (1.5 * uu - 0.5) * counts;
+                        *third = (2.5 * uu - 1.5) * u[i] * counts;
+                    }
+                }
+                Curve::Relaxing(rate) => functions[first] = libm::expf(-rate * (u[i] + 1.0)) * counts,
             }
         }
     }
 
-    /// What each channel holds of all of them, besides its offset and its slope: those first. None if they
+    /// What each channel holds of all of them, besides its offset and its slope: those first; and what that
+    /// leaves of its squares. None if they
     /// cannot be told apart. Only the first `used` of them.
-    pub fn baseline(&self, levels: &Levels, used: usize) -> Option<Rows> {
+    pub fn baseline(&self, levels: &Levels, used: usize) -> Option<(Rows, Values)> {
         let size = 2 + used.min(NUISANCES_MAX);
         let (mut normal, mut right) = (Normal::new(size), [[0.0; TAXELS]; UNKNOWNS]);
         normal.lower[0][0] = levels.frames as f32;
@@ -122,7 +158,8 @@ impl Nuisances {
         }
         normal.factor()?;
         normal.forward_rows(&mut right);
+        let rest = left(levels, &right, size);
         normal.backward_rows(&mut right);
-        Some(right)
+        Some((right, rest))
     }
 }

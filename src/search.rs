@@ -5,11 +5,11 @@
 //! part of the signal's power - the tone is fast, or there is none - does it run on the frames
 //! themselves.
 
-use crate::chance::{gain_by_chance, gain_by_search};
+use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
 use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, LINE_CLOSE, Problem, Work};
 use crate::fundamental::{fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
-use crate::nuisance::{CURVE, Nuisances};
+use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
 use crate::solve::{Shape, Solution, gain, rest};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
@@ -32,10 +32,12 @@ const LOW_NU: f32 = 1.75;
 /// Channels whose means are transformed: a guess is all that is wanted.
 const CLEAREST: usize = 4;
 /// Steps from a periodogram's peak to the line it belongs to.
-const LINE_STEPS: usize = 2;
+const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
 const CURVED: f32 = 2.0;
-/// Gain over a curved baseline by which a line of few cycles is a line and not that curve.
+/// Rates of relaxing baselines that are tried, per half window: time constants of a third to a thirtieth of it.
+const RELAXING: [f32; 7] = [1.5, 2.2, 3.2, 4.7, 7.0, 10.0, 15.0];
+/// Gain over a drift by which a line of few cycles is a line and not that curve.
 const NO_CURVE: f32 = 8.0;
 
 /// The strongest line.
@@ -135,7 +137,8 @@ pub fn search_coarse(
     scratch: &mut Scratch,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    if coarse.by == 0 {
+    // A gap gives a line high skirts: that takes all channels and all frames to see through.
+    if coarse.by == 0 || 10 * levels_of_all.frames < 9 * stretch.frames {
         return Some(None);
     }
     let (values, _) = scratch.points.as_chunks();
@@ -193,7 +196,7 @@ fn look(
     power: &mut [f32],
     work: &mut Work,
 ) -> Option<Option<Line>> {
-    let nuisances = Nuisances::new(stretch, levels, true)?;
+    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
     let straight = nuisances.count() - CURVE;
     let peak = strongest(stretch, levels, &nuisances, straight, 0.5, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
@@ -214,12 +217,9 @@ fn look(
     let nu = strongest_low(&mut problem, peak, straight)?;
     let shape = Shape { harmonics: 1, slope: 2.0 * nu >= CYCLES_FOR_SLOPE, nuisances: straight };
     let found = problem.descend(nu, shape, LINE_STEPS, LINE_CLOSE)?;
-    let left = |shape| rest(&problem.work.sums, levels, &nuisances, &shape);
-    let drift = Shape { harmonics: 0, slope: true, nuisances: nuisances.count() };
-    let Some(drift) = left(drift) else { return Some(None) };
-    let wave = left(Shape { slope: true, ..shape }).unwrap_or(problem.solution().rest);
-    if found && gain(levels, &drift, &wave, shape.unknowns()) > NO_CURVE {
-        let nu = problem.solution().nu;
+    let nu = problem.solution().nu;
+    let Some(drift) = best_drift(&mut problem)? else { return Some(None) };
+    if found && is_wave(&mut problem, nu, &drift, straight)? {
         return Some(Some(Line { nu, slope: shape.slope, curved: false, suspects }));
     }
     // It is a drift, but there may be a tone on it.
@@ -235,10 +235,43 @@ fn look(
     Some((gained > gain_by_search(2.0 * levels.channels(), levels.frames)).then_some(line))
 }
 
+/// What the likeliest drift leaves of the channels, if there were no tone. The inner None says that there is not enough
+/// to tell.
+fn best_drift(problem: &mut Problem) -> Option<Option<Values>> {
+    let levels = problem.levels;
+    let Some((_, mut best)) = problem.nuisances.baseline(levels, problem.nuisances.count()) else { return Some(None) };
+    for rate in RELAXING {
+        let nuisances = Nuisances::new(problem.stretch, levels, Curve::Relaxing(rate))?;
+        if let Some((_, rest)) = nuisances.baseline(levels, nuisances.count())
+            && gain(levels, &best, &rest, 0) > 0.0
+        {
+            best = rest;
+        }
+    }
+    Some(Some(best))
+}
+
+/// Whether a line of few cycles at `nu`, with a slope and overtones if need be, is likelier than a drift that
+/// leaves `drift`.
+fn is_wave(problem: &mut Problem, nu: f32, drift: &Values, nuisances: usize) -> Option<bool> {
+    for harmonics in [1, 3] {
+        let shape =
+            Shape { harmonics: harmonics_below_nyquist(problem.stretch, nu, harmonics), slope: true, nuisances };
+        problem.pass(nu, shape.harmonics)?;
+        let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) else { continue };
+        let more = 2 * (shape.harmonics - 1);
+        let paid = if more > 0 { gain_by_chance(problem.levels, more, ONE_IN_A_THOUSAND) } else { 0.0 };
+        if gain(problem.levels, drift, &rest, shape.unknowns()) > NO_CURVE + paid {
+            return Some(true);
+        }
+    }
+    Some(false)
+}
+
 /// Whether a curve besides takes more off what the latest solution leaves than noise would let it. Both are
 /// compared where their steps lead.
 #[inline(never)]
-fn is_curved(problem: &Problem) -> bool {
+pub fn is_curved(problem: &Problem) -> bool {
     let Problem { levels, nuisances, work, nu, .. } = problem;
     let (straight, mut curved) = (&work.solution, Solution::new());
     let shape = Shape { nuisances: nuisances.count(), ..straight.shape };
@@ -282,7 +315,7 @@ fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, h
     if harmonics < 2 {
         return Some(start);
     }
-    let nuisances = Nuisances::new(stretch, levels, true)?;
+    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
     let used = nuisances.count() - if line.curved { 0 } else { CURVE };
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     start = fundamental(&mut problem, &line, used)?;

@@ -5,14 +5,14 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::chance::{gain_by_chance, gain_by_search, power_by_chance};
+use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search, power_by_chance};
 use crate::descent::{CYCLES_MIN, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
-use crate::nuisance::Nuisances;
+use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
-use crate::search::{Scratch, Start, levels_and_means, search, search_coarse};
+use crate::search::{Scratch, Start, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
 use crate::solve::{self, Shape, Solution, gain, quantization, rest};
 use crate::stretch::Stretch;
@@ -150,7 +150,7 @@ impl Fitter {
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
     let Start { nu, ambiguous, slope, curved } = start;
-    let nuisances = Nuisances::new(stretch, levels, curved)?;
+    let nuisances = Nuisances::new(stretch, levels, if curved { Curve::Bent } else { Curve::None })?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
     let harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
@@ -165,6 +165,9 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         likeliest_summit(&mut problem, nu)?;
         add_slope(&mut problem)?;
     }
+    if curved {
+        keep_curve_if_there(&mut problem)?;
+    }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
     let carried = carried(problem.solution(), power_by_chance(levels));
@@ -174,16 +177,44 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     conclude(&mut problem, ambiguous)
 }
 
-/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest.
+/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest. A
+/// fundamental of half the frequency has all the true harmonics too, so what a summit needs more of them for has
+/// to pay for itself.
 fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
     let shape = problem.solution().shape;
-    let (mut best, mut rest) = (problem.solution().nu, problem.solution().rest);
+    let (mut best, mut most) = (problem.solution().nu, height(problem));
     for aside in OTHER_STARTS {
-        if problem.converge(aside * nu, shape)? && gain(problem.levels, &rest, &problem.solution().rest, 0) > 0.0 {
-            (best, rest) = (problem.solution().nu, problem.solution().rest);
+        if problem.converge(aside * nu, shape)? {
+            let (to, height) = (problem.solution().nu, height(problem));
+            if height > most {
+                (best, most) = (to, height);
+            }
         }
     }
     problem.converge(best, shape)?;
+    Some(())
+}
+
+/// Gain of the latest solution with the harmonics it carries, less what they gain by chance.
+fn height(problem: &mut Problem) -> f32 {
+    let shape = problem.solution().shape;
+    let lean = Shape { harmonics: carried(problem.solution(), power_by_chance(problem.levels)), ..shape };
+    let Problem { levels, nuisances, work, .. } = problem;
+    let rest = rest(&work.sums, levels, nuisances, &lean).unwrap_or(work.solution.rest);
+    let unknowns = lean.unknowns();
+    gain(levels, &levels.about_mean, &rest, unknowns) - gain_by_chance(levels, unknowns, ONE_IN_A_THOUSAND)
+}
+
+/// A search by means takes what it does not model of a clear tone for a curve too: all harmonics of all frames
+/// tell for sure.
+fn keep_curve_if_there(problem: &mut Problem) -> Option<()> {
+    let (shape, nu) = (problem.solution().shape, problem.solution().nu);
+    let straight = Shape { nuisances: shape.nuisances - CURVE, ..shape };
+    if problem.step(straight).is_some() && !is_curved(problem) {
+        problem.converge(nu, straight)?;
+    } else {
+        problem.step(shape);
+    }
     Some(())
 }
 

@@ -145,7 +145,7 @@ fn right_sides(right: &mut Rows, moments: &Moments, levels: &Levels, nuisances: 
 }
 
 /// What is left of the channels' squares when `half`, half way to their solution, explains the rest.
-fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
+pub fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
     let mut rest = levels.yy;
     for row in half.iter().take(size) {
         for c in 0..TAXELS {

@@ -45,7 +45,7 @@ pub fn strongest(
     if frames > size || levels.usable == 0 {
         return Some(None);
     }
-    let Some(baseline) = nuisances.baseline(levels, used) else { return Some(None) };
+    let Some((baseline, _)) = nuisances.baseline(levels, used) else { return Some(None) };
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
     // As many channels at a time as there is room for.
