@@ -5,5 +5,8 @@
 mod reference;
 
 mod case;
+mod disturbances;
+mod drift;
 mod frequencies;
 mod levels;
+mod not_a_number;
