@@ -5,8 +5,11 @@
 mod reference;
 
 mod case;
+mod counters;
 mod disturbances;
 mod drift;
 mod frequencies;
 mod levels;
 mod not_a_number;
+mod properties;
+mod settings;
