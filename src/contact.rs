@@ -4,9 +4,12 @@
 //! taxel whose deviation from its idle level is the greatest tells the time. The slide comes either
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
 //! begin to change and ends when they stop, both dated back to the frame where it happened.
+//!
+//! A block of frames is dealt with when the next one has come, and what is to be dated is told when it is: a
+//! slide's end and a release up to a fifth of a second later.
 
-use crate::dating::{arrival_at, departure_from};
-use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::dating::Search;
+use crate::motion::{BLOCK_FRAMES, Block, Distances, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
 use crate::window::{Ring, Values, reached};
 
@@ -33,6 +36,10 @@ const STILL_BLOCKS: u32 = 4;
 const SLIDE_BLOCKS: u32 = 9;
 /// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
 const SLOW_SLIDE_BLOCKS: u32 = 22;
+/// Frames that a search looks at with each frame of a block; the last one's work is dealing with the block before.
+const LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 2, 2, 0];
+/// Frames of a spike that are looked at with each frame of a block: one more than come, for it is noticed late.
+const SPIKE_LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 1, 1, 1];
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
 
@@ -63,15 +70,24 @@ enum Phase {
     /// Since this frame; the spike's peak is being looked for.
     Spike(u32),
     Hold,
-    /// Something moves; a slide or only a step. Level that was held before, frame.
+    /// Something moves; a slide or only a step. Blocks with quick changes, and with any.
     Moving {
-        held: Values,
-        from: u32,
         quick: u32,
         any: u32,
     },
     /// Since this frame.
     Slide(u32),
+}
+
+/// What a search is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sought {
+    /// The first frame of what may become a slide.
+    Start,
+    /// The end of the slide that began at this frame, and whether the finger is off since.
+    End(u32, bool),
+    /// The frame since which the finger is off.
+    Release,
 }
 
 /// The state machine.
@@ -80,13 +96,24 @@ pub struct ContactDetector {
     rule: SlideRule,
     phase: Phase,
     motion: Motion,
+    /// Number of the last frame of the latest block.
+    block_end: u32,
+    /// What is being dated, and how.
+    sought: Option<Sought>,
+    search: Search,
     idle: Values,
     /// Idle level before the last touch: where the skin creeps back to.
     before: Values,
+    /// How far the idle level is to follow the latest block.
+    idle_follows: f32,
+    /// Whether the loaded level is to become that of the latest block.
+    loaded_follows: bool,
     idle_blocks: u32,
     loaded: Values,
     peak: Values,
     peak_frame: [u32; TAXELS],
+    /// Frame in which the spike is looked for next.
+    spike_frame: u32,
     /// Frame of the touch's spike: no slide begins before it.
     touched: u32,
     /// Blocks in a row without a quick, and without any, change.
@@ -105,12 +132,18 @@ impl ContactDetector {
             rule,
             phase: Phase::Learning,
             motion: Motion::new(),
+            block_end: 0,
+            sought: None,
+            search: Search::new(),
             idle: [0.0; TAXELS],
             before: [0.0; TAXELS],
+            idle_follows: 0.0,
+            loaded_follows: false,
             idle_blocks: 0,
             loaded: [0.0; TAXELS],
             peak: [0.0; TAXELS],
             peak_frame: [0; TAXELS],
+            spike_frame: 0,
             touched: 0,
             still_quick: 0,
             still: 0,
@@ -129,24 +162,85 @@ impl ContactDetector {
 
     /// Takes frame `number`, the latest one in `ring`; tells what changed.
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        let turn = self.motion.turn() % BLOCK_FRAMES as usize;
+        self.evaluate(turn, ring, changed);
         if let Phase::Spike(_) = self.phase {
-            self.track_spike(number, values);
+            self.track_spike(SPIKE_LOOKS[turn], ring);
         }
-        self.follow_plan(number, changed);
-        let Some(block) = self.motion.push(values) else { return };
-        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
-        let learn = self.step(number, &block, ring, changed);
-        self.motion.next_block(learn);
+        self.follow_plan(number, ring, changed);
+        if self.sought.is_some() {
+            self.look(LOOKS[turn], ring, changed);
+        }
+        if self.motion.push(values) {
+            self.block_end = number;
+        }
     }
 
-    /// The data has ended: a slide that still runs is over.
-    pub fn finish(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
+    /// The data has ended with the frame before `number`: a slide that still runs is over.
+    pub fn finish(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        for turn in self.motion.turn()..BLOCK_FRAMES as usize {
+            self.evaluate(turn, ring, changed);
+        }
         if let Phase::Slide(start) = self.phase {
             let end = if self.planned.is_some() { number } else { self.moving_until };
             self.enter(Phase::Hold);
-            changed(Change::SlideEnd(start, end));
+            self.tell(Change::SlideEnd(start, end), ring, changed);
         }
+        self.settle(ring, changed);
+    }
+
+    /// Deals with a share of the latest block.
+    #[inline(never)]
+    fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        // Share by share, as the block is evaluated.
+        if self.idle_follows > 0.0 {
+            self.motion.approach(&mut self.idle, turn, self.idle_follows);
+        }
+        if self.loaded_follows {
+            self.motion.approach(&mut self.loaded, turn, 1.0);
+        }
+        let touching = matches!(self.phase, Phase::Hold | Phase::Moving { .. } | Phase::Slide(_));
+        let loaded = touching.then_some(&self.loaded);
+        let sliding = matches!(self.phase, Phase::Slide(_));
+        let Some(block) = self.motion.evaluate(turn, &self.idle, loaded, sliding) else { return };
+        (self.idle_follows, self.loaded_follows) = (0.0, false);
+        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
+        self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
+        // Not while something is searched for: that is work enough.
+        if self.step(self.block_end, &block, ring, changed) && self.sought.is_none() {
+            self.motion.learn();
+        }
+    }
+
+    /// Goes on with the search, and tells what it was for when it is over.
+    fn look(&mut self, frames: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        let Some(sought) = self.sought else { return };
+        let Some(frame) = self.search.look(frames, ring) else { return };
+        match sought {
+            // Told when it is known to be a slide.
+            Sought::Start => return,
+            Sought::End(start, released) => {
+                changed(Change::SlideEnd(start, frame));
+                if released {
+                    changed(Change::Release(frame));
+                }
+            }
+            Sought::Release => changed(Change::Release(frame)),
+        }
+        self.sought = None;
+    }
+
+    /// Ends a search, so that another may begin and all is told in its order.
+    #[inline(never)]
+    fn settle(&mut self, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        self.look(u32::MAX, ring, changed);
+        self.sought = None;
+    }
+
+    #[inline(never)]
+    fn tell(&mut self, change: Change, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        self.settle(ring, changed);
+        changed(change);
     }
 
     /// One block further. True if the finger was still, so that the noise can be learned from it.
@@ -155,7 +249,9 @@ impl ContactDetector {
             Phase::Learning => {
                 self.idle_blocks += 1;
                 let share = 1.0 / self.idle_blocks as f32;
-                self.follow_idle(&block.mean, share);
+                for turn in 0..BLOCK_FRAMES as usize {
+                    self.motion.approach(&mut self.idle, turn, share);
+                }
                 if self.idle_blocks == LEARN_BLOCKS {
                     self.before = self.idle;
                     self.enter(Phase::Idle);
@@ -163,45 +259,47 @@ impl ContactDetector {
                 true
             }
             Phase::Idle => {
-                let off = self.motion.distance(&block.mean, &self.idle) * BLOCK_FRAMES as f32;
-                if off > TOUCHED {
+                let mean = self.motion.mean();
+                if block.distances.block * BLOCK_FRAMES as f32 > TOUCHED {
                     let to_before = |level| self.motion.distance(level, &self.before);
-                    if to_before(&block.mean) < to_before(&self.idle) {
+                    if to_before(mean) < to_before(&self.idle) {
                         // The skin creeps back after a touch.
-                        self.idle = block.mean;
+                        self.idle = *mean;
                         return false;
                     }
-                    self.begin_spike(number, ring);
+                    self.begin_spike(number);
                     return false;
                 }
-                self.follow_idle(&block.mean, 1.0 / 16.0);
+                self.idle_follows = 1.0 / 16.0;
                 true
             }
             Phase::Spike(since) => {
                 let over = number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6;
                 if over {
-                    self.loaded = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
+                    self.loaded = self.still_level();
                     self.end_spike(number, ring, changed);
                 }
                 false
             }
             Phase::Hold => self.hold(number, block, ring, changed),
-            Phase::Moving { held, from, quick, any } => {
+            Phase::Moving { quick, any } => {
                 let quick = quick + block.quick as u32;
                 let any = any + (block.quick || block.slow) as u32;
-                if self.released(number, &block.mean, ring, changed) {
+                if self.released(number, block, ring, changed) {
                     return false;
                 }
                 if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
-                    let left = departure_from(&self.motion, &held, from, ring);
+                    let left = self.search.finish(ring);
+                    self.sought = None;
                     let start = if reached(left, self.touched) { left } else { self.touched };
                     self.moving_until = start;
                     self.phase = Phase::Slide(start);
-                    changed(Change::SlideStart(start));
+                    self.tell(Change::SlideStart(start), ring, changed);
                 } else if self.still >= STILL_BLOCKS {
+                    self.sought = None;
                     self.enter(Phase::Hold);
                 } else {
-                    self.phase = Phase::Moving { held, from, quick, any };
+                    self.phase = Phase::Moving { quick, any };
                 }
                 false
             }
@@ -212,6 +310,7 @@ impl ContactDetector {
         }
     }
 
+    #[inline(never)]
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
@@ -219,51 +318,59 @@ impl ContactDetector {
         self.still_quick = 0;
     }
 
-    fn follow_idle(&mut self, mean: &Values, share: f32) {
-        for c in 0..TAXELS {
-            self.idle[c] += share * (mean[c] - self.idle[c]);
-        }
+    /// Mean of the blocks after which something is still.
+    #[inline(never)]
+    fn still_level(&self) -> Values {
+        self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*self.motion.mean())
     }
 
-    fn begin_spike(&mut self, number: u32, ring: &Ring) {
+    #[inline(never)]
+    fn begin_spike(&mut self, number: u32) {
         self.enter(Phase::Spike(number));
         self.peak = [0.0; TAXELS];
-        let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
-        self.peak_frame = [first; TAXELS];
-        for frame in 0..BLOCK_FRAMES + LOOK_BACK {
-            let frame = first.wrapping_add(frame);
-            if let Some((values, _)) = ring.frame(frame) {
-                self.track_spike(frame, values);
-            }
-        }
+        self.spike_frame = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
+        self.peak_frame = [self.spike_frame; TAXELS];
     }
 
-    /// Equation 3, for every taxel at once.
-    fn track_spike(&mut self, number: u32, values: &Values) {
-        for c in 0..TAXELS {
-            let off = values[c] - self.idle[c];
-            // A touch without a spike is a step, whose highest frame is any: long after a peak only
-            // what stands clear of the noise is a higher one.
-            let since = number.wrapping_sub(self.peak_frame[c]);
-            let clear = if since > PEAK_FRAMES { CLEAR * self.motion.sigma(c) } else { 0.0 };
-            if off.abs() > self.peak[c].abs() + clear {
-                self.peak[c] = off;
-                self.peak_frame[c] = number;
+    /// Equation 3, for every taxel at once, in the next `frames` frames up to the latest block's end.
+    #[inline(never)]
+    fn track_spike(&mut self, frames: u32, ring: &Ring) {
+        for _ in 0..frames {
+            let number = self.spike_frame;
+            if !reached(self.block_end, number) {
+                return;
+            }
+            self.spike_frame = number.wrapping_add(1);
+            let Some((values, _)) = ring.frame(number) else { continue };
+            for c in 0..TAXELS {
+                let off = values[c] - self.idle[c];
+                let higher = off.abs() - self.peak[c].abs();
+                if higher > 0.0 {
+                    // A touch without a spike is a step, whose highest frame is any: long after a peak only
+                    // what stands clear of the noise is a higher one.
+                    let late = number.wrapping_sub(self.peak_frame[c]) > PEAK_FRAMES;
+                    if !late || higher * higher > CLEAR * CLEAR * self.motion.variance(c) {
+                        self.peak[c] = off;
+                        self.peak_frame[c] = number;
+                    }
+                }
             }
         }
     }
 
     /// Equation 2: the taxel with the best defined spike tells the time.
+    #[inline(never)]
     fn end_spike(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        self.track_spike(u32::MAX, ring);
         let mut best = 0;
         for c in 1..TAXELS {
             if self.peak[c].abs() > self.peak[best].abs() {
                 best = c;
             }
         }
-        let (mean, peak_level) = (self.loaded, self.peak_level());
-        let off_again = self.back_at_idle(&mean, &peak_level);
-        if off_again && self.motion.distance(&peak_level, &self.idle) < TAP {
+        let peak_height = self.motion.distance(&self.peak, &[0.0; TAXELS]);
+        let off_again = back_at_idle(self.motion.distance(&self.loaded, &self.idle), peak_height);
+        if off_again && peak_height < TAP {
             self.enter(Phase::Idle);
             return;
         }
@@ -276,71 +383,67 @@ impl ContactDetector {
                 Some((start, start.wrapping_add((length_mm / speed_mm_s * FRAME_RATE_HZ + 0.5) as u32)))
             }
         };
-        changed(Change::Contact { frame, taxel: best as u8, height: self.peak[best] });
+        self.tell(Change::Contact { frame, taxel: best as u8, height: self.peak[best] }, ring, changed);
         self.enter(Phase::Hold);
         if off_again {
-            self.release(number, &mean, ring, changed);
+            self.release(self.loaded);
+            self.date(Sought::Release, self.idle, number, ring, changed);
         }
     }
 
-    /// The level of the spike's peaks.
-    fn peak_level(&self) -> Values {
-        let mut level = self.idle;
-        for c in 0..TAXELS {
-            level[c] += self.peak[c];
-        }
-        level
-    }
-
-    /// Notes the loaded level, unless it is less than half the load that is known: that is a skin
-    /// on its way back.
-    fn load(&mut self, level: &Values) {
-        if self.motion.distance(level, &self.idle) > 0.25 * self.motion.distance(&self.loaded, &self.idle) {
-            self.loaded = *level;
-        }
-    }
-
-    fn back_at_idle(&self, mean: &Values, loaded: &Values) -> bool {
-        self.motion.distance(mean, &self.idle) < BACK_AT_IDLE * self.motion.distance(loaded, &self.idle)
-    }
-
+    #[inline(never)]
     fn hold(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
-        if self.released(number, &block.mean, ring, changed) {
+        if self.released(number, block, ring, changed) {
             return false;
         }
         if !(block.quick || block.slow) {
-            self.load(&block.mean);
+            let Distances { block, loaded, .. } = block.distances;
+            self.loaded_follows = is_load(block, loaded);
             return true;
         }
         if self.rule == SlideRule::Found {
             // The block before may hold the first of the motion already.
             let held = self.motion.recent_mean(2, 4).unwrap_or(self.loaded);
             let from = number.wrapping_sub(BLOCK_FRAMES - 1);
-            self.phase = Phase::Moving { held, from, quick: block.quick as u32, any: 1 };
+            self.phase = Phase::Moving { quick: block.quick as u32, any: 1 };
+            self.settle(ring, changed);
+            self.search.departure(self.motion.weights(), &held, from);
+            self.sought = Some(Sought::Start);
         }
         false
     }
 
     /// Ends the touch if the levels are still and back at idle.
-    fn released(&mut self, number: u32, mean: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
-        if self.still_quick < STILL_BLOCKS || !self.back_at_idle(mean, &self.loaded) {
+    #[inline(never)]
+    fn released(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+        let Distances { block: off, loaded, .. } = block.distances;
+        if self.still_quick < STILL_BLOCKS || !back_at_idle(off, loaded) {
             return false;
         }
-        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*mean);
-        self.release(number, &level, ring, changed);
+        let level = self.still_level();
+        self.release(level);
+        self.date(Sought::Release, self.idle, number, ring, changed);
         true
     }
 
     /// The finger is off and the taxels at `level`.
-    fn release(&mut self, number: u32, level: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
-        let frame = arrival_at(&self.motion, level, number, ring);
+    #[inline(never)]
+    fn release(&mut self, level: Values) {
         self.before = self.idle;
-        self.idle = *level;
+        self.idle = level;
         self.planned = None;
         self.enter(Phase::Idle);
-        changed(Change::Release(frame));
     }
 
+    /// Begins to look for the frame at which the taxels came to `level`, where they are at frame `number`.
+    #[inline(never)]
+    fn date(&mut self, sought: Sought, level: Values, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+        self.settle(ring, changed);
+        self.search.arrival(self.motion.weights(), &level, number);
+        self.sought = Some(sought);
+    }
+
+    #[inline(never)]
     fn slide(&mut self, start: u32, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) {
         if self.planned.is_some() {
             return;
@@ -360,39 +463,58 @@ impl ContactDetector {
             }
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        let of_late = self.motion.recent_mean(0, LONG_BLOCKS as usize).unwrap_or(block.mean);
-        let in_the_air = self.back_at_idle(&of_late, &self.loaded);
-        if self.still < STILL_BLOCKS && !in_the_air {
+        let Distances { of_late, loaded, .. } = block.distances;
+        if self.still < STILL_BLOCKS && !back_at_idle(of_late, loaded) {
             return;
         }
-        let level = self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(block.mean);
+        let level = self.still_level();
+        let off = self.motion.distance(&level, &self.idle);
+        let released = back_at_idle(off, loaded);
         let steady = self.still_quick >= STILL_BLOCKS;
-        let end = if steady { arrival_at(&self.motion, &level, number, ring) } else { self.moving_until };
-        let loaded = self.loaded;
-        self.enter(Phase::Hold);
-        changed(Change::SlideEnd(start, end));
-        if self.back_at_idle(&level, &loaded) {
-            self.release(number, &level, ring, changed);
+        if !steady {
+            self.tell(Change::SlideEnd(start, self.moving_until), ring, changed);
+        }
+        if released {
+            self.release(level);
         } else {
-            self.load(&level);
+            self.enter(Phase::Hold);
+            if is_load(off, loaded) {
+                self.loaded = level;
+            }
+        }
+        if steady {
+            self.date(Sought::End(start, released), level, number, ring, changed);
+        } else if released {
+            self.date(Sought::Release, level, number, ring, changed);
         }
     }
 
     /// Starts and ends the slide by protocol.
-    fn follow_plan(&mut self, number: u32, changed: &mut impl FnMut(Change)) {
+    fn follow_plan(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
         let Some((start, end)) = self.planned else { return };
         match self.phase {
             Phase::Hold if reached(number, start) => {
                 self.phase = Phase::Slide(start);
-                changed(Change::SlideStart(start));
+                self.tell(Change::SlideStart(start), ring, changed);
             }
             Phase::Slide(_) if reached(number, end) => {
                 self.planned = None;
                 self.enter(Phase::Hold);
-                changed(Change::SlideEnd(start, end));
+                self.tell(Change::SlideEnd(start, end), ring, changed);
             }
             Phase::Slide(_) => self.moving_until = number.wrapping_add(1),
             _ => {}
         }
     }
+}
+
+/// Whether a level so far from idle is back at it, the loaded one being so far from it; both squared.
+fn back_at_idle(off: f32, loaded: f32) -> bool {
+    off < BACK_AT_IDLE * loaded
+}
+
+/// Whether a level so far from idle is a load, the loaded one being so far from it; both squared. Less than half
+/// of that is a skin on its way back.
+fn is_load(off: f32, loaded: f32) -> bool {
+    off > 0.25 * loaded
 }

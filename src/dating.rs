@@ -1,51 +1,135 @@
 //! When did it happen: the frame at which the taxels left a level, or came to one.
 //!
-//! That something moves is known a few blocks late; the ring still holds the frames.
+//! That something moves is known a few blocks late; the ring still holds the frames. They are looked
+//! at a few at a time, so that no frame's work is much more than another's.
 
-use crate::motion::Motion;
-use crate::window::{Ring, Values};
+use crate::motion::distance;
+use crate::settings::TAXELS;
+use crate::window::{Ring, Values, reached};
 
 /// A frame this far from a level is not at that level: chi-square of 16, mean and 4.5 times 5.7.
 const DEPARTED: f32 = 42.0;
 /// Frames that are searched for the moment when a motion began or ended: 0.66 s.
 const SEARCH_FRAMES: u32 = 160;
 
-fn departed(motion: &Motion, frame: u32, level: &Values, ring: &Ring) -> bool {
-    ring.frame(frame).is_some_and(|(values, _)| motion.distance(values, level) > DEPARTED)
+/// A search under way, or over.
+#[derive(Clone, Debug)]
+pub struct Search {
+    level: Values,
+    /// As the noise was when the search began.
+    weights: Values,
+    aim: Aim,
+    /// Frame that is looked at next.
+    frame: u32,
+    /// Frames that may still be looked at.
+    left: u32,
+    /// Whether the frame looked at before was off the level.
+    was_off: bool,
+    /// What is found, or what it is taken for if nothing is.
+    result: u32,
+    over: bool,
 }
 
-/// The first frame off `level` of the stretch that is off it around frame `from`: back from
-/// there as long as frames are off the level, else forward to the first that is.
-pub fn departure_from(motion: &Motion, level: &Values, from: u32, ring: &Ring) -> u32 {
-    let mut first = from;
-    let mut ahead = 0;
-    while ahead < SEARCH_FRAMES && !departed(motion, first, level, ring) {
-        first = first.wrapping_add(1);
-        ahead += 1;
-    }
-    if ahead > 0 {
-        return if ahead < SEARCH_FRAMES { first } else { from };
-    }
-    for _ in 0..SEARCH_FRAMES {
-        let before = first.wrapping_sub(1);
-        // Two frames at the level: one alone may be a wave passing through it.
-        if !departed(motion, before, level, ring) && !departed(motion, before.wrapping_sub(1), level, ring) {
-            break;
-        }
-        first = before;
-    }
-    first
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Aim {
+    /// Forward: the first frame off the level.
+    Ahead,
+    /// Back from a frame off the level, as long as frames are off it.
+    Departure,
+    /// Back from a frame at the level, as long as frames are at it.
+    Arrival,
 }
 
-/// The first frame of the stretch up to `number` that is at `level` throughout.
-pub fn arrival_at(motion: &Motion, level: &Values, number: u32, ring: &Ring) -> u32 {
-    let mut frame = number;
-    for _ in 0..SEARCH_FRAMES {
-        // Two frames off the level: one alone may be noise.
-        if departed(motion, frame, level, ring) && departed(motion, frame.wrapping_sub(1), level, ring) {
-            return frame.wrapping_add(1);
+impl Search {
+    /// None under way.
+    pub const fn new() -> Self {
+        Self {
+            level: [0.0; TAXELS],
+            weights: [0.0; TAXELS],
+            aim: Aim::Ahead,
+            frame: 0,
+            left: 0,
+            was_off: false,
+            result: 0,
+            over: true,
         }
-        frame = frame.wrapping_sub(1);
     }
-    number
+
+    /// Begins to search for the first frame off `level` of the stretch that is off it around frame `from`:
+    /// back from there as long as frames are off the level, else forward to the first that is.
+    pub fn departure(&mut self, weights: &Values, level: &Values, from: u32) {
+        self.begin(Aim::Ahead, weights, level, from, SEARCH_FRAMES);
+        self.was_off = true;
+    }
+
+    /// Begins to search for the first frame of the stretch up to `number` that is at `level` throughout.
+    pub fn arrival(&mut self, weights: &Values, level: &Values, number: u32) {
+        // One more than is searched: a border is known by the frame before it.
+        self.begin(Aim::Arrival, weights, level, number, SEARCH_FRAMES + 1);
+        self.was_off = false;
+    }
+
+    #[inline(never)]
+    fn begin(&mut self, aim: Aim, weights: &Values, level: &Values, frame: u32, left: u32) {
+        (self.level, self.weights) = (*level, *weights);
+        (self.aim, self.frame, self.left, self.result, self.over) = (aim, frame, left, frame, false);
+    }
+
+    /// Looks at `frames` more, as far as they have come; gives the frame when it is found.
+    pub fn look(&mut self, frames: u32, ring: &Ring) -> Option<u32> {
+        for _ in 0..frames {
+            if self.over || (self.aim == Aim::Ahead && reached(self.frame, ring.next())) {
+                break;
+            }
+            self.step(ring);
+        }
+        self.over.then_some(self.result)
+    }
+
+    /// Looks at all that is left.
+    pub fn finish(&mut self, ring: &Ring) -> u32 {
+        self.look(2 * SEARCH_FRAMES, ring).unwrap_or(self.result)
+    }
+
+    fn step(&mut self, ring: &Ring) {
+        let off =
+            ring.frame(self.frame).is_some_and(|(values, _)| distance(&self.weights, values, &self.level) > DEPARTED);
+        self.left -= 1;
+        match self.aim {
+            Aim::Ahead if !off => {
+                self.frame = self.frame.wrapping_add(1);
+                self.over = self.left == 0;
+            }
+            Aim::Ahead if self.left + 1 < SEARCH_FRAMES => self.end(self.frame),
+            Aim::Ahead => {
+                // It is off already where the search began.
+                self.aim = Aim::Departure;
+                self.left = SEARCH_FRAMES + 1;
+                self.result = self.frame.wrapping_sub(SEARCH_FRAMES);
+                self.frame = self.frame.wrapping_sub(1);
+            }
+            Aim::Departure | Aim::Arrival => {
+                // Two frames in a row: of waves one alone may pass through the level, and one alone off
+                // it may be noise.
+                if off == self.was_off && off == (self.aim == Aim::Arrival) {
+                    self.end(self.frame.wrapping_add(2));
+                } else {
+                    self.was_off = off;
+                    self.frame = self.frame.wrapping_sub(1);
+                    self.over = self.left == 0;
+                }
+            }
+        }
+    }
+
+    fn end(&mut self, result: u32) {
+        self.result = result;
+        self.over = true;
+    }
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        Self::new()
+    }
 }

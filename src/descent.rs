@@ -77,7 +77,8 @@ impl<'p, 'a> Problem<'p, 'a> {
         solution.solve(sums, self.levels, self.nuisances, self.nu, shape)?;
         // Below a quarter of a cycle per window there is nothing, and nothing above the frame rate's half.
         let to = self.nu + solution.step.clamp(-STEP_MAX, STEP_MAX);
-        solution.nu = to.clamp(0.15, self.stretch.nu_most().max(0.15));
+        // Not `clamp`: its assertion would bring all of float formatting into the image.
+        solution.nu = to.min(self.stretch.nu_most()).max(0.15);
         Some(())
     }
 

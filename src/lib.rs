@@ -11,6 +11,7 @@
 //! | room | what happens there |
 //! |---|---|
 //! | [`settings`] | what a user may set, with units, bounds and where each default comes from |
+//! | [`intake`] | conversions are read from the chip and queued |
 //! | [`frame`] | conversions become 16-channel frames, by the chip's own channel id |
 //! | [`motion`], [`contact`], [`dating`] | is anything moving; idle, contact spike, hold, slide, release; since when |
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
@@ -44,6 +45,7 @@ pub mod descent;
 pub mod detector;
 pub mod frame;
 pub mod fundamental;
+pub mod intake;
 pub mod levels;
 pub mod load;
 pub mod moments;

@@ -41,6 +41,7 @@ mod app {
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::frame::TimedConversion;
+    use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
@@ -88,6 +89,8 @@ mod app {
 
     #[local]
     struct Local {
+        detector: Detector,
+        estimator: Estimator,
         chip: Chip,
         drdy: board::Drdy,
         line: board::Line,
@@ -127,7 +130,20 @@ mod app {
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
             },
-            Local { chip, drdy, line, samples_in, samples_out, windows_in, windows_out, bytes_in, bytes_out },
+            Local {
+                // Not statics with an initial value: that would take their size of flash too.
+                detector: Detector::new(SETTINGS),
+                estimator: Estimator::new(SETTINGS),
+                chip,
+                drdy,
+                line,
+                samples_in,
+                samples_out,
+                windows_in,
+                windows_out,
+                bytes_in,
+                bytes_out,
+            },
         )
     }
 
@@ -137,12 +153,7 @@ mod app {
         let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
         let tally = cx.shared.tally;
         if drdy.acknowledge() {
-            let queued = chip.adc.read().is_ok_and(|conversion| {
-                samples_in.enqueue(TimedConversion { t_us: drdy.edge_us(), conversion }).is_ok()
-            });
-            if !queued {
-                tally.overrun();
-            }
+            take_in(&mut chip.adc, || drdy.edge_us(), samples_in, tally);
         }
         // Right after a read the next conversion is furthest away.
         // Registers read while START is high have come back wrong: one more look before a restart.
@@ -177,7 +188,7 @@ mod app {
     #[task(
         binds = CAN1_RX0,
         priority = 3,
-        local = [detector: Detector = Detector::new(SETTINGS), samples_out, windows_in, greeted: bool = false],
+        local = [detector, samples_out, windows_in, greeted: bool = false],
         shared = [ring, outbox, &tally, &finished],
     )]
     fn detect(mut cx: detect::Context) {
@@ -252,14 +263,18 @@ mod app {
     #[task(
         binds = CAN1_RX1,
         priority = 1,
-        local = [estimator: Estimator = Estimator::new(SETTINGS), windows_out],
+        local = [estimator, windows_out],
         shared = [ring, outbox, &tally],
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
-            let Some(estimate) = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) else {
-                cx.shared.tally.hop_skipped();
-                continue;
+            let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) {
+                Some(Some(estimate)) => estimate,
+                Some(None) => continue,
+                None => {
+                    cx.shared.tally.hop_skipped();
+                    continue;
+                }
             };
             if cx.shared.outbox.lock(|outbox| outbox.post(Event::Estimate(estimate))) {
                 cx.shared.tally.message_dropped();

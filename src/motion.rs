@@ -4,6 +4,9 @@
 //! chi-square with sixteen degrees of freedom. First differences see quick changes; second
 //! differences at longer distances see slow waves but not the straight creep of a skin that was
 //! just loaded.
+//!
+//! A block is evaluated while the next one comes, a share of the taxels with each of its frames, so that
+//! no frame's work is much more than another's.
 
 use crate::settings::TAXELS;
 use crate::window::Values;
@@ -18,8 +21,12 @@ const LONG: usize = 8;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 267 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
-/// Blocks that are remembered.
-const HISTORY: usize = 2 * LONG + 1;
+/// Blocks that are remembered, and one in the making.
+const HISTORY: usize = (2 * LONG + 1).next_power_of_two();
+/// Taxels of a share.
+const SHARE: usize = TAXELS / SHARES;
+/// Shares of a block, as many as it has frames.
+const SHARES: usize = BLOCK_FRAMES as usize;
 /// Blocks over which the noise is averaged, once there are so many: 0.5 s.
 const LEARN_BLOCKS: f32 = 32.0;
 /// A comparison of sixteen taxels above this is motion: a chi-square's mean of 16 and eight of its
@@ -31,179 +38,368 @@ const JUMPING: f32 = 410.0;
 /// what it was then.
 const OVER_TYPICAL: f32 = 4.0;
 
+/// The taxels of one share.
+type Share = [f32; SHARE];
+
+fn share(values: &Values, which: usize) -> &Share {
+    &values.as_chunks().0[which % SHARES]
+}
+
+fn put(values: &mut Values, which: usize, share: Share) {
+    values.as_chunks_mut().0[which % SHARES] = share;
+}
+
+/// `f32::max` is a call here, with more regard for NaN than a sum of squares needs.
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// What one block of frames says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Block {
-    /// Mean of its frames.
-    pub mean: Values,
     /// It differs within itself or from the block before: something moves right now.
     pub now: bool,
     /// That, or it differs from the course of the last [`SHORT_BLOCKS`].
     pub quick: bool,
     /// It differs from the course of the last [`LONG_BLOCKS`].
     pub slow: bool,
+    /// Squared distances.
+    pub distances: Distances,
+}
+
+/// Squared distances from the idle level, in units of one frame's noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// Of the block's mean.
+    pub block: f32,
+    /// Of the mean of the last [`LONG_BLOCKS`], if it was asked for.
+    pub of_late: f32,
+    /// Of the loaded level, if there is one.
+    pub loaded: f32,
+}
+
+/// Squared distance of two levels, each taxel's times its weight.
+pub fn distance<const N: usize>(weights: &[f32; N], a: &[f32; N], b: &[f32; N]) -> f32 {
+    let part = |c: usize| {
+        let off = a[c] - b[c];
+        off * off * weights[c]
+    };
+    (1..N).fold(part(0), |sum, c| sum + part(c))
 }
 
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// Variance of each taxel's frames: the greater of the two below.
-    variance: Values,
+    /// One over the variance of each taxel's frames, which is the greater of the two below.
+    weights: Values,
     /// By the differences from frame to frame: right for white noise.
     quick_variance: Values,
     /// By the differences from block to block: larger where neighbouring frames share their noise, as
     /// those of a recording that was interpolated do.
     slow_variance: Values,
+    /// Blocks that have taught the noise, as far as they matter.
     learned: f32,
+    /// Whether the latest block is to be learned.
+    teaches: bool,
+    /// What the one that is being learned weighs, else zero.
+    lesson: f32,
+    /// The comparisons of still blocks.
     typical: [f32; 4],
-    previous: Option<Values>,
-    sum: Values,
+    /// The block under way and the one before it, in turns.
+    frames: [[Values; BLOCK_FRAMES as usize]; 2],
+    /// Which of the two is under way.
+    under_way: usize,
+    /// Its frames so far.
+    count: usize,
+    /// Whether the other one is being evaluated.
+    whole: bool,
+    /// Whether there has been a frame.
+    begun: bool,
+    /// Squared changes from frame to frame in the latest block that was evaluated.
     squares: Values,
-    count: u32,
-    history: [Values; HISTORY],
-    blocks: usize,
-    /// The comparisons of the block that is being dealt with.
+    past: Past,
+    /// Blocks of the past that the block in evaluation is compared with.
+    known: usize,
+    /// The comparisons of the block in evaluation, so far.
     compared: [f32; 4],
+    distances: Distances,
+}
+
+/// Means of the latest blocks.
+#[derive(Clone, Debug)]
+struct Past {
+    blocks: [Values; HISTORY],
+    /// Place of the latest.
+    latest: usize,
+    /// Blocks that are remembered.
+    count: usize,
+    /// Sum of the latest ones, as many as the long comparison reaches back.
+    sum: Values,
+}
+
+impl Past {
+    /// The block `back` blocks before the latest; further back than [`HISTORY`] it is a later one.
+    fn back(&self, back: usize) -> &Values {
+        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+    }
+
+    fn next(&self) -> usize {
+        (self.latest + 1) % HISTORY
+    }
 }
 
 impl Motion {
     /// At rest, having seen nothing.
     pub const fn new() -> Self {
         Self {
-            variance: [1.0; TAXELS],
+            weights: [1.0; TAXELS],
             quick_variance: [1.0; TAXELS],
             slow_variance: [0.0; TAXELS],
             learned: 0.0,
+            teaches: false,
+            lesson: 0.0,
             typical: [0.0; 4],
-            previous: None,
-            sum: [0.0; TAXELS],
-            squares: [0.0; TAXELS],
+            frames: [[[0.0; TAXELS]; BLOCK_FRAMES as usize]; 2],
+            under_way: 0,
             count: 0,
-            history: [[0.0; TAXELS]; HISTORY],
-            blocks: 0,
+            whole: false,
+            begun: false,
+            squares: [0.0; TAXELS],
+            past: Past { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0, sum: [0.0; TAXELS] },
+            known: 0,
             compared: [0.0; 4],
+            distances: Distances { block: 0.0, of_late: 0.0, loaded: 0.0 },
         }
     }
 
     /// Forgets the past but not the noise: what follows is compared with itself only.
     pub fn restart(&mut self) {
-        self.blocks = 0;
+        self.past.count = 0;
         // What was compared with the past goes with it; what was within the block stays.
         let [_, past @ ..] = &mut self.compared;
         *past = [0.0; 3];
     }
 
-    /// Takes the next frame; gives a block when it was the last of one.
-    pub fn push(&mut self, values: &Values) -> Option<Block> {
-        let previous = self.previous.replace(*values).unwrap_or(*values);
-        for c in 0..TAXELS {
-            let change = values[c] - previous[c];
-            self.sum[c] += values[c];
-            self.squares[c] += change * change;
-        }
-        self.count += 1;
-        if self.count < BLOCK_FRAMES {
-            return None;
-        }
-        let mean = self.sum.map(|sum| sum / BLOCK_FRAMES as f32);
-        self.compared = self.compare(&mean);
-        let [within, before, short, long] = self.compared;
-        let over = |value: f32, limit: f32, typical: f32| value > limit.max(OVER_TYPICAL * typical);
-        let now = over(within, JUMPING, self.typical[0]) || over(before, MOVING, self.typical[1]);
-        let block = Block {
-            mean,
-            now,
-            quick: now || over(short, MOVING, self.typical[2]),
-            slow: over(long, MOVING, self.typical[3]),
-        };
-        self.history[self.blocks % HISTORY] = mean;
-        self.blocks = if self.blocks + 1 == 2 * HISTORY { HISTORY } else { self.blocks + 1 };
-        Some(block)
+    /// Frames of the block under way, 0 to 3: the next share of the block before it.
+    pub const fn turn(&self) -> usize {
+        self.count
     }
 
-    /// Ends the block that [`Self::push`] gave; a still one teaches what the noise is.
-    pub fn next_block(&mut self, still: bool) {
-        if still {
-            self.learned = (self.learned + 1.0).min(LEARN_BLOCKS);
-            let share = 1.0 / self.learned;
-            let mean = self.sum.map(|sum| sum / BLOCK_FRAMES as f32);
-            for (typical, value) in self.typical.iter_mut().zip(self.compared) {
-                *typical += share * (value - *typical);
+    /// Takes the next frame, once the share of this turn is evaluated; true if it ends a block.
+    pub fn push(&mut self, values: &Values) -> bool {
+        if !self.begun {
+            self.begun = true;
+            // Nothing before it that it could differ from.
+            self.frames = [[*values; BLOCK_FRAMES as usize]; 2];
+        }
+        self.frames[self.under_way % 2][self.count % SHARES] = *values;
+        self.count += 1;
+        if self.count < BLOCK_FRAMES as usize {
+            return false;
+        }
+        self.count = 0;
+        self.under_way ^= 1;
+        self.whole = true;
+        true
+    }
+
+    /// Evaluates one share of the block that has ended; says what it says with the last share.
+    #[inline(always)]
+    pub fn evaluate(&mut self, turn: usize, idle: &Values, loaded: Option<&Values>, of_late: bool) -> Option<Block> {
+        if !self.whole {
+            return None;
+        }
+        if turn == 0 {
+            self.lesson = 0.0;
+            if core::mem::take(&mut self.teaches) {
+                if self.learned < LEARN_BLOCKS {
+                    self.learned += 1.0;
+                }
+                self.lesson = 1.0 / self.learned;
             }
-            let before = self.back(2).copied().unwrap_or(mean);
-            for c in 0..TAXELS {
-                // Two neighbours' difference has twice the variance of one; a mean of four frames has a
-                // quarter of that of one.
-                let quick = self.squares[c] / (2 * BLOCK_FRAMES) as f32;
-                let off = mean[c] - before[c];
-                let slow = off * off * BLOCK_FRAMES as f32 / 2.0;
-                // A code is an integer: less than 1/12 of its square is not noise but luck.
-                self.quick_variance[c] += share * (quick.max(1.0 / 12.0) - self.quick_variance[c]);
-                self.slow_variance[c] += share * (slow - self.slow_variance[c]);
-                self.variance[c] = self.quick_variance[c].max(self.slow_variance[c]);
+            for (typical, value) in self.typical.iter_mut().zip(self.compared) {
+                *typical += self.lesson * (value - *typical);
+            }
+            self.known = self.past.count;
+            self.compared = [0.0; 4];
+            self.distances = Distances { block: 0.0, of_late: 0.0, loaded: 0.0 };
+        }
+        self.learn_share(turn);
+        self.evaluate_share(turn, idle, loaded, of_late);
+        if turn + 1 < BLOCK_FRAMES as usize {
+            return None;
+        }
+        self.whole = false;
+        // A restart in the middle of it: it belongs to what is forgotten.
+        let forgotten = self.past.count < self.known;
+        self.past.latest = self.past.next();
+        self.past.count = if forgotten { 0 } else { (self.known + 1).min(HISTORY - 1) };
+        // In units of the noise: a mean has that of one frame, over the frames of a block; a first difference
+        // twice and a second one six times that.
+        let frames = BLOCK_FRAMES as f32;
+        let [within, before, short, long] = self.compared;
+        let [before, short, long] = if forgotten { [0.0; 3] } else { [before / 2.0, short / 6.0, long / 6.0] };
+        self.compared = [within, before * frames, short * frames, long * frames];
+        let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
+        let now = over(0, JUMPING) || over(1, MOVING);
+        Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), distances: self.distances })
+    }
+
+    #[inline(always)]
+    fn evaluate_share(&mut self, turn: usize, idle: &Values, loaded: Option<&Values>, of_late: bool) {
+        let [first, second] = &self.frames;
+        let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
+        let mut previous = *share(before, turn);
+        let weights = *share(&self.weights, turn);
+        let (mut sum, mut squares) = ([0.0; SHARE], [0.0; SHARE]);
+        for (number, frame) in block.iter().enumerate() {
+            let frame = share(frame, turn);
+            for c in 0..SHARE {
+                let change = frame[c] - previous[c];
+                sum[c] = if number == 0 { frame[c] } else { sum[c] + frame[c] };
+                squares[c] += change * change;
+            }
+            previous = *frame;
+        }
+        let mean = sum.map(|sum| sum * (1.0 / BLOCK_FRAMES as f32));
+        let back = |back: usize| *share(self.past.back(back), turn);
+        let mut within = 0.0;
+        for c in 0..SHARE {
+            within += squares[c] * weights[c];
+        }
+        // Sum of the latest blocks, which begins anew where the past does.
+        let (mut sum, mut before, mut short, mut long) = (mean, 0.0, 0.0, 0.0);
+        if self.known > 0 {
+            before = distance(&weights, &mean, &back(0));
+            let earlier = share(&self.past.sum, turn);
+            for c in 0..SHARE {
+                sum[c] += earlier[c];
             }
         }
-        self.sum = [0.0; TAXELS];
-        self.squares = [0.0; TAXELS];
-        self.count = 0;
+        let second = |distance_blocks: usize| {
+            let (near, far) = (back(distance_blocks - 1), back(2 * distance_blocks - 1));
+            let mut bend = [0.0; SHARE];
+            for c in 0..SHARE {
+                bend[c] = 2.0 * near[c] - far[c];
+            }
+            distance(&weights, &mean, &bend)
+        };
+        if self.known >= 2 * SHORT {
+            short = second(SHORT);
+        }
+        if self.known >= 2 * LONG {
+            long = second(LONG);
+            let oldest = back(LONG_BLOCKS as usize - 1);
+            for c in 0..SHARE {
+                sum[c] -= oldest[c];
+            }
+        }
+        for (compared, share) in self.compared.iter_mut().zip([within, before, short, long]) {
+            *compared += share;
+        }
+        let idle = *share(idle, turn);
+        self.distances.block += distance(&weights, &mean, &idle);
+        if of_late {
+            let one = 1.0 / (self.known + 1).min(LONG_BLOCKS as usize) as f32;
+            self.distances.of_late += distance(&weights, &sum.map(|sum| sum * one), &idle);
+        }
+        if let Some(loaded) = loaded {
+            self.distances.loaded += distance(&weights, share(loaded, turn), &idle);
+        }
+        put(&mut self.squares, turn, squares);
+        put(&mut self.past.sum, turn, sum);
+        let next = self.past.next();
+        put(&mut self.past.blocks[next % HISTORY], turn, mean);
+    }
+
+    /// The latest block was a still one and teaches what the noise is.
+    pub fn learn(&mut self) {
+        // Share by share, each before the next block's is evaluated.
+        self.teaches = true;
+    }
+
+    #[inline(always)]
+    fn learn_share(&mut self, turn: usize) {
+        if self.lesson == 0.0 {
+            return;
+        }
+        let mean = self.past.back(0);
+        let before = if self.past.count > 1 { self.past.back(1) } else { mean };
+        let (mean, before, squares) = (share(mean, turn), share(before, turn), share(&self.squares, turn));
+        let (mut quick, mut slow) = (*share(&self.quick_variance, turn), *share(&self.slow_variance, turn));
+        let mut weights = [0.0; SHARE];
+        for c in 0..SHARE {
+            // Two neighbours' difference has twice the variance of one; a mean of four frames has a
+            // quarter of that of one.
+            let quick_now = squares[c] * (1.0 / (2 * BLOCK_FRAMES) as f32);
+            let off = mean[c] - before[c];
+            let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);
+            // A code is an integer: less than 1/12 of its square is not noise but luck.
+            quick[c] += self.lesson * (greater(quick_now, 1.0 / 12.0) - quick[c]);
+            slow[c] += self.lesson * (slow_now - slow[c]);
+            weights[c] = 1.0 / greater(quick[c], slow[c]);
+        }
+        put(&mut self.quick_variance, turn, quick);
+        put(&mut self.slow_variance, turn, slow);
+        put(&mut self.weights, turn, weights);
+    }
+
+    /// Moves one share of a level by so much of the way to the mean of the latest block.
+    pub fn approach(&self, level: &mut Values, turn: usize, by: f32) {
+        let (mut moved, mean) = (*share(level, turn), share(self.past.back(0), turn));
+        for c in 0..SHARE {
+            moved[c] += by * (mean[c] - moved[c]);
+        }
+        put(level, turn, moved);
+    }
+
+    /// Mean of the latest block.
+    pub fn mean(&self) -> &Values {
+        self.past.back(0)
     }
 
     /// Mean of the `count` latest blocks but the `skip` very latest, as far as they are remembered.
     /// None if there is not one.
     pub fn recent_mean(&self, skip: usize, count: usize) -> Option<Values> {
-        let mut sum = [0.0; TAXELS];
-        let mut found = 0.0;
-        for back in skip + 1..=skip + count {
-            if let Some(block) = self.back(back) {
-                for c in 0..TAXELS {
-                    sum[c] += block[c];
-                }
-                found += 1.0;
-            }
+        let until = (skip + count).min(self.past.count);
+        if until <= skip {
+            return None;
         }
-        (found > 0.0).then(|| sum.map(|sum| sum / found))
+        let mut mean = [0.0; TAXELS];
+        for turn in 0..SHARES {
+            put(&mut mean, turn, self.share_mean(turn, skip..until));
+        }
+        Some(mean)
     }
 
-    /// Standard deviation of one taxel's noise, frame by frame, codes.
-    pub fn sigma(&self, taxel: usize) -> f32 {
-        libm::sqrtf(self.variance[taxel])
+    /// One share of the mean of some blocks. Apart, for all in one would be unrolled to over a kilobyte.
+    #[inline(never)]
+    fn share_mean(&self, turn: usize, blocks: core::ops::Range<usize>) -> Share {
+        let mut sum = [0.0; SHARE];
+        let count = blocks.len() as f32;
+        for back in blocks {
+            let block = share(self.past.back(back), turn);
+            for c in 0..SHARE {
+                sum[c] += block[c];
+            }
+        }
+        sum.map(|sum| sum / count)
+    }
+
+    /// Variance of one taxel's noise, frame by frame, codes squared.
+    pub fn variance(&self, taxel: usize) -> f32 {
+        1.0 / self.weights[taxel]
+    }
+
+    /// One over the variance of each taxel's frames.
+    pub const fn weights(&self) -> &Values {
+        &self.weights
     }
 
     /// Squared distance of two levels in units of one frame's noise.
+    #[inline(never)]
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
-        let mut sum = 0.0;
-        for c in 0..TAXELS {
-            let off = a[c] - b[c];
-            sum += off * off / self.variance[c];
-        }
-        sum
-    }
-
-    /// The block `back` blocks ago, 1 being the latest.
-    fn back(&self, back: usize) -> Option<&Values> {
-        (back >= 1 && back <= self.blocks.min(HISTORY)).then(|| &self.history[(self.blocks - back) % HISTORY])
-    }
-
-    /// The four comparisons of a block: within itself, and with those before it, zero where the past is
-    /// too short.
-    fn compare(&self, mean: &Values) -> [f32; 4] {
-        let within = (0..TAXELS).map(|c| self.squares[c] / self.variance[c]).sum();
-        let frames = BLOCK_FRAMES as f32;
-        let before = match self.back(1) {
-            Some(before) => self.distance(mean, before) * frames / 2.0,
-            None => 0.0,
-        };
-        let second = |distance: usize| match (self.back(distance), self.back(2 * distance)) {
-            (Some(near), Some(far)) => {
-                let mut bend = [0.0; TAXELS];
-                for c in 0..TAXELS {
-                    bend[c] = 2.0 * near[c] - far[c];
-                }
-                self.distance(mean, &bend) * frames / 6.0
-            }
-            _ => 0.0,
-        };
-        [within, before, second(SHORT), second(LONG)]
+        distance(&self.weights, a, b)
     }
 }
 

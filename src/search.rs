@@ -293,8 +293,9 @@ fn strongest_low(problem: &mut Problem, peak: f32, nuisances: usize) -> Option<f
         problem.pass(nu, 1)?;
         let shape = Shape { harmonics: 1, slope: cycles >= CYCLES_FOR_SLOPE, nuisances };
         if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) {
-            // All against constants; the slopes' own gain has to pay for their unknowns.
-            let paid = if shape.slope { 8.0 * libm::logf(problem.levels.frames as f32) } else { 0.0 };
+            // All against constants; the slopes' own gain has to pay for their unknowns (Schwarz's criterion).
+            let slopes = if shape.slope { problem.levels.channels() } else { 0.0 };
+            let paid = 0.5 * slopes * libm::logf(problem.levels.frames as f32);
             let unknowns = shape.unknowns() - shape.slope as usize;
             let gained = gain(problem.levels, &problem.levels.about_mean, &rest, unknowns) - paid;
             if gained > most {

@@ -41,6 +41,12 @@ pub struct Settings {
     pub hop_s: f32,
     /// Most harmonics of the tone that are fitted, the fundamental included.
     pub harmonics: u8,
+    /// Accuracy asked for: standard deviation over frequency. Windows then grow hop by hop, and an estimate is
+    /// told as soon as, and no sooner than, its uncertainty meets this, or when the window has grown to
+    /// `window_s`. Zero: every window has `window_s`.
+    pub accuracy: f32,
+    /// Frequency of a known interferer in all channels (mains hum), hertz; zero: none.
+    pub interferer_hz: f32,
     /// Reference voltage of the ADC, volts.
     pub vref_v: f32,
     /// Where the sliding phase comes from.
@@ -79,7 +85,15 @@ impl Settings {
     /// What the firmware starts with. A window of one second is the paper's longest; the fundamental
     /// and three overtones are what it saw in its gratings (section 5); 4.096 V is the usual
     /// reference for a chip on 5 V.
-    pub const DEFAULT: Self = Self { window_s: 1.0, hop_s: 0.25, harmonics: 4, vref_v: 4.096, slide: SlideRule::Found };
+    pub const DEFAULT: Self = Self {
+        window_s: 1.0,
+        hop_s: 0.25,
+        harmonics: 4,
+        accuracy: 0.0,
+        interferer_hz: 0.0,
+        vref_v: 4.096,
+        slide: SlideRule::Found,
+    };
 
     /// Checks every bound; the first field outside is told.
     pub fn validate(&self) -> Result<(), SettingsError> {
@@ -95,6 +109,14 @@ impl Settings {
         check("window_s", self.window_s, 0.1, 3.9)?;
         check("hop_s", self.hop_s, 0.02, 3.9)?;
         check("harmonics", self.harmonics as f32, 1.0, 5.0)?;
+        // A tenth is what the fit calls too short; a millionth is beyond any crystal.
+        if self.accuracy != 0.0 {
+            check("accuracy", self.accuracy, 1e-6, 0.1)?;
+        }
+        // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
+        if self.interferer_hz != 0.0 {
+            check("interferer_hz", self.interferer_hz, 5.0, 1000.0)?;
+        }
         check("vref_v", self.vref_v, 0.5, 5.5)?;
         if let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = self.slide {
             check("delay_s", delay_s, 0.0, 60.0)?;
@@ -123,6 +145,9 @@ mod tests {
             (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
             (Settings { hop_s: 0.0, ..Settings::DEFAULT }, "hop_s"),
             (Settings { harmonics: 6, ..Settings::DEFAULT }, "harmonics"),
+            (Settings { accuracy: 0.2, ..Settings::DEFAULT }, "accuracy"),
+            (Settings { accuracy: f32::NAN, ..Settings::DEFAULT }, "accuracy"),
+            (Settings { interferer_hz: -50.0, ..Settings::DEFAULT }, "interferer_hz"),
             (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
             (
                 Settings {

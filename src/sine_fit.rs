@@ -250,6 +250,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         rest = residuals(stretch, levels, nuisances, best)?;
         information *= regained(best, &rest, frames).max(1e-3);
     }
+    information *= honest(best, levels);
     let sigma_nu = 1.0 / libm::sqrtf(information);
 
     let without = Shape { harmonics: 0, ..best.shape };
@@ -290,6 +291,21 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         };
     }
     Some(fit)
+}
+
+/// What share of the information that a solution believes to have is real. Its weights come from noise that was
+/// measured with few degrees of freedom (their mean is too large by two, and what they vary costs two more), and
+/// the noise in a harmonic's two amplitudes counts as its power.
+fn honest(best: &Solution, levels: &Levels) -> f32 {
+    let freedom = (levels.frames as f32 - best.shape.unknowns() as f32).max(5.0);
+    let mut real = best.information;
+    for h in 0..best.shape.harmonics.min(HARMONICS_MAX) {
+        if best.power[h] > 0.0 && best.offset_sigma[h] > 0.0 {
+            let own = (h + 1) as f32 / best.offset_sigma[h];
+            real -= own * own * (2.0 * levels.channels() / best.power[h]).min(1.0);
+        }
+    }
+    (real / best.information).max(0.1) * (freedom - 4.0) / freedom
 }
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth

@@ -1,7 +1,7 @@
 //! The workload of the benchmark: what a PC writes for the image `ridgetone-bench`, and what it gives back.
 //!
 //! The file `workload` is a row of jobs; all numbers are little endian. A job is a [`Job`] of
-//! [`JOB_BYTES`]: kind (0 end, 1 fit, 2 detect, 3 encode), most harmonics, two zeros, and the number
+//! [`JOB_BYTES`]: kind (0 end, 1 fit, 2 detect, 3 encode, 4 intake), most harmonics, two zeros, and the number
 //! of items behind it as u32. The items of a fit are frames of [`FRAME_BYTES`]: the mask of valid
 //! taxels as u16, then a value for each taxel as f32. Those of a detection are conversions of
 //! [`CONVERSION_BYTES`]: time in microseconds as u32, then status and code as the chip sends them.
@@ -47,6 +47,8 @@ pub enum Job {
     },
     /// Encode the [`longest_packet`]; gives a [`Measured::Message`].
     Encode,
+    /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
+    Intake,
 }
 
 impl Job {
@@ -57,6 +59,7 @@ impl Job {
             Self::Fit { harmonics, frames } => (1, harmonics, frames),
             Self::Detect { conversions } => (2, 0, conversions),
             Self::Encode => (3, 0, 0),
+            Self::Intake => (4, 0, 0),
         };
         let [a, b, c, d] = items.to_le_bytes();
         [kind, harmonics, 0, 0, a, b, c, d]
@@ -71,6 +74,7 @@ impl Job {
             1 => Some(Self::Fit { harmonics, frames: items }),
             2 => Some(Self::Detect { conversions: items }),
             3 => Some(Self::Encode),
+            4 => Some(Self::Intake),
             _ => None,
         }
     }
@@ -203,6 +207,11 @@ pub enum Measured {
         /// What it came to.
         wire: Wire,
     },
+    /// One conversion read, stamped and queued.
+    Intake {
+        /// Instructions, at most.
+        instructions: u32,
+    },
 }
 
 impl fmt::Display for Measured {
@@ -214,6 +223,7 @@ impl fmt::Display for Measured {
             }
             Self::Frame { instructions, windows } => write!(f, "frame {instructions} {windows}"),
             Self::Message { instructions, wire } => write!(f, "message {instructions} {} {:08x}", wire.bytes, wire.sum),
+            Self::Intake { instructions } => write!(f, "intake {instructions}"),
         }
     }
 }
@@ -237,6 +247,7 @@ impl Measured {
                 },
             },
             "frame" => Self::Frame { instructions, windows: number(10)? },
+            "intake" => Self::Intake { instructions },
             "message" => Self::Message { instructions, wire: Wire { bytes: number(10)?, sum: number(16)? } },
             _ => return None,
         };
@@ -253,7 +264,7 @@ mod tests {
     #[test]
     fn jobs_frames_and_conversions_come_back() {
         let fit = Job::Fit { harmonics: 4, frames: 70_000 };
-        for job in [Job::End, fit, Job::Detect { conversions: 21 }, Job::Encode] {
+        for job in [Job::End, fit, Job::Detect { conversions: 21 }, Job::Encode, Job::Intake] {
             assert_eq!(Job::decode(&job.encode()), Some(job));
         }
         assert_eq!(Job::decode(&[9, 0, 0, 0, 0, 0, 0, 0]), None);
@@ -272,6 +283,7 @@ mod tests {
             Measured::Fit { instructions: most, stack_bytes: most, outcome },
             Measured::Frame { instructions: 7, windows: most },
             Measured::Message { instructions: most, wire: Wire { bytes: most, sum: 0xabc } },
+            Measured::Intake { instructions: most },
         ] {
             let line = measured.to_string();
             assert!(line.len() < LINE_MAX, "{line}");

@@ -36,7 +36,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
         ring.push(&values, u16::MAX, 0);
         detector.push(n, &values, &ring, &mut tell);
     }
-    detector.finish(frames, &mut tell);
+    detector.finish(frames, &ring, &mut tell);
     found
 }
 

@@ -11,9 +11,11 @@ mod report;
 pub use emulated::Jobs;
 pub use fits::Cell;
 pub use frames::Phase;
-pub use report::{Bar, Report};
+pub use report::{Bar, Report, Stack};
 
-use anyhow::{Result, ensure};
+use crate::demo;
+use crate::emulator::Options;
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use ridgetone::telemetry::WIRE_MAX;
 use ridgetone::workload::{Job, Measured, Wire, longest_packet};
@@ -25,6 +27,9 @@ pub struct BenchArgs {
     /// The image of the benchmark.
     #[arg(long, value_name = "FILE.elf")]
     pub elf: PathBuf,
+    /// The emulated board's firmware, to measure its stack over a touch.
+    #[arg(long, value_name = "FILE.elf")]
+    pub firmware: Option<PathBuf>,
     /// Flash that the board's image takes, bytes.
     #[arg(long)]
     pub flash_bytes: u64,
@@ -36,17 +41,19 @@ pub struct BenchArgs {
     pub json: bool,
 }
 
-/// Runs the benchmark. `flash_bytes` and `ram_bytes` are those of the board's image.
+/// Runs the benchmark, and the default scene through the emulated board's `firmware` if there is one. `flash_bytes` and
+/// `ram_bytes` are those of the board's image.
 ///
 /// # Errors
 /// The emulator or the image fails; the chip and this PC do not find the same.
-pub fn run(elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
+pub fn run(elf: &Path, firmware: Option<&Path>, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
     let fits = fits::Fits::new()?;
     let frames = frames::Frames::new()?;
     let mut jobs = Jobs::default();
     fits.write(&mut jobs);
     frames.write(&mut jobs);
     jobs.add(Job::Encode);
+    jobs.add(Job::Intake);
     let mut measured = jobs.run(elf)?.into_iter();
 
     let cells = fits.read(&mut measured)?;
@@ -55,15 +62,27 @@ pub fn run(elf: &Path, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
     let mut bytes = [0; WIRE_MAX];
     let used = Wire::write(&longest_packet(), &mut bytes);
     ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
+    let next = measured.next();
+    let Some(Measured::Intake { instructions: intake }) = next else {
+        bail!("the benchmark told of {next:?} where a conversion was due");
+    };
     ensure!(measured.next().is_none(), "the benchmark told more than it was asked");
-    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), flash_bytes, ram_bytes))
+    let stack = firmware.map(stack).transpose()?;
+    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), intake, stack, (flash_bytes, ram_bytes)))
+}
+
+/// The most stack that the firmware has in use over the default scene, by its own measure.
+fn stack(firmware: &Path) -> Result<Stack> {
+    let outcome = demo::run(Options::new(firmware), &mut |_, _| {})?.outcome;
+    let said = outcome.messages.lines().find_map(Stack::parse);
+    said.with_context(|| format!("the firmware did not tell its stack: {}", outcome.messages.trim()))
 }
 
 /// The next measurement, which must be that of a packet.
 fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
     let next = measured.next();
     let Some(Measured::Message { instructions, wire }) = next else {
-        anyhow::bail!("the benchmark told of {next:?} where a packet was due");
+        bail!("the benchmark told of {next:?} where a packet was due");
     };
     Ok((instructions, wire))
 }

@@ -68,6 +68,9 @@ pub struct FitArgs {
     /// Most harmonics to fit, the fundamental included, 1 to 5.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
     pub harmonics: u8,
+    /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased [default: none].
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    pub mains: Option<f64>,
     /// One JSON object on one line instead of the table.
     #[arg(long)]
     pub json: bool,
@@ -129,6 +132,13 @@ pub struct SettingsOptions {
     /// Most harmonics to fit, 1 to 5.
     #[arg(long, value_name = "N", default_value_t = Settings::default().harmonics)]
     pub harmonics: u8,
+    /// Accuracy asked for, percent of the frequency (one standard deviation): an estimate comes as soon as it
+    /// is met, checked every --hop, or with a window of --window [default: windows of fixed length].
+    #[arg(long, value_name = "PERCENT")]
+    pub accuracy: Option<f32>,
+    /// Known interferer in all channels, hertz, such as mains of 50 or 60 [default: none].
+    #[arg(long, value_name = "HZ")]
+    pub mains: Option<f32>,
     /// Speed of the stimulus, mm/s: the slide goes by the protocol [default: it is found in the signal].
     #[arg(long, value_name = "MM_S")]
     pub speed: Option<f32>,
@@ -310,7 +320,10 @@ impl SettingsOptions {
             Some(speed_mm_s) => SlideRule::Protocol { delay_s: self.delay, speed_mm_s, length_mm: self.length },
         };
         let (window_s, hop_s, harmonics) = (self.window, self.hop, self.harmonics);
-        let settings = Settings { window_s, hop_s, harmonics, slide, ..Settings::default() };
+        // Asked for with zero they would be switched off: that is out of bounds.
+        let asked = |value: Option<f32>| value.map_or(0.0, |value| if value == 0.0 { f32::NAN } else { value });
+        let (accuracy, interferer_hz) = (asked(self.accuracy) / 100.0, asked(self.mains));
+        let settings = Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, slide, ..Settings::default() };
         settings.validate().map_err(|error| Senseless(error.to_string()))?;
         Ok(settings)
     }

@@ -41,6 +41,7 @@ fn fit(args: &FitArgs) -> Result<()> {
         to_s: args.to,
         columns: args.columns.clone(),
         harmonics: args.harmonics,
+        interferer_hz: args.mains,
     };
     if let (Some(rate_hz), Some([first, .., last])) = (args.rate, table.time_s()) {
         let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
@@ -113,7 +114,7 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
 }
 
 fn run_bench(args: &BenchArgs) -> Result<()> {
-    let report = bench::run(&args.elf, args.flash_bytes, args.ram_bytes)?;
+    let report = bench::run(&args.elf, args.firmware.as_deref(), args.flash_bytes, args.ram_bytes)?;
     output::line(if args.json { serde_json::to_string(&report)? } else { report.to_string() }.trim_end())
 }
 

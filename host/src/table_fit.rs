@@ -28,6 +28,8 @@ pub struct Selection {
     pub columns: Vec<String>,
     /// Most harmonics, the fundamental included, 1 to 5; 0 means 5.
     pub harmonics: u8,
+    /// A known interferer in all columns, hertz.
+    pub interferer_hz: Option<f64>,
 }
 
 /// One channel's part of the result, in the file's unit.
@@ -105,6 +107,9 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     }
     let mut source = Table { values: &scaled.values, valid: &scaled.valid };
     let mut stretch = Stretch::new(&mut source, 0, grid.slots() as u32);
+    if let Some(interferer_hz) = selection.interferer_hz {
+        stretch = stretch.with_interferer((interferer_hz / grid.rate_hz) as f32);
+    }
     let harmonics = if selection.harmonics == 0 { HARMONICS_MAX as u8 } else { selection.harmonics };
     let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
         bail!("{file}: the fit did not see all rows");

@@ -1,5 +1,6 @@
 //! The jobs, one after the other.
 
+use crate::intake;
 use crate::machine::semihost::{self, Exit, File};
 use crate::machine::{Counter, stack};
 use core::fmt::Write;
@@ -62,6 +63,7 @@ impl Bench {
                     self.detect(detector, conversions)?;
                 }
                 Job::Encode => self.encode(&longest_packet())?,
+                Job::Intake => self.tell(Measured::Intake { instructions: intake::measure(&self.counter)? })?,
             }
         }
     }
@@ -102,12 +104,13 @@ impl Bench {
             let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
             let counters = Counters::default();
+            let mut emit = |event| {
+                let _ = events.push(event);
+            };
+            let mut due = |_| windows += 1;
             let (instructions, ()) = self.counter.measure(|| {
                 for conversion in &scan {
-                    let mut emit = |event| {
-                        let _ = events.push(event);
-                    };
-                    detector.push(*conversion, self.ring, &counters, &mut emit, &mut |_| windows += 1);
+                    detector.push(*conversion, self.ring, &counters, &mut emit, &mut due);
                 }
             });
             for event in events {

@@ -24,7 +24,6 @@ use core::convert::Infallible;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use panic_probe as _;
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA4, PC4, PC5, PC6, PinState, Pull, Speed};
 use stm32f4xx_hal::pac::{self, SPI1};
 use stm32f4xx_hal::prelude::*;
@@ -142,10 +141,19 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
         Ok(tx) => tx,
         // Not met at run time: the divider of a fixed baud rate from a fixed clock.
-        Err(_) => defmt::panic!("USART3 cannot do {} baud", LINE_BAUD),
+        Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
     Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx) }
+}
+
+/// Tells where, and stops; a debugger shows the rest. Formatting the message would take 9 KB of flash.
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    defmt::error!("panicked at {=str}:{=u32}", file, line);
+    // probe-rs reads the log and reports the fault.
+    cortex_m::asm::udf()
 }
 
 /// Sleeps until an interrupt is pending, masked or not.

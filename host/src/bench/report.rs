@@ -9,6 +9,8 @@ const FIT_BARS: [(u8, &str, u64); 2] =
     [(1, "fit, 16 channels x 241 frames, one harmonic", 150_000), (4, "fit, the same with three overtones", 350_000)];
 /// Most instructions of frame assembly, contact and window for one frame.
 const FRAME_BAR: u64 = 1_500;
+/// Most instructions to read, stamp and queue a conversion.
+const INTAKE_BAR: u64 = 300;
 /// Most bytes of the board's image, in flash and in its statics each: 96 KiB.
 const IMAGE_BAR: u64 = 96 * 1024;
 
@@ -42,19 +44,48 @@ pub struct Report {
     pub encode_instructions: u32,
     /// Its bytes on the wire.
     pub encode_bytes: u32,
+    /// Instructions to read, stamp and queue a conversion.
+    pub intake_instructions: u32,
     /// Flash that the Feather's image takes, bytes.
     pub flash_bytes: u64,
     /// RAM that its statics take, bytes.
     pub ram_bytes: u64,
     /// Most stack that a fit took, bytes.
     pub stack_bytes: u32,
+    /// Stack of the whole firmware over a touch, if it was run.
+    pub firmware_stack: Option<Stack>,
     /// The bars.
     pub bars: Vec<Bar>,
 }
 
+/// Use of a stack, bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Stack {
+    /// The most in use.
+    pub deepest: u32,
+    /// What there is.
+    pub size: u32,
+}
+
+impl Stack {
+    /// Reads what the emulated firmware says when it leaves; none of any other line.
+    pub fn parse(line: &str) -> Option<Self> {
+        let (deepest, size) = line.trim().strip_prefix("stack: ")?.split_once(" of ")?;
+        Some(Self { deepest: deepest.parse().ok()?, size: size.split_once(' ')?.0.parse().ok()? })
+    }
+}
+
 impl Report {
-    /// Puts it together. `encode` is instructions and bytes of the longest packet.
-    pub fn new(fits: Vec<Cell>, frames: Vec<Phase>, encode: (u32, u32), flash_bytes: u64, ram_bytes: u64) -> Self {
+    /// Puts it together. `encode` is instructions and bytes of the longest packet, `intake` instructions of a
+    /// conversion, `image` flash and RAM of the Feather's image, bytes.
+    pub fn new(
+        fits: Vec<Cell>,
+        frames: Vec<Phase>,
+        encode: (u32, u32),
+        intake_instructions: u32,
+        firmware_stack: Option<Stack>,
+        (flash_bytes, ram_bytes): (u64, u64),
+    ) -> Self {
         let mut bars = Vec::new();
         for (harmonics, what, limit) in FIT_BARS {
             let cells = fits.iter().filter(|c| (c.channels, c.frames, c.harmonics) == (16, 241, harmonics));
@@ -62,11 +93,23 @@ impl Report {
         }
         let frame = frames.iter().map(|phase| phase.instructions_worst).max().unwrap_or(0);
         bars.push(Bar::new("frames, contact and window, a frame at most", FRAME_BAR, u64::from(frame)));
+        bars.push(Bar::new("a conversion from interrupt to queue", INTAKE_BAR, u64::from(intake_instructions)));
         bars.push(Bar::new("flash of the Feather's image, bytes", IMAGE_BAR, flash_bytes));
         bars.push(Bar::new("static RAM of the Feather's image, bytes", IMAGE_BAR, ram_bytes));
         let stack_bytes = fits.iter().map(|cell| cell.stack_bytes).max().unwrap_or(0);
         let (encode_instructions, encode_bytes) = encode;
-        Self { fits, frames, encode_instructions, encode_bytes, flash_bytes, ram_bytes, stack_bytes, bars }
+        Self {
+            fits,
+            frames,
+            encode_instructions,
+            encode_bytes,
+            intake_instructions,
+            flash_bytes,
+            ram_bytes,
+            stack_bytes,
+            firmware_stack,
+            bars,
+        }
     }
 }
 
@@ -98,7 +141,13 @@ impl fmt::Display for Report {
             writeln!(f, "{name:>8} {frames:>7} {mean:>9} {worst:>9}")?;
         }
         let (encode, bytes) = (grouped(self.encode_instructions.into()), self.encode_bytes);
-        writeln!(f, "\nThe longest packet, {bytes} bytes, encoded: {encode}\n")?;
+        writeln!(f, "\nThe longest packet, {bytes} bytes, encoded: {encode}")?;
+        writeln!(f, "A conversion read, stamped and queued: {}", self.intake_instructions)?;
+        if let Some(Stack { deepest, size }) = self.firmware_stack {
+            let (deepest, size) = (grouped(deepest.into()), grouped(size.into()));
+            writeln!(f, "The whole firmware's stack over a touch: {deepest} of {size} bytes at most")?;
+        }
+        writeln!(f)?;
 
         writeln!(f, "{:<45} {:>9} {:>9}", "bar", "limit", "measured")?;
         for Bar { what, limit, measured, met } in &self.bars {
@@ -147,10 +196,14 @@ mod tests {
         };
         let frame = Phase { name: "all", frames: 1, instructions_mean: 1.0, instructions_worst: 1500 };
         let fits = vec![cell(1, 150_001), cell(4, 350_000)];
-        let report = Report::new(fits, vec![frame], (1, 2), IMAGE_BAR, IMAGE_BAR + 1);
-        assert_eq!(report.bars.iter().map(|bar| bar.met).collect::<Vec<_>>(), [false, true, true, true, false]);
+        let stack = Stack::parse("stack: 1234 of 32768 bytes used at most");
+        let report = Report::new(fits, vec![frame], (1, 2), 301, stack, (IMAGE_BAR, IMAGE_BAR + 1));
+        assert_eq!(report.bars.iter().map(|bar| bar.met).collect::<Vec<_>>(), [false, true, true, false, true, false]);
         let text = report.to_string();
-        assert_eq!(text.matches("NOT MET").count(), 2);
-        assert!(text.contains("150,001 NOT MET") && text.contains("18 of 20 windows"), "{text}");
+        assert_eq!(text.matches("NOT MET").count(), 3);
+        assert!(
+            text.contains("150,001 NOT MET") && text.contains("18 of 20 windows") && text.contains("1,234 of 32,768"),
+            "{text}"
+        );
     }
 }

@@ -68,6 +68,8 @@ struct JsonSettings {
     window_s: f32,
     hop_s: f32,
     harmonics: u8,
+    accuracy: f32,
+    interferer_hz: f32,
     vref_v: f32,
     slide: JsonSlide,
 }
@@ -85,6 +87,8 @@ impl From<&Settings> for JsonSettings {
             window_s: settings.window_s,
             hop_s: settings.hop_s,
             harmonics: settings.harmonics,
+            accuracy: settings.accuracy,
+            interferer_hz: settings.interferer_hz,
             vref_v: settings.vref_v,
             slide: match settings.slide {
                 SlideRule::Found => JsonSlide::Found,

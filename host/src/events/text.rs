@@ -41,8 +41,16 @@ fn hello(e: &Hello) -> String {
             format!("slide by protocol: {delay_s} s after contact, {length_mm} mm at {speed_mm_s} mm/s")
         }
     };
+    let accuracy = match s.accuracy {
+        0.0 => String::new(),
+        accuracy => format!(", told at {} %", 100.0 * accuracy),
+    };
+    let interferer = match s.interferer_hz {
+        0.0 => String::new(),
+        hz => format!(", interferer of {hz} Hz"),
+    };
     format!(
-        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V, {slide}",
+        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}",
         e.protocol, e.frame_rate_hz, s.window_s, s.hop_s, s.harmonics, s.vref_v
     )
 }

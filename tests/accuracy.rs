@@ -1,0 +1,67 @@
+//! Accuracy on request: an estimate as soon as its uncertainty meets what was asked for, and no sooner.
+
+mod support;
+
+use hal_mock::{Sliding, SlidingScene};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Estimate, Status};
+use support::{Outcome, all, outcome, run};
+
+const HOP_S: f64 = 0.05;
+
+fn at(accuracy: f32, snr_db: f64, seed: u64) -> (Outcome, f64) {
+    let scene = SlidingScene::new(Sliding { snr_db: Some(snr_db), seed, ..Sliding::default() }).unwrap();
+    let frequency_hz = scene.truth().frequency_hz;
+    let settings = Settings { accuracy, hop_s: HOP_S as f32, ..Settings::DEFAULT };
+    settings.validate().unwrap();
+    (outcome(&run(scene, settings, all)), frequency_hz)
+}
+
+fn relative_sigma(fit: &Estimate) -> f32 {
+    fit.sigma_hz / fit.frequency_hz
+}
+
+/// What one hop less would have told: sigma goes with the length to the power of -3/2 at the least.
+#[test]
+fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
+    let mut errors = Vec::new();
+    for (accuracy, snr_db) in [(0.01, 10.0), (0.005, 10.0), (0.002, 20.0)] {
+        let mut lengths = Vec::new();
+        for seed in 0..6 {
+            let (out, frequency_hz) = at(accuracy, snr_db, seed);
+            assert!(out.window_fits.len() > 1, "{accuracy}: {out:?}");
+            for fit in &out.window_fits {
+                assert_eq!(fit.status, Status::Good, "{fit:?}");
+                assert!(relative_sigma(fit) <= accuracy, "no sooner than {accuracy}: {fit:?}");
+                let before_s = fit.window_s - HOP_S as f32;
+                // The shortest window may be better than was asked for.
+                if before_s > 0.1 {
+                    let before = relative_sigma(fit) * (fit.window_s / before_s).powi(3);
+                    assert!(before > accuracy, "as soon as {accuracy}: {fit:?}");
+                }
+                errors.push((fit.frequency_hz as f64 - frequency_hz) / fit.sigma_hz as f64);
+                lengths.push(fit.window_s);
+            }
+            // No frame tells two estimates.
+            for pair in out.window_fits.windows(2) {
+                let begins_s = pair[1].t_us as f64 * 1e-6 - pair[1].window_s as f64;
+                assert!(begins_s > pair[0].t_us as f64 * 1e-6 - 0.005, "{pair:?}");
+            }
+        }
+        assert!(lengths.iter().all(|length_s| *length_s < 1.0), "{accuracy}: {lengths:?}");
+    }
+    // Stopping where sigma is small enough must not make it a lie.
+    let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt();
+    assert!(rms < 1.25, "{rms} sigma over {} estimates", errors.len());
+}
+
+#[test]
+fn what_cannot_be_met_is_told_at_the_greatest_length() {
+    let (out, _) = at(1e-5, 10.0, 1);
+    assert!(!out.window_fits.is_empty(), "{out:?}");
+    for fit in &out.window_fits {
+        assert!((fit.window_s - 1.0).abs() < 0.003, "{fit:?}");
+        assert!(relative_sigma(fit) > 1e-5);
+    }
+    assert_eq!(out.slide_fits.len(), 1);
+}
