@@ -28,6 +28,8 @@ fn any_settings_are_refused_or_run() {
             window_s: between(0.1, 3.9),
             hop_s: between(0.02, 0.5),
             harmonics: between(1.0, 5.0) as u8,
+            accuracy: if n % 5 < 3 { 0.0 } else { between(1e-6, 0.1) },
+            interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
             vref_v: between(0.5, 5.5),
             slide: if n % 2 == 0 { SlideRule::Found } else { protocol },
         };
