@@ -137,6 +137,13 @@ impl Means<'_> {
         for (q, quad) in quads.iter().enumerate() {
             let group = ((block.at + (QUAD * q) as u32) / self.by) as usize;
             let (Some(sum), Some(valid)) = (self.values.get_mut(group), self.valid.get_mut(group)) else { return };
+            if self.by == QUAD as u32 && block.whole {
+                for c in 0..TAXELS {
+                    sum[c] = quad[c] * (1.0 / QUAD as f32);
+                }
+                *valid = taxels;
+                continue;
+            }
             // Frames are counted in the mask until all are there.
             let counted = block.valid[QUAD * q..QUAD * (q + 1)].iter().filter(|valid| **valid != 0).count();
             *valid += counted as u16;

@@ -4,6 +4,7 @@
 //! the speed varies, the finger's place on the surface. A frequency is `nu`, cycles per unit of `u`, that
 //! is half the cycles in the stretch. Frames that do not count are left out of every sum.
 
+use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 
 /// Frames read at a time: the time the ring is locked, and the stretch over which the harmonics are taken
@@ -158,20 +159,22 @@ impl<'a> Stretch<'a> {
     /// A block with gaps, at the end of the stretch, or cut by the end of a ring.
     #[inline(never)]
     fn broken_block(&mut self, at: u32, most: usize, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        let (mut some, mut mask, mut shown) = ([*instead; BLOCK], [0; BLOCK], 0);
+        let (mut some, mut mask, mut shown) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK], 0);
         let taxels = self.taxels;
         while shown < most {
             let from = shown;
             let first = self.first.wrapping_add(at).wrapping_add(from as u32);
             self.source.read(first, most - from, &mut |values, valid| {
-                shown = from + values.len().clamp(1, BLOCK);
-                let places = some.iter_mut().zip(&mut mask).skip(from);
-                for ((place, mask), (values, valid)) in places.zip(values.iter().zip(valid)) {
-                    if counts(*valid, taxels) {
-                        (*place, *mask) = (*values, *valid);
-                    }
-                }
+                let count = values.len().min(valid.len()).min(BLOCK - from);
+                shown = from + count.max(1);
+                some[from..from + count].copy_from_slice(&values[..count]);
+                mask[from..from + count].copy_from_slice(&valid[..count]);
             })?;
+        }
+        for (place, mask) in some.iter_mut().zip(&mut mask) {
+            if !counts(*mask, taxels) {
+                (*place, *mask) = (*instead, 0);
+            }
         }
         visit(Block { at, values: &some, valid: &mask, whole: false });
         Some(())
