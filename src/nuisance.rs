@@ -106,7 +106,10 @@ impl Nuisances {
                     let function = core::array::from_fn(|i| columns[i][k]);
                     let sums = products(&part, &function);
                     for c in 0..GROUP {
-                        out.y[k][GROUP * group + c] += sums[c];
+                        // A taxel that takes no part may hold NaN.
+                        if levels.usable & 1 << (GROUP * group + c) != 0 {
+                            out.y[k][GROUP * group + c] += sums[c];
+                        }
                     }
                 }
             }
