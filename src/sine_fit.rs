@@ -170,9 +170,15 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
-    let carried = carried(problem.solution(), power_by_chance(levels));
-    if carried < shape.harmonics && problem.step(Shape { harmonics: carried, ..shape }).is_none() {
-        problem.step(shape);
+    let carried = carried(problem.solution(), levels);
+    if carried < shape.harmonics {
+        let (lean, nu) = (Shape { harmonics: carried, ..shape }, problem.nu);
+        // Where the harmonics left out stood for something else, such as a tone's end, it may be a long way.
+        let found =
+            problem.step(lean).is_some() && (problem.has_arrived() || problem.converge(problem.solution().nu, lean)?);
+        if !found {
+            problem.converge(nu, shape)?;
+        }
     }
     conclude(&mut problem, ambiguous)
 }
@@ -198,7 +204,7 @@ fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
 /// Gain of the latest solution with the harmonics it carries, less what they gain by chance.
 fn height(problem: &mut Problem) -> f32 {
     let shape = problem.solution().shape;
-    let lean = Shape { harmonics: carried(problem.solution(), power_by_chance(problem.levels)), ..shape };
+    let lean = Shape { harmonics: carried(problem.solution(), problem.levels), ..shape };
     let Problem { levels, nuisances, work, .. } = problem;
     let rest = rest(&work.sums, levels, nuisances, &lean).unwrap_or(work.solution.rest);
     let unknowns = lean.unknowns();
@@ -324,8 +330,8 @@ fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
 }
 
 /// Harmonics up to the last that stands out of the noise.
-fn carried(best: &Solution, by_chance: f32) -> usize {
-    let mut harmonics = 1;
+fn carried(best: &Solution, levels: &Levels) -> usize {
+    let (mut harmonics, by_chance) = (1, power_by_chance(levels, best.shape.unknowns()));
     for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
         if *power > by_chance {
             harmonics = h + 1;
