@@ -265,7 +265,10 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
     let chance = gain_by_search(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
     let status = if !(gained > chance) {
         Status::NoTone
-    } else if !(2.0 * best.nu >= CYCLES_MIN) || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu) {
+    } else if !(2.0 * best.nu >= CYCLES_MIN)
+        || best.nu >= stretch.nu_most()
+        || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu)
+    {
         Status::TooShort
     } else if ambiguous {
         Status::Ambiguous

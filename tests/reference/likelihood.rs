@@ -105,16 +105,16 @@ fn take_off(from: &mut [f64], unit: &[f64]) {
     from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
 }
 
-/// Modified Gram-Schmidt, twice. A column that the others span is left out.
+/// Modified Gram-Schmidt, twice. A column, of elements about one, that the others span or that is nothing but
+/// rounding is left out.
 fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {
-        let before = dot(&column, &column);
         for _ in 0..2 {
             basis.iter().for_each(|unit| take_off(&mut column, unit));
         }
         let length = dot(&column, &column);
-        if length > 1e-20 * before {
+        if length > 1e-15 * column.len() as f64 {
             column.iter_mut().for_each(|x| *x /= length.sqrt());
             basis.push(column);
         }
