@@ -29,6 +29,9 @@ const SLOPE: f32 = 4.0;
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Frames of a long window's middle: means of four of them are as many as there can be.
 const MIDDLE_FRAMES: u32 = 256;
+/// What f32 makes a frequency wrong by, as a share of it: its own last digit, and those of the sums, which
+/// noise covers from about 60 dB down.
+const ROUNDING: f32 = 2e-7;
 /// Fewest frames that are worth a fit.
 pub const FRAMES_MIN: u32 = 16;
 
@@ -257,10 +260,15 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         information *= regained(best, &rest, frames).max(1e-3);
     }
     information *= honest(best, levels);
-    let sigma_nu = 1.0 / libm::sqrtf(information);
+    let rounding = ROUNDING * best.nu;
+    let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
 
     let without = Shape { harmonics: 0, ..best.shape };
-    let before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    let mut before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    // Of a baseline that outweighs everything too, or it would seem to leave a tone's worth of rounding.
+    if (0..TAXELS).any(|c| before[c] < DROWNED * levels.yy[c]) {
+        before = residuals_of_baseline(stretch, levels, nuisances, work, without)?;
+    }
     let gained = gain(levels, &before, &rest, best.shape.unknowns());
     let chance = gain_by_search(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
     let status = if !(gained > chance) {
@@ -300,6 +308,22 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         };
     }
     Some(fit)
+}
+
+/// What the baseline alone leaves, sample by sample.
+#[inline(never)]
+fn residuals_of_baseline(
+    stretch: &mut Stretch,
+    levels: &Levels,
+    nuisances: &Nuisances,
+    work: &Work,
+    without: Shape,
+) -> Option<Values> {
+    let mut baseline = Solution::new();
+    if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
+        return Some(levels.about_mean);
+    }
+    residuals(stretch, levels, nuisances, &baseline)
 }
 
 /// What share of the information that a solution believes to have is real. Its weights come from noise that was
