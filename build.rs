@@ -5,11 +5,11 @@
 use std::{env, fs, path::PathBuf};
 
 fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=memory.x");
+    // This file and memory.x are part of the script itself: when they change it is built, and run, anew.
+    println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    if !bare || !(has("FIRMWARE") || has("BENCH")) {
+    if !bare || !(has("FIRMWARE") || has("BENCH") || has("BENCH_RIVALS")) {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
@@ -20,7 +20,7 @@ fn main() {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
     if has("FIRMWARE") {
-        // The log strings' section; the benchmark has no log.
+        // The log strings' section; the benchmarks have no log.
         println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
     }
 }

@@ -15,10 +15,10 @@ const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
 /// settings too.
 const GREETING_HEALTHS: u8 = 10;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
-const TRIM_FRAMES: u32 = 5;
+pub const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4 frames, and for
 /// about 13 until it is dated; 28 frames more, 0.12 s, are left for the fit to read the oldest of them.
-const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
+pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 
 /// Frames that the ring may take in before the fit has read its oldest, 66 ms.
 const READING_FRAMES: u32 = 16;

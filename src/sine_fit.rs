@@ -342,18 +342,19 @@ fn honest(best: &Solution, levels: &Levels) -> f32 {
 }
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth
-/// `rest`: each channel counts by the inverse of its own.
+/// `rest`: each channel counts by the inverse of what was taken for its own.
 fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
-    let (mut refined, mut weights) = (0.0, 0.0);
+    let (mut weights, mut spread) = (0.0, 0.0);
     let (cos, sin) = best.harmonic(0);
     for c in 0..TAXELS {
         if rest[c] > 0.0 {
             let power = cos[c] * cos[c] + sin[c] * sin[c];
-            refined += power / rest[c].max(quantization(frames));
-            weights += power / best.rest[c];
+            let weight = power / best.rest[c];
+            weights += weight;
+            spread += weight * (rest[c].max(quantization(frames)) / best.rest[c]);
         }
     }
-    if weights > 0.0 { refined / weights } else { 1.0 }
+    if spread > 0.0 { weights / spread } else { 1.0 }
 }
 
 /// Harmonics up to the last that stands out of the noise.

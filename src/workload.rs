@@ -1,9 +1,11 @@
-//! The workload of the benchmark: what a PC writes for the image `ridgetone-bench`, and what it gives back.
+//! The workload of the benchmarks: what a PC writes for the images `ridgetone-bench` and `rivals-bench`, and what they
+//! give back.
 //!
 //! The file `workload` is a row of jobs; all numbers are little endian. A job is a [`Job`] of
-//! [`JOB_BYTES`]: kind (0 end, 1 fit, 2 detect, 3 encode, 4 intake), most harmonics, two zeros, and the number
-//! of items behind it as u32. The items of a fit are frames of [`FRAME_BYTES`]: the mask of valid
-//! taxels as u16, then a value for each taxel as f32. Those of a detection are conversions of
+//! [`JOB_BYTES`]: kind (0 end, 1 fit, 2 detect, 3 encode, 4 intake, 5 rival), most harmonics or the rival's
+//! method, the rival's channels, a zero, and the number of items behind it as u32. The items of a fit
+//! and of a rival are frames of [`FRAME_BYTES`]: the mask of valid taxels as u16, then a value for
+//! each taxel as f32. Those of a detection are conversions of
 //! [`CONVERSION_BYTES`]: time in microseconds as u32, then status and code as the chip sends them.
 //! The job `end` comes last.
 //!
@@ -49,32 +51,44 @@ pub enum Job {
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
     Intake,
+    /// Estimate the frequency of a window by one of the methods that the fit is compared with; gives a
+    /// [`Measured::Rival`].
+    Rival {
+        /// The method's number.
+        method: u8,
+        /// The first so many channels count.
+        channels: u8,
+        /// Frames of the window, which follow.
+        frames: u32,
+    },
 }
 
 impl Job {
     /// The job's bytes.
     pub fn encode(&self) -> [u8; JOB_BYTES] {
-        let (kind, harmonics, items) = match *self {
-            Self::End => (0, 0, 0),
-            Self::Fit { harmonics, frames } => (1, harmonics, frames),
-            Self::Detect { conversions } => (2, 0, conversions),
-            Self::Encode => (3, 0, 0),
-            Self::Intake => (4, 0, 0),
+        let (kind, how, channels, items) = match *self {
+            Self::End => (0, 0, 0, 0),
+            Self::Fit { harmonics, frames } => (1, harmonics, 0, frames),
+            Self::Detect { conversions } => (2, 0, 0, conversions),
+            Self::Encode => (3, 0, 0, 0),
+            Self::Intake => (4, 0, 0, 0),
+            Self::Rival { method, channels, frames } => (5, method, channels, frames),
         };
         let [a, b, c, d] = items.to_le_bytes();
-        [kind, harmonics, 0, 0, a, b, c, d]
+        [kind, how, channels, 0, a, b, c, d]
     }
 
     /// Reads a job back; none if its kind is unknown.
     pub fn decode(bytes: &[u8; JOB_BYTES]) -> Option<Self> {
-        let [kind, harmonics, _, _, a, b, c, d] = *bytes;
+        let [kind, how, channels, _, a, b, c, d] = *bytes;
         let items = u32::from_le_bytes([a, b, c, d]);
         match kind {
             0 => Some(Self::End),
-            1 => Some(Self::Fit { harmonics, frames: items }),
+            1 => Some(Self::Fit { harmonics: how, frames: items }),
             2 => Some(Self::Detect { conversions: items }),
             3 => Some(Self::Encode),
             4 => Some(Self::Intake),
+            5 => Some(Self::Rival { method: how, channels, frames: items }),
             _ => None,
         }
     }
@@ -212,6 +226,13 @@ pub enum Measured {
         /// Instructions, at most.
         instructions: u32,
     },
+    /// One estimate of a rival.
+    Rival {
+        /// Instructions.
+        instructions: u32,
+        /// Bits of the frequency in cycles per frame, if it found one.
+        frequency_bits: Option<u32>,
+    },
 }
 
 impl fmt::Display for Measured {
@@ -224,6 +245,8 @@ impl fmt::Display for Measured {
             Self::Frame { instructions, windows } => write!(f, "frame {instructions} {windows}"),
             Self::Message { instructions, wire } => write!(f, "message {instructions} {} {:08x}", wire.bytes, wire.sum),
             Self::Intake { instructions } => write!(f, "intake {instructions}"),
+            Self::Rival { instructions, frequency_bits: Some(bits) } => write!(f, "rival {instructions} {bits:08x}"),
+            Self::Rival { instructions, frequency_bits: None } => write!(f, "nothing {instructions}"),
         }
     }
 }
@@ -249,6 +272,8 @@ impl Measured {
             "frame" => Self::Frame { instructions, windows: number(10)? },
             "intake" => Self::Intake { instructions },
             "message" => Self::Message { instructions, wire: Wire { bytes: number(10)?, sum: number(16)? } },
+            "rival" => Self::Rival { instructions, frequency_bits: Some(number(16)?) },
+            "nothing" => Self::Rival { instructions, frequency_bits: None },
             _ => return None,
         };
         words.next().is_none().then_some(measured)
@@ -264,7 +289,8 @@ mod tests {
     #[test]
     fn jobs_frames_and_conversions_come_back() {
         let fit = Job::Fit { harmonics: 4, frames: 70_000 };
-        for job in [Job::End, fit, Job::Detect { conversions: 21 }, Job::Encode, Job::Intake] {
+        let rival = Job::Rival { method: 6, channels: 16, frames: 241 };
+        for job in [Job::End, fit, Job::Detect { conversions: 21 }, Job::Encode, Job::Intake, rival] {
             assert_eq!(Job::decode(&job.encode()), Some(job));
         }
         assert_eq!(Job::decode(&[9, 0, 0, 0, 0, 0, 0, 0]), None);
@@ -284,6 +310,8 @@ mod tests {
             Measured::Frame { instructions: 7, windows: most },
             Measured::Message { instructions: most, wire: Wire { bytes: most, sum: 0xabc } },
             Measured::Intake { instructions: most },
+            Measured::Rival { instructions: most, frequency_bits: Some(1) },
+            Measured::Rival { instructions: most, frequency_bits: None },
         ] {
             let line = measured.to_string();
             assert!(line.len() < LINE_MAX, "{line}");

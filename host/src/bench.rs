@@ -1,17 +1,20 @@
 //! `bench`: what the firmware's steps cost, counted on the emulated Cortex-M4F.
 //!
-//! The image `ridgetone-bench` does the jobs that are written for it ([`ridgetone::workload`]); what it finds must be
-//! what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the image and runs this.
+//! The images `ridgetone-bench` and `rivals-bench` do the jobs that are written for them ([`ridgetone::workload`]); what
+//! they find must be what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the images and
+//! runs this.
 
 mod emulated;
 mod fits;
 mod frames;
 mod report;
+mod rivals;
 
 pub use emulated::Jobs;
-pub use fits::Cell;
+pub use fits::{CHANNELS, Cell, HARMONICS, PASS_INSTRUCTIONS, SNR_DB, WINDOWS_S, is_measured};
 pub use frames::Phase;
-pub use report::{Bar, Report, Stack};
+pub use report::{Bar, Report, Stack, grouped};
+pub use rivals::{CARRIED as RIVALS_CARRIED, RivalCell};
 
 use crate::demo;
 use crate::emulator::Options;
@@ -24,29 +27,44 @@ use std::path::{Path, PathBuf};
 /// `bench`
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// The image of the benchmark.
+    /// The image of the benchmark; without one nothing is counted.
+    #[arg(long, value_name = "FILE.elf", requires_all = ["rivals_elf", "flash_bytes", "ram_bytes"])]
+    pub elf: Option<PathBuf>,
+    /// The image of the rivals' benchmark.
     #[arg(long, value_name = "FILE.elf")]
-    pub elf: PathBuf,
+    pub rivals_elf: Option<PathBuf>,
     /// The emulated board's firmware, to measure its stack over a touch.
-    #[arg(long, value_name = "FILE.elf")]
+    #[arg(long, value_name = "FILE.elf", requires = "elf")]
     pub firmware: Option<PathBuf>,
     /// Flash that the board's image takes, bytes.
     #[arg(long)]
-    pub flash_bytes: u64,
+    pub flash_bytes: Option<u64>,
     /// RAM that its statics take, bytes.
     #[arg(long)]
-    pub ram_bytes: u64,
+    pub ram_bytes: Option<u64>,
+    /// Only what is counted on the emulated chip.
+    #[arg(long, requires = "elf")]
+    pub chip: bool,
+    /// Fewer windows, for a look.
+    #[arg(long, conflicts_with = "chip")]
+    pub quick: bool,
+    /// Write trade.md, its picture and its data into a folder.
+    #[arg(long, value_name = "FOLDER", requires = "elf", conflicts_with_all = ["chip", "quick"])]
+    pub write: Option<PathBuf>,
+    /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
+    #[arg(long, value_name = "FOLDER", exclusive = true)]
+    pub render: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
 }
 
-/// Runs the benchmark, and the default scene through the emulated board's `firmware` if there is one. `flash_bytes` and
-/// `ram_bytes` are those of the board's image.
+/// Runs the benchmark and the rivals', and the default scene through the emulated board's `firmware` if there is one.
+/// `flash_bytes` and `ram_bytes` are those of the board's image.
 ///
 /// # Errors
-/// The emulator or the image fails; the chip and this PC do not find the same.
-pub fn run(elf: &Path, firmware: Option<&Path>, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
+/// The emulator or an image fails; the chip and this PC do not find the same.
+pub fn run(elf: &Path, rivals_elf: &Path, firmware: Option<&Path>, flash_bytes: u64, ram_bytes: u64) -> Result<Report> {
     let fits = fits::Fits::new()?;
     let frames = frames::Frames::new()?;
     let mut jobs = Jobs::default();
@@ -67,8 +85,17 @@ pub fn run(elf: &Path, firmware: Option<&Path>, flash_bytes: u64, ram_bytes: u64
         bail!("the benchmark told of {next:?} where a conversion was due");
     };
     ensure!(measured.next().is_none(), "the benchmark told more than it was asked");
+
+    let rivals = rivals::Rivals::new()?;
+    let mut jobs = Jobs::default();
+    rivals.write(&mut jobs);
+    let mut measured = jobs.run(rivals_elf)?.into_iter();
+    let rival_cells = rivals.read(&mut measured)?;
+    ensure!(measured.next().is_none(), "the rivals' benchmark told more than it was asked");
+
     let stack = firmware.map(stack).transpose()?;
-    Ok(Report::new(cells, phases, (encode_instructions, wire.bytes), intake, stack, (flash_bytes, ram_bytes)))
+    let encode = (encode_instructions, wire.bytes);
+    Ok(Report::new(cells, rival_cells, phases, encode, intake, stack, (flash_bytes, ram_bytes)))
 }
 
 /// The most stack that the firmware has in use over the default scene, by its own measure.

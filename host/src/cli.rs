@@ -32,7 +32,8 @@ pub enum Command {
     Emulate(EmulateArgs),
     /// The default scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
-    /// Count the instructions of the firmware's steps. `cargo xtask bench` builds what it needs.
+    /// Count the instructions of the firmware's steps and measure their accuracy. `cargo xtask bench` builds what it
+    /// needs.
     #[command(hide = true)]
     Bench(BenchArgs),
     /// Write a scene as a CSV trace and tell the truth about it.

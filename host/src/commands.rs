@@ -1,11 +1,12 @@
 //! The commands: arguments in, output out.
 
-use crate::bench::BenchArgs;
+use crate::bench::{BenchArgs, Report};
 use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::table_fit::{self, Selection};
+use crate::trade::{Effort, Trade};
 use crate::{bench, demo, emulator, events, fit_report, picture, replay};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
@@ -113,9 +114,33 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
     output::line(demo.summary.to_string().trim_end())
 }
 
+/// What was counted on the chip, and the trade.
+#[derive(Serialize)]
+struct BenchJson<'a> {
+    #[serde(flatten)]
+    chip: Option<&'a Report>,
+    trade: Option<&'a Trade>,
+}
+
 fn run_bench(args: &BenchArgs) -> Result<()> {
-    let report = bench::run(&args.elf, args.firmware.as_deref(), args.flash_bytes, args.ram_bytes)?;
-    output::line(if args.json { serde_json::to_string(&report)? } else { report.to_string() }.trim_end())
+    if let Some(folder) = &args.render {
+        return Trade::render(folder);
+    }
+    let images = args.elf.as_ref().zip(args.rivals_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
+    let firmware = args.firmware.as_deref();
+    let chip = images.map(|((elf, rivals), (flash, ram))| bench::run(elf, rivals, firmware, flash, ram)).transpose()?;
+    if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
+        output::line(chip.to_string().trim_end())?;
+    }
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let trade = (!args.chip).then(|| Trade::measure(effort, chip.as_ref())).transpose()?;
+    if let (Some(folder), Some(trade)) = (&args.write, &trade) {
+        trade.write(folder)?;
+    }
+    if args.json {
+        return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
+    }
+    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade.to_string().trim_end())))
 }
 
 #[derive(Serialize)]

@@ -9,6 +9,7 @@
 //! | packets as text and as JSON | [`events`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
+//! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
@@ -27,6 +28,8 @@ mod names;
 pub mod output;
 pub mod picture;
 pub mod replay;
+pub mod setting;
 pub mod simulated;
 mod svg;
 pub mod table_fit;
+pub mod trade;

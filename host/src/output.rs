@@ -1,6 +1,7 @@
 //! Where results go: standard output line by line, files whole or not at all, progress beside them.
 
 use anyhow::{Context, Result};
+use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -64,11 +65,20 @@ impl Default for Progress {
 impl Progress {
     /// So much is done, in seconds of the input.
     pub fn tell(&mut self, done_s: f64, total_s: f64) {
+        self.say(format_args!("{done_s:.1} of {total_s:.1} s"));
+    }
+
+    /// So many of something are done.
+    pub fn tell_count(&mut self, what: &str, done: usize, total: usize) {
+        self.say(format_args!("{what}: {done} of {total}"));
+    }
+
+    fn say(&mut self, how_far: Arguments<'_>) {
         if self.told.elapsed() < EVERY {
             return;
         }
         self.told = Instant::now();
-        let text = format!("ridgetone: {done_s:.1} of {total_s:.1} s");
+        let text = format!("ridgetone: {how_far}");
         if self.terminal {
             eprint!("\r{text} ");
             self.shown = true;

@@ -1,10 +1,12 @@
 //! A window of a slide as the fit gets it, and what is true of it.
 
-use crate::bound::{self, Channel, Harmonic};
+use crate::bound::{self, Channel, Clue, Harmonic};
 use crate::input::{REFERENCE_V, frame_rate_hz};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
+use ridgetone::detector::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 use ridgetone::settings::TAXELS;
+use ridgetone::sine_fit::FRAMES_MIN;
 use ridgetone::window::Values;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -16,6 +18,9 @@ const ROUNDING_CODES: f64 = 0.288_675;
 
 /// From the start of the slide to the earliest window, seconds.
 const AFTER_START_S: f64 = 0.1;
+
+/// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
+const AFTER_CONTACT_S: f64 = 1.0;
 
 /// A window.
 #[derive(Clone, Debug)]
@@ -36,15 +41,44 @@ impl Simulated {
     /// # Errors
     /// A parameter of the scene; a slide too short for the window.
     pub fn new(parameters: &Sliding, window_s: f64) -> Result<Self> {
-        let mut scene = SlidingScene::new(parameters.clone())?;
-        let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
-        let frames = (window_s * rate_hz).round() as usize;
-        // The golden ratio spreads the windows of many seeds evenly over a cycle.
-        let shift = (0.618_033_988_75 * parameters.seed as f64).fract();
-        let from_s = truth.slide_start_s + AFTER_START_S + shift / truth.frequency_hz;
+        let scene = SlidingScene::new(parameters.clone())?;
+        let truth = scene.truth();
+        let from_s = truth.slide_start_s + AFTER_START_S + spread(parameters.seed) / truth.frequency_hz;
         let slide_s = truth.slide_end_s - truth.slide_start_s;
         ensure!(from_s + window_s <= truth.slide_end_s, "a window of {window_s} s in a slide of {slide_s} s");
+        Ok(Self::at(scene, from_s, (window_s * frame_rate_hz()).round() as usize))
+    }
 
+    /// The whole slide of a scene as the detector cuts it out, its ends trimmed. The seed moves it within a frame.
+    ///
+    /// # Errors
+    /// A parameter of the scene; a slide too short for a fit, or too long for the detector.
+    pub fn whole_slide(parameters: &Sliding) -> Result<Self> {
+        let scene = SlidingScene::new(parameters.clone())?;
+        let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
+        let slide = ((truth.slide_end_s - truth.slide_start_s) * rate_hz) as u32;
+        let frames = slide.saturating_sub(2 * TRIM_FRAMES);
+        ensure!((FRAMES_MIN..=WINDOW_FRAMES_MAX).contains(&frames), "a slide of {slide} frames");
+        let from_s = truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
+        Ok(Self::at(scene, from_s, frames as usize))
+    }
+
+    /// A window of `window_s` seconds of a scene's noise, from the hold before its slide.
+    ///
+    /// # Errors
+    /// A parameter of the scene; a hold too short for the window.
+    pub fn noise(parameters: &Sliding, window_s: f64) -> Result<Self> {
+        let scene = SlidingScene::new(parameters.clone())?;
+        let (truth, from_s) = (scene.truth(), scene.truth().contact_s + AFTER_CONTACT_S);
+        ensure!(from_s + window_s <= truth.slide_start_s, "a window of {window_s} s in a hold");
+        let mut window = Self::at(scene, from_s, (window_s * frame_rate_hz()).round() as usize);
+        window.channels.iter_mut().for_each(|channel| channel.harmonics.clear());
+        Ok(window)
+    }
+
+    /// So many frames from a time on.
+    fn at(mut scene: SlidingScene, from_s: f64, frames: usize) -> Self {
+        let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
         let zeros_v = scene.channels().map(|channel| channel.offset_v);
         let mut frame = |number: usize| {
             let t_s = from_s + number as f64 / rate_hz;
@@ -64,7 +98,12 @@ impl Simulated {
                 });
             Channel { sigma, harmonics: harmonics.collect() }
         });
-        Ok(Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() })
+        Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }
+    }
+
+    /// Length in seconds.
+    pub fn window_s(&self) -> f64 {
+        self.values.len() as f64 / self.frame_rate_hz
     }
 
     /// The bound for all of its channels, hertz, with or without an unknown slope in each.
@@ -72,8 +111,25 @@ impl Simulated {
     /// # Errors
     /// Those of [`bound::sigma_hz`].
     pub fn bound_hz(&self, slope: bool) -> Result<f64> {
+        Ok(Clue::sum(&self.clues(slope, usize::MAX)?).sigma_hz())
+    }
+
+    /// What each channel tells about the frequency, of which only so many harmonics are there and unknown; with or
+    /// without an unknown slope.
+    ///
+    /// # Errors
+    /// Those of [`bound::sigma_hz`].
+    pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
         let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };
-        bound::sigma_hz(&window, self.frequency_hz, &self.channels)
+        let mut channels = self.channels.clone();
+        channels.iter_mut().for_each(|channel| channel.harmonics.truncate(harmonics));
+        let value = |channel: usize, frame: usize| f64::from(self.values[frame][channel]);
+        bound::clues(&window, self.frequency_hz, &channels, &value)
     }
+}
+
+/// A number from 0 to 1 for each seed, evenly spread over many of them: multiples of the golden ratio.
+fn spread(seed: u64) -> f64 {
+    (0.618_033_988_75 * seed as f64).fract()
 }

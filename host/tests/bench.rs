@@ -7,12 +7,16 @@ use std::path::PathBuf;
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn two_runs_count_the_same() {
-    let elf = std::env::var_os("RIDGETONE_BENCH_ELF").map(PathBuf::from).expect("RIDGETONE_BENCH_ELF names the image");
+    let [elf, rivals] = ["RIDGETONE_BENCH_ELF", "RIDGETONE_RIVALS_ELF"]
+        .map(|name| std::env::var_os(name).map(PathBuf::from).unwrap_or_else(|| panic!("{name} names an image")));
     // Each run finds bit for bit what this PC finds, or it is an error.
-    let [first, second] = [(); 2].map(|()| bench::run(&elf, None, 1, 2).expect("a run"));
+    let [first, second] = [(); 2].map(|()| bench::run(&elf, &rivals, None, 1, 2).expect("a run"));
     assert_eq!(first, second);
     // They did run: a pass over 16 x 241 samples alone is more than this.
     let whole = first.fits.iter().find(|cell| (cell.channels, cell.frames) == (16, 241)).expect("the usual window");
     assert!(whole.instructions_worst > 14_300 && whole.instructions_mean <= f64::from(whole.instructions_worst));
     assert_eq!(first.bars.len(), 6);
+    // Two channels by every method, sixteen by all but two of them, in five lengths of windows of two
+    // kinds of scenes.
+    assert_eq!(first.rivals.len(), 5 * 2 * (7 + 5));
 }

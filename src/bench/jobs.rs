@@ -1,9 +1,8 @@
 //! The jobs, one after the other.
 
+use crate::files::Files;
 use crate::intake;
-use crate::machine::semihost::{self, Exit, File};
 use crate::machine::{Counter, stack};
-use core::fmt::Write;
 use heapless::Vec;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::moments::HARMONICS_MAX;
@@ -14,8 +13,7 @@ use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::{Event, Packet, WIRE_MAX};
 use ridgetone::window::Ring;
 use ridgetone::workload::{
-    CONVERSION_BYTES, FRAME_BYTES, JOB_BYTES, Job, LINE_MAX, Measured, Outcome, Wire, decode_conversion, decode_frame,
-    longest_packet,
+    CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
 };
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
@@ -28,31 +26,19 @@ fn main() -> ! {
     static mut FITTER: Fitter = Fitter::new(1);
     static mut DETECTOR: Detector = Detector::new(Settings::DEFAULT);
 
-    let (Some(workload), Some(results)) = (File::read_from(c"workload"), File::write_to(c"results")) else {
-        semihost::say(format_args!("cannot open workload and results"));
-        semihost::exit(Exit::Bridge)
-    };
-    let mut bench = Bench { workload, results, counter: Counter::start(), ring: RING };
-    match bench.all(FITTER, DETECTOR) {
-        Some(()) => semihost::exit(Exit::Done),
-        None => {
-            semihost::say(format_args!("the workload ends early or makes no sense, or results cannot be written"));
-            semihost::exit(Exit::Bridge)
-        }
-    }
+    Files::run(|files| Bench { files, counter: Counter::start(), ring: RING }.all(FITTER, DETECTOR))
 }
 
-struct Bench {
-    workload: File,
-    results: File,
+struct Bench<'a> {
+    files: &'a Files,
     counter: Counter,
     ring: &'static mut Ring,
 }
 
-impl Bench {
+impl Bench<'_> {
     fn all(&mut self, fitter: &mut Fitter, detector: &mut Detector) -> Option<()> {
         loop {
-            match Job::decode(&self.read::<JOB_BYTES>()?)? {
+            match Job::decode(&self.files.read::<JOB_BYTES>()?)? {
                 Job::End => return Some(()),
                 Job::Fit { harmonics, frames } => {
                     renew(fitter, harmonics);
@@ -63,20 +49,14 @@ impl Bench {
                     self.detect(detector, conversions)?;
                 }
                 Job::Encode => self.encode(&longest_packet())?,
-                Job::Intake => self.tell(Measured::Intake { instructions: intake::measure(&self.counter)? })?,
+                Job::Intake => {
+                    let instructions = intake::measure(&self.counter)?;
+                    self.files.tell(Measured::Intake { instructions })?;
+                }
+                // The rivals have an image of their own.
+                Job::Rival { .. } => return None,
             }
         }
-    }
-
-    fn read<const N: usize>(&self) -> Option<[u8; N]> {
-        let mut bytes = [0; N];
-        self.workload.read_exact(&mut bytes).then_some(bytes)
-    }
-
-    fn tell(&self, measured: Measured) -> Option<()> {
-        let mut line = heapless::String::<LINE_MAX>::new();
-        writeln!(line, "{measured}").ok()?;
-        self.results.write_all(line.as_bytes()).then_some(())
     }
 
     fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
@@ -85,13 +65,13 @@ impl Bench {
         }
         self.ring.restart(0);
         for _ in 0..frames {
-            let (values, valid) = decode_frame(&self.read::<FRAME_BYTES>()?);
+            let (values, valid) = self.files.frame()?;
             self.ring.push(&values, valid, 0);
         }
         let from = stack::paint();
         let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
         let stack_bytes = stack::deepest(from);
-        self.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
+        self.files.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
     }
 
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
@@ -99,7 +79,7 @@ impl Bench {
         for _ in 0..conversions / SLOTS {
             let mut scan = Vec::<TimedConversion, { SLOTS as usize }>::new();
             for _ in 0..SLOTS {
-                scan.push(decode_conversion(&self.read::<CONVERSION_BYTES>()?)).ok()?;
+                scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
             }
             let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
@@ -117,7 +97,7 @@ impl Bench {
                 self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
             }
-            self.tell(Measured::Frame { instructions, windows })?;
+            self.files.tell(Measured::Frame { instructions, windows })?;
         }
         Some(())
     }
@@ -125,7 +105,7 @@ impl Bench {
     fn encode(&mut self, packet: &Packet) -> Option<()> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
-        self.tell(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
+        self.files.tell(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
     }
 }
 

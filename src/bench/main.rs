@@ -8,6 +8,8 @@
 #![cfg_attr(target_os = "none", no_main)]
 
 #[cfg(target_os = "none")]
+mod files;
+#[cfg(target_os = "none")]
 mod intake;
 #[cfg(target_os = "none")]
 mod jobs;

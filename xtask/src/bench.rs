@@ -1,23 +1,44 @@
-//! `bench`: what the firmware costs, in instructions and in memory.
+//! `bench`: what the firmware costs, in instructions and in memory, and what it brings.
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{self, clean, tell};
+use crate::tools::{self, clean, root, tell};
 use anyhow::Result;
 
-/// Builds the benchmark and the images of both boards, counts in the emulator, and prints the table or its JSON.
-pub fn run(json: bool) -> Result<()> {
+/// What to measure and where it goes.
+#[derive(clap::Args)]
+pub struct BenchArguments {
+    /// Only what is counted on the emulated chip: seconds instead of minutes.
+    #[arg(long)]
+    chip: bool,
+    /// Accuracy over fewer windows, for a look.
+    #[arg(long, conflicts_with = "chip")]
+    quick: bool,
+    /// Write docs/trade.md, its picture and its data from this run.
+    #[arg(long, conflicts_with_all = ["chip", "quick"])]
+    write: bool,
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Builds the benchmarks and the images of both boards, counts in the emulator, measures accuracy here, and prints tables or
+/// their JSON.
+pub fn run(arguments: &BenchArguments) -> Result<()> {
     setup::qemu()?;
     let (_, sizes) = images::build(Board::FeatherF405.image())?;
     let (elf, _) = images::build(images::BENCH)?;
+    let (rivals, _) = images::build(images::RIVALS)?;
     let (firmware, _) = images::build(Board::Emulated.image())?;
     tell("counting, on the command `ridgetone` built from this tree");
     let mut bench = clean("cargo");
     bench.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "bench"]);
-    bench.arg("--elf").arg(elf).arg("--firmware").arg(firmware);
+    bench.arg("--elf").arg(elf).arg("--rivals-elf").arg(rivals).arg("--firmware").arg(firmware);
     bench.args(["--flash-bytes", &sizes.flash.to_string(), "--ram-bytes", &sizes.ram.to_string()]);
-    if json {
-        bench.arg("--json");
+    let flags = [("--chip", arguments.chip), ("--quick", arguments.quick), ("--json", arguments.json)];
+    bench.args(flags.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag));
+    if arguments.write {
+        bench.arg("--write").arg(root().join("docs"));
     }
     tools::run(&mut bench)
 }

@@ -11,16 +11,21 @@ use std::path::{Path, PathBuf};
 /// An image there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Image {
-    /// Its feature in `Cargo.toml`, and its folder.
+    /// Its package.
+    package: &'static str,
+    /// Its feature in the package's `Cargo.toml`, and its folder.
     name: &'static str,
-    /// Its binary in `Cargo.toml`.
+    /// Its binary in the package's `Cargo.toml`.
     binary: &'static str,
     /// Interrupts that it is about.
     interrupts: &'static [Interrupt],
 }
 
 /// The benchmark in the emulator.
-pub const BENCH: Image = Image { name: "bench", binary: "ridgetone-bench", interrupts: &[] };
+pub const BENCH: Image = Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", interrupts: &[] };
+
+/// The benchmark of the methods that the fit is compared with.
+pub const RIVALS: Image = Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", interrupts: &[] };
 
 /// The chip's name at probe-rs.
 const CHIP: &str = "STM32F405RGTx";
@@ -45,18 +50,18 @@ impl Board {
             Self::Emulated => "emulated",
         };
         // DRDY's interrupt is what the firmware is about.
-        Image { name, binary: "ridgetone-firmware", interrupts: &[inspect::DRDY] }
+        Image { package: "ridgetone", name, binary: "ridgetone-firmware", interrupts: &[inspect::DRDY] }
     }
 }
 
 /// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and its
 /// sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
-    let Image { name, binary, interrupts } = image;
+    let Image { package, name, binary, interrupts } = image;
     let toolchain = Toolchain::find_or_install()?;
     tell(format_args!("building the image {name}, which may take a minute the first time"));
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", binary, "--features", name]);
+    cargo.args(["--quiet", "--release", "--package", package, "--bin", binary, "--features", name]);
     run(&mut cargo).with_context(|| format!("the image {name} does not build"))?;
 
     let built = target_dir().join(TARGET).join("release").join(binary);
@@ -85,15 +90,15 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware for every board, and the benchmark. Debian's packages have no clippy: with them the compiler's own
+/// Lints the firmware for every board, and the benchmarks. Debian's packages have no clippy: with them the compiler's own
 /// warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for Image { name, binary, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH]) {
+    for Image { package, name, binary, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS]) {
         tell(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });
-        cargo.args(["--quiet", "--release", "--package", "ridgetone", "--bin", binary, "--features", name]);
+        cargo.args(["--quiet", "--release", "--package", package, "--bin", binary, "--features", name]);
         if clippy {
             cargo.args(["--", "-D", "warnings"]);
         } else {

@@ -32,12 +32,9 @@ enum Task {
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
     },
-    /// Counts the instructions of the firmware's steps on the emulated chip, beside the bars they have to meet.
-    Bench {
-        /// Print one JSON object.
-        #[arg(long)]
-        json: bool,
-    },
+    /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
+    /// methods', with the bars they have to meet.
+    Bench(bench::BenchArguments),
     /// Runs every test, those of the emulated firmware included.
     Test,
     /// Finds or installs what the firmware needs: the core library for Cortex-M, the emulator.
@@ -48,7 +45,7 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Lints the firmware for both boards and the benchmark, warnings denied.
+    /// Lints the firmware for both boards and the benchmarks, warnings denied.
     LintFirmware,
     /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
     Flash,
@@ -57,7 +54,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg } => demo::run(&svg),
-        Task::Bench { json } => bench::run(json),
+        Task::Bench(arguments) => bench::run(&arguments),
         Task::Test => test::run(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),

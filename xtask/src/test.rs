@@ -10,6 +10,7 @@ pub fn run() -> Result<()> {
     setup::qemu()?;
     images::build(Board::Emulated.image())?;
     let (bench, _) = images::build(images::BENCH)?;
+    let (rivals, _) = images::build(images::RIVALS)?;
     tell("tests that need no emulator");
     tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
     tell("tests of the emulated firmware, which take a few minutes");
@@ -19,5 +20,6 @@ pub fn run() -> Result<()> {
     tell("the test of the benchmark");
     let mut counted = clean("cargo");
     counted.args(["test", "--package", "ridgetone-host", "--test", "bench", "--", "--ignored"]);
-    tools::run(counted.env("RIDGETONE_BENCH_ELF", bench)).context("the test of the benchmark")
+    tools::run(counted.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_RIVALS_ELF", rivals))
+        .context("the test of the benchmark")
 }

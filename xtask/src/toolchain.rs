@@ -78,7 +78,7 @@ impl Toolchain {
                     // Lets a stable compiler take the -Z below.
                     .env("RUSTC_BOOTSTRAP", "1")
                     .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
-                    .args([subcommand, "--target", TARGET, "-Z", "build-std=core"])
+                    .args([subcommand, "--target", TARGET, "-Z", "build-std=core,alloc"])
                     .args(["-Z", "build-std-features=compiler-builtins-mem"]);
                 command
             }

@@ -30,6 +30,16 @@ impl Jobs {
     /// A fit of frames that all have valid values of the same taxels, bit k for taxel k.
     pub fn add_fit(&mut self, harmonics: u8, values: &[Values], valid: u16) {
         self.add(Job::Fit { harmonics, frames: values.len() as u32 });
+        self.add_frames(values, valid);
+    }
+
+    /// An estimate by the rival of that number from the first so many channels.
+    pub fn add_rival(&mut self, method: u8, channels: u8, values: &[Values]) {
+        self.add(Job::Rival { method, channels, frames: values.len() as u32 });
+        self.add_frames(values, u16::MAX);
+    }
+
+    fn add_frames(&mut self, values: &[Values], valid: u16) {
         for frame in values {
             self.0.extend(encode_frame(frame, valid));
         }

@@ -1,9 +1,10 @@
 //! What a fit costs, by window, channels and harmonics.
 
 use super::Jobs;
+use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
 use anyhow::{Result, bail, ensure};
-use hal_mock::{Sliding, TABLE_2};
+use ridgetone::settings::TAXELS;
 use ridgetone::sine_fit::Fitter;
 use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;
@@ -12,15 +13,21 @@ use ridgetone::workload::{Measured, Outcome};
 use serde::Serialize;
 
 /// Lengths of windows, seconds: from the shortest of the bars to the longest that can be set.
-const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
+pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
 /// Numbers of channels.
-const CHANNELS: [u8; 4] = [1, 2, 4, 16];
-/// Most harmonics, the fundamental included; the scene carries as many.
-const HARMONICS: [u8; 4] = [1, 2, 3, 4];
+pub const CHANNELS: [u8; 4] = [1, 2, 4, 16];
+/// Harmonics of a scene, and most of a fit, the fundamental included.
+pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
 /// Noise, decibels below the tone.
-const SNR_DB: f64 = 20.0;
-/// Fewest cycles in a window.
-const CYCLES_MIN: f64 = 1.0;
+pub const SNR_DB: f64 = 20.0;
+
+/// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as there are, with any
+/// number of channels; what fewer do to a scene like a grating's, and what the default does to a pure tone, with all.
+pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
+    let [fewest, .., most] = HARMONICS;
+    let all = usize::from(channels) == TAXELS;
+    carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
+}
 
 /// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit that costs are told in (DESIGN.md,
 /// measured on the same emulator).
@@ -35,8 +42,10 @@ pub struct Cell {
     pub frames: usize,
     /// Channels with valid values.
     pub channels: u8,
-    /// Most harmonics, and those the scene carries, the fundamental included.
+    /// Most harmonics, the fundamental included.
     pub harmonics: u8,
+    /// Harmonics that the scene carries.
+    pub carried: u8,
     /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
     /// Those in which the tone was found.
@@ -56,6 +65,7 @@ struct Kind {
     window_s: f64,
     channels: u8,
     harmonics: u8,
+    carried: u8,
     windows: Vec<Simulated>,
 }
 
@@ -76,7 +86,10 @@ impl Fits {
         for window_s in WINDOWS_S {
             for channels in CHANNELS {
                 for harmonics in HARMONICS {
-                    kinds.push(Kind { window_s, channels, harmonics, windows: windows(window_s, harmonics)? });
+                    for carried in HARMONICS.into_iter().filter(|carried| is_measured(*carried, harmonics, channels)) {
+                        let windows = windows(window_s, carried)?;
+                        kinds.push(Kind { window_s, channels, harmonics, carried, windows });
+                    }
                 }
             }
         }
@@ -103,7 +116,7 @@ impl Fits {
 
 impl Kind {
     fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
-        let Self { window_s, channels, harmonics, ref windows } = *self;
+        let Self { window_s, channels, harmonics, carried, ref windows } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
         let mut fitter = Box::new(Fitter::new(harmonics));
         for window in windows {
@@ -131,6 +144,7 @@ impl Kind {
             frames: windows.first().map_or(0, |window| window.values.len()),
             channels,
             harmonics,
+            carried,
             windows: windows.len() as u32,
             good,
             instructions_mean: sum / windows.len() as f64,
@@ -142,18 +156,7 @@ impl Kind {
 }
 
 /// One window for each line of Table 2 that has a cycle in it.
-fn windows(window_s: f64, harmonics: u8) -> Result<Vec<Simulated>> {
-    let mut overtones = Sliding::default().overtones;
-    overtones.iter_mut().skip(usize::from(harmonics) - 1).for_each(|relative| *relative = 0.0);
-    let mut windows = Vec::new();
-    for ((speed_mm_s, period_mm), seed) in TABLE_2.into_iter().zip(1..) {
-        if speed_mm_s / period_mm * window_s >= CYCLES_MIN {
-            // Long enough for the window, whatever the speed.
-            let slide_mm = speed_mm_s * (window_s + 1.0);
-            let snr_db = Some(SNR_DB);
-            let scene = Sliding { speed_mm_s, period_mm, slide_mm, snr_db, overtones, seed, ..Sliding::default() };
-            windows.push(Simulated::new(&scene, window_s)?);
-        }
-    }
-    Ok(windows)
+pub(super) fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
+    let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
+    settings.zip(1..).map(|(setting, seed)| setting.window(seed)).collect()
 }

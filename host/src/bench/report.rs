@@ -1,6 +1,6 @@
 //! The benchmark's table: for people and as JSON, with the bars beside it.
 
-use super::{Cell, Phase};
+use super::{Cell, Phase, RivalCell, rivals};
 use serde::Serialize;
 use std::fmt;
 
@@ -38,6 +38,8 @@ impl Bar {
 pub struct Report {
     /// Fits.
     pub fits: Vec<Cell>,
+    /// What one would otherwise pick, on the windows of the fits of one harmonic.
+    pub rivals: Vec<RivalCell>,
     /// Frames.
     pub frames: Vec<Phase>,
     /// Instructions to encode the longest packet.
@@ -76,10 +78,11 @@ impl Stack {
 }
 
 impl Report {
-    /// Puts it together. `encode` is instructions and bytes of the longest packet, `intake` instructions of a
-    /// conversion, `image` flash and RAM of the Feather's image, bytes.
+    /// Puts it together. `encode` is instructions and bytes of the longest packet, `intake_instructions` those of a
+    /// conversion, the last flash and RAM of the Feather's image, bytes.
     pub fn new(
         fits: Vec<Cell>,
+        rivals: Vec<RivalCell>,
         frames: Vec<Phase>,
         encode: (u32, u32),
         intake_instructions: u32,
@@ -88,7 +91,9 @@ impl Report {
     ) -> Self {
         let mut bars = Vec::new();
         for (harmonics, what, limit) in FIT_BARS {
-            let cells = fits.iter().filter(|c| (c.channels, c.frames, c.harmonics) == (16, 241, harmonics));
+            let cells = fits
+                .iter()
+                .filter(|c| (c.channels, c.frames, c.harmonics, c.carried) == (16, 241, harmonics, harmonics));
             bars.extend(cells.map(|cell| Bar::new(what, limit, u64::from(cell.instructions_worst))));
         }
         let frame = frames.iter().map(|phase| phase.instructions_worst).max().unwrap_or(0);
@@ -100,6 +105,7 @@ impl Report {
         let (encode_instructions, encode_bytes) = encode;
         Self {
             fits,
+            rivals,
             frames,
             encode_instructions,
             encode_bytes,
@@ -122,7 +128,8 @@ impl fmt::Display for Report {
             write!(f, " {harmonics:>17}")?;
         }
         writeln!(f)?;
-        for row in self.fits.chunk_by(|a, b| (a.frames, a.channels) == (b.frames, b.channels)) {
+        let as_carried: Vec<&Cell> = self.fits.iter().filter(|cell| cell.carried == cell.harmonics).collect();
+        for row in as_carried.chunk_by(|a, b| (a.frames, a.channels) == (b.frames, b.channels)) {
             let Some(Cell { window_s, frames, channels, .. }) = row.first() else { continue };
             write!(f, "{window_s:>8} {frames:>7} {channels:>9}")?;
             for cell in row {
@@ -133,6 +140,8 @@ impl fmt::Display for Report {
         }
         let (windows, good) = self.fits.iter().fold((0, 0), |(w, g), cell| (w + cell.windows, g + cell.good));
         writeln!(f, "The tone was found in {good} of {windows} windows. Stack: {} bytes at most.\n", self.stack_bytes)?;
+
+        rivals::write(&self.rivals, &self.fits, f)?;
 
         writeln!(f, "Frame assembly, contact and window, a frame (21 conversions):")?;
         writeln!(f, "{:>8} {:>7} {:>9} {:>9}", "phase", "frames", "mean", "worst")?;
@@ -159,7 +168,7 @@ impl fmt::Display for Report {
 }
 
 /// 1234567 as 1,234,567.
-fn grouped(number: u64) -> String {
+pub fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
@@ -187,6 +196,7 @@ mod tests {
             frames: 241,
             channels: 16,
             harmonics,
+            carried: harmonics,
             windows: 10,
             good: 9,
             instructions_mean: 1.0,
@@ -196,14 +206,24 @@ mod tests {
         };
         let frame = Phase { name: "all", frames: 1, instructions_mean: 1.0, instructions_worst: 1500 };
         let fits = vec![cell(1, 150_001), cell(4, 350_000)];
-        let stack = Stack::parse("stack: 1234 of 32768 bytes used at most");
-        let report = Report::new(fits, vec![frame], (1, 2), 301, stack, (IMAGE_BAR, IMAGE_BAR + 1));
+        let rivals = vec![RivalCell {
+            method: "parabolic",
+            window_s: 1.0,
+            frames: 241,
+            carried: 1,
+            channels: 2,
+            windows: 3,
+            found: 2,
+            instructions_mean: 1.0,
+            instructions_worst: 1_234,
+        }];
+        let stack = Stack::parse("stack: 5678 of 32768 bytes used at most");
+        let report = Report::new(fits, rivals, vec![frame], (1, 2), 301, stack, (IMAGE_BAR, IMAGE_BAR + 1));
         assert_eq!(report.bars.iter().map(|bar| bar.met).collect::<Vec<_>>(), [false, true, true, false, true, false]);
         let text = report.to_string();
         assert_eq!(text.matches("NOT MET").count(), 3);
-        assert!(
-            text.contains("150,001 NOT MET") && text.contains("18 of 20 windows") && text.contains("1,234 of 32,768"),
-            "{text}"
-        );
+        for part in ["150,001 NOT MET", "18 of 20 windows", "1,234", "2 of 3 windows", "5,678 of 32,768"] {
+            assert!(text.contains(part), "{part} in {text}");
+        }
     }
 }

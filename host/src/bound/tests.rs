@@ -1,6 +1,6 @@
 //! The bound against a likelihood that knows nothing of it, and against the textbook.
 
-use super::{Channel, Harmonic, Window, sigma_hz};
+use super::{Channel, Clue, Harmonic, Window, clues, sigma_hz};
 use std::f64::consts::{PI, TAU};
 
 /// A scene of few channels whose likelihood is differentiated by numbers.
@@ -157,6 +157,25 @@ fn one_channel_over_many_cycles_is_the_textbooks() {
         let sixteen = sigma_hz(&whole(2000, true), 20.0, &vec![channel; 16]).unwrap();
         assert!((sixteen * 4.0 / bound - 1.0).abs() < 1e-12, "sixteen channels halve it twice");
     }
+}
+
+/// To first order the best estimate moves as the data do: data made at a frequency a little off are told by as much,
+/// whatever their offset and slope.
+#[test]
+fn the_score_tells_how_far_the_frequency_is_off() {
+    let (window, frequency_hz, off_hz) = (whole(72, true), 8.33, 1e-5);
+    let channels = channels(3);
+    let scene = Scene { window, frequency_hz, channels: channels.clone() };
+    let mut parameters = scene.truth();
+    parameters[0] += off_hz;
+    let value = |number: usize, frame: usize| scene.model(&parameters, number, frame);
+    let found = clues(&window, frequency_hz, &channels, &value).unwrap();
+    for clue in &found {
+        assert!((clue.error_hz() / off_hz - 1.0).abs() < 1e-3, "{clue:?}");
+    }
+    let together = Clue::sum(&found);
+    assert!((together.error_hz() / off_hz - 1.0).abs() < 1e-3, "{together:?}");
+    assert_eq!(together.sigma_hz(), sigma_hz(&window, frequency_hz, &channels).unwrap());
 }
 
 #[test]
