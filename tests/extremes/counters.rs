@@ -1,13 +1,10 @@
 //! Counters that wrap: the board's microseconds after 71.6 minutes, the frames' numbers after 206 days.
 
-#[path = "../support/touch.rs"]
-mod touch;
-
+use crate::any_settings::touch::{SCANS, scan};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
 use ridgetone::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone::telemetry::{Event, Status};
-use touch::{SCANS, scan};
 
 fn events(conversions: impl Iterator<Item = TimedConversion>) -> Vec<Event> {
     let mut pipeline = Box::new(Pipeline::new(Settings { window_s: 0.5, hop_s: 0.1, ..Settings::DEFAULT }));

@@ -72,9 +72,14 @@ fn a_drift_does_not_bias_three_cycles() {
 }
 
 #[test]
-#[ignore = "in 6 of 12 up to 9 of 50 windows are read as a third or a quarter of the tone, whose lower lines are the drift"]
+#[ignore = "4 of 10: 1 to 9 of 50 windows are read as a quarter or a third of the tone, whose lower lines are the drift"]
 fn a_steep_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES, &[5.0]);
+}
+
+#[test]
+#[ignore = "2 of 2: 3 and 8 of 50 windows, as above"]
+fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
 

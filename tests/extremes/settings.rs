@@ -1,9 +1,6 @@
 //! Any settings, as the fuzzer in `fuzz/` tries them; here from a seed.
 
-#[path = "../support/any_settings.rs"]
-mod any_settings;
-
-use any_settings::try_settings;
+use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::settings::{Settings, SlideRule};

@@ -1,7 +1,7 @@
 //! What holds for any settings, those that come over a wire included: they are refused, or the pipeline runs.
 
 #[path = "touch.rs"]
-mod touch;
+pub mod touch;
 
 use ridgetone::pipeline::Pipeline;
 use ridgetone::settings::Settings;
