@@ -34,7 +34,7 @@ const CLEAREST: usize = 4;
 /// Steps from a periodogram's peak to the line it belongs to.
 const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
-const CURVED: f32 = 2.0;
+const CURVED: f32 = 3.0;
 /// Rates of relaxing baselines that are tried, per half window: time constants of a third to a thirtieth of it.
 const RELAXING: [f32; 7] = [1.5, 2.2, 3.2, 4.7, 7.0, 10.0, 15.0];
 /// Gain over a drift by which a line of few cycles is a line and not that curve.
@@ -175,12 +175,20 @@ pub fn search_coarse(
 }
 
 /// The channels that means keep most of: what is slow in them is no noise.
+#[inline(never)]
 fn clearest(shares: &Values, usable: u16) -> u16 {
-    let mut channels = 0;
+    let (mut channels, mut left) = (0, usable);
     for _ in 0..CLEAREST {
-        let left = (0..TAXELS).filter(|c| usable & !channels & 1 << c != 0);
-        let best = left.reduce(|best, c| if shares[c] > shares[best] { c } else { best });
-        channels |= best.map_or(0, |c| 1 << c);
+        let (mut best, mut most, mut rest) = (0, -1.0, left);
+        while rest != 0 {
+            let c = rest.trailing_zeros() as usize % TAXELS;
+            rest &= rest - 1;
+            if shares[c] > most {
+                (best, most) = (1 << c, shares[c]);
+            }
+        }
+        channels |= best;
+        left &= !best;
     }
     channels
 }
