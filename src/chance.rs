@@ -13,9 +13,14 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
 }
 
 /// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
-/// thousand times: two degrees of freedom for each channel.
-pub fn power_by_chance(levels: &Levels) -> f32 {
-    chi_square_point(2.0 * levels.channels(), ONE_IN_A_THOUSAND)
+/// thousand times: two degrees of freedom for each channel. The unit is measured itself, with what so many
+/// `unknowns` of a channel leave of its frames, and so each channel's share is a Fisher distribution's; its
+/// mean and variance are those of a chi-square of fewer degrees in a larger unit.
+pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
+    let freedom = (levels.frames as f32 - unknowns as f32).max(5.0);
+    let unit = freedom * freedom / ((freedom - 2.0) * (freedom - 4.0));
+    let degrees = 2.0 * (freedom - 4.0) / freedom;
+    unit * chi_square_point(degrees * levels.channels(), ONE_IN_A_THOUSAND)
 }
 
 /// Gain in log-likelihood that one search reaches in noise alone in one window out of a hundred: half the

@@ -105,6 +105,11 @@ impl<'p, 'a> Problem<'p, 'a> {
         self.descend(nu, shape, STEPS_MAX, STEP_DONE)
     }
 
+    /// Whether the latest step, of a pass that was made for another shape perhaps, leads to the maximum.
+    pub fn has_arrived(&self) -> bool {
+        self.arrives(self.nu, STEP_DONE)
+    }
+
     /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
     fn arrives(&self, nu: f32, close: f32) -> bool {
         let solution = self.solution();
@@ -114,8 +119,10 @@ impl<'p, 'a> Problem<'p, 'a> {
         // with its cube (the waves' third-order terms), and what the residuals are too large by with
         // its square.
         let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
-        // Below two cycles the waves lean on offset and slope too, and a step errs by more than that.
-        if 2.0 * nu < CYCLES_FOR_SLOPE {
+        // Below two cycles the waves lean on offset and slope too, and as close to half the frame rate on their own
+        // images: a step errs by more than that.
+        let highest = solution.shape.harmonics as f32 * nu;
+        if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.stretch.nu_most() - highest) < CYCLES_FOR_SLOPE {
             return step <= done || step < 1e-6 * nu;
         }
         let samples = (self.levels.usable.count_ones() * self.levels.frames) as f32;

@@ -52,7 +52,7 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
         }
         let (share, nu) = (share_between(comb, part), comb.nu);
         if share > highest
-            && lines_hold(comb, part, power_by_chance(problem.levels))
+            && lines_hold(comb, part, power_by_chance(problem.levels, comb.shape.unknowns()))
             && better_than_overtones(problem, line)?
         {
             highest = share;

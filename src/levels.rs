@@ -215,12 +215,17 @@ impl Sums {
         }
         let count = self.n as f32;
         let spread = self.uu - self.u * self.u / count;
-        for c in 0..TAXELS {
+        for c in (0..TAXELS).filter(|c| taxels & 1 << c != 0) {
             let mean = self.y[c] / count;
             let along = self.uy[c] - self.u * mean;
             let slope = along / spread;
             let about_mean = self.yy[c] - self.y[c] * mean;
             let about = about_mean - along * slope;
+            // Below this the sum is what rounding left of it: the channel is constant, or a ramp. Nor is NaN above.
+            if !(about > 1e-6 * self.yy[c] && about > 0.0 && about.is_finite()) {
+                continue;
+            }
+            result.usable |= 1 << c;
             let offset = self.zero[c] + (mean - slope * self.u / count);
             // By how much the offset, as f32 holds it, is off the first value.
             let moved = offset - self.zero[c];
@@ -231,10 +236,6 @@ impl Sums {
             result.slope[c] = slope;
             result.about_line[c] = about;
             result.about_mean[c] = about_mean;
-            // Below this the sum is what rounding left of it: the channel is constant, or a ramp.
-            if taxels & 1 << c != 0 && about > 1e-6 * self.yy[c] && about > 0.0 {
-                result.usable |= 1 << c;
-            }
         }
         result
     }

@@ -88,7 +88,14 @@ impl Moments {
                     false => self.add_along(TAXELS, &columns, &waves, oscillator.harmonics),
                 }
             }
-        })
+        })?;
+        // A taxel that takes no part may hold anything, NaN too, and no weight takes that away.
+        for c in (0..TAXELS).filter(|c| levels.usable & 1 << c == 0) {
+            for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
+                rows.iter_mut().for_each(|row| row[c] = 0.0);
+            }
+        }
+        Some(())
     }
 
     /// A block in time: what is even and odd about its centre meets the harmonics' halves that are.

@@ -9,7 +9,7 @@
 use crate::levels::Levels;
 use crate::moments::{GROUP, part, products};
 use crate::normal::{Normal, Rows, UNKNOWNS};
-use crate::phase::{cos_sin, from_turns};
+use crate::phase::{TURN, cos_sin, from_turns};
 use crate::settings::TAXELS;
 use crate::solve::left;
 use crate::stretch::{BLOCK, Block, Stretch};
@@ -42,6 +42,12 @@ impl Curve {
     }
 }
 
+/// An interferer of fewer cycles in a stretch than this, once sampling has folded it, is a part of the baseline.
+const FOLDED_MIN: f32 = 0.5;
+/// A function whose mean square is less than this is none: folded onto half the frame rate, an interferer is
+/// its cosine or its sine alone.
+const NEXT_TO_NONE: f32 = 1e-3;
+
 /// The functions of a stretch, and their sums over it.
 #[derive(Clone, Debug, Default)]
 pub struct Nuisances {
@@ -53,6 +59,8 @@ pub struct Nuisances {
     step: u32,
     phase_0: u32,
     turn: [(f32, f32); BLOCK],
+    /// Of its cosine and its sine, those that are nothing but rounding.
+    none: [bool; 2],
     /// Sums of y times the function, each channel less its [`Levels::offset`].
     pub y: [Values; NUISANCES_MAX],
     /// Sums of the function, of u times it, and of its products with each.
@@ -75,12 +83,14 @@ impl Nuisances {
     /// Of a stretch: those of its interferer, and those of a curve. One pass, unless there are
     /// none. None if the frames were overwritten.
     pub fn new(stretch: &mut Stretch, levels: &Levels, curve: Curve) -> Option<Self> {
-        let mut out = Self { curve, interferer: stretch.interferer.is_some(), ..Self::default() };
+        let step = from_turns(stretch.interferer.unwrap_or(0.0));
+        let folded = step.min(step.wrapping_neg()) as f32 / TURN;
+        let interferer = stretch.interferer.is_some() && folded * stretch.frames as f32 >= FOLDED_MIN;
+        let mut out = Self { curve, interferer, ..Self::default() };
         let count = out.count();
         if count == 0 {
             return Some(out);
         }
-        let step = from_turns(stretch.interferer.unwrap_or(0.0));
         let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
         (out.step, out.phase_0) = (step, (back as u32).wrapping_neg());
         for (i, turn) in out.turn.iter_mut().enumerate() {
@@ -106,12 +116,31 @@ impl Nuisances {
                     let function = core::array::from_fn(|i| columns[i][k]);
                     let sums = products(&part, &function);
                     for c in 0..GROUP {
-                        out.y[k][GROUP * group + c] += sums[c];
+                        // A taxel that takes no part may hold NaN.
+                        if levels.usable & 1 << (GROUP * group + c) != 0 {
+                            out.y[k][GROUP * group + c] += sums[c];
+                        }
                     }
                 }
             }
         })?;
+        if out.interferer {
+            out.leave_out_none(levels.frames);
+        }
         Some(out)
+    }
+
+    /// Takes what is nothing but rounding out of the interferer's functions: its factor is then zero.
+    fn leave_out_none(&mut self, frames: u32) {
+        for k in 0..2 {
+            if self.each[k][k] < NEXT_TO_NONE * frames as f32 {
+                self.none[k] = true;
+                (self.y[k], self.one[k], self.u[k]) = ([0.0; TAXELS], 0.0, 0.0);
+                self.each[k] = [0.0; NUISANCES_MAX];
+                self.each.iter_mut().for_each(|products| products[k] = 0.0);
+                self.each[k][k] = 1.0;
+            }
+        }
     }
 
     /// The functions over a block.
@@ -125,7 +154,8 @@ impl Nuisances {
             let counts = (block.valid[i] != 0) as u8 as f32;
             if self.interferer {
                 let (tc, ts) = self.turn[i];
-                (functions[0], functions[1]) = ((c * tc - s * ts) * counts, (s * tc + c * ts) * counts);
+                let [cos, sin] = self.none.map(|none| if none { 0.0 } else { counts });
+                (functions[0], functions[1]) = ((c * tc - s * ts) * cos, (s * tc + c * ts) * sin);
             }
             match self.curve {
                 Curve::None => {}

@@ -5,7 +5,7 @@
 //! is a 32-bit fraction of a turn, so that advancing it wraps exactly, however long the window.
 
 /// One turn as a phase, in units of `u32`: 2^32.
-const TURN: f32 = 4_294_967_296.0;
+pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {

@@ -29,6 +29,9 @@ const SLOPE: f32 = 4.0;
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Frames of a long window's middle: means of four of them are as many as there can be.
 const MIDDLE_FRAMES: u32 = 256;
+/// What f32 makes a frequency wrong by, as a share of it: its own last digit, and those of the sums, which
+/// noise covers from about 60 dB down.
+const ROUNDING: f32 = 2e-7;
 /// Fewest frames that are worth a fit.
 pub const FRAMES_MIN: u32 = 16;
 
@@ -178,9 +181,15 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
-    let carried = carried(problem.solution(), power_by_chance(levels));
-    if carried < shape.harmonics && problem.step(Shape { harmonics: carried, ..shape }).is_none() {
-        problem.step(shape);
+    let carried = carried(problem.solution(), levels);
+    if carried < shape.harmonics {
+        let (lean, nu) = (Shape { harmonics: carried, ..shape }, problem.nu);
+        // Where the harmonics left out stood for something else, such as a tone's end, it may be a long way.
+        let found =
+            problem.step(lean).is_some() && (problem.has_arrived() || problem.converge(problem.solution().nu, lean)?);
+        if !found {
+            problem.converge(nu, shape)?;
+        }
     }
     conclude(&mut problem, ambiguous)
 }
@@ -206,7 +215,7 @@ fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
 /// Gain of the latest solution with the harmonics it carries, less what they gain by chance.
 fn height(problem: &mut Problem) -> f32 {
     let shape = problem.solution().shape;
-    let lean = Shape { harmonics: carried(problem.solution(), power_by_chance(problem.levels)), ..shape };
+    let lean = Shape { harmonics: carried(problem.solution(), problem.levels), ..shape };
     let Problem { levels, nuisances, work, .. } = problem;
     let rest = rest(&work.sums, levels, nuisances, &lean).unwrap_or(work.solution.rest);
     let unknowns = lean.unknowns();
@@ -259,15 +268,23 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         information *= regained(best, &rest, frames).max(1e-3);
     }
     information *= honest(best, levels);
-    let sigma_nu = 1.0 / libm::sqrtf(information);
+    let rounding = ROUNDING * best.nu;
+    let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
 
     let without = Shape { harmonics: 0, ..best.shape };
-    let before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    let mut before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    // Of a baseline that outweighs everything too, or it would seem to leave a tone's worth of rounding.
+    if (0..TAXELS).any(|c| before[c] < DROWNED * levels.yy[c]) {
+        before = residuals_of_baseline(stretch, levels, nuisances, work, without)?;
+    }
     let gained = gain(levels, &before, &rest, best.shape.unknowns());
     let chance = gain_by_search(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
     let status = if !(gained > chance) {
         Status::NoTone
-    } else if !(2.0 * best.nu >= CYCLES_MIN) || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu) {
+    } else if !(2.0 * best.nu >= CYCLES_MIN)
+        || best.nu >= stretch.nu_most()
+        || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu)
+    {
         Status::TooShort
     } else if ambiguous {
         Status::Ambiguous
@@ -301,6 +318,22 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
     Some(fit)
 }
 
+/// What the baseline alone leaves, sample by sample.
+#[inline(never)]
+fn residuals_of_baseline(
+    stretch: &mut Stretch,
+    levels: &Levels,
+    nuisances: &Nuisances,
+    work: &Work,
+    without: Shape,
+) -> Option<Values> {
+    let mut baseline = Solution::new();
+    if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
+        return Some(levels.about_mean);
+    }
+    residuals(stretch, levels, nuisances, &baseline)
+}
+
 /// What share of the information that a solution believes to have is real. Its weights come from noise that was
 /// measured with few degrees of freedom (their mean is too large by two, and what they vary costs two more), and
 /// the noise in a harmonic's two amplitudes counts as its power.
@@ -317,23 +350,24 @@ fn honest(best: &Solution, levels: &Levels) -> f32 {
 }
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth
-/// `rest`: each channel counts by the inverse of its own.
+/// `rest`: each channel counts by the inverse of what was taken for its own.
 fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
-    let (mut refined, mut weights) = (0.0, 0.0);
+    let (mut weights, mut spread) = (0.0, 0.0);
     let (cos, sin) = best.harmonic(0);
     for c in 0..TAXELS {
         if rest[c] > 0.0 {
             let power = cos[c] * cos[c] + sin[c] * sin[c];
-            refined += power / rest[c].max(quantization(frames));
-            weights += power / best.rest[c];
+            let weight = power / best.rest[c];
+            weights += weight;
+            spread += weight * (rest[c].max(quantization(frames)) / best.rest[c]);
         }
     }
-    if weights > 0.0 { refined / weights } else { 1.0 }
+    if spread > 0.0 { weights / spread } else { 1.0 }
 }
 
 /// Harmonics up to the last that stands out of the noise.
-fn carried(best: &Solution, by_chance: f32) -> usize {
-    let mut harmonics = 1;
+fn carried(best: &Solution, levels: &Levels) -> usize {
+    let (mut harmonics, by_chance) = (1, power_by_chance(levels, best.shape.unknowns()));
     for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
         if *power > by_chance {
             harmonics = h + 1;

@@ -185,7 +185,8 @@ impl Solution {
         }
     }
 
-    /// Solves at the frequency `nu` of `moments`. None if the unknowns cannot be told apart there.
+    /// Solves at the frequency `nu` of `moments`, which without harmonics there is none of. None if the unknowns
+    /// cannot be told apart there.
     #[inline(never)]
     pub fn solve(
         &mut self,
@@ -234,6 +235,9 @@ impl Solution {
         (self.nu, self.shape, self.rest) = (nu, shape, rest);
         (self.step, self.information) = (0.0, 0.0);
         (self.power, self.offset, self.offset_sigma) = (lines, lines, lines);
+        if waves == 0 {
+            return Some(());
+        }
         let mut line_pull = [0.0; HARMONICS_MAX];
         let mut line_information = [0.0; HARMONICS_MAX];
         // What each of the derivative's functions is taken times, and the same weighted.

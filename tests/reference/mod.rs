@@ -1,4 +1,10 @@
 //! Windows made in f64, and a fit in f64 that shares no code with the one under test.
+// Every test takes its part of it.
+#![allow(dead_code, unused_imports)]
+
+mod likelihood;
+
+pub use likelihood::{Baseline, Likelihood, log_likelihood_peak, peak_along};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -61,24 +67,43 @@ impl Tone {
     }
 
     pub fn values(&self) -> Vec<[f32; 16]> {
-        let mut noise = self.uniform(0);
+        let mut noise = Noise(self.uniform(0));
         let channels: Vec<_> = (0..16).map(|c| self.channel(c)).collect();
-        let centre = 0.5 * (self.frames as f64 - 1.0);
-        (0..self.frames)
-            .map(|n| {
-                let mut frame = [0.0; 16];
-                for (c, value) in frame.iter_mut().enumerate() {
-                    let Truth { amplitude, offset, phase_rad } = channels[c];
-                    let theta = TAU * self.frequency * (n as f64 - centre) + phase_rad;
-                    let mut wave = theta.cos();
-                    for h in 2..=self.harmonics {
-                        wave += self.overtones[h - 2] * (h as f64 * theta + (c * h) as f64).cos();
-                    }
-                    *value = (offset + amplitude * wave + self.noise * normal(&mut noise)).round() as f32;
-                }
-                frame
-            })
-            .collect()
+        codes(self.frames, |c, t| {
+            let Truth { amplitude, offset, phase_rad } = channels[c];
+            let theta = TAU * self.frequency * t + phase_rad;
+            let mut wave = theta.cos();
+            for h in 2..=self.harmonics {
+                wave += self.overtones[h - 2] * (h as f64 * theta + (c * h) as f64).cos();
+            }
+            offset + amplitude * wave + self.noise * noise.next()
+        })
+    }
+}
+
+/// Codes of sixteen channels, by what each holds so many frames from the window's centre.
+pub fn codes(frames: usize, mut of: impl FnMut(usize, f64) -> f64) -> Vec<[f32; 16]> {
+    let centre = 0.5 * (frames as f64 - 1.0);
+    let mut frame = |n: usize| {
+        let mut values = [0.0; 16];
+        for (c, value) in values.iter_mut().enumerate() {
+            *value = of(c, n as f64 - centre).round() as f32;
+        }
+        values
+    };
+    (0..frames).map(&mut frame).collect()
+}
+
+/// Normal noise of standard deviation one.
+pub struct Noise(ChaCha8Rng);
+
+impl Noise {
+    pub fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    pub fn next(&mut self) -> f64 {
+        normal(&mut self.0)
     }
 }
 
@@ -88,54 +113,4 @@ pub fn unit(rng: &mut ChaCha8Rng) -> f64 {
 
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     (-2.0 * (1.0 - unit(rng)).ln()).sqrt() * (TAU * unit(rng)).cos()
-}
-
-/// Frequency, cycles per frame, where the likelihood with unknown noise in every channel is
-/// greatest, within half a bin of `near`: golden section over sums of logarithms of residuals.
-pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
-    let centre = 0.5 * (values.len() as f64 - 1.0);
-    let places: Vec<f64> = (0..values.len()).map(|k| k as f64 - centre).collect();
-    peak_along(values, &places, near, 0.4 / values.len() as f64, harmonics, slope)
-}
-
-/// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
-pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
-    let cost = |f: f64| (0..16).map(|c| residual(values, places, c, f, harmonics, slope).ln()).sum::<f64>();
-    let (mut a, mut b) = (near - reach, near + reach);
-    let ratio = (5f64.sqrt() - 1.0) / 2.0;
-    for _ in 0..60 {
-        let (x, y) = (b - ratio * (b - a), a + ratio * (b - a));
-        if cost(x) < cost(y) { b = y } else { a = x }
-    }
-    0.5 * (a + b)
-}
-
-/// Residual sum of squares of one channel after a least-squares fit at frequency `f`: modified
-/// Gram-Schmidt on the columns.
-fn residual(values: &[[f32; 16]], places: &[f64], c: usize, f: f64, harmonics: usize, slope: bool) -> f64 {
-    let mut columns: Vec<Vec<f64>> = vec![vec![1.0; values.len()]];
-    if slope {
-        columns.push(places.to_vec());
-    }
-    for h in 1..=harmonics {
-        columns.push(places.iter().map(|place| (TAU * f * h as f64 * place).cos()).collect());
-        columns.push(places.iter().map(|place| (TAU * f * h as f64 * place).sin()).collect());
-    }
-    let mut rest: Vec<f64> = values.iter().map(|frame| frame[c] as f64).collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for mut column in columns {
-        for _ in 0..2 {
-            for unit in &basis {
-                let along = dot(&column, unit);
-                column.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
-            }
-        }
-        let length = dot(&column, &column).sqrt();
-        column.iter_mut().for_each(|x| *x /= length);
-        let along = dot(&rest, &column);
-        rest.iter_mut().zip(&column).for_each(|(x, u)| *x -= along * u);
-        basis.push(column);
-    }
-    dot(&rest, &rest)
 }

@@ -1,0 +1,84 @@
+//! A window, its fit, and the check against f64.
+
+use crate::reference::{Baseline, Likelihood};
+use ridgetone::sine_fit::{Fit, Fitter};
+use ridgetone::stretch::Stretch;
+use ridgetone::telemetry::Status;
+use ridgetone::window::Table;
+
+/// A window and how to fit it.
+#[derive(Clone)]
+pub struct Case {
+    pub values: Vec<[f32; 16]>,
+    pub valid: Vec<u16>,
+    /// Most harmonics of the fit.
+    pub harmonics: u8,
+    /// Cycles per frame of a known interferer.
+    pub interferer: Option<f32>,
+}
+
+impl Case {
+    /// All of it valid, up to four harmonics.
+    pub fn new(values: Vec<[f32; 16]>) -> Self {
+        Self { valid: vec![u16::MAX; values.len()], values, harmonics: 4, interferer: None }
+    }
+
+    pub fn fit(&self) -> Fit {
+        let mut table = Table { values: &self.values, valid: &self.valid };
+        let mut stretch = Stretch::new(&mut table, 0, self.values.len() as u32);
+        if let Some(cycles) = self.interferer {
+            stretch = stretch.with_interferer(cycles);
+        }
+        let fit = Fitter::new(self.harmonics).fit(&mut stretch).unwrap();
+        assert_finite(&fit);
+        fit
+    }
+
+    /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations of f64, and its
+    /// own sigma over that. A fit does not tell its baseline: the nearest of the three counts.
+    pub fn off(&self, fit: &Fit, near: f64) -> (f64, f64) {
+        // Taxels that are invalid in more than a tenth of the frames do not keep frames from counting.
+        let some = self.valid.iter().filter(|valid| **valid != 0);
+        let share = |c: usize| some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count();
+        let taxels = (0..16).filter(|c| share(*c)).fold(0, |mask, c| mask | 1 << c);
+        let bases = [Baseline::Level, Baseline::Line, Baseline::Curve];
+        let off = bases.map(|baseline| {
+            let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
+            likelihood.interferer = self.interferer.map(f64::from);
+            let likelihood = likelihood.only(fit.usable, &self.valid, taxels);
+            let peak = likelihood.peak(near, 0.6 / self.values.len() as f64);
+            let sigma = likelihood.sigma(peak);
+            ((fit.frequency as f64 - peak).abs() / sigma, fit.sigma as f64 / sigma)
+        });
+        off.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+    }
+
+    /// Fits it and asserts that the fit is good, at the maximum next to `near`, and as sure as f64 is.
+    #[track_caller]
+    pub fn assert_good(&self, what: &str, near: f64) -> Fit {
+        let fit = self.fit();
+        assert_eq!(fit.status, Status::Good, "{what}: {fit:?}");
+        self.assert_at_peak(what, &fit, near);
+        fit
+    }
+
+    /// Asserts that a fit is at the maximum next to `near`, and as sure as f64 is.
+    #[track_caller]
+    pub fn assert_at_peak(&self, what: &str, fit: &Fit, near: f64) {
+        let (off, sure) = self.off(fit, near);
+        assert!(off < 0.1, "{what}: {off:.3} sigma from the reference, near {near}: {fit:?}");
+        assert!((0.8..1.25).contains(&sure), "{what}: sigma is {sure:.3} of the reference's: {fit:?}");
+    }
+}
+
+/// A fit holds finite numbers only; those of a frequency make sense.
+#[track_caller]
+pub fn assert_finite(fit: &Fit) {
+    let channels = fit.channels.iter().flat_map(|c| [c.offset, c.amplitude, c.phase_rad, c.residual]);
+    assert!([fit.frequency, fit.sigma].into_iter().chain(channels).all(f32::is_finite), "{fit:?}");
+    if fit.has_tone() {
+        assert!(fit.frequency > 0.0 && fit.frequency < 0.5 && fit.sigma > 0.0, "{fit:?}");
+    } else {
+        assert_eq!((fit.frequency, fit.sigma), (0.0, 0.0), "{fit:?}");
+    }
+}

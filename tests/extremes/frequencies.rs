@@ -1,0 +1,100 @@
+//! Frequencies and windows: less than a cycle, next to half the frame rate, on and between bins, short and long.
+
+use crate::case::Case;
+use crate::reference::Tone;
+use ridgetone::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone::telemetry::Status;
+
+/// A frequency of so many cycles in so many frames.
+fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
+    Tone { frequency: cycles / frames as f64, frames, noise, seed, ..Tone::default() }
+}
+
+/// From 0.6 cycles on there is a frequency if the noise allows; below, the status says that it is too little.
+#[test]
+fn half_a_cycle_to_one() {
+    let (mut good, mut too_short) = (0, 0);
+    for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0] {
+        for noise in [10.0, 100.0] {
+            for seed in 0..4 {
+                let tone = tone(cycles, 241, noise, seed);
+                let mut case = Case::new(tone.values());
+                case.harmonics = 1;
+                let fit = case.fit();
+                match fit.status {
+                    Status::Good => {
+                        good += 1;
+                        case.assert_at_peak(&format!("{tone:?}"), &fit, tone.frequency);
+                    }
+                    Status::TooShort => too_short += 1,
+                    other => panic!("{other:?}: {tone:?}"),
+                }
+                assert!(cycles < 0.73 || noise > 50.0 || fit.has_tone(), "{tone:?} {fit:?}");
+                let off = (fit.frequency as f64 - tone.frequency).abs();
+                assert!(!fit.has_tone() || off < 5.0 * fit.sigma as f64, "{tone:?} {fit:?}");
+            }
+        }
+    }
+    assert!(good >= 40 && too_short >= 8, "{good} good, {too_short} too short");
+}
+
+#[test]
+fn next_to_half_the_frame_rate() {
+    for frequency in [0.45, 0.47, 0.49, 0.495, 0.498, 0.499, 0.4995, 0.4999] {
+        for seed in 0..4 {
+            let tone = Tone { frequency, noise: 50.0, seed, ..Tone::default() };
+            let mut case = Case::new(tone.values());
+            case.harmonics = 1;
+            let fit = case.fit();
+            // Less than half a cycle from half the frame rate a tone is its own mirror image.
+            if (0.5 - frequency) * tone.frames as f64 > 1.0 {
+                assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
+            }
+            if fit.has_tone() {
+                case.assert_at_peak(&format!("{tone:?}"), &fit, frequency);
+            }
+        }
+    }
+}
+
+#[test]
+fn on_a_bin_and_between_two() {
+    for frames in [64, 128, 241, 256, 512] {
+        // Cycles per window, and cycles per transform, which has a power of two points.
+        for cycles in [4.0, 4.5, 7.0, 7.5, 20.0, 20.5] {
+            for seed in 0..2 {
+                let tone = tone(cycles, frames, 200.0, seed);
+                Case::new(tone.values()).assert_good(&format!("{tone:?}"), tone.frequency);
+                let bins = (2 * frames).next_power_of_two() as f64 / 2.0;
+                let tone = Tone { frequency: cycles / bins, ..tone };
+                Case::new(tone.values()).assert_good(&format!("{tone:?}"), tone.frequency);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_shortest_window_and_the_longest() {
+    let frames_of = |window_s: f32| (window_s * FRAME_RATE_HZ).round() as usize;
+    let accepts = |window_s| Settings { window_s, ..Settings::DEFAULT }.validate().is_ok();
+    let (shortest, longest) = (0.1, 3.9);
+    assert!(accepts(shortest) && !accepts(0.99 * shortest) && accepts(longest) && !accepts(1.01 * longest));
+    for (window_s, cycles, carried, most) in [
+        (shortest, 1.0, 1, 1),
+        (shortest, 1.3, 1, 4),
+        (shortest, 2.4, 2, 5),
+        (shortest, 4.3, 1, 5),
+        (shortest, 9.7, 1, 5),
+        (longest, 1.2, 1, 4),
+        (longest, 3.3, 4, 5),
+        (longest, 59.4, 4, 5),
+        (longest, 411.7, 1, 5),
+    ] {
+        for seed in 0..4 {
+            let tone = Tone { harmonics: carried, ..tone(cycles, frames_of(window_s), 50.0, seed) };
+            let case = Case { harmonics: most, ..Case::new(tone.values()) };
+            let fit = case.assert_good(&format!("{tone:?}"), tone.frequency);
+            assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! The extremes: what a finger may meet but a tidy test would not think of. In each the fit in f32 is within a
+//! tenth of the uncertainty of the maximum of the same likelihood in f64, or its status says why there is none.
+
+#[path = "../support/any_settings.rs"]
+mod any_settings;
+#[path = "../reference/mod.rs"]
+mod reference;
+
+mod case;
+mod counters;
+mod disturbances;
+mod drift;
+mod frequencies;
+mod levels;
+mod not_a_number;
+mod properties;
+mod settings;

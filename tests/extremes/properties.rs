@@ -1,0 +1,96 @@
+//! What holds for any tone in any window.
+
+use crate::case::Case;
+use crate::reference::{Noise, codes};
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+use ridgetone::telemetry::Status;
+use std::f64::consts::TAU;
+
+/// A tone, its noise and its window.
+#[derive(Clone, Debug)]
+struct Any {
+    frames: usize,
+    /// Cycles per frame.
+    frequency: f64,
+    /// Codes.
+    amplitude: f64,
+    /// Amplitude over noise.
+    clear: f64,
+    offset: f64,
+    phase: f64,
+    harmonics: u8,
+    seed: u64,
+}
+
+impl Any {
+    fn case(&self) -> Case {
+        let mut noise = Noise::new(self.seed);
+        let Self { frequency, amplitude, clear, offset, phase, .. } = *self;
+        let values = codes(self.frames, |c, t| {
+            let tone = (TAU * (frequency * t + phase) + c as f64).cos();
+            (offset + amplitude * (tone + noise.next() / clear)).clamp(-8_388_607.0, 8_388_606.0)
+        });
+        Case { harmonics: self.harmonics, ..Case::new(values) }
+    }
+}
+
+prop_compose! {
+    /// Frequencies in shares from `cycles` in the window to `highest` cycles per frame.
+    fn any(cycles: f64, highest: f64, fewest: usize, clear: std::ops::Range<f64>, decades: std::ops::Range<f64>)(
+        frames in fewest..=965,
+        share in 0.0..1.0,
+        decades in decades,
+        clear in clear,
+        offset in -8e6..8e6,
+        phase in 0.0..1.0,
+        harmonics in 1u8..=5,
+        seed: u64,
+    ) -> Any {
+        // As many low ones as high ones.
+        let lowest = cycles / frames as f64;
+        let frequency = lowest * (highest / lowest).powf(share);
+        Any { frames, frequency, amplitude: 10f64.powf(decades), clear: 10f64.powf(clear), offset, phase, harmonics, seed }
+    }
+}
+
+/// The same in every run.
+fn config(cases: u32) -> ProptestConfig {
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() }
+}
+
+proptest! {
+    #![proptest_config(config(2000))]
+
+    /// [`Case::fit`] looks at every field.
+    #[test]
+    fn any_window_gives_finite_numbers(any in any(0.1, 0.5, 1, -1.5..4.0, -1.0..7.0), holes in 0.0..0.6, marks: u64) {
+        let mut case = any.case();
+        // Holes and taxels gone, by the bits of a sequence that does not repeat.
+        let mut bits = marks;
+        for valid in &mut case.valid {
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            if ((bits >> 32) as f64) < holes * 4_294_967_296.0 {
+                *valid = (bits >> 16) as u16 & (bits >> 8) as u16;
+            }
+        }
+        case.fit();
+    }
+
+    #[test]
+    fn any_interferer_gives_finite_numbers(any in any(0.1, 0.5, 16, -1.0..4.0, 0.0..6.0), cycles in -3.0f32..3.0) {
+        let mut case = any.case();
+        case.interferer = Some(cycles);
+        case.fit();
+    }
+
+    /// From 15 dB (a tone of 8 times the noise) and two cycles on.
+    #[test]
+    fn a_clear_tone_is_found_where_it_is(any in any(2.0, 0.45, 24, 0.9..2.0, 2.0..5.5)) {
+        let any = Any { offset: any.offset / 2.0, ..any };
+        let fit = any.case().fit();
+        prop_assert!(fit.status == Status::Good, "{fit:?}");
+        let off = (fit.frequency as f64 - any.frequency).abs() / fit.sigma as f64;
+        prop_assert!(off < 6.0, "{off} sigma: {fit:?}");
+    }
+}

@@ -1,0 +1,44 @@
+//! Any settings, as the fuzzer in `fuzz/` tries them; here from a seed.
+
+use crate::any_settings::try_settings;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone::settings::{Settings, SlideRule};
+
+/// Valid settings of every kind as bytes, some of which are then changed; and bytes that nobody ordered.
+#[test]
+fn any_settings_are_refused_or_run() {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut valid = 0;
+    for n in 0..300 {
+        let mut between = |least: f32, most: f32| {
+            // The bounds themselves too.
+            let share = (rng.next_u32() % 9) as f32 / 8.0;
+            least + share * (most - least)
+        };
+        let protocol = SlideRule::Protocol {
+            delay_s: between(0.0, 1.0),
+            speed_mm_s: between(0.1, 2000.0),
+            length_mm: between(0.1, 2000.0),
+        };
+        let settings = Settings {
+            window_s: between(0.1, 3.9),
+            hop_s: between(0.02, 0.5),
+            harmonics: between(1.0, 5.0) as u8,
+            accuracy: if n % 5 < 3 { 0.0 } else { between(1e-6, 0.1) },
+            interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
+            vref_v: between(0.5, 5.5),
+            slide: if n % 2 == 0 { SlideRule::Found } else { protocol },
+        };
+        let mut room = [0; 64];
+        let bytes = postcard::to_slice(&settings, &mut room).unwrap();
+        for _ in 0..n % 3 {
+            let at = rng.next_u32() as usize % bytes.len();
+            bytes[at] ^= 1 << (rng.next_u32() % 8);
+        }
+        valid += try_settings(bytes) as u32;
+        rng.fill_bytes(bytes);
+        valid += try_settings(bytes) as u32;
+    }
+    assert!((120..300).contains(&valid), "{valid}");
+}

@@ -1,0 +1,147 @@
+//! The likelihood of a window in f64: its maximum, and how sharp that is.
+
+use std::f64::consts::TAU;
+
+/// What a channel holds besides its tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Baseline {
+    Level,
+    Line,
+    /// A polynomial of the third degree.
+    Curve,
+}
+
+/// The likelihood of a frequency, with unknown noise in every channel and every other unknown fitted to it.
+#[derive(Clone, Debug)]
+pub struct Likelihood<'a> {
+    values: &'a [[f32; 16]],
+    /// Frames that count.
+    rows: Vec<usize>,
+    /// The abscissa of every frame, zero in the middle.
+    places: Vec<f64>,
+    /// Bit c: channel c counts.
+    channels: u16,
+    pub harmonics: usize,
+    pub baseline: Baseline,
+    /// Cycles per frame of a known interferer.
+    pub interferer: Option<f64>,
+}
+
+impl<'a> Likelihood<'a> {
+    pub fn new(values: &'a [[f32; 16]], harmonics: usize, baseline: Baseline) -> Self {
+        let centre = 0.5 * (values.len() as f64 - 1.0);
+        let places = (0..values.len()).map(|n| n as f64 - centre).collect();
+        let rows = (0..values.len()).collect();
+        Self { values, rows, places, channels: u16::MAX, harmonics, baseline, interferer: None }
+    }
+
+    /// Along a path: frequencies are cycles per unit of its places.
+    pub fn along(self, places: &[f64]) -> Self {
+        Self { places: places.to_vec(), ..self }
+    }
+
+    /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
+    pub fn only(self, channels: u16, valid: &[u16], taxels: u16) -> Self {
+        let rows = (0..self.values.len()).filter(|n| valid[*n] & taxels == taxels).collect();
+        Self { rows, channels, ..self }
+    }
+
+    /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a row of them, then
+    /// golden section.
+    pub fn peak(&self, near: f64, reach: f64) -> f64 {
+        // Half the frame rate, if it is a line of frames and no path.
+        let most = if self.places.windows(2).all(|pair| pair[1] - pair[0] == 1.0) { 0.5 } else { f64::INFINITY };
+        let sides = 20;
+        let at = |i: i32| near + reach * i as f64 / sides as f64;
+        let cost = |f: f64| if f > 0.0 && f < most { self.cost(f) } else { f64::INFINITY };
+        let best = (-sides..=sides).min_by(|a, b| cost(at(*a)).total_cmp(&cost(at(*b)))).unwrap();
+        let (mut a, mut b) = (at(best - 1), at(best + 1));
+        let ratio = (5f64.sqrt() - 1.0) / 2.0;
+        while b - a > 1e-12 {
+            let (x, y) = (b - ratio * (b - a), a + ratio * (b - a));
+            if cost(x) < cost(y) { b = y } else { a = x }
+        }
+        0.5 * (a + b)
+    }
+
+    /// Standard deviation of the frequency, cycles per frame, by the curvature at the maximum `peak`: the
+    /// Cramer-Rao bound with the residuals for the noise.
+    pub fn sigma(&self, peak: f64) -> f64 {
+        let mut step = 1e-4 / self.values.len() as f64;
+        for _ in 0..4 {
+            let bend = self.cost(peak + step) + self.cost(peak - step) - 2.0 * self.cost(peak);
+            step *= 0.3 / bend.max(1e-9).sqrt();
+        }
+        step / 0.3
+    }
+
+    /// Negative logarithm, but for a constant.
+    fn cost(&self, f: f64) -> f64 {
+        let basis = orthonormal(self.columns(f));
+        let mut sum = 0.0;
+        for c in (0..16).filter(|c| self.channels & 1 << c != 0) {
+            let first = self.values[self.rows[0]][c] as f64;
+            let mut rest: Vec<f64> = self.rows.iter().map(|n| self.values[*n][c] as f64 - first).collect();
+            for unit in &basis {
+                take_off(&mut rest, unit);
+            }
+            sum += dot(&rest, &rest).ln();
+        }
+        0.5 * (self.rows.len() - basis.len()) as f64 * sum
+    }
+
+    fn columns(&self, f: f64) -> Vec<Vec<f64>> {
+        let centre = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
+        let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
+        let degree = match self.baseline {
+            Baseline::Level => 0,
+            Baseline::Line => 1,
+            Baseline::Curve => 3,
+        };
+        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / centre).powi(d))).collect();
+        let harmonics = (1..=self.harmonics).map(|h| h as f64 * f);
+        for f in self.interferer.into_iter().chain(harmonics) {
+            columns.push(column(&|t| (TAU * f * t).cos()));
+            columns.push(column(&|t| (TAU * f * t).sin()));
+        }
+        columns
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn take_off(from: &mut [f64], unit: &[f64]) {
+    let along = dot(from, unit);
+    from.iter_mut().zip(unit).for_each(|(x, u)| *x -= along * u);
+}
+
+/// Modified Gram-Schmidt, twice. A column, of elements about one, that the others span or that is nothing but
+/// rounding is left out.
+fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for mut column in columns {
+        for _ in 0..2 {
+            basis.iter().for_each(|unit| take_off(&mut column, unit));
+        }
+        let length = dot(&column, &column);
+        if length > 1e-15 * column.len() as f64 {
+            column.iter_mut().for_each(|x| *x /= length.sqrt());
+            basis.push(column);
+        }
+    }
+    basis
+}
+
+/// The maximum within 0.4 bins of `near` over all channels of a whole window.
+pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
+    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+    Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
+}
+
+/// The maximum within `reach` of `near` along a path, in cycles per unit of its places.
+pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
+    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+    Likelihood::new(values, harmonics, baseline).along(places).peak(near, reach)
+}

@@ -1,0 +1,39 @@
+//! What holds for any settings, those that come over a wire included: they are refused, or the pipeline runs.
+
+#[path = "touch.rs"]
+pub mod touch;
+
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Packet, Status, WIRE_MAX, encode};
+
+/// Reads settings from `bytes` as postcard has them and, if they are valid, runs a touch with them. Panics if
+/// anything is wrong. Returns whether the settings were valid.
+pub fn try_settings(bytes: &[u8]) -> bool {
+    let Ok(settings) = postcard::from_bytes::<Settings>(bytes) else { return false };
+    if settings.validate().is_err() {
+        return false;
+    }
+    let mut pipeline = Box::new(Pipeline::new(settings));
+    let mut sequence = 0;
+    let mut check = |event: Event| {
+        look_at(&event);
+        encode(&Packet { sequence, event }, &mut [0; WIRE_MAX]).expect("every event fits the wire");
+        sequence += 1;
+    };
+    check(pipeline.hello());
+    for conversion in (0..touch::SCANS).flat_map(|scan| touch::scan(scan, scan, 0)) {
+        pipeline.push(conversion, &mut check);
+    }
+    pipeline.finish(&mut check);
+    true
+}
+
+fn look_at(event: &Event) {
+    if let Event::Estimate(fit) = event {
+        let channels = fit.channels.iter().flat_map(|c| [c.offset_v, c.amplitude_v, c.phase_rad, c.residual_v]);
+        let all = [fit.window_s, fit.frequency, fit.sigma].into_iter().chain(channels);
+        assert!(all.into_iter().all(f32::is_finite), "{fit:?}");
+        assert!(fit.status != Status::Good || fit.sigma > 0.0 && fit.frequency > 0.0, "{fit:?}");
+    }
+}

@@ -1,0 +1,36 @@
+//! A touch as conversions, without a chip: idle, contact, hold, a slide of two seconds, hold, release.
+
+use ads1258::{Conversion, Status};
+use ridgetone::frame::{CONVERSION_NS, SLOTS, TimedConversion};
+use ridgetone::settings::SCAN;
+use std::f64::consts::TAU;
+
+/// Whole scans of a touch; the slide lasts from 0.8 s on until 2.8 s.
+pub const SCANS: u64 = 820;
+
+/// The tone of the slide, hertz.
+pub const TONE_HZ: f64 = 8.3;
+
+/// A scan of the touch, dated as scan number `number` on a counter that began at `start_us` and wraps.
+pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = TimedConversion> {
+    let ids = (0..32u8).filter(|id| SCAN.channel_mask() & 1 << id != 0);
+    ids.zip(0u64..).map(move |(id, slot)| {
+        let ns = |scan: u64| (scan * SLOTS as u64 + slot) * CONVERSION_NS;
+        // New, and of this channel.
+        let status = Status(0x80 | id);
+        let code = if slot < 16 { code(slot, ns(scan) as f64 * 1e-9) } else { 3_000_000 };
+        let t_us = start_us.wrapping_add((ns(number) / 1000) as u32);
+        TimedConversion { t_us, conversion: Conversion { status, code } }
+    })
+}
+
+fn code(taxel: u64, t_s: f64) -> i32 {
+    let sign = if taxel.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let load = if (0.3..3.1).contains(&t_s) { 50_000.0 + 30_000.0 * (-(t_s - 0.3) / 0.03).exp() } else { 0.0 };
+    let slid_s = (t_s - 0.8).clamp(0.0, 2.0);
+    let tone = if load > 0.0 { 5000.0 * (TAU * TONE_HZ * slid_s + taxel as f64).sin() } else { 0.0 };
+    // Noise by hashing: the same in every run, and no generator to carry along.
+    let hash = ((t_s * 1e9) as u64 ^ taxel << 56).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let noise = ((hash >> 40) as f64 / (1u64 << 24) as f64 - 0.5) * 200.0;
+    (4e6 + sign * (load + tone) + noise).round() as i32
+}
