@@ -39,15 +39,25 @@ impl<'a> Likelihood<'a> {
     /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a row of them, then
     /// golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
-        let sides = 20;
+        let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
         let cost = |f: f64| if f > 0.0 && f < 0.5 { self.cost(f) } else { f64::INFINITY };
-        let best = (-sides..=sides).min_by(|a, b| cost(at(*a)).total_cmp(&cost(at(*b)))).unwrap();
+        let costs = (-sides..=sides).map(|i| (cost(at(i)), i));
+        let (_, best) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
         let (mut a, mut b) = (at(best - 1), at(best + 1));
         let ratio = (5f64.sqrt() - 1.0) / 2.0;
-        while b - a > 1e-12 {
-            let (x, y) = (b - ratio * (b - a), a + ratio * (b - a));
-            if cost(x) < cost(y) { b = y } else { a = x }
+        let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
+        let (mut at_x, mut at_y) = (cost(x), cost(y));
+        while b - a > 1e-11 {
+            if at_x < at_y {
+                (b, y, at_y) = (y, x, at_x);
+                x = b - ratio * (b - a);
+                at_x = cost(x);
+            } else {
+                (a, x, at_x) = (x, y, at_y);
+                y = a + ratio * (b - a);
+                at_y = cost(y);
+            }
         }
         0.5 * (a + b)
     }
