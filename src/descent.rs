@@ -47,7 +47,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// Nothing yet; `const`, so that it can live in a static.
+    /// Nothing yet.
     pub const fn new() -> Self {
         Self { sums: Moments::new(), solution: Solution::new() }
     }

@@ -8,8 +8,12 @@
 //! glance, and their conversions take a few instructions each. Those of any other scan take the long way,
 //! one by one.
 
+mod flawless;
+mod one_by_one;
+
 use crate::settings::{SCAN, TAXELS};
-use ads1258::{Channel, Conversion, Status, reading};
+use ads1258::{Channel, Conversion, reading};
+use flawless::LAST;
 
 /// One conversion with the time of its DRDY edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,14 +114,6 @@ const ID_OF: [u8; SLOTS as usize] = {
     }
     ids
 };
-
-/// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
-const FLAWLESS: u32 = 0x80;
-/// Status of a scan's last conversion, if it has no flaw.
-const LAST: u32 = FLAWLESS | ID_OF[SLOTS as usize - 1] as u32;
-/// Time from the first to the last conversion of a scan, at most, for none in between to be later than
-/// [`GAP_US`]: the nominal one and half of that.
-const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US / 2;
 
 /// Puts frames together.
 #[derive(Clone, Debug)]
@@ -220,123 +216,6 @@ impl Assembler {
     pub const fn frame(&self) -> &Frame {
         &self.frame
     }
-
-    /// Takes what waits as a frame, if it is a whole scan without a flaw that follows the one before it. False,
-    /// with nothing done, if it is not.
-    #[inline(always)]
-    pub fn whole(&mut self) -> bool {
-        let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
-        let (passed_us, scans) = match self.latest {
-            Some(_) => (begin_us.wrapping_sub(self.latest_us), 1),
-            None => (0, 0),
-        };
-        if self.count != SLOTS as usize
-            || self.latest.is_some_and(|latest| latest != SLOTS - 1)
-            || passed_us > GAP_US
-            || end_us.wrapping_sub(begin_us) > SPAN_US
-        {
-            return false;
-        }
-        let (mut odd, mut ends) = (0, 0);
-        for (status, id) in self.statuses.iter().zip(ID_OF) {
-            odd |= status ^ (FLAWLESS | id as u32);
-        }
-        for code in self.frame.taxels() {
-            ends |= beyond(*code);
-        }
-        if odd != 0 || ends >= -CODE_LEAST {
-            return false;
-        }
-        for slot in TAXELS..SLOTS as usize {
-            self.own[slot] = self.frame.codes[slot];
-        }
-        self.read = u32::MAX;
-        self.latest = Some(SLOTS - 1);
-        self.frame.number = self.frame.number.wrapping_add(scans);
-        self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
-        (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);
-        self.t_us = self.frame.t_us.wrapping_add(end_us.wrapping_sub(begin_us) as u64);
-        self.latest_us = end_us;
-        self.count = 0;
-        self.frames = self.frames.saturating_add(1);
-        true
-    }
-
-    /// Deals with the conversions that wait, and with each by itself.
-    #[inline(never)]
-    pub fn deal_one_by_one(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
-        let (codes, count) = (self.frame.codes, core::mem::take(&mut self.count));
-        self.frame.codes = self.own;
-        for ((code, status), t_us) in codes.into_iter().zip(self.statuses).zip(self.times_us).take(count) {
-            let conversion = Conversion { status: Status(status as u8), code };
-            self.take(&TimedConversion { t_us, conversion }, done);
-        }
-        self.own = self.frame.codes;
-    }
-
-    /// Takes any conversion.
-    fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Self, &Frame)) {
-        let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
-        let Some(slot) = SLOT_OF[status.chid() as usize % IDS].filter(|_| status.is_new()) else {
-            self.doubtful = self.doubtful.saturating_add(1);
-            return;
-        };
-        let clean = !status.is_overflow() && !status.is_supply_low();
-        self.doubtful = self.doubtful.saturating_add(!clean as u32);
-
-        let scans = self.advance(slot as u32, t_us);
-        if scans > 0 {
-            self.give(done);
-            self.frame.number = self.frame.number.wrapping_add(scans);
-            self.frame.t_us = self.t_us.saturating_sub((slot as u32 * CONVERSION_NS as u32 / 1000) as u64);
-            (self.frame.present, self.frame.good) = (0, 0);
-        }
-        self.open = true;
-        if let Some(place) = self.frame.codes.get_mut(slot as usize) {
-            *place = code;
-        }
-        let bit = 1u32 << slot;
-        self.read |= bit;
-        self.frame.present |= bit as u16;
-        if clean && beyond(code) < -CODE_LEAST {
-            self.frame.good |= bit as u16;
-        }
-        if bit << 1 == 1 << SLOTS {
-            self.give(done);
-        }
-    }
-
-    /// Moves on to `slot` at raw time `t_us` and counts what was lost on the way. Returns how many
-    /// scans later it is than the one under way.
-    fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
-        let Some(before) = self.latest.replace(slot) else {
-            self.latest_us = t_us;
-            self.lost = slot;
-            return 0;
-        };
-        let passed_us = t_us.wrapping_sub(self.latest_us);
-        self.latest_us = t_us;
-        self.t_us = self.t_us.wrapping_add(passed_us as u64);
-        let mut scans = (slot <= before) as u32;
-        if passed_us > GAP_US {
-            // As many whole scans more as bring the count of slots nearest to the time that passed.
-            // In two parts that 32 bits hold: a division of 64 bits is a kilobyte of code on the chip.
-            const NS: u32 = CONVERSION_NS as u32;
-            let by_time = passed_us / NS * 1000 + passed_us % NS * 1000 / NS;
-            let by_order = scans * SLOTS + slot - before;
-            scans += (by_time.saturating_sub(by_order) + SLOTS / 2) / SLOTS;
-        }
-        let steps = scans.saturating_mul(SLOTS).saturating_add(slot).saturating_sub(before);
-        self.lost = self.lost.saturating_add(steps.saturating_sub(1));
-        scans
-    }
-
-    fn give(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
-        if core::mem::take(&mut self.open) {
-            self.frames = self.frames.saturating_add(1);
-            done(self, &self.frame);
-        }
-    }
 }
 
 /// How far a code is from zero, and one more; what is beyond the scale or at its end has the sign bit of a
@@ -347,107 +226,4 @@ const fn beyond(code: i32) -> i32 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    extern crate std;
-    use std::vec::Vec;
-
-    /// The scan's channel ids as the datasheet orders them.
-    const IDS: [u8; 21] = [8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29];
-
-    fn conversion(count: u32, flags: u8) -> TimedConversion {
-        let slot = count as usize % 21;
-        let t_us = (count as u64 * 3106 * 1_000_000 / 15_728_640) as u32;
-        let code = if slot < 16 { count as i32 } else { [3, 3_932_160, 1_677_722, 7_864_320, 3_221_225][slot - 16] };
-        TimedConversion { t_us, conversion: Conversion { status: Status(flags | IDS[slot]), code } }
-    }
-
-    fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
-        let mut assembler = Assembler::new(4.096);
-        let mut frames = Vec::new();
-        for count in counts {
-            let mut timed = conversion(count, 0x80);
-            timed.t_us = timed.t_us.wrapping_add(start_us);
-            assembler.push(&timed, |_, frame| frames.push(*frame));
-        }
-        (assembler, frames)
-    }
-
-    #[test]
-    fn whole_scans_become_frames_and_readings() {
-        let (assembler, frames) = run(0..63, u32::MAX - 3000);
-        assert_eq!(frames.len(), 3);
-        for (n, frame) in frames.iter().enumerate() {
-            assert_eq!((frame.number, frame.present, frame.good), (n as u32, 0xffff, 0xffff));
-            assert_eq!(frame.taxels()[5], n as i32 * 21 + 5);
-            // Frame period by the datasheet's formula: 21 x 3106 / 15.72864 MHz.
-            assert!((frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0, "{}", frame.t_us);
-        }
-        assert_eq!((assembler.lost, assembler.doubtful), (0, 0));
-        let r = assembler.readings();
-        assert_eq!((r.supply_v, r.gain), (5.0, 1.0));
-        assert!((r.reference_v - 4.096).abs() < 1e-5);
-        // 1677722 codes of 4.096 V / 7864320 are 873.8 mV: (873813 - 168000) / 394 + 25 degrees.
-        assert!((r.temperature_c - 1816.4).abs() < 1.0, "{}", r.temperature_c);
-    }
-
-    #[test]
-    fn a_lost_conversion_leaves_its_taxel_out() {
-        let (assembler, frames) = run((0..63).filter(|c| *c != 21 + 7), 0);
-        assert_eq!(frames.len(), 3);
-        assert_eq!(frames[1].present, !(1 << 7));
-        assert_eq!(assembler.lost, 1);
-    }
-
-    #[test]
-    fn a_loss_across_the_scans_border_ends_the_frame() {
-        let (assembler, frames) = run((0..63).filter(|c| !(18..24).contains(c)), 0);
-        assert_eq!(frames.iter().map(|f| f.number).collect::<Vec<_>>(), [0, 1, 2]);
-        assert_eq!(frames[1].present, !0b111);
-        assert_eq!(assembler.lost, 6);
-    }
-
-    #[test]
-    fn whole_scans_lost_are_counted_by_time() {
-        for gap in [21, 42, 210, 21 * 241, 5, 30] {
-            let (assembler, frames) = run((0..5000 + 21 * 300).filter(|c| !(500..500 + gap).contains(c)), 0);
-            assert_eq!(assembler.lost, gap, "{gap}");
-            assert_eq!(frames.last().unwrap().number, (5000 + 21 * 300) / 21 - 1, "{gap}");
-        }
-    }
-
-    #[test]
-    fn flags_and_strangers_are_told() {
-        let mut assembler = Assembler::new(4.096);
-        let mut frames = Vec::new();
-        for count in 0..21 {
-            let flags = match count {
-                3 => 0xc0,
-                4 => 0xa0,
-                5 => 0x00,
-                _ => 0x80,
-            };
-            assembler.push(&conversion(count, flags), |_, frame| frames.push(*frame));
-        }
-        let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
-        assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |_, frame| frames.push(*frame));
-        assembler.deal_one_by_one(&mut |_: &Assembler, frame: &Frame| frames.push(*frame));
-        assert_eq!(frames.len(), 1);
-        assert_eq!(frames[0].good, !0b11_1000);
-        assert_eq!(frames[0].present, !0b10_0000);
-        assert_eq!(assembler.doubtful, 4);
-        assert_eq!(assembler.lost, 1);
-    }
-
-    #[test]
-    fn the_ends_of_the_scale_are_not_good() {
-        let mut assembler = Assembler::new(4.096);
-        let mut good = 0;
-        for count in 0..21 {
-            let mut timed = conversion(count, 0x80);
-            timed.conversion.code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
-            assembler.push(&timed, |_, frame| good = frame.good);
-        }
-        assert_eq!(good, !0b11);
-    }
-}
+mod tests;

@@ -21,6 +21,7 @@
 //! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
 //! | [`residuals`] | what a solution leaves, sample by sample |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
+//! | [`abscissa`], [`profile`] | cycles per second, or, by a speed profile, per millimetre |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
@@ -37,6 +38,7 @@
 // `!(a > b)` is meant where it stands: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
+pub mod abscissa;
 pub mod bridge;
 pub mod chance;
 pub mod contact;
@@ -55,6 +57,7 @@ pub mod nuisance;
 pub mod outbox;
 pub mod phase;
 pub mod pipeline;
+pub mod profile;
 pub mod residuals;
 pub mod search;
 pub mod settings;

@@ -268,7 +268,7 @@ mod app {
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
-            let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring)) {
+            let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None) {
                 Some(Some(estimate)) => estimate,
                 Some(None) => continue,
                 None => {

@@ -8,8 +8,16 @@
 //! A block is evaluated while the next one comes, a share of the taxels with each of its frames, so that
 //! no frame's work is much more than another's.
 
+mod noise;
+mod past;
+mod share;
+
 use crate::settings::TAXELS;
 use crate::window::Values;
+use noise::Noise;
+use past::{HISTORY, Past};
+pub use share::distance;
+use share::{SHARE, SHARES, greater, put, share};
 
 /// Frames of a short mean: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
@@ -21,14 +29,6 @@ const LONG: usize = 8;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 267 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
-/// Blocks that are remembered, and one in the making.
-const HISTORY: usize = (2 * LONG + 1).next_power_of_two();
-/// Taxels of a share.
-const SHARE: usize = TAXELS / SHARES;
-/// Shares of a block, as many as it has frames.
-const SHARES: usize = BLOCK_FRAMES as usize;
-/// Blocks over which the noise is averaged, once there are so many: 0.5 s.
-const LEARN_BLOCKS: f32 = 32.0;
 /// A comparison of sixteen taxels above this is motion: a chi-square's mean of 16 and eight of its
 /// standard deviations of 5.7. A day has 5 million blocks.
 const MOVING: f32 = 61.0;
@@ -37,22 +37,6 @@ const JUMPING: f32 = 410.0;
 /// Noise that is not white makes a comparison larger while nothing moves; motion is this many times
 /// what it was then.
 const OVER_TYPICAL: f32 = 4.0;
-
-/// The taxels of one share.
-type Share = [f32; SHARE];
-
-fn share(values: &Values, which: usize) -> &Share {
-    &values.as_chunks().0[which % SHARES]
-}
-
-fn put(values: &mut Values, which: usize, share: Share) {
-    values.as_chunks_mut().0[which % SHARES] = share;
-}
-
-/// `f32::max` is a call here, with more regard for NaN than a sum of squares needs.
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
 
 /// What one block of frames says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,31 +62,10 @@ pub struct Distances {
     pub loaded: f32,
 }
 
-/// Squared distance of two levels, each taxel's times its weight.
-pub fn distance<const N: usize>(weights: &[f32; N], a: &[f32; N], b: &[f32; N]) -> f32 {
-    let part = |c: usize| {
-        let off = a[c] - b[c];
-        off * off * weights[c]
-    };
-    (1..N).fold(part(0), |sum, c| sum + part(c))
-}
-
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    /// One over the variance of each taxel's frames, which is the greater of the two below.
-    weights: Values,
-    /// By the differences from frame to frame: right for white noise.
-    quick_variance: Values,
-    /// By the differences from block to block: larger where neighbouring frames share their noise, as
-    /// those of a recording that was interpolated do.
-    slow_variance: Values,
-    /// Blocks that have taught the noise, as far as they matter.
-    learned: f32,
-    /// Whether the latest block is to be learned.
-    teaches: bool,
-    /// What the one that is being learned weighs, else zero.
-    lesson: f32,
+    noise: Noise,
     /// The comparisons of still blocks.
     typical: [f32; 4],
     /// The block under way and the one before it, in turns.
@@ -125,39 +88,11 @@ pub struct Motion {
     distances: Distances,
 }
 
-/// Means of the latest blocks.
-#[derive(Clone, Debug)]
-struct Past {
-    blocks: [Values; HISTORY],
-    /// Place of the latest.
-    latest: usize,
-    /// Blocks that are remembered.
-    count: usize,
-    /// Sum of the latest ones, as many as the long comparison reaches back.
-    sum: Values,
-}
-
-impl Past {
-    /// The block `back` blocks before the latest; further back than [`HISTORY`] it is a later one.
-    fn back(&self, back: usize) -> &Values {
-        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
-    }
-
-    fn next(&self) -> usize {
-        (self.latest + 1) % HISTORY
-    }
-}
-
 impl Motion {
     /// At rest, having seen nothing.
     pub const fn new() -> Self {
         Self {
-            weights: [1.0; TAXELS],
-            quick_variance: [1.0; TAXELS],
-            slow_variance: [0.0; TAXELS],
-            learned: 0.0,
-            teaches: false,
-            lesson: 0.0,
+            noise: Noise::new(),
             typical: [0.0; 4],
             frames: [[[0.0; TAXELS]; BLOCK_FRAMES as usize]; 2],
             under_way: 0,
@@ -165,7 +100,7 @@ impl Motion {
             whole: false,
             begun: false,
             squares: [0.0; TAXELS],
-            past: Past { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0, sum: [0.0; TAXELS] },
+            past: Past::new(),
             known: 0,
             compared: [0.0; 4],
             distances: Distances { block: 0.0, of_late: 0.0, loaded: 0.0 },
@@ -210,21 +145,15 @@ impl Motion {
             return None;
         }
         if turn == 0 {
-            self.lesson = 0.0;
-            if core::mem::take(&mut self.teaches) {
-                if self.learned < LEARN_BLOCKS {
-                    self.learned += 1.0;
-                }
-                self.lesson = 1.0 / self.learned;
-            }
+            let lesson = self.noise.begin();
             for (typical, value) in self.typical.iter_mut().zip(self.compared) {
-                *typical += self.lesson * (value - *typical);
+                *typical += lesson * (value - *typical);
             }
             self.known = self.past.count;
             self.compared = [0.0; 4];
             self.distances = Distances { block: 0.0, of_late: 0.0, loaded: 0.0 };
         }
-        self.learn_share(turn);
+        self.noise.learn_share(turn, &self.past, &self.squares);
         self.evaluate_share(turn, idle, loaded, of_late);
         if turn + 1 < BLOCK_FRAMES as usize {
             return None;
@@ -250,7 +179,7 @@ impl Motion {
         let [first, second] = &self.frames;
         let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
         let mut previous = *share(before, turn);
-        let weights = *share(&self.weights, turn);
+        let weights = *share(&self.noise.weights, turn);
         let (mut sum, mut squares) = ([0.0; SHARE], [0.0; SHARE]);
         for (number, frame) in block.iter().enumerate() {
             let frame = share(frame, turn);
@@ -315,33 +244,7 @@ impl Motion {
     /// The latest block was a still one and teaches what the noise is.
     pub fn learn(&mut self) {
         // Share by share, each before the next block's is evaluated.
-        self.teaches = true;
-    }
-
-    #[inline(always)]
-    fn learn_share(&mut self, turn: usize) {
-        if self.lesson == 0.0 {
-            return;
-        }
-        let mean = self.past.back(0);
-        let before = if self.past.count > 1 { self.past.back(1) } else { mean };
-        let (mean, before, squares) = (share(mean, turn), share(before, turn), share(&self.squares, turn));
-        let (mut quick, mut slow) = (*share(&self.quick_variance, turn), *share(&self.slow_variance, turn));
-        let mut weights = [0.0; SHARE];
-        for c in 0..SHARE {
-            // Two neighbours' difference has twice the variance of one; a mean of four frames has a
-            // quarter of that of one.
-            let quick_now = squares[c] * (1.0 / (2 * BLOCK_FRAMES) as f32);
-            let off = mean[c] - before[c];
-            let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);
-            // A code is an integer: less than 1/12 of its square is not noise but luck.
-            quick[c] += self.lesson * (greater(quick_now, 1.0 / 12.0) - quick[c]);
-            slow[c] += self.lesson * (slow_now - slow[c]);
-            weights[c] = 1.0 / greater(quick[c], slow[c]);
-        }
-        put(&mut self.quick_variance, turn, quick);
-        put(&mut self.slow_variance, turn, slow);
-        put(&mut self.weights, turn, weights);
+        self.noise.teaches = true;
     }
 
     /// Moves one share of a level by so much of the way to the mean of the latest block.
@@ -361,45 +264,23 @@ impl Motion {
     /// Mean of the `count` latest blocks but the `skip` very latest, as far as they are remembered.
     /// None if there is not one.
     pub fn recent_mean(&self, skip: usize, count: usize) -> Option<Values> {
-        let until = (skip + count).min(self.past.count);
-        if until <= skip {
-            return None;
-        }
-        let mut mean = [0.0; TAXELS];
-        for turn in 0..SHARES {
-            put(&mut mean, turn, self.share_mean(turn, skip..until));
-        }
-        Some(mean)
-    }
-
-    /// One share of the mean of some blocks. Apart, for all in one would be unrolled to over a kilobyte.
-    #[inline(never)]
-    fn share_mean(&self, turn: usize, blocks: core::ops::Range<usize>) -> Share {
-        let mut sum = [0.0; SHARE];
-        let count = blocks.len() as f32;
-        for back in blocks {
-            let block = share(self.past.back(back), turn);
-            for c in 0..SHARE {
-                sum[c] += block[c];
-            }
-        }
-        sum.map(|sum| sum / count)
+        self.past.recent_mean(skip, count)
     }
 
     /// Variance of one taxel's noise, frame by frame, codes squared.
     pub fn variance(&self, taxel: usize) -> f32 {
-        1.0 / self.weights[taxel]
+        1.0 / self.noise.weights[taxel]
     }
 
     /// One over the variance of each taxel's frames.
     pub const fn weights(&self) -> &Values {
-        &self.weights
+        &self.noise.weights
     }
 
     /// Squared distance of two levels in units of one frame's noise.
     #[inline(never)]
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
-        distance(&self.weights, a, b)
+        distance(&self.noise.weights, a, b)
     }
 }
 

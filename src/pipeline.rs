@@ -5,11 +5,12 @@
 //! halves share only the [`Ring`] and pass [`Window`]s, so both ways give the same numbers for every
 //! window that is fitted; the chip may have to skip a hop, and counts it.
 
+use crate::abscissa::{Fitted, by_place, in_time};
 pub use crate::detector::{Counters, Detector};
 use crate::frame::TimedConversion;
+use crate::profile::Profile;
 use crate::settings::{Settings, TAXELS};
-use crate::sine_fit::{Fit, Fitter};
-use crate::stretch::Stretch;
+use crate::sine_fit::Fitter;
 use crate::telemetry::{Channel, Estimate, Event, Span, Status};
 use crate::window::{FrameSource, Ring, Window, reached};
 use ads1258::reading;
@@ -35,14 +36,21 @@ impl Estimator {
     pub const fn new(settings: Settings) -> Self {
         let Settings { accuracy, interferer_hz, window_s, .. } = settings;
         let fitter = Fitter::new(settings.harmonics);
-        Self { volts_per_code: reading::volts(1, settings.vref_v), fitter, accuracy, interferer_hz, window_s, told: 0 }
+        let volts_per_code = reading::volts(1, settings.vref_v);
+        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, told: 0 }
     }
 
     /// Fits a window. None if its frames were overwritten before they were read; the inner None says that it
-    /// has to grow to be as accurate as was asked for.
-    pub fn run(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Option<Estimate>> {
+    /// has to grow to be as accurate as was asked for. With a speed profile the estimate comes in cycles per
+    /// millimetre, without in hertz.
+    pub fn run(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        profile: Option<&Profile>,
+    ) -> Option<Option<Estimate>> {
         if !(self.accuracy > 0.0) || window.span == Span::Slide {
-            return self.fit(window, source).map(Some);
+            return self.fit(window, source, profile).map(Some);
         }
         // What told an estimate tells no other.
         let end = window.first.wrapping_add(window.frames);
@@ -51,8 +59,8 @@ impl Estimator {
         if window.frames < GROWING_FRAMES_MIN {
             return Some(None);
         }
-        let estimate = self.fit(&window, source)?;
-        let met = estimate.status == Status::Good && estimate.sigma_hz <= self.accuracy * estimate.frequency_hz;
+        let estimate = self.fit(&window, source, profile)?;
+        let met = estimate.status == Status::Good && estimate.sigma <= self.accuracy * estimate.frequency;
         // Half a frame short is as long as it gets.
         if !met && estimate.window_s < self.window_s - 0.5 / window.frame_rate_hz {
             return Some(None);
@@ -61,19 +69,21 @@ impl Estimator {
         Some(Some(estimate))
     }
 
-    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource) -> Option<Estimate> {
-        let mut stretch = Stretch::new(source, window.first, window.frames);
-        if self.interferer_hz > 0.0 {
-            stretch = stretch.with_interferer(self.interferer_hz / window.frame_rate_hz);
-        }
-        let fit = self.fitter.fit(&mut stretch)?;
+    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, profile: Option<&Profile>) -> Option<Estimate> {
+        let (fitter, interferer_hz) = (&mut self.fitter, self.interferer_hz);
+        let fitted = match profile {
+            None => in_time(fitter, window, source, interferer_hz)?,
+            Some(profile) => by_place(fitter, window, source, interferer_hz, profile)?,
+        };
+        let fit = &fitted.fit;
         let mut estimate = Estimate {
             t_us: window.end_us,
             window_s: window.frames as f32 / window.frame_rate_hz,
             span: window.span,
             status: fit.status,
-            frequency_hz: fit.frequency * window.frame_rate_hz,
-            sigma_hz: fit.sigma * window.frame_rate_hz,
+            abscissa: fitted.abscissa,
+            frequency: fit.frequency * fitted.per_unit,
+            sigma: fit.sigma * fitted.per_unit,
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
             channels: heapless::Vec::new(),
@@ -81,22 +91,21 @@ impl Estimator {
         for taxel in 0..TAXELS {
             if fit.usable & 1 << taxel != 0 {
                 // There is room for every taxel.
-                let _ = estimate.channels.push(self.channel(&fit, taxel, &window.reference));
+                let _ = estimate.channels.push(self.channel(&fitted, taxel, &window.reference));
             }
         }
         Some(estimate)
     }
 
-    fn channel(&self, fit: &Fit, taxel: usize, reference: &[i32; TAXELS]) -> Channel {
-        let channel = &fit.channels[taxel];
-        // A taxel's slot comes later in the scan than the frame's time: its phase is ahead by that.
-        let ahead = 2.0 * PI * fit.frequency * taxel as f32 / crate::frame::SLOTS as f32;
-        let phase_rad = channel.phase_rad - ahead;
+    fn channel(&self, fitted: &Fitted, taxel: usize, reference: &[i32; TAXELS]) -> Channel {
+        let channel = &fitted.fit.channels[taxel];
+        let turns = channel.phase_rad / (2.0 * PI) - fitted.ahead(taxel);
+        let phase_rad = 2.0 * PI * (turns - libm::roundf(turns));
         Channel {
             taxel: taxel as u8,
             offset_v: (reference[taxel] as f32 + channel.offset) * self.volts_per_code,
             amplitude_v: channel.amplitude * self.volts_per_code,
-            phase_rad: if phase_rad < -PI { phase_rad + 2.0 * PI } else { phase_rad },
+            phase_rad,
             residual_v: channel.residual * self.volts_per_code,
         }
     }
@@ -108,12 +117,23 @@ pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
     ring: Ring,
+    profile: Option<Profile>,
 }
 
 impl Pipeline {
     /// A pipeline at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
-        Self { detector: Detector::new(settings), estimator: Estimator::new(settings), ring: Ring::new() }
+        Self {
+            detector: Detector::new(settings),
+            estimator: Estimator::new(settings),
+            ring: Ring::new(),
+            profile: None,
+        }
+    }
+
+    /// From now on estimates come by this speed profile, in cycles per millimetre; without one, in hertz.
+    pub fn follow(&mut self, profile: Option<Profile>) {
+        self.profile = profile;
     }
 
     /// The greeting to send before anything else.
@@ -141,7 +161,7 @@ impl Pipeline {
 
     fn fit(&mut self, windows: &[Window], emit: &mut dyn FnMut(Event)) {
         for window in windows {
-            if let Some(Some(estimate)) = self.estimator.run(window, &mut &self.ring) {
+            if let Some(Some(estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
                 emit(Event::Estimate(estimate));
             }
         }

@@ -71,14 +71,12 @@ pub struct Start {
 pub struct Scratch {
     points: [f32; POINTS_MAX],
     power: [f32; POINTS_MAX / 2],
-    /// Sums and solution of the latest pass.
-    pub work: Work,
 }
 
 impl Scratch {
     /// Scratch memory; `const`, so that it can live in a static.
     pub const fn new() -> Self {
-        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2], work: Work::new() }
+        Self { points: [0.0; POINTS_MAX], power: [0.0; POINTS_MAX / 2] }
     }
 }
 
@@ -94,9 +92,10 @@ pub fn search(
     stretch: &mut Stretch,
     levels: &Levels,
     scratch: &mut Scratch,
+    work: &mut Work,
     harmonics: usize,
 ) -> Option<Option<Start>> {
-    let Scratch { points, power, work } = scratch;
+    let Scratch { points, power } = scratch;
     match look(stretch, levels, u16::MAX, points, power, work)? {
         Some(line) => settle(stretch, levels, work, line, harmonics).map(Some),
         None => Some(None),
@@ -135,6 +134,7 @@ pub fn search_coarse(
     levels_of_all: &Levels,
     coarse: &Coarse,
     scratch: &mut Scratch,
+    work: &mut Work,
     harmonics: usize,
 ) -> Option<Option<Start>> {
     // A gap gives a line high skirts: that takes all channels and all frames to see through.
@@ -160,17 +160,17 @@ pub fn search_coarse(
     }
     let channels = clearest(&shares, levels.usable);
     let (points, power) = scratch.power.split_at_mut(POINTS_MAX / 4);
-    let Some(line) = look(&mut means, &levels, channels, points, power, &mut scratch.work)? else {
+    let Some(line) = look(&mut means, &levels, channels, points, power, work)? else {
         return Some(None);
     };
     // The means cover whole groups of frames only.
     let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     if levels.frames as usize >= MEANS_FOR_HARMONICS || harmonics == 1 {
-        let start = settle(&mut means, &levels, &mut scratch.work, line, harmonics)?;
+        let start = settle(&mut means, &levels, work, line, harmonics)?;
         Some(Some(Start { nu: start.nu * scale, ..start }))
     } else {
         let line = Line { nu: line.nu * scale, ..line };
-        settle(stretch, levels_of_all, &mut scratch.work, line, harmonics).map(Some)
+        settle(stretch, levels_of_all, work, line, harmonics).map(Some)
     }
 }
 

@@ -73,6 +73,12 @@ impl Fit {
         matches!(self.status, Status::Good | Status::Ambiguous)
     }
 
+    /// Of a window in which the finger rests: no path to fit along.
+    pub fn at_rest(frames: u32) -> Self {
+        let channels = [ChannelFit::default(); TAXELS];
+        Self { status: Status::TooShort, frequency: 0.0, sigma: 0.0, harmonics: 0, frames, usable: 0, channels }
+    }
+
     fn without_tone(status: Status, levels: &Levels) -> Self {
         let mut channels = [ChannelFit::default(); TAXELS];
         for (c, channel) in channels.iter_mut().enumerate() {
@@ -103,6 +109,8 @@ impl Fitter {
 
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
+        // On the stack, which has room for it: the statics are close to their limit.
+        let work = &mut Work::new();
         let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
@@ -112,27 +120,27 @@ impl Fitter {
         if 2 * levels.frames < stretch.frames {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         }
-        if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, self.harmonics)? {
-            let fit = fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start)?;
+        if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, work, self.harmonics)? {
+            let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
             // A drift can hide a tone that is too fast for the means.
             if fit.has_tone() {
                 return Some(fit);
             }
         }
-        if let Some(start) = self.search_middle(stretch)? {
-            let fit = fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start)?;
+        if let Some(start) = self.search_middle(stretch, work)? {
+            let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
             if fit.has_tone() {
                 return Some(fit);
             }
         }
-        match search(stretch, &levels, &mut self.scratch, self.harmonics)? {
-            Some(start) => fit_from(stretch, &levels, &mut self.scratch.work, self.harmonics, start),
+        match search(stretch, &levels, &mut self.scratch, work, self.harmonics)? {
+            Some(start) => fit_from(stretch, &levels, work, self.harmonics, start),
             None => Some(Fit::without_tone(Status::NoTone, &levels)),
         }
     }
 
     /// Where a long window has a tone too fast for its means: the means of its middle may be short enough.
-    fn search_middle(&mut self, stretch: &mut Stretch) -> Option<Option<Start>> {
+    fn search_middle(&mut self, stretch: &mut Stretch, work: &mut Work) -> Option<Option<Start>> {
         let all = stretch.frames;
         if all <= MIDDLE_FRAMES || !stretch.is_in_time() {
             return Some(None);
@@ -142,7 +150,7 @@ impl Fitter {
         if levels.usable == 0 || 2 * levels.frames < MIDDLE_FRAMES {
             return Some(None);
         }
-        let start = search_coarse(&mut middle, &levels, &coarse, &mut self.scratch, self.harmonics)?;
+        let start = search_coarse(&mut middle, &levels, &coarse, &mut self.scratch, work, self.harmonics)?;
         let scale = all as f32 / MIDDLE_FRAMES as f32;
         Some(start.map(|start| Start { nu: start.nu * scale, ..start }))
     }

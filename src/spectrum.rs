@@ -60,8 +60,10 @@ pub fn strongest(
     // A path's first and last frame lie at its very ends, those in time half a frame inside.
     let bins_per_cycle = size as f32 / if stretch.is_in_time() { frames } else { frames - 1 } as f32;
     let least = ((least_cycles * bins_per_cycle) as usize).max(1);
+    // A path that turns has places closer together than its frames can tell lines.
+    let highest = if stretch.is_in_time() { power.len() } else { (2.0 * stretch.nu_most() * bins_per_cycle) as usize };
     let (mut at, mut peak) = (least, 0.0);
-    for (k, p) in power.iter().enumerate().skip(least) {
+    for (k, p) in power.iter().enumerate().take(highest + 1).skip(least) {
         if *p > peak {
             (at, peak) = (k, *p);
         }

@@ -11,6 +11,9 @@ use crate::window::{FrameSource, Values};
 /// from one table.
 pub(crate) const BLOCK: usize = 16;
 
+/// Frames from one place to the next that count for the length of a path.
+const STRIDE: u32 = 8;
+
 /// Frames and how to read them.
 pub struct Stretch<'a> {
     source: &'a mut dyn FrameSource,
@@ -29,8 +32,8 @@ pub struct Stretch<'a> {
 pub(crate) enum Abscissa<'a> {
     /// In time: that of frame 0, and from one frame to the next.
     Time { start: f32, step: f32 },
-    /// By place.
-    Place { of: &'a dyn Fn(u32) -> f32, centre: f32, half: f32 },
+    /// By place; `travel` is the way there and back, in `u`.
+    Place { of: &'a dyn Fn(u32) -> f32, centre: f32, half: f32, travel: f32 },
 }
 
 impl Abscissa<'_> {
@@ -43,7 +46,7 @@ impl Abscissa<'_> {
     pub fn u(&self, frame: u32) -> f32 {
         match self {
             Self::Time { start, step } => start + step * frame as f32,
-            Self::Place { of, centre, half } => (of(frame) - centre) / half,
+            Self::Place { of, centre, half, .. } => (of(frame) - centre) / half,
         }
     }
 
@@ -101,15 +104,22 @@ impl<'a> Stretch<'a> {
     /// does not move, or a place is not finite.
     pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
         let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (mut way, mut from) = (0.0, place(0));
         for frame in 0..self.frames {
             let at = place(frame);
             if !at.is_finite() {
                 return None;
             }
             (least, most) = (least.min(at), most.max(at));
+            // In strides, so that the grains of an encoder do not make the way longer.
+            if frame.is_multiple_of(STRIDE) || frame + 1 == self.frames {
+                way += (at - from).abs();
+                from = at;
+            }
         }
         let half = 0.5 * (most - least);
-        (half > 0.0).then_some(Self { abscissa: Abscissa::Place { of: place, centre: least + half, half }, ..self })
+        let abscissa = Abscissa::Place { of: place, centre: least + half, half, travel: way / half };
+        (half > 0.0).then_some(Self { abscissa, ..self })
     }
 
     /// The `frames` frames from its frame `from` on; in time only.
@@ -207,8 +217,14 @@ impl<'a> Stretch<'a> {
         }
     }
 
-    /// `nu` from which harmonics are too close to half the frame rate to be told from their images.
+    /// `nu` from which harmonics are too close to half the frame rate to be told from their images; along a
+    /// path, at its mean speed.
     pub(crate) fn nu_most(&self) -> f32 {
-        0.4999 * 0.5 * self.frames as f32
+        let way = match self.abscissa {
+            Abscissa::Time { .. } => 2.0,
+            // There and back is the path twice, and takes twice the frames.
+            Abscissa::Place { travel, .. } => travel.max(2.0),
+        };
+        0.4999 * self.frames as f32 / way
     }
 }

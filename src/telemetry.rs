@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 1;
+pub const PROTOCOL: u8 = 2;
 
 /// First message after start-up, and again about every ten seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -71,7 +71,8 @@ pub struct Channel {
     pub offset_v: f32,
     /// Amplitude of the fundamental, volts.
     pub amplitude_v: f32,
-    /// Phase of the fundamental, radians, cosine at the window's centre, -pi to pi.
+    /// Phase of the fundamental, radians, cosine at the window's centre, -pi to pi; by place, half way
+    /// between the window's ends on the surface.
     pub phase_rad: f32,
     /// Standard deviation of what the fit leaves, volts.
     pub residual_v: f32,
@@ -86,6 +87,15 @@ pub enum Span {
     Slide,
 }
 
+/// What a frequency counts its cycles in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Abscissa {
+    /// Time: cycles per second.
+    Time,
+    /// Place on the surface, by the host's speed profile: cycles per millimetre.
+    Place,
+}
+
 /// One fit over all valid channels of a window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
@@ -97,10 +107,13 @@ pub struct Estimate {
     pub span: Span,
     /// Whether to believe it.
     pub status: Status,
-    /// The common frequency, hertz; zero unless the status is good or ambiguous.
-    pub frequency_hz: f32,
-    /// Its standard deviation, hertz; zero where there is no frequency.
-    pub sigma_hz: f32,
+    /// What the frequency counts its cycles in.
+    pub abscissa: Abscissa,
+    /// The common frequency, hertz, or cycles per millimetre by place; zero unless the status is good or
+    /// ambiguous.
+    pub frequency: f32,
+    /// Its standard deviation, in the same unit; zero where there is no frequency.
+    pub sigma: f32,
     /// Harmonics fitted, the fundamental included.
     pub harmonics: u8,
     /// Frames of the window that were left out: missing, or without a valid value of a taxel that has

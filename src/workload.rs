@@ -15,7 +15,7 @@
 use crate::frame::TimedConversion;
 use crate::settings::TAXELS;
 use crate::sine_fit::Fit;
-use crate::telemetry::{Channel, Estimate, Event, Packet, Span, Status, WIRE_MAX, encode};
+use crate::telemetry::{Abscissa, Channel, Estimate, Event, Packet, Span, Status, WIRE_MAX, encode};
 use crate::window::Values;
 use ads1258::Conversion;
 use core::fmt;
@@ -136,8 +136,9 @@ pub fn longest_packet() -> Packet {
         window_s: 1.0,
         span: Span::Slide,
         status: Status::Good,
-        frequency_hz: 8.333_333,
-        sigma_hz: 1e-3,
+        abscissa: Abscissa::Place,
+        frequency: 8.333_333,
+        sigma: 1e-3,
         harmonics: 5,
         frames_missing: u16::MAX,
         channels: (0..TAXELS as u8).map(channel).collect(),

@@ -18,7 +18,7 @@ fn at(accuracy: f32, snr_db: f64, seed: u64) -> (Outcome, f64) {
 }
 
 fn relative_sigma(fit: &Estimate) -> f32 {
-    fit.sigma_hz / fit.frequency_hz
+    fit.sigma / fit.frequency
 }
 
 /// What one hop less would have told: sigma goes with the length to the power of -3/2 at the least.
@@ -39,7 +39,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
                     let before = relative_sigma(fit) * (fit.window_s / before_s).powi(3);
                     assert!(before > accuracy, "as soon as {accuracy}: {fit:?}");
                 }
-                errors.push((fit.frequency_hz as f64 - frequency_hz) / fit.sigma_hz as f64);
+                errors.push((fit.frequency as f64 - frequency_hz) / fit.sigma as f64);
                 lengths.push(fit.window_s);
             }
             // No frame tells two estimates.

@@ -24,15 +24,15 @@ fn assert_within_bars(what: &str, out: &Outcome, truth: &Truth) {
 
     assert_eq!(out.slide_fits.len(), 1, "{what}");
     let fit = &out.slide_fits[0];
-    let off = fit.frequency_hz as f64 - truth.frequency_hz;
+    let off = fit.frequency as f64 - truth.frequency_hz;
     assert_eq!(fit.status, Status::Good, "{what}");
     assert!(off.abs() < 0.002 * truth.frequency_hz, "{what}");
-    assert!(off.abs() < 6.0 * fit.sigma_hz as f64, "{what}");
+    assert!(off.abs() < 6.0 * fit.sigma as f64, "{what}");
     assert_eq!(fit.channels.len(), 16, "{what}");
     assert!(!out.window_fits.is_empty(), "{what}");
     for fit in &out.window_fits {
         assert_eq!(fit.status, Status::Good, "{what}");
-        assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma_hz as f64, "{what}");
+        assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 6.0 * fit.sigma as f64, "{what}");
     }
     assert_eq!((out.health.conversions_lost, out.health.conversions_doubtful), (0, 0), "{what}");
 }
@@ -105,7 +105,7 @@ fn the_slide_by_protocol_follows_the_paper() {
     assert_eq!(out.slides_s.len(), 1);
     assert_eq!(out.releases_s.len(), 1);
     let fit = &out.slide_fits[0];
-    assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 0.002 * truth.frequency_hz);
+    assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 0.002 * truth.frequency_hz);
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
     let fit = &out.slide_fits[0];
     assert_eq!(fit.status, Status::Good);
     assert!(fit.frames_missing > 5, "{fit:?}");
-    assert!((fit.frequency_hz as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma_hz as f64, "{fit:?}");
+    assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64, "{fit:?}");
 }
 
 /// A conversion's slot in the scan is a delay: without it the phases of taxels 0 and 15 would be
@@ -151,7 +151,7 @@ fn phases_are_those_of_one_moment() {
     }
     let out = outcome(&run(Together, Settings::default(), all));
     let fit = &out.slide_fits[0];
-    assert!((fit.frequency_hz - 40.0).abs() < 1e-3, "{fit:?}");
+    assert!((fit.frequency - 40.0).abs() < 1e-3, "{fit:?}");
     let first = fit.channels[0].phase_rad;
     for channel in &fit.channels {
         let apart =
@@ -192,7 +192,7 @@ fn holes_do_not_bend_the_frequency() {
                 (!(first..first + scans * 21).contains(&count)).then_some(conversion)
             }));
             for fit in out.window_fits.iter().chain(&out.slide_fits).filter(|fit| fit.status == Status::Good) {
-                let off = fit.frequency_hz as f64 / truth.frequency_hz - 1.0;
+                let off = fit.frequency as f64 / truth.frequency_hz - 1.0;
                 assert!(off.abs() < 0.01, "{scans} scans lost at {at_s} s: {fit:?}");
             }
         }

@@ -49,7 +49,8 @@ time stamps is averaged out, and a gap of a few rows counts as missing rows.
 Examples:
   ridgetone fit recording.csv
   ridgetone fit recording.csv --from 1.57 --to 13.57 --json
-  ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2")]
+  ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
+  ridgetone fit by_hand.csv --speed-column speed_mm_s")]
 pub struct FitArgs {
     /// Recording: CSV with a header.
     #[arg(value_name = "FILE.csv")]
@@ -63,7 +64,13 @@ pub struct FitArgs {
     /// Last time to use, seconds.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     pub to: Option<f64>,
-    /// Columns to fit, at most 16 [default: all but time_s].
+    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm, however the speed varies.
+    #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
+    pub speed_column: Option<String>,
+    /// Fit by place, with this column as the place on the surface, mm.
+    #[arg(long, value_name = "NAME")]
+    pub position_column: Option<String>,
+    /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub columns: Vec<String>,
     /// Most harmonics to fit, the fundamental included, 1 to 5.
@@ -166,6 +173,13 @@ pub struct ReplayArgs {
     /// Settings of the library.
     #[command(flatten)]
     pub settings: SettingsOptions,
+    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, at most 32 rows, straight
+    /// lines in between. Estimates then come in cycles per mm.
+    #[arg(long, value_name = "FILE.csv")]
+    pub profile: Option<PathBuf>,
+    /// The profile begins again where it ends [default: its last speed goes on].
+    #[arg(long, requires = "profile")]
+    pub profile_repeats: bool,
     /// One JSON object a line instead of text.
     #[arg(long)]
     pub json: bool,

@@ -5,11 +5,13 @@ use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, 
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
+use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
 use crate::{bench, demo, emulator, events, fit_report, picture, replay};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
+use ridgetone::profile::After;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
@@ -42,6 +44,7 @@ fn fit(args: &FitArgs) -> Result<()> {
         to_s: args.to,
         columns: args.columns.clone(),
         harmonics: args.harmonics,
+        place: args.position_column.clone().map(Column::Position).or(args.speed_column.clone().map(Column::Speed)),
         interferer_hz: args.mains,
     };
     if let (Some(rate_hz), Some([first, .., last])) = (args.rate, table.time_s()) {
@@ -60,9 +63,11 @@ fn fit(args: &FitArgs) -> Result<()> {
 
 fn run_replay(args: &ReplayArgs) -> Result<()> {
     let settings = args.settings.settings()?;
+    let after = if args.profile_repeats { After::Repeat } else { After::Hold };
+    let profile = args.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
     let input = open(&args.input, settings.window_s, ": choose a shorter --window")?;
     let mut progress = Progress::default();
-    let outcome = replay::run(input, settings, &mut printer(args.json), &mut |done_s, total_s| {
+    let outcome = replay::run(input, settings, profile, &mut printer(args.json), &mut |done_s, total_s| {
         progress.tell(done_s, total_s);
     });
     progress.end();

@@ -49,7 +49,7 @@ impl Summary {
     /// Error of the frequency found, percent of the nominal one.
     pub fn error_percent(&self) -> Option<f64> {
         let found = self.estimate.as_ref().filter(|estimate| has_tone(estimate.status))?;
-        Some(100.0 * (f64::from(found.frequency_hz) / self.truth.frequency_hz - 1.0))
+        Some(100.0 * (f64::from(found.frequency) / self.truth.frequency_hz - 1.0))
     }
 }
 
@@ -132,10 +132,10 @@ impl fmt::Display for Summary {
         row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
         match &self.estimate {
             Some(e) if has_tone(e.status) => {
-                let found = format!("{:.4} +- {:.4} Hz", e.frequency_hz, e.sigma_hz);
+                let found = format!("{:.4} +- {:.4} Hz", e.frequency, e.sigma);
                 row("tone", found, format!("{:.4} Hz", truth.frequency_hz))?;
-                let period_mm = speed_mm_s / f64::from(e.frequency_hz);
-                let sigma_mm = period_mm * f64::from(e.sigma_hz / e.frequency_hz);
+                let period_mm = speed_mm_s / f64::from(e.frequency);
+                let sigma_mm = period_mm * f64::from(e.sigma / e.frequency);
                 row(
                     "spatial period",
                     format!("{period_mm:.4} +- {sigma_mm:.4} mm"),

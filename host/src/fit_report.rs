@@ -2,7 +2,8 @@
 
 use crate::names::status_name;
 use crate::table_fit::TableFit;
-use ridgetone::telemetry::Status;
+use crate::tone::{JsonTone, abscissa_name, period};
+use ridgetone::telemetry::{Abscissa, Status};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -14,8 +15,9 @@ struct Json<'a> {
     window_s: f64,
     rows: usize,
     rows_missing: usize,
-    frequency_hz: Option<f64>,
-    sigma_hz: Option<f64>,
+    abscissa: &'static str,
+    #[serde(flatten)]
+    tone: JsonTone<f64>,
     status: &'static str,
     harmonics: u8,
     channels: Vec<JsonChannel<'a>>,
@@ -36,7 +38,7 @@ struct JsonChannel<'a> {
 /// # Errors
 /// None that a number could cause; those of the serializer.
 pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
-    let tone = fit.tone_hz.is_some();
+    let tone = fit.tone.is_some();
     let channels = fit.channels.iter().map(|channel| JsonChannel {
         name: &channel.name,
         usable: channel.values.is_some(),
@@ -52,8 +54,8 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
         window_s: fit.window_s,
         rows: fit.rows,
         rows_missing: fit.rows_missing,
-        frequency_hz: fit.tone_hz.map(|(frequency_hz, _)| frequency_hz),
-        sigma_hz: fit.tone_hz.map(|(_, sigma_hz)| sigma_hz),
+        abscissa: abscissa_name(fit.abscissa),
+        tone: JsonTone::new(fit.abscissa, fit.tone, period),
         status: status_name(fit.status),
         harmonics: fit.harmonics,
         channels: channels.collect(),
@@ -63,18 +65,21 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
 /// A table for people.
 pub fn text(fit: &TableFit) -> String {
     let mut out = String::new();
+    let width = if fit.abscissa == Abscissa::Time { 13 } else { 16 };
     let mut line = |name: &str, value: String| {
         // Writing to a string cannot fail.
-        let _ = writeln!(out, "{name:<13} {value}");
+        let _ = writeln!(out, "{name:<width$} {value}");
     };
-    match fit.tone_hz {
-        Some((frequency_hz, sigma_hz)) => {
-            line("frequency_hz", significant(frequency_hz, 7));
-            line("sigma_hz", significant(sigma_hz, 2));
-        }
-        None => {
-            line("frequency_hz", "-".into());
-            line("sigma_hz", "-".into());
+    let told = |value: Option<f64>, digits| value.map_or("-".into(), |value| significant(value, digits));
+    let mut pair = |name: &str, sigma_name: &str, values: Option<(f64, f64)>| {
+        line(name, told(values.map(|(value, _)| value), 7));
+        line(sigma_name, told(values.map(|(_, sigma)| sigma), 2));
+    };
+    match fit.abscissa {
+        Abscissa::Time => pair("frequency_hz", "sigma_hz", fit.tone),
+        Abscissa::Place => {
+            pair("frequency_per_mm", "sigma_per_mm", fit.tone);
+            pair("period_mm", "period_sigma_mm", fit.tone.map(period));
         }
     }
     line("status", format!("{} ({})", status_name(fit.status), meaning(fit.status)));
@@ -91,7 +96,7 @@ pub fn text(fit: &TableFit) -> String {
     );
     for channel in &fit.channels {
         let _ = match channel.values {
-            Some(v) if fit.tone_hz.is_some() => writeln!(
+            Some(v) if fit.tone.is_some() => writeln!(
                 out,
                 "{:<width$} {:>12} {:>12} {:>10.4} {:>12}",
                 channel.name,

@@ -5,6 +5,7 @@
 //! | a recording through the fit alone | [`grid`], [`table_fit`], [`fit_report`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
+//! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
@@ -30,6 +31,8 @@ pub mod picture;
 pub mod replay;
 pub mod setting;
 pub mod simulated;
+pub mod speed;
 mod svg;
 pub mod table_fit;
+mod tone;
 pub mod trade;

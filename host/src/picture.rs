@@ -69,11 +69,11 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     if !has_tone(fit.status) {
         return ("Sixteen taxels".into(), format!("The whole slide gave no tone: {}.", status_name(fit.status)));
     }
-    let title = format!("Sixteen taxels, one tone: {:.4} \u{b1} {:.4} Hz", fit.frequency_hz, fit.sigma_hz);
+    let title = format!("Sixteen taxels, one tone: {:.4} \u{b1} {:.4} Hz", fit.frequency, fit.sigma);
     let mut subtitle =
         format!("Least squares over {} channels and {:.2} s of sliding", fit.channels.len(), fit.window_s);
     if let Some(nominal_hz) = nominal_hz {
-        let error = 100.0 * (f64::from(fit.frequency_hz) / nominal_hz - 1.0);
+        let error = 100.0 * (f64::from(fit.frequency) / nominal_hz - 1.0);
         subtitle += &format!("; nominal {nominal_hz:.4} Hz, error {error:+.3} %");
     }
     (title, subtitle)
@@ -137,7 +137,7 @@ fn over_time(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
 
 /// A few periods around the window's centre: samples as dots, the fitted fundamental as a line.
 fn close_up(svg: &mut Svg, recording: &Recording, fit: &Estimate) {
-    let frequency_hz = f64::from(fit.frequency_hz);
+    let frequency_hz = f64::from(fit.frequency);
     let (start_s, end_s) = window(fit);
     let centre_s = 0.5 * (start_s + end_s);
     let half_s = (0.5 * CLOSE_PERIODS / frequency_hz).min(0.5 * (end_s - start_s));

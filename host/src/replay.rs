@@ -7,6 +7,7 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::Rig;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
+use ridgetone::profile::Profile;
 use ridgetone::settings::{SCAN, Settings};
 use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
@@ -35,19 +36,22 @@ pub struct Outcome {
 }
 
 /// Runs `input` through the library. Packets go to `sink` after a trip through the wire format; `progress` is told the
-/// seconds done and those to do. `settings` must have passed [`Settings::validate`].
+/// seconds done and those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per
+/// millimetre.
 ///
 /// # Errors
 /// Those of `sink`; an event that does not fit the wire format.
 pub fn run(
     input: Opened,
     settings: Settings,
+    profile: Option<Profile>,
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let end_s = input.end_s;
     let mut wire = Wire::new(sink);
     let mut pipeline = Box::new(Pipeline::new(settings));
+    pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
     conversions(input, &mut |timed| {

@@ -1,6 +1,7 @@
 //! `fit`: the joint fit alone, on any table of channels.
 
 use crate::grid::Grid;
+use crate::speed::Column;
 use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
 use ridgetone::moments::HARMONICS_MAX;
@@ -8,7 +9,7 @@ use ridgetone::settings::TAXELS;
 use ridgetone::sine_fit::Fitter;
 use ridgetone::spectrum::POINTS_MAX;
 use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::Status;
+use ridgetone::telemetry::{Abscissa, Status};
 use ridgetone::window::Table;
 
 /// The library takes its frames for ADC codes: quantized to 1, with a floor of residuals that comes from it. Channels
@@ -28,6 +29,8 @@ pub struct Selection {
     pub columns: Vec<String>,
     /// Most harmonics, the fundamental included, 1 to 5; 0 means 5.
     pub harmonics: u8,
+    /// The column to fit by place with, if not by time.
+    pub place: Option<Column>,
     /// A known interferer in all columns, hertz.
     pub interferer_hz: Option<f64>,
 }
@@ -67,8 +70,10 @@ pub struct TableFit {
     pub rows_missing: usize,
     /// Whether there is a tone.
     pub status: Status,
-    /// Frequency and its standard deviation, hertz; none without a tone.
-    pub tone_hz: Option<(f64, f64)>,
+    /// What the frequency counts its cycles in.
+    pub abscissa: Abscissa,
+    /// Frequency and its standard deviation, hertz, or cycles per millimetre by place; none without a tone.
+    pub tone: Option<(f64, f64)>,
     /// Harmonics fitted.
     pub harmonics: u8,
     /// One for each column.
@@ -82,7 +87,7 @@ pub struct TableFit {
 /// time stamps without a steady rate.
 pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let file = rows.file();
-    let columns = columns(rows, &selection.columns)?;
+    let columns = columns(rows, selection)?;
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
@@ -106,15 +111,34 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
     let mut source = Table { values: &scaled.values, valid: &scaled.valid };
+    let places = match &selection.place {
+        Some(column) => {
+            let at = named(rows, column.name())?;
+            let values: Vec<f64> = rows.rows()[first..end].iter().map(|row| row[at]).collect();
+            column.places_mm(&values, &grid)
+        }
+        None => Vec::new(),
+    };
+    let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
     let mut stretch = Stretch::new(&mut source, 0, grid.slots() as u32);
     if let Some(interferer_hz) = selection.interferer_hz {
         stretch = stretch.with_interferer((interferer_hz / grid.rate_hz) as f32);
+    }
+    if let Some(column) = &selection.place {
+        let Some(along) = stretch.along(&place) else {
+            bail!("{file}: by column {} the finger does not move in this part", column.name());
+        };
+        stretch = along;
     }
     let harmonics = if selection.harmonics == 0 { HARMONICS_MAX as u8 } else { selection.harmonics };
     let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
         bail!("{file}: the fit did not see all rows");
     };
 
+    let (abscissa, per_unit) = match selection.place {
+        Some(_) => (Abscissa::Place, 1.0),
+        None => (Abscissa::Time, grid.rate_hz),
+    };
     let has_tone = matches!(found.status, Status::Good | Status::Ambiguous);
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
@@ -132,25 +156,34 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         rows: end - first,
         rows_missing: grid.missing(),
         status: found.status,
-        tone_hz: has_tone.then(|| (f64::from(found.frequency) * grid.rate_hz, f64::from(found.sigma) * grid.rate_hz)),
+        abscissa,
+        tone: has_tone.then(|| (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit)),
         harmonics: found.harmonics,
         channels: channels.collect(),
     })
 }
 
-/// Places of the wanted columns.
-fn columns(rows: &Rows, wanted: &[String]) -> Result<Vec<usize>> {
+/// Which of the columns has a name.
+fn named(rows: &Rows, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
-    let mut columns = Vec::new();
-    for name in wanted {
-        match names.iter().position(|known| known == name) {
-            Some(at) if columns.contains(&at) => bail!("{file}: --columns names {name} twice"),
-            Some(at) => columns.push(at),
-            None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
-        }
+    match names.iter().position(|known| known == name) {
+        Some(at) => Ok(at),
+        None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
     }
-    if wanted.is_empty() {
-        columns = (0..names.len()).collect();
+}
+
+/// The wanted columns.
+fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
+    let file = rows.file();
+    let mut columns = Vec::new();
+    for name in &selection.columns {
+        let at = named(rows, name)?;
+        ensure!(!columns.contains(&at), "{file}: --columns names {name} twice");
+        columns.push(at);
+    }
+    if selection.columns.is_empty() {
+        let place = selection.place.as_ref().map(Column::name);
+        columns = (0..rows.names().len()).filter(|at| Some(rows.names()[*at].as_str()) != place).collect();
     }
     let count = columns.len();
     ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are fitted together: choose with --columns");

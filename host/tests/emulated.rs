@@ -33,7 +33,7 @@ fn replayed(input: &Input) -> Vec<Packet> {
         Ok(())
     };
     let input = input.open().expect("an input");
-    replay::run(input, Settings::DEFAULT, &mut sink, &mut |_, _| {}).expect("a replay");
+    replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
     packets
 }
 
@@ -79,9 +79,9 @@ fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: 
     assert!((slides[0].0 - truth.slide_start_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
     assert!((slides[0].1 - truth.slide_end_s).abs() < 0.020, "{what}: {slides:?}, {truth:?}");
     assert_eq!(estimates.len(), 1, "{what}: {estimates:?}");
-    let off = f64::from(estimates[0].frequency_hz) / truth.frequency_hz - 1.0;
+    let off = f64::from(estimates[0].frequency) / truth.frequency_hz - 1.0;
     assert_eq!(estimates[0].status, Status::Good, "{what}");
-    assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency_hz);
+    assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency);
     assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0), "{what}");
 }
 

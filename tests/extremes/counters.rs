@@ -48,8 +48,8 @@ fn frame_numbers_that_wrap_change_nothing() {
         assert!(plain.len() > 4 && wrapped.len() == plain.len(), "{} {}", plain.len(), wrapped.len());
         for (wrapped, plain) in wrapped.iter().zip(&plain) {
             assert_eq!((wrapped.status, wrapped.span, wrapped.harmonics), (plain.status, plain.span, plain.harmonics));
-            let off = (wrapped.frequency_hz - plain.frequency_hz).abs();
-            assert!(off < 0.1 * plain.sigma_hz, "{wrapped:?} {plain:?}");
+            let off = (wrapped.frequency - plain.frequency).abs();
+            assert!(off < 0.1 * plain.sigma, "{wrapped:?} {plain:?}");
             // The rate is nominal, in f32.
             let off = wrapped.t_us.abs_diff(plain.t_us + later_us);
             assert!((off as f64) < 1e-6 * later_us as f64, "{wrapped:?} {plain:?}");

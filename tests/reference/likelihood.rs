@@ -15,6 +15,10 @@ pub enum Baseline {
 #[derive(Clone, Debug)]
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
+    /// Where each was taken: frames from the centre, or places along a path.
+    places: Vec<f64>,
+    /// Above this every frequency is the image of one below.
+    highest: f64,
     /// Frames that count.
     rows: Vec<usize>,
     /// Bit c: channel c counts.
@@ -27,7 +31,10 @@ pub struct Likelihood<'a> {
 
 impl<'a> Likelihood<'a> {
     pub fn new(values: &'a [[f32; 16]], harmonics: usize, baseline: Baseline) -> Self {
-        Self { values, rows: (0..values.len()).collect(), channels: u16::MAX, harmonics, baseline, interferer: None }
+        let centre = 0.5 * (values.len() as f64 - 1.0);
+        let places = (0..values.len()).map(|n| n as f64 - centre).collect();
+        let rows = (0..values.len()).collect();
+        Self { values, places, highest: 0.5, rows, channels: u16::MAX, harmonics, baseline, interferer: None }
     }
 
     /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
@@ -41,7 +48,7 @@ impl<'a> Likelihood<'a> {
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
-        let cost = |f: f64| if f > 0.0 && f < 0.5 { self.cost(f) } else { f64::INFINITY };
+        let cost = |f: f64| if f > 0.0 && f < self.highest { self.cost(f) } else { f64::INFINITY };
         let costs = (-sides..=sides).map(|i| (cost(at(i)), i));
         let (_, best) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
         let (mut a, mut b) = (at(best - 1), at(best + 1));
@@ -89,14 +96,14 @@ impl<'a> Likelihood<'a> {
     }
 
     fn columns(&self, f: f64) -> Vec<Vec<f64>> {
-        let centre = 0.5 * (self.values.len() as f64 - 1.0);
-        let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(*n as f64 - centre)).collect();
+        let half = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
+        let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
         let degree = match self.baseline {
             Baseline::Level => 0,
             Baseline::Line => 1,
             Baseline::Curve => 3,
         };
-        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / centre).powi(d))).collect();
+        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / half).powi(d))).collect();
         let harmonics = (1..=self.harmonics).map(|h| h as f64 * f);
         for f in self.interferer.into_iter().chain(harmonics) {
             columns.push(column(&|t| (TAU * f * t).cos()));
@@ -136,4 +143,11 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, slope: bool) -> f64 {
     let baseline = if slope { Baseline::Line } else { Baseline::Level };
     Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
+}
+
+/// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
+pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
+    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+    let in_time = Likelihood::new(values, harmonics, baseline);
+    Likelihood { places: places.to_vec(), highest: f64::INFINITY, ..in_time }.peak(near, reach)
 }

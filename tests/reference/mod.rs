@@ -4,7 +4,7 @@
 
 mod likelihood;
 
-pub use likelihood::{Baseline, Likelihood, log_likelihood_peak};
+pub use likelihood::{Baseline, Likelihood, log_likelihood_peak, peak_along};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -103,10 +103,14 @@ impl Noise {
     }
 
     pub fn next(&mut self) -> f64 {
-        (-2.0 * (1.0 - unit(&mut self.0)).ln()).sqrt() * (TAU * unit(&mut self.0)).cos()
+        normal(&mut self.0)
     }
 }
 
-fn unit(rng: &mut ChaCha8Rng) -> f64 {
+pub fn unit(rng: &mut ChaCha8Rng) -> f64 {
     (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    (-2.0 * (1.0 - unit(rng)).ln()).sqrt() * (TAU * unit(rng)).cos()
 }

@@ -32,8 +32,8 @@ pub fn try_settings(bytes: &[u8]) -> bool {
 fn look_at(event: &Event) {
     if let Event::Estimate(fit) = event {
         let channels = fit.channels.iter().flat_map(|c| [c.offset_v, c.amplitude_v, c.phase_rad, c.residual_v]);
-        let all = [fit.window_s, fit.frequency_hz, fit.sigma_hz].into_iter().chain(channels);
+        let all = [fit.window_s, fit.frequency, fit.sigma].into_iter().chain(channels);
         assert!(all.into_iter().all(f32::is_finite), "{fit:?}");
-        assert!(fit.status != Status::Good || fit.sigma_hz > 0.0 && fit.frequency_hz > 0.0, "{fit:?}");
+        assert!(fit.status != Status::Good || fit.sigma > 0.0 && fit.frequency > 0.0, "{fit:?}");
     }
 }

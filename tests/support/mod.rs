@@ -3,6 +3,7 @@
 use hal_mock::{Options, Rig, Scene};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
+use ridgetone::profile::Profile;
 use ridgetone::settings::{SCAN, Settings};
 use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
@@ -11,6 +12,16 @@ use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 pub fn run(
     scene: impl Scene + 'static,
     settings: Settings,
+    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
+) -> Vec<Event> {
+    run_along(scene, settings, None, keep)
+}
+
+/// The same with a speed profile.
+pub fn run_along(
+    scene: impl Scene + 'static,
+    settings: Settings,
+    profile: Option<Profile>,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
     let rig = Rig::new(scene, Options::default());
@@ -22,6 +33,7 @@ pub fn run(
 
     let mut pipeline = Box::new(Pipeline::new(settings));
     let mut wire = Wire::default();
+    pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
     while let Some(edge_ns) = rig.wait_for_drdy() {

@@ -1,6 +1,7 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::names::{has_tone, span_name, status_name};
+use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone::settings::{Settings, SlideRule};
 use ridgetone::telemetry::{Channel, Event, Packet};
 use serde::Serialize;
@@ -33,8 +34,9 @@ enum Body<'a> {
         t_s: f64,
         window_s: f32,
         span: &'static str,
-        frequency_hz: Option<f32>,
-        sigma_hz: Option<f32>,
+        abscissa: &'static str,
+        #[serde(flatten)]
+        tone: JsonTone<f32>,
         status: &'static str,
         harmonics: u8,
         frames_missing: u16,
@@ -131,8 +133,8 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             t_s: seconds(e.t_us),
             window_s: e.window_s,
             span: span_name(e.span),
-            frequency_hz: has_tone(e.status).then_some(e.frequency_hz),
-            sigma_hz: has_tone(e.status).then_some(e.sigma_hz),
+            abscissa: abscissa_name(e.abscissa),
+            tone: JsonTone::new(e.abscissa, has_tone(e.status).then_some((e.frequency, e.sigma)), period_f32),
             status: status_name(e.status),
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,
@@ -163,7 +165,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Contact, Estimate, Slide, Span, Status};
+    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Slide, Span, Status};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -185,8 +187,9 @@ mod tests {
             window_s: 1.0,
             span: Span::Window,
             status: Status::NoTone,
-            frequency_hz: 0.0,
-            sigma_hz: 0.0,
+            abscissa: Abscissa::Time,
+            frequency: 0.0,
+            sigma: 0.0,
             harmonics: 0,
             frames_missing: 2,
             channels: Default::default(),
@@ -194,8 +197,27 @@ mod tests {
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         assert_eq!(
             line,
-            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"channels":[]}"#
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"channels":[]}"#
         );
+    }
+
+    #[test]
+    fn by_place_it_is_cycles_per_millimetre_and_the_period() {
+        let estimate = Estimate {
+            t_us: 2_000_000,
+            window_s: 1.0,
+            span: Span::Window,
+            status: Status::Good,
+            abscissa: Abscissa::Place,
+            frequency: 0.25,
+            sigma: 0.0625,
+            harmonics: 1,
+            frames_missing: 0,
+            channels: Default::default(),
+        };
+        let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
+        let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"status""#;
+        assert!(line.contains(tone), "{line}");
     }
 
     #[test]

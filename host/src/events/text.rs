@@ -1,8 +1,9 @@
 //! One line a packet: time, what, and its values with units.
 
 use crate::names::{has_tone, status_name};
+use crate::tone::period_f32;
 use ridgetone::settings::SlideRule;
-use ridgetone::telemetry::{Channel, Estimate, Event, Health, Hello, Packet, Span};
+use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span};
 
 /// A packet as one line, without its end.
 pub fn text(packet: &Packet) -> String {
@@ -60,10 +61,14 @@ fn estimate(e: &Estimate) -> String {
         Span::Window => "window",
         Span::Slide => "SLIDE",
     };
+    let (unit, found) = match e.abscissa {
+        Abscissa::Time => ("Hz", (e.frequency, e.sigma)),
+        Abscissa::Place => ("mm", period_f32((e.frequency, e.sigma))),
+    };
     let tone = if has_tone(e.status) {
-        format!("{:>9.4} Hz +- {:.4} Hz", e.frequency_hz, e.sigma_hz)
+        format!("{:>9.4} {unit} +- {:.4} {unit}", found.0, found.1)
     } else {
-        format!("{:>9} Hz", "-")
+        format!("{:>9} {unit}", "-")
     };
     let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, status_name(e.status));
     if has_tone(e.status) {

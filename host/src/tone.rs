@@ -1,0 +1,63 @@
+//! A frequency and its uncertainty in the words of its unit, the same in every output.
+
+use ridgetone::telemetry::Abscissa;
+use serde::Serialize;
+
+/// Fields of a tone in JSON: in hertz, or by place in cycles per millimetre; null without a tone.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub enum JsonTone<T> {
+    /// In time.
+    Time {
+        /// Frequency, hertz.
+        frequency_hz: Option<T>,
+        /// Its standard deviation, hertz.
+        sigma_hz: Option<T>,
+    },
+    /// By place.
+    Place {
+        /// Frequency, cycles per millimetre.
+        frequency_per_mm: Option<T>,
+        /// Its standard deviation, cycles per millimetre.
+        sigma_per_mm: Option<T>,
+        /// Spatial period, millimetres.
+        period_mm: Option<T>,
+        /// Its standard deviation, millimetres.
+        period_sigma_mm: Option<T>,
+    },
+}
+
+impl<T: Copy> JsonTone<T> {
+    /// Of a frequency and its standard deviation, if there is one; `period` makes of both those of the period.
+    pub fn new(abscissa: Abscissa, tone: Option<(T, T)>, period: fn((T, T)) -> (T, T)) -> Self {
+        let (frequency, sigma) = (tone.map(|(frequency, _)| frequency), tone.map(|(_, sigma)| sigma));
+        match abscissa {
+            Abscissa::Time => Self::Time { frequency_hz: frequency, sigma_hz: sigma },
+            Abscissa::Place => Self::Place {
+                frequency_per_mm: frequency,
+                sigma_per_mm: sigma,
+                period_mm: tone.map(|tone| period(tone).0),
+                period_sigma_mm: tone.map(|tone| period(tone).1),
+            },
+        }
+    }
+}
+
+/// Period of a tone and its standard deviation.
+pub fn period((frequency, sigma): (f64, f64)) -> (f64, f64) {
+    (1.0 / frequency, sigma / frequency / frequency)
+}
+
+/// The same of the numbers on the wire.
+pub fn period_f32((frequency, sigma): (f32, f32)) -> (f32, f32) {
+    let (period, sigma) = period((frequency.into(), sigma.into()));
+    (period as f32, sigma as f32)
+}
+
+/// Name of an abscissa in JSON.
+pub fn abscissa_name(abscissa: Abscissa) -> &'static str {
+    match abscissa {
+        Abscissa::Time => "time",
+        Abscissa::Place => "place",
+    }
+}

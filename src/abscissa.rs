@@ -1,0 +1,80 @@
+//! What a window's frequency counts its cycles in: time, or place on the surface.
+
+use crate::frame::{CONVERSION_NS, SLOTS};
+use crate::profile::Profile;
+use crate::settings::TAXELS;
+use crate::sine_fit::{Fit, Fitter};
+use crate::stretch::Stretch;
+use crate::telemetry::Abscissa;
+use crate::window::{FrameSource, Window};
+
+/// The middle of a scan, in slots from its first: by place all taxels of a frame count as read there. What
+/// that is wrong by while the speed changes has the opposite sign in the first taxels and in the last.
+const MIDDLE_SLOT: f32 = 0.5 * (TAXELS as f32 - 1.0);
+
+/// A fit, and the unit of its frequency.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The fit.
+    pub fit: Fit,
+    /// What its frequency counts cycles in.
+    pub abscissa: Abscissa,
+    /// The frequency told, in hertz or cycles per millimetre, over that of the fit.
+    pub per_unit: f32,
+    /// What passes from one slot of the scan to the next, in the fit's unit: frames, or millimetres.
+    pub per_slot: f32,
+    /// Slot that the fit's phases are those of.
+    pub slot: f32,
+}
+
+impl Fitted {
+    /// By how many turns a taxel's phase is ahead, for its slot comes later in the scan.
+    pub fn ahead(&self, taxel: usize) -> f32 {
+        self.fit.frequency * self.per_slot * (taxel as f32 - self.slot)
+    }
+}
+
+/// A window's frames, with the interferer in them if one is known, hertz; zero: none.
+fn stretch<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> Stretch<'a> {
+    let stretch = Stretch::new(source, window.first, window.frames);
+    if interferer_hz > 0.0 { stretch.with_interferer(interferer_hz / window.frame_rate_hz) } else { stretch }
+}
+
+/// Fits a window in time. None if its frames were overwritten.
+pub fn in_time(
+    fitter: &mut Fitter,
+    window: &Window,
+    source: &mut dyn FrameSource,
+    interferer_hz: f32,
+) -> Option<Fitted> {
+    let fit = fitter.fit(&mut stretch(window, source, interferer_hz))?;
+    let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
+    Some(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
+}
+
+/// Fits a window by the places that a speed profile leads to. None if its frames were overwritten.
+pub fn by_place(
+    fitter: &mut Fitter,
+    window: &Window,
+    source: &mut dyn FrameSource,
+    interferer_hz: f32,
+    profile: &Profile,
+) -> Option<Fitted> {
+    // By the converter's own clock: the stamp of a single frame has the jitter of its interrupt.
+    let frame_us = 1e6 / window.frame_rate_hz;
+    let last = window.frames.saturating_sub(1);
+    let middle_us = (MIDDLE_SLOT * CONVERSION_NS as f32 * 1e-3) as u64;
+    let start_us = window.end_us.saturating_add(middle_us).saturating_sub((last as f32 * frame_us) as u64);
+    // Less the first place, so that f32 keeps the small ones of a finger that has gone far.
+    let first_mm = profile.place_mm(start_us);
+    let place_mm = |frame: u32| {
+        let t_us = start_us.saturating_add((frame as f32 * frame_us) as u64);
+        (profile.place_mm(t_us) - first_mm) as f32
+    };
+    let per_slot = place_mm(last) / (last.max(1) * SLOTS) as f32;
+    let fit = match stretch(window, source, interferer_hz).along(&place_mm) {
+        Some(mut stretch) => fitter.fit(&mut stretch)?,
+        None => Fit::at_rest(window.frames),
+    };
+    Some(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: MIDDLE_SLOT })
+}

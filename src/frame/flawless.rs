@@ -1,0 +1,55 @@
+//! The short way: a whole scan without a flaw, taken at one glance.
+
+use super::{Assembler, CODE_LEAST, CONVERSION_NS, GAP_US, ID_OF, SLOTS, beyond};
+use crate::settings::TAXELS;
+
+/// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
+const FLAWLESS: u32 = 0x80;
+/// Status of a scan's last conversion, if it has no flaw.
+pub(super) const LAST: u32 = FLAWLESS | ID_OF[SLOTS as usize - 1] as u32;
+/// Time from the first to the last conversion of a scan, at most, for none in between to be later than
+/// [`GAP_US`]: the nominal one and half of that.
+const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US / 2;
+
+impl Assembler {
+    /// Takes what waits as a frame, if it is a whole scan without a flaw that follows the one before it. False,
+    /// with nothing done, if it is not.
+    #[inline(always)]
+    pub fn whole(&mut self) -> bool {
+        let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
+        let (passed_us, scans) = match self.latest {
+            Some(_) => (begin_us.wrapping_sub(self.latest_us), 1),
+            None => (0, 0),
+        };
+        if self.count != SLOTS as usize
+            || self.latest.is_some_and(|latest| latest != SLOTS - 1)
+            || passed_us > GAP_US
+            || end_us.wrapping_sub(begin_us) > SPAN_US
+        {
+            return false;
+        }
+        let (mut odd, mut ends) = (0, 0);
+        for (status, id) in self.statuses.iter().zip(ID_OF) {
+            odd |= status ^ (FLAWLESS | id as u32);
+        }
+        for code in self.frame.taxels() {
+            ends |= beyond(*code);
+        }
+        if odd != 0 || ends >= -CODE_LEAST {
+            return false;
+        }
+        for slot in TAXELS..SLOTS as usize {
+            self.own[slot] = self.frame.codes[slot];
+        }
+        self.read = u32::MAX;
+        self.latest = Some(SLOTS - 1);
+        self.frame.number = self.frame.number.wrapping_add(scans);
+        self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
+        (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);
+        self.t_us = self.frame.t_us.wrapping_add(end_us.wrapping_sub(begin_us) as u64);
+        self.latest_us = end_us;
+        self.count = 0;
+        self.frames = self.frames.saturating_add(1);
+        true
+    }
+}

@@ -1,0 +1,82 @@
+//! The long way: each conversion of a scan with a loss or a flaw by itself.
+
+use super::{Assembler, CODE_LEAST, CONVERSION_NS, Frame, GAP_US, IDS, SLOT_OF, SLOTS, TimedConversion, beyond};
+use ads1258::{Conversion, Status};
+
+impl Assembler {
+    /// Deals with the conversions that wait, and with each by itself.
+    #[inline(never)]
+    pub fn deal_one_by_one(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
+        let (codes, count) = (self.frame.codes, core::mem::take(&mut self.count));
+        self.frame.codes = self.own;
+        for ((code, status), t_us) in codes.into_iter().zip(self.statuses).zip(self.times_us).take(count) {
+            let conversion = Conversion { status: Status(status as u8), code };
+            self.take(&TimedConversion { t_us, conversion }, done);
+        }
+        self.own = self.frame.codes;
+    }
+
+    /// Takes any conversion.
+    fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Self, &Frame)) {
+        let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
+        let Some(slot) = SLOT_OF[status.chid() as usize % IDS].filter(|_| status.is_new()) else {
+            self.doubtful = self.doubtful.saturating_add(1);
+            return;
+        };
+        let clean = !status.is_overflow() && !status.is_supply_low();
+        self.doubtful = self.doubtful.saturating_add(!clean as u32);
+
+        let scans = self.advance(slot as u32, t_us);
+        if scans > 0 {
+            self.give(done);
+            self.frame.number = self.frame.number.wrapping_add(scans);
+            self.frame.t_us = self.t_us.saturating_sub((slot as u32 * CONVERSION_NS as u32 / 1000) as u64);
+            (self.frame.present, self.frame.good) = (0, 0);
+        }
+        self.open = true;
+        if let Some(place) = self.frame.codes.get_mut(slot as usize) {
+            *place = code;
+        }
+        let bit = 1u32 << slot;
+        self.read |= bit;
+        self.frame.present |= bit as u16;
+        if clean && beyond(code) < -CODE_LEAST {
+            self.frame.good |= bit as u16;
+        }
+        if bit << 1 == 1 << SLOTS {
+            self.give(done);
+        }
+    }
+
+    /// Moves on to `slot` at raw time `t_us` and counts what was lost on the way. Returns how many
+    /// scans later it is than the one under way.
+    fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
+        let Some(before) = self.latest.replace(slot) else {
+            self.latest_us = t_us;
+            self.lost = slot;
+            return 0;
+        };
+        let passed_us = t_us.wrapping_sub(self.latest_us);
+        self.latest_us = t_us;
+        self.t_us = self.t_us.wrapping_add(passed_us as u64);
+        let mut scans = (slot <= before) as u32;
+        if passed_us > GAP_US {
+            // As many whole scans more as bring the count of slots nearest to the time that passed.
+            // In two parts that 32 bits hold: a division of 64 bits is a kilobyte of code on the chip.
+            const NS: u32 = CONVERSION_NS as u32;
+            let by_time = passed_us / NS * 1000 + passed_us % NS * 1000 / NS;
+            let by_order = scans * SLOTS + slot - before;
+            scans += (by_time.saturating_sub(by_order) + SLOTS / 2) / SLOTS;
+        }
+        let steps = scans.saturating_mul(SLOTS).saturating_add(slot).saturating_sub(before);
+        self.lost = self.lost.saturating_add(steps.saturating_sub(1));
+        scans
+    }
+
+    fn give(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
+        if core::mem::take(&mut self.open) {
+            self.frames = self.frames.saturating_add(1);
+            done(self, &self.frame);
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Scans with and without losses, flags and clipped codes.
+
+use super::*;
+use ads1258::Status;
+extern crate std;
+use std::vec::Vec;
+
+/// The scan's channel ids as the datasheet orders them.
+const IDS: [u8; 21] = [8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 26, 27, 28, 29];
+
+fn conversion(count: u32, flags: u8) -> TimedConversion {
+    let slot = count as usize % 21;
+    let t_us = (count as u64 * 3106 * 1_000_000 / 15_728_640) as u32;
+    let code = if slot < 16 { count as i32 } else { [3, 3_932_160, 1_677_722, 7_864_320, 3_221_225][slot - 16] };
+    TimedConversion { t_us, conversion: Conversion { status: Status(flags | IDS[slot]), code } }
+}
+
+fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
+    let mut assembler = Assembler::new(4.096);
+    let mut frames = Vec::new();
+    for count in counts {
+        let mut timed = conversion(count, 0x80);
+        timed.t_us = timed.t_us.wrapping_add(start_us);
+        assembler.push(&timed, |_, frame| frames.push(*frame));
+    }
+    (assembler, frames)
+}
+
+#[test]
+fn whole_scans_become_frames_and_readings() {
+    let (assembler, frames) = run(0..63, u32::MAX - 3000);
+    assert_eq!(frames.len(), 3);
+    for (n, frame) in frames.iter().enumerate() {
+        assert_eq!((frame.number, frame.present, frame.good), (n as u32, 0xffff, 0xffff));
+        assert_eq!(frame.taxels()[5], n as i32 * 21 + 5);
+        // Frame period by the datasheet's formula: 21 x 3106 / 15.72864 MHz.
+        assert!((frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0, "{}", frame.t_us);
+    }
+    assert_eq!((assembler.lost, assembler.doubtful), (0, 0));
+    let r = assembler.readings();
+    assert_eq!((r.supply_v, r.gain), (5.0, 1.0));
+    assert!((r.reference_v - 4.096).abs() < 1e-5);
+    // 1677722 codes of 4.096 V / 7864320 are 873.8 mV: (873813 - 168000) / 394 + 25 degrees.
+    assert!((r.temperature_c - 1816.4).abs() < 1.0, "{}", r.temperature_c);
+}
+
+#[test]
+fn a_lost_conversion_leaves_its_taxel_out() {
+    let (assembler, frames) = run((0..63).filter(|c| *c != 21 + 7), 0);
+    assert_eq!(frames.len(), 3);
+    assert_eq!(frames[1].present, !(1 << 7));
+    assert_eq!(assembler.lost, 1);
+}
+
+#[test]
+fn a_loss_across_the_scans_border_ends_the_frame() {
+    let (assembler, frames) = run((0..63).filter(|c| !(18..24).contains(c)), 0);
+    assert_eq!(frames.iter().map(|f| f.number).collect::<Vec<_>>(), [0, 1, 2]);
+    assert_eq!(frames[1].present, !0b111);
+    assert_eq!(assembler.lost, 6);
+}
+
+#[test]
+fn whole_scans_lost_are_counted_by_time() {
+    for gap in [21, 42, 210, 21 * 241, 5, 30] {
+        let (assembler, frames) = run((0..5000 + 21 * 300).filter(|c| !(500..500 + gap).contains(c)), 0);
+        assert_eq!(assembler.lost, gap, "{gap}");
+        assert_eq!(frames.last().unwrap().number, (5000 + 21 * 300) / 21 - 1, "{gap}");
+    }
+}
+
+#[test]
+fn flags_and_strangers_are_told() {
+    let mut assembler = Assembler::new(4.096);
+    let mut frames = Vec::new();
+    for count in 0..21 {
+        let flags = match count {
+            3 => 0xc0,
+            4 => 0xa0,
+            5 => 0x00,
+            _ => 0x80,
+        };
+        assembler.push(&conversion(count, flags), |_, frame| frames.push(*frame));
+    }
+    let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
+    assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |_, frame| frames.push(*frame));
+    assembler.deal_one_by_one(&mut |_: &Assembler, frame: &Frame| frames.push(*frame));
+    assert_eq!(frames.len(), 1);
+    assert_eq!(frames[0].good, !0b11_1000);
+    assert_eq!(frames[0].present, !0b10_0000);
+    assert_eq!(assembler.doubtful, 4);
+    assert_eq!(assembler.lost, 1);
+}
+
+#[test]
+fn the_ends_of_the_scale_are_not_good() {
+    let mut assembler = Assembler::new(4.096);
+    let mut good = 0;
+    for count in 0..21 {
+        let mut timed = conversion(count, 0x80);
+        timed.conversion.code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
+        assembler.push(&timed, |_, frame| good = frame.good);
+    }
+    assert_eq!(good, !0b11);
+}

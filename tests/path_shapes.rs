@@ -1,0 +1,139 @@
+//! The fit along paths of many shapes, against a reference in f64 that shares no code with it.
+
+#[allow(dead_code, reason = "every test file uses a part of it")]
+mod reference;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use reference::{normal, peak_along, unit};
+use ridgetone::sine_fit::{Fit, Fitter};
+use ridgetone::stretch::Stretch;
+use ridgetone::telemetry::Status;
+use ridgetone::window::{Table, Values};
+use std::f64::consts::TAU;
+
+const FRAMES: usize = 241;
+
+/// Place in millimetres by the share of the window that is over.
+type Shape = fn(f64) -> f64;
+
+/// Ways over a surface.
+const SHAPES: [(&str, Shape); 6] = [
+    ("steady", |t| 30.0 * t),
+    ("backwards", |t| -30.0 * t),
+    ("speeding up from rest", |t| 30.0 * t * t),
+    ("stopping half way", |t| 30.0 * (2.0 * t).min(1.0)),
+    ("there and back", |t| 30.0 * (0.5 - 0.5 * (TAU * t).cos())),
+    ("to and fro, twice", |t| 22.0 * (0.5 - 0.5 * (2.0 * TAU * t).cos())),
+];
+
+fn places(shape: Shape) -> Vec<f64> {
+    (0..FRAMES).map(|k| shape(k as f64 / (FRAMES - 1) as f64)).collect()
+}
+
+/// Windows of sixteen channels; overtones over the fundamental, second first.
+fn scan(places: &[f64], period_mm: f64, overtones: &[f64], noise: f64, seed: u64) -> Vec<Values> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let phases: [f64; 16] = std::array::from_fn(|_| unit(&mut rng));
+    let frame = |place: &f64| {
+        std::array::from_fn(|c| {
+            let theta = TAU * (place / period_mm + phases[c]);
+            let overtone = |(h, a): (usize, &f64)| a * ((h + 2) as f64 * theta + (c * h) as f64).cos();
+            let wave = theta.cos() + overtones.iter().enumerate().map(overtone).sum::<f64>();
+            (1000.0 * wave + noise * normal(&mut rng)).round() as f32
+        })
+    };
+    places.iter().map(frame).collect()
+}
+
+fn fit(values: &[Values], places: &[f64], harmonics: u8) -> Fit {
+    let valid = vec![u16::MAX; values.len()];
+    let mut table = Table { values, valid: &valid };
+    let place = |frame: u32| places[frame as usize] as f32;
+    let mut stretch = Stretch::new(&mut table, 0, values.len() as u32).along(&place).unwrap();
+    let mut fitter = Box::new(Fitter::new(harmonics));
+    fitter.fit(&mut stretch).unwrap()
+}
+
+#[test]
+fn along_any_path_it_is_the_maximum_of_the_likelihood() {
+    for (name, shape) in SHAPES {
+        let places = places(shape);
+        for (period_mm, harmonics) in [(10.0, 1), (4.0, 1), (3.1, 3), (1.7, 1)] {
+            let overtones = &[0.5, 0.3][..harmonics - 1];
+            let values = scan(&places, period_mm, overtones, 100.0, 3);
+            let fit = fit(&values, &places, harmonics as u8);
+            assert_eq!(
+                (fit.status, fit.harmonics as usize),
+                (Status::Good, harmonics),
+                "{name}, {period_mm} mm: {fit:?}"
+            );
+            let peak = peak_along(&values, &places, 1.0 / period_mm, 0.4 / 30.0, harmonics, true);
+            let off = (fit.frequency as f64 - peak) / fit.sigma as f64;
+            assert!(off.abs() < 0.1, "{name}, {period_mm} mm: {off} sigma from the reference");
+        }
+    }
+}
+
+#[test]
+fn sigma_is_the_spread_of_the_estimates_on_a_path_too() {
+    for (name, shape) in SHAPES {
+        let places = places(shape);
+        let (mut sum, runs) = (0.0, 200);
+        for seed in 0..runs {
+            let fit = fit(&scan(&places, 3.1, &[0.4], 200.0, seed), &places, 2);
+            sum += ((fit.frequency as f64 - 1.0 / 3.1) / fit.sigma as f64).powi(2);
+        }
+        // Three standard deviations of the root of a chi-square of 200.
+        let spread = (sum / runs as f64).sqrt();
+        assert!((0.85..1.15).contains(&spread), "{name}: {spread}");
+    }
+}
+
+#[test]
+fn a_strong_overtone_is_no_octave_error() {
+    for (name, shape) in SHAPES {
+        let places = places(shape);
+        for overtones in [[2.5, 0.4], [0.5, 2.5]] {
+            let fit = fit(&scan(&places, 6.2, &overtones, 100.0, 5), &places, 4);
+            let told = fit.frequency as f64 * 6.2;
+            assert!(fit.status == Status::Good && (told - 1.0).abs() < 0.01, "{name} {overtones:?}: {told} {fit:?}");
+        }
+    }
+}
+
+#[test]
+fn noise_on_a_path_is_no_tone() {
+    for (name, shape) in SHAPES {
+        let places = places(shape);
+        let found =
+            (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).has_tone());
+        let found = found.count();
+        // At most 1 %, with room for chance in 200 trials.
+        assert!(found <= 5, "{name}: {found} of 200");
+    }
+}
+
+/// An encoder tells places in grains, and where there is none the finger may seem to rest.
+#[test]
+fn the_grains_of_an_encoder_do_no_harm() {
+    let exact = places(|t| 30.0 * t * (0.5 + 0.5 * t));
+    let values = scan(&exact, 3.1, &[0.4], 100.0, 3);
+    for grain_mm in [0.01, 0.1, 0.3] {
+        let grains: Vec<f64> = exact.iter().map(|place| (place / grain_mm).round() * grain_mm).collect();
+        let fit = fit(&values, &grains, 3);
+        let off = fit.frequency as f64 * 3.1 - 1.0;
+        assert!(fit.status == Status::Good && off.abs() < 0.002, "{grain_mm} mm: {off} {fit:?}");
+    }
+}
+
+#[test]
+fn a_path_that_is_none_is_refused() {
+    let values = vec![[0.0; 16]; FRAMES];
+    let valid = vec![u16::MAX; FRAMES];
+    for place in [|_| 5.0, |frame| if frame == 7 { f32::NAN } else { frame as f32 }, |_| f32::INFINITY] {
+        let place: fn(u32) -> f32 = place;
+        let mut table = Table { values: &values, valid: &valid };
+        assert!(Stretch::new(&mut table, 0, FRAMES as u32).along(&place).is_none());
+    }
+}
