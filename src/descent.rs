@@ -3,7 +3,7 @@
 use crate::levels::Levels;
 use crate::moments::Moments;
 use crate::nuisance::Nuisances;
-use crate::solve::{Shape, Solution};
+use crate::solve::{Shape, Solution, is_misfit};
 use crate::stretch::Stretch;
 use core::f32::consts::PI;
 
@@ -13,7 +13,7 @@ pub const CYCLES_MIN: f32 = 0.6;
 /// Cycles in the window from which a slope can be told from the wave and is always fitted too.
 pub const CYCLES_FOR_SLOPE: f32 = 2.0;
 /// Gauss-Newton steps at the most; two do from a guess of the search.
-const STEPS_MAX: usize = 8;
+const STEPS_MAX: usize = 16;
 /// An error of the last step this small against the uncertainty is none.
 const STEP_DONE: f32 = 0.05;
 /// The same of a guess, in standard deviations: the fit goes on from there.
@@ -86,7 +86,7 @@ impl<'p, 'a> Problem<'p, 'a> {
     /// frames were overwritten.
     #[inline(never)]
     pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize, close: f32) -> Option<bool> {
-        let mut nu = nu;
+        let (mut nu, mut before) = (nu, 0.0);
         for left in (0..steps.clamp(1, STEPS_MAX)).rev() {
             self.pass(nu, shape.harmonics)?;
             if self.step(shape).is_none() {
@@ -95,7 +95,7 @@ impl<'p, 'a> Problem<'p, 'a> {
             if left == 0 || self.arrives(nu, close) {
                 break;
             }
-            nu = self.solution().nu;
+            nu = self.leap(nu, &mut before);
         }
         Some(true)
     }
@@ -110,6 +110,16 @@ impl<'p, 'a> Problem<'p, 'a> {
         self.arrives(self.nu, STEP_DONE)
     }
 
+    /// Where to go on: a step further, or, where the model is wrong and each step but a share of the one before,
+    /// to where all that follow lead (Aitken).
+    fn leap(&self, nu: f32, before: &mut f32) -> f32 {
+        let step = self.solution().nu - nu;
+        let share = core::mem::replace(before, step).recip() * step;
+        let more = if share > 0.1 && share < 0.9 { share / (1.0 - share) } else { 0.0 };
+        let to = nu + (step * (1.0 + more)).max(-STEP_MAX).min(STEP_MAX);
+        to.min(self.stretch.nu_most()).max(0.15)
+    }
+
     /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
     fn arrives(&self, nu: f32, close: f32) -> bool {
         let solution = self.solution();
@@ -119,6 +129,10 @@ impl<'p, 'a> Problem<'p, 'a> {
         // with its cube (the waves' third-order terms), and what the residuals are too large by with
         // its square.
         let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
+        // Where the model is wrong a step is but a part of the way.
+        if is_misfit(self.levels, &solution.rest, solution.shape.unknowns()) {
+            return step <= done || step < 1e-6 * nu;
+        }
         // Below two cycles the waves lean on offset and slope too, and as close to half the frame rate on their own
         // images: a step errs by more than that.
         let highest = solution.shape.harmonics as f32 * nu;

@@ -29,7 +29,7 @@ pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> 
 /// Where to start: at the strongest line, or at the fundamental that it belongs to. None if frames were
 /// overwritten.
 pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, slope: line.slope, curved: line.curved };
+    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curved: line.curved };
     let mut highest = AMBIGUOUS_SHARE;
     for (part, _) in [2usize, 3].into_iter().zip(line.suspects).filter(|(_, suspect)| *suspect) {
         let nu = line.nu / part as f32;
@@ -58,7 +58,7 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
             highest = share;
             start.ambiguous = share <= SUBHARMONIC_SHARE;
             if !start.ambiguous {
-                (start.nu, start.slope) = (nu, slope);
+                (start.nu, start.slope, start.comb) = (nu, slope, true);
             }
         }
     }

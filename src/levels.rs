@@ -24,6 +24,9 @@ pub struct Levels {
     pub uy: Values,
     /// Sum of y squared.
     pub yy: Values,
+    /// Variance of a frame's noise by the third differences of frames in a row: a tone of less than a tenth of
+    /// the frame rate adds next to nothing. 0 if no four frames in a row count.
+    pub rough: Values,
     /// Sum of u.
     pub u: f32,
     /// Sum of u squared.
@@ -76,6 +79,9 @@ struct Sums {
     y: Values,
     uy: Values,
     yy: Values,
+    /// Third differences squared, and how many for each channel.
+    rough: Values,
+    quads: u32,
 }
 
 impl Sums {
@@ -88,10 +94,11 @@ impl Sums {
                 self.uu += u[i] * u[i];
             }
         }
+        self.quads += if block.whole { (BLOCK / QUAD) as u32 } else { 0 };
         let step = u[1] - u[0];
         for c in 0..TAXELS {
             let zero = self.zero[c];
-            let (mut sum, mut u_sum, mut within, mut squares) = (0.0, 0.0, 0.0, 0.0);
+            let (mut sum, mut u_sum, mut within, mut squares, mut rough) = (0.0, 0.0, 0.0, 0.0, 0.0);
             for q in 0..BLOCK / QUAD {
                 let y: [f32; QUAD] = core::array::from_fn(|i| block.values[QUAD * q + i][c] - zero);
                 let quad = y[0] + y[1] + y[2] + y[3];
@@ -101,6 +108,8 @@ impl Sums {
                 for y in y {
                     squares += y * y;
                 }
+                let third = y[3] - y[0] + 3.0 * (y[1] - y[2]);
+                rough += third * third;
                 quads[q][c] = quad;
                 sum += quad;
             }
@@ -109,6 +118,9 @@ impl Sums {
                 self.uy[c] += u_sum + step * within;
             }
             self.yy[c] += squares;
+            if block.whole {
+                self.rough[c] += rough;
+            }
         }
     }
 
@@ -166,7 +178,7 @@ pub(crate) fn levels(stretch: &mut Stretch, mut means: Option<Means>) -> Option<
     stretch.taxels = reliable_taxels(stretch)?;
     let zero = stretch.first_counted()?.unwrap_or_default();
     let empty = [0.0; TAXELS];
-    let mut sums = Sums { zero, n: 0, u: 0.0, uu: 0.0, y: empty, uy: empty, yy: empty };
+    let mut sums = Sums { zero, n: 0, u: 0.0, uu: 0.0, y: empty, uy: empty, yy: empty, rough: empty, quads: 0 };
     if let Some(means) = &mut means {
         means.values.fill(empty);
         means.valid.fill(0);
@@ -205,6 +217,7 @@ impl Sums {
             y: empty,
             uy: empty,
             yy: empty,
+            rough: empty,
             u: self.u,
             uu: self.uu,
             usable: 0,
@@ -234,6 +247,8 @@ impl Sums {
             result.uy[c] = self.uy[c] - self.u * moved;
             result.yy[c] = self.yy[c] - moved * (2.0 * self.y[c] - count * moved);
             result.slope[c] = slope;
+            // 1 + 9 + 9 + 1: the squared factors of a third difference.
+            result.rough[c] = self.rough[c] / (20 * self.quads).max(1) as f32;
             result.about_line[c] = about;
             result.about_mean[c] = about_mean;
         }

@@ -35,8 +35,15 @@ const CLEAREST: usize = 4;
 const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
 const CURVED: f32 = 3.0;
-/// Rates of relaxing baselines that are tried, per half window: time constants of a third to a thirtieth of it.
-const RELAXING: [f32; 7] = [1.5, 2.2, 3.2, 4.7, 7.0, 10.0, 15.0];
+/// Relaxing baselines that are tried: their slowest rate per half window (a time constant of a third of it), from
+/// one to the next, how many, and how often the steps about the best are halved.
+const RELAXING_LEAST: f32 = 1.5;
+/// From one rate to the next.
+const RELAXING_FACTOR: f32 = 1.5;
+/// How many of them: down to a time constant of a thirtieth of the window.
+const RELAXING_RATES: usize = 7;
+/// How often the factor about the best one is reduced to its root.
+const RELAXING_CLOSER: usize = 3;
 /// Gain over a drift by which a line of few cycles is a line and not that curve.
 const NO_CURVE: f32 = 8.0;
 
@@ -60,6 +67,8 @@ pub struct Start {
     pub nu: f32,
     /// It is open whether this is the fundamental.
     pub ambiguous: bool,
+    /// It is the fundamental of a stronger line.
+    pub comb: bool,
     /// Whether each channel has a slope.
     pub slope: bool,
     /// Whether each channel has a curve.
@@ -248,15 +257,37 @@ fn look(
 fn best_drift(problem: &mut Problem) -> Option<Option<Values>> {
     let levels = problem.levels;
     let Some((_, mut best)) = problem.nuisances.baseline(levels, problem.nuisances.count()) else { return Some(None) };
-    for rate in RELAXING {
-        let nuisances = Nuisances::new(problem.stretch, levels, Curve::Relaxing(rate))?;
-        if let Some((_, rest)) = nuisances.baseline(levels, nuisances.count())
-            && gain(levels, &best, &rest, 0) > 0.0
-        {
-            best = rest;
+    // Rates by the factor from one to the next: first apart, then ever closer about the best.
+    let (mut at, mut factor) = (RELAXING_LEAST, RELAXING_FACTOR);
+    let mut rate = at;
+    for _ in 0..RELAXING_RATES {
+        if relax(problem, rate, &mut best)? {
+            at = rate;
+        }
+        rate *= factor;
+    }
+    for _ in 0..RELAXING_CLOSER {
+        factor = libm::sqrtf(factor);
+        let about = at;
+        for rate in [about / factor, about * factor] {
+            if relax(problem, rate, &mut best)? {
+                at = rate;
+            }
         }
     }
     Some(Some(best))
+}
+
+/// Whether a baseline that relaxes at `rate` leaves less than `best`, which is then what it leaves. None if frames
+/// were overwritten.
+fn relax(problem: &mut Problem, rate: f32, best: &mut Values) -> Option<bool> {
+    let nuisances = Nuisances::new(problem.stretch, problem.levels, Curve::Relaxing(rate))?;
+    let baseline = nuisances.baseline(problem.levels, nuisances.count());
+    let better = baseline.filter(|(_, rest)| gain(problem.levels, best, rest, 0) > 0.0);
+    if let Some((_, rest)) = &better {
+        *best = *rest;
+    }
+    Some(better.is_some())
 }
 
 /// Whether a line of few cycles at `nu`, with a slope and overtones if need be, is likelier than a drift that
@@ -320,7 +351,7 @@ fn strongest_low(problem: &mut Problem, peak: f32, nuisances: usize) -> Option<f
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
 fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, harmonics: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, slope: line.slope, curved: line.curved };
+    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curved: line.curved };
     if harmonics < 2 {
         return Some(start);
     }

@@ -14,7 +14,7 @@ use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
 use crate::search::{Scratch, Start, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
-use crate::solve::{self, Shape, Solution, gain, quantization, rest};
+use crate::solve::{self, Shape, Solution, gain, is_misfit, quantization, rest};
 use crate::stretch::Stretch;
 use crate::telemetry::Status;
 use crate::window::Values;
@@ -160,7 +160,7 @@ impl Fitter {
 // Large and called from several places: one copy is enough.
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
-    let Start { nu, ambiguous, slope, curved } = start;
+    let Start { nu, ambiguous, comb, slope, curved } = start;
     let nuisances = Nuisances::new(stretch, levels, if curved { Curve::Bent } else { Curve::None })?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
@@ -191,7 +191,7 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
             problem.converge(nu, shape)?;
         }
     }
-    conclude(&mut problem, ambiguous)
+    conclude(&mut problem, ambiguous, comb)
 }
 
 /// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest. A
@@ -255,7 +255,7 @@ fn add_slope(problem: &mut Problem) -> Option<()> {
 }
 
 /// Residual, uncertainty and verdict of a converged fit.
-fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
+fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     let Problem { stretch, levels, nuisances, work, .. } = problem;
     let best = &work.solution;
     let frames = levels.frames as f32;
@@ -286,7 +286,8 @@ fn conclude(problem: &mut Problem, ambiguous: bool) -> Option<Fit> {
         || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu)
     {
         Status::TooShort
-    } else if ambiguous {
+        // What comes and goes, or a drift, has lines below its own too.
+    } else if ambiguous || comb && is_misfit(levels, &rest, best.shape.unknowns()) {
         Status::Ambiguous
     } else {
         Status::Good

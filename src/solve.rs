@@ -287,6 +287,23 @@ impl Default for Solution {
     }
 }
 
+/// Residuals over the frames' own noise ([`Levels::rough`]) from which there is more in the channels than is
+/// modelled.
+const MISFIT: f32 = 1.5;
+
+/// Whether sums of squares `rest`, left by so many `unknowns` of a channel, are more than the channels' noise.
+pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize) -> bool {
+    let freedom = (levels.frames as f32 - unknowns as f32).max(1.0);
+    let (mut sum, mut channels) = (0.0, 0.0);
+    for c in 0..TAXELS {
+        if levels.usable & 1 << c != 0 && levels.rough[c] > 0.0 {
+            sum += rest[c] / (freedom * levels.rough[c]);
+            channels += 1.0;
+        }
+    }
+    sum > MISFIT * channels
+}
+
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,
 /// over what left `before`: negative where `before` is likelier. Bartlett's factor is in it: the logarithm of few frames
 /// overstates what so many unknowns explain.

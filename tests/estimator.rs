@@ -1,5 +1,6 @@
 //! The fit against an independent f64 reference, and its verdicts.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};

@@ -6,7 +6,6 @@
 //! maximal power of its spectrum. Here the same frames go to that method and to the fit along the path, and
 //! both are judged on the windows in which the fit says that it has a tone.
 
-#[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
 
 use rand_chacha::ChaCha8Rng;

@@ -86,7 +86,7 @@ fn a_packet_of_few_cycles_is_no_comb() {
 }
 
 #[test]
-#[ignore = "91 of 105 are off, by up to 8.6 sigma: where the model is wrong Gauss-Newton creeps and is taken to have arrived"]
+#[ignore = "91 of 105 are off, by up to 7.6 sigma: where the model is wrong Gauss-Newton creeps and is taken to have arrived"]
 fn a_tone_that_starts_or_ends_inside_is_at_its_maximum() {
     let check = |what: &str, case: &Case, fit: &ridgetone::sine_fit::Fit, _: f64| {
         if fit.has_tone() {

@@ -3,6 +3,7 @@
 
 #[path = "../support/any_settings.rs"]
 mod any_settings;
+#[allow(dead_code, reason = "every test file uses a part of it")]
 #[path = "../reference/mod.rs"]
 mod reference;
 

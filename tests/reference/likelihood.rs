@@ -15,6 +15,10 @@ pub enum Baseline {
 #[derive(Clone, Debug)]
 pub struct Likelihood<'a> {
     values: &'a [[f32; 16]],
+    /// Where each was taken: frames from the centre, or places along a path.
+    places: Vec<f64>,
+    /// Above this every frequency is the image of one below.
+    highest: f64,
     /// Frames that count.
     rows: Vec<usize>,
     /// The abscissa of every frame, zero in the middle.
@@ -32,12 +36,16 @@ impl<'a> Likelihood<'a> {
         let centre = 0.5 * (values.len() as f64 - 1.0);
         let places = (0..values.len()).map(|n| n as f64 - centre).collect();
         let rows = (0..values.len()).collect();
+<<<<<<< HEAD
         Self { values, rows, places, channels: u16::MAX, harmonics, baseline, interferer: None }
     }
 
     /// Along a path: frequencies are cycles per unit of its places.
     pub fn along(self, places: &[f64]) -> Self {
         Self { places: places.to_vec(), ..self }
+=======
+        Self { values, places, highest: 0.5, rows, channels: u16::MAX, harmonics, baseline, interferer: None }
+>>>>>>> w-extremes
     }
 
     /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
@@ -49,17 +57,34 @@ impl<'a> Likelihood<'a> {
     /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a row of them, then
     /// golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
+<<<<<<< HEAD
         // Half the frame rate, if it is a line of frames and no path.
         let most = if self.places.windows(2).all(|pair| pair[1] - pair[0] == 1.0) { 0.5 } else { f64::INFINITY };
         let sides = 20;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
         let cost = |f: f64| if f > 0.0 && f < most { self.cost(f) } else { f64::INFINITY };
         let best = (-sides..=sides).min_by(|a, b| cost(at(*a)).total_cmp(&cost(at(*b)))).unwrap();
+=======
+        let sides = 8;
+        let at = |i: i32| near + reach * i as f64 / sides as f64;
+        let cost = |f: f64| if f > 0.0 && f < self.highest { self.cost(f) } else { f64::INFINITY };
+        let costs = (-sides..=sides).map(|i| (cost(at(i)), i));
+        let (_, best) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+>>>>>>> w-extremes
         let (mut a, mut b) = (at(best - 1), at(best + 1));
         let ratio = (5f64.sqrt() - 1.0) / 2.0;
-        while b - a > 1e-12 {
-            let (x, y) = (b - ratio * (b - a), a + ratio * (b - a));
-            if cost(x) < cost(y) { b = y } else { a = x }
+        let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
+        let (mut at_x, mut at_y) = (cost(x), cost(y));
+        while b - a > 1e-11 {
+            if at_x < at_y {
+                (b, y, at_y) = (y, x, at_x);
+                x = b - ratio * (b - a);
+                at_x = cost(x);
+            } else {
+                (a, x, at_x) = (x, y, at_y);
+                y = a + ratio * (b - a);
+                at_y = cost(y);
+            }
         }
         0.5 * (a + b)
     }
@@ -91,14 +116,18 @@ impl<'a> Likelihood<'a> {
     }
 
     fn columns(&self, f: f64) -> Vec<Vec<f64>> {
+<<<<<<< HEAD
         let centre = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
+=======
+        let half = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
+>>>>>>> w-extremes
         let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
         let degree = match self.baseline {
             Baseline::Level => 0,
             Baseline::Line => 1,
             Baseline::Curve => 3,
         };
-        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / centre).powi(d))).collect();
+        let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / half).powi(d))).collect();
         let harmonics = (1..=self.harmonics).map(|h| h as f64 * f);
         for f in self.interferer.into_iter().chain(harmonics) {
             columns.push(column(&|t| (TAU * f * t).cos()));
@@ -140,8 +169,16 @@ pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, sl
     Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
 }
 
+<<<<<<< HEAD
 /// The maximum within `reach` of `near` along a path, in cycles per unit of its places.
 pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
     let baseline = if slope { Baseline::Line } else { Baseline::Level };
     Likelihood::new(values, harmonics, baseline).along(places).peak(near, reach)
+=======
+/// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
+pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
+    let baseline = if slope { Baseline::Line } else { Baseline::Level };
+    let in_time = Likelihood::new(values, harmonics, baseline);
+    Likelihood { places: places.to_vec(), highest: f64::INFINITY, ..in_time }.peak(near, reach)
+>>>>>>> w-extremes
 }

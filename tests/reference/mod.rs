@@ -1,6 +1,6 @@
 //! Windows made in f64, and a fit in f64 that shares no code with the one under test.
 // Every test takes its part of it.
-#![allow(dead_code, unused_imports)]
+#![allow(unused_imports)]
 
 mod likelihood;
 

@@ -12,7 +12,7 @@ pub const SCANS: u64 = 820;
 pub const TONE_HZ: f64 = 8.3;
 
 /// A scan of the touch, dated as scan number `number` on a counter that began at `start_us` and wraps.
-pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = TimedConversion> {
+pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = TimedConversion> + Clone {
     let ids = (0..32u8).filter(|id| SCAN.channel_mask() & 1 << id != 0);
     ids.zip(0u64..).map(move |(id, slot)| {
         let ns = |scan: u64| (scan * SLOTS as u64 + slot) * CONVERSION_NS;
