@@ -21,8 +21,6 @@ pub struct Likelihood<'a> {
     highest: f64,
     /// Frames that count.
     rows: Vec<usize>,
-    /// The abscissa of every frame, zero in the middle.
-    places: Vec<f64>,
     /// Bit c: channel c counts.
     channels: u16,
     pub harmonics: usize,
@@ -36,16 +34,7 @@ impl<'a> Likelihood<'a> {
         let centre = 0.5 * (values.len() as f64 - 1.0);
         let places = (0..values.len()).map(|n| n as f64 - centre).collect();
         let rows = (0..values.len()).collect();
-<<<<<<< HEAD
-        Self { values, rows, places, channels: u16::MAX, harmonics, baseline, interferer: None }
-    }
-
-    /// Along a path: frequencies are cycles per unit of its places.
-    pub fn along(self, places: &[f64]) -> Self {
-        Self { places: places.to_vec(), ..self }
-=======
         Self { values, places, highest: 0.5, rows, channels: u16::MAX, harmonics, baseline, interferer: None }
->>>>>>> w-extremes
     }
 
     /// Of the channels in `channels` alone, in the frames in which all of `taxels` are valid.
@@ -57,20 +46,11 @@ impl<'a> Likelihood<'a> {
     /// Frequency, cycles per frame, where it is greatest within `reach` of `near`: the best of a row of them, then
     /// golden section.
     pub fn peak(&self, near: f64, reach: f64) -> f64 {
-<<<<<<< HEAD
-        // Half the frame rate, if it is a line of frames and no path.
-        let most = if self.places.windows(2).all(|pair| pair[1] - pair[0] == 1.0) { 0.5 } else { f64::INFINITY };
-        let sides = 20;
-        let at = |i: i32| near + reach * i as f64 / sides as f64;
-        let cost = |f: f64| if f > 0.0 && f < most { self.cost(f) } else { f64::INFINITY };
-        let best = (-sides..=sides).min_by(|a, b| cost(at(*a)).total_cmp(&cost(at(*b)))).unwrap();
-=======
         let sides = 8;
         let at = |i: i32| near + reach * i as f64 / sides as f64;
         let cost = |f: f64| if f > 0.0 && f < self.highest { self.cost(f) } else { f64::INFINITY };
         let costs = (-sides..=sides).map(|i| (cost(at(i)), i));
         let (_, best) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
->>>>>>> w-extremes
         let (mut a, mut b) = (at(best - 1), at(best + 1));
         let ratio = (5f64.sqrt() - 1.0) / 2.0;
         let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
@@ -116,11 +96,7 @@ impl<'a> Likelihood<'a> {
     }
 
     fn columns(&self, f: f64) -> Vec<Vec<f64>> {
-<<<<<<< HEAD
-        let centre = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
-=======
         let half = self.places.iter().fold(0.0, |most: f64, place| most.max(place.abs()));
->>>>>>> w-extremes
         let column = |of: &dyn Fn(f64) -> f64| self.rows.iter().map(|n| of(self.places[*n])).collect();
         let degree = match self.baseline {
             Baseline::Level => 0,
@@ -169,16 +145,9 @@ pub fn log_likelihood_peak(values: &[[f32; 16]], near: f64, harmonics: usize, sl
     Likelihood::new(values, harmonics, baseline).peak(near, 0.4 / values.len() as f64)
 }
 
-<<<<<<< HEAD
-/// The maximum within `reach` of `near` along a path, in cycles per unit of its places.
-pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
-    let baseline = if slope { Baseline::Line } else { Baseline::Level };
-    Likelihood::new(values, harmonics, baseline).along(places).peak(near, reach)
-=======
 /// The same along a path, in cycles per unit of `places`, within `reach` of `near`.
 pub fn peak_along(values: &[[f32; 16]], places: &[f64], near: f64, reach: f64, harmonics: usize, slope: bool) -> f64 {
     let baseline = if slope { Baseline::Line } else { Baseline::Level };
     let in_time = Likelihood::new(values, harmonics, baseline);
     Likelihood { places: places.to_vec(), highest: f64::INFINITY, ..in_time }.peak(near, reach)
->>>>>>> w-extremes
 }
