@@ -6,6 +6,7 @@
 //! maximal power of its spectrum. Here the same frames go to that method and to the fit along the path, and
 //! both are judged on the windows in which the fit says that it has a tone.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
 
 use rand_chacha::ChaCha8Rng;
@@ -61,13 +62,12 @@ fn scan(wavelength_mm: f64, channels: usize) -> Vec<Values> {
 /// The paper's method on [`WINDOW`] frames in the middle of some: speed over the frequency of maximal power.
 fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
     let skip = (values.len() - WINDOW) / 2;
-    let circle: [(f64, f64); WINDOW] = std::array::from_fn(|i| (TAU * i as f64 / WINDOW as f64).sin_cos());
     let power = |bin: usize| -> f64 {
         let sum = |c: usize| {
+            let turns = |i: usize| TAU * (bin * i) as f64 / WINDOW as f64;
             let samples = values[skip..skip + WINDOW].iter().enumerate();
             let (re, im) = samples.fold((0.0, 0.0), |(re, im), (i, values)| {
-                let (sin, cos) = circle[bin * i % WINDOW];
-                (re + values[c] as f64 * cos, im + values[c] as f64 * sin)
+                (re + values[c] as f64 * turns(i).cos(), im + values[c] as f64 * turns(i).sin())
             });
             re * re + im * im
         };

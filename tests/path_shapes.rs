@@ -1,5 +1,6 @@
 //! The fit along paths of many shapes, against a reference in f64 that shares no code with it.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
 
 use rand_chacha::ChaCha8Rng;
