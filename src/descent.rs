@@ -18,8 +18,6 @@ const STEPS_MAX: usize = 16;
 const STEP_DONE: f32 = 0.05;
 /// The same of a guess, in standard deviations: the fit goes on from there.
 pub const LINE_CLOSE: f32 = 2.0;
-/// Share of the residuals that the last step may still take off them.
-const RESIDUAL_EXCESS: f32 = 0.01;
 /// Half a bin of a periodogram: further away the slope of the likelihood misleads.
 const STEP_MAX: f32 = 0.25;
 
@@ -126,8 +124,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         let step = (solution.nu - nu).abs();
         let done = close / libm::sqrtf(solution.information);
         // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
-        // with its cube (the waves' third-order terms), and what the residuals are too large by with
-        // its square.
+        // with its cube (the waves' third-order terms).
         let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
         // Where the model is wrong a step is but a part of the way.
         if is_misfit(self.levels, &solution.rest, solution.shape.unknowns()) {
@@ -139,9 +136,8 @@ impl<'p, 'a> Problem<'p, 'a> {
         if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.stretch.nu_most() - highest) < CYCLES_FOR_SLOPE {
             return step <= done || step < 1e-6 * nu;
         }
-        let samples = (self.levels.usable.count_ones() * self.levels.frames) as f32;
-        // A guess may leave larger residuals.
-        let excess = STEP_DONE / close * step * libm::sqrtf(solution.information);
-        (0.1 * angle * angle * step <= done && excess * excess <= RESIDUAL_EXCESS * samples) || step < 1e-6 * nu
+        // The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.
+        let freedom = self.levels.frames as f32 - solution.shape.unknowns() as f32;
+        (0.1 * angle * angle * step <= done && 2.0 * step <= done * freedom) || step < 1e-6 * nu
     }
 }

@@ -72,13 +72,13 @@ fn a_drift_does_not_bias_three_cycles() {
 }
 
 #[test]
-#[ignore = "4 of 10: 1 to 9 of 50 windows are read as a quarter or a third of the tone, whose lower lines are the drift"]
+#[ignore = "3 of 10: windows are read as a quarter or a third of the tone, whose lower lines are the drift"]
 fn a_steep_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES, &[5.0]);
 }
 
 #[test]
-#[ignore = "2 of 2: 3 and 8 of 50 windows, as above"]
+#[ignore = "1 of 2, as above"]
 fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
@@ -103,7 +103,6 @@ fn a_drift_alone_is_no_tone() {
 }
 
 #[test]
-#[ignore = "4 of 40 are good, at 0.9 to 1.4 cycles with 2 to 4 harmonics and a sigma of up to 8 %"]
 fn a_quick_drift_alone_is_no_tone() {
     assert_no_tone(&TIMES[..1], &[2.0]);
 }
