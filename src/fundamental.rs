@@ -4,6 +4,7 @@
 use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, power_by_chance};
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem};
 use crate::moments::HARMONICS_MAX;
+use crate::nuisance::Curve;
 use crate::search::{Line, Start};
 use crate::solve::{Shape, Solution, gain};
 use crate::stretch::Stretch;
@@ -29,7 +30,7 @@ pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> 
 /// Where to start: at the strongest line, or at the fundamental that it belongs to. None if frames were
 /// overwritten.
 pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curved: line.curved };
+    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve };
     let mut highest = AMBIGUOUS_SHARE;
     for (part, _) in [2usize, 3].into_iter().zip(line.suspects).filter(|(_, suspect)| *suspect) {
         let nu = line.nu / part as f32;
@@ -37,7 +38,7 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
         if 2.0 * nu < 1.0 || harmonics < part {
             continue;
         }
-        let slope = 2.0 * nu >= CYCLES_FOR_SLOPE || line.curved;
+        let slope = 2.0 * nu >= CYCLES_FOR_SLOPE || line.curve != Curve::None;
         let shape = Shape { harmonics, slope, nuisances };
         // Most are seen not to be one at first sight.
         if !problem.descend(nu, shape, 1, LINE_CLOSE)?

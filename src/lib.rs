@@ -45,6 +45,7 @@ pub mod contact;
 pub mod dating;
 pub mod descent;
 pub mod detector;
+pub mod drift;
 pub mod frame;
 pub mod fundamental;
 pub mod intake;

@@ -5,13 +5,14 @@
 //! part of the signal's power - the tone is fast, or there is none - does it run on the frames
 //! themselves.
 
-use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
-use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, LINE_CLOSE, Problem, Work};
+use crate::chance::gain_by_chance;
+use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
+use crate::drift::{Place, few_cycles};
 use crate::fundamental::{fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, Solution, gain, rest};
+use crate::solve::{Shape, Solution, gain};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::stretch::Stretch;
 use crate::window::{Table, Values};
@@ -32,30 +33,18 @@ const LOW_NU: f32 = 1.75;
 /// Channels whose means are transformed: a guess is all that is wanted.
 const CLEAREST: usize = 4;
 /// Steps from a periodogram's peak to the line it belongs to.
-const LINE_STEPS: usize = 4;
+pub(crate) const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
 const CURVED: f32 = 3.0;
-/// Relaxing baselines that are tried: their slowest rate per half window (a time constant of a third of it), from
-/// one to the next, how many, and how often the steps about the best are halved.
-const RELAXING_LEAST: f32 = 1.5;
-/// From one rate to the next.
-const RELAXING_FACTOR: f32 = 1.5;
-/// How many of them: down to a time constant of a thirtieth of the window.
-const RELAXING_RATES: usize = 7;
-/// How often the factor about the best one is reduced to its root.
-const RELAXING_CLOSER: usize = 3;
-/// Gain over a drift by which a line of few cycles is a line and not that curve.
-const NO_CURVE: f32 = 8.0;
-
 /// The strongest line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     /// Cycles per half window ([`crate::stretch`]).
     pub nu: f32,
-    /// Whether there is a slope under it, and a curve.
+    /// Whether there is a slope under it.
     pub slope: bool,
-    /// Whether there is a curve under it.
-    pub curved: bool,
+    /// The curve under it.
+    pub curve: Curve,
     /// Whether it may be the second, or the third, harmonic of its tone.
     pub suspects: [bool; 2],
 }
@@ -71,8 +60,8 @@ pub struct Start {
     pub comb: bool,
     /// Whether each channel has a slope.
     pub slope: bool,
-    /// Whether each channel has a curve.
-    pub curved: bool,
+    /// Curve of each channel.
+    pub curve: Curve,
 }
 
 /// Scratch memory of the search: transforms, or the means and their transforms.
@@ -227,84 +216,11 @@ fn look(
         let worth = WORTH_A_LOOK * power_at(nu);
         let suspects =
             [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
-        return Some(Some(Line { nu, slope: true, curved: is_curved(&problem), suspects }));
+        let curve = if is_curved(&problem) { Curve::Bent } else { Curve::None };
+        return Some(Some(Line { nu, slope: true, curve, suspects }));
     }
-    // Low lines lean on each other too much for a periodogram to say that there is nothing.
-    let suspects = [true; 2];
-    let nu = strongest_low(&mut problem, peak, straight)?;
-    let shape = Shape { harmonics: 1, slope: 2.0 * nu >= CYCLES_FOR_SLOPE, nuisances: straight };
-    let found = problem.descend(nu, shape, LINE_STEPS, LINE_CLOSE)?;
-    let nu = problem.solution().nu;
-    let Some(drift) = best_drift(&mut problem)? else { return Some(None) };
-    if found && is_wave(&mut problem, nu, &drift, straight)? {
-        return Some(Some(Line { nu, slope: shape.slope, curved: false, suspects }));
-    }
-    // It is a drift, but there may be a tone on it.
-    let peak = strongest(stretch, levels, &nuisances, nuisances.count(), CYCLES_FOR_SLOPE, channels, points, power)?;
-    let Some(peak) = peak else { return Some(None) };
-    let shape = Shape { harmonics: 1, slope: true, nuisances: nuisances.count() };
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
-    if !problem.descend(peak, shape, LINE_STEPS, LINE_CLOSE)? {
-        return Some(None);
-    }
-    let gained = gain(levels, &drift, &problem.solution().rest, shape.unknowns());
-    let line = Line { nu: problem.solution().nu, slope: true, curved: true, suspects };
-    Some((gained > gain_by_search(2.0 * levels.channels(), levels.frames)).then_some(line))
-}
-
-/// What the likeliest drift leaves of the channels, if there were no tone. The inner None says that there is not enough
-/// to tell.
-fn best_drift(problem: &mut Problem) -> Option<Option<Values>> {
-    let levels = problem.levels;
-    let Some((_, mut best)) = problem.nuisances.baseline(levels, problem.nuisances.count()) else { return Some(None) };
-    // Rates by the factor from one to the next: first apart, then ever closer about the best.
-    let (mut at, mut factor) = (RELAXING_LEAST, RELAXING_FACTOR);
-    let mut rate = at;
-    for _ in 0..RELAXING_RATES {
-        if relax(problem, rate, &mut best)? {
-            at = rate;
-        }
-        rate *= factor;
-    }
-    for _ in 0..RELAXING_CLOSER {
-        factor = libm::sqrtf(factor);
-        let about = at;
-        for rate in [about / factor, about * factor] {
-            if relax(problem, rate, &mut best)? {
-                at = rate;
-            }
-        }
-    }
-    Some(Some(best))
-}
-
-/// Whether a baseline that relaxes at `rate` leaves less than `best`, which is then what it leaves. None if frames
-/// were overwritten.
-fn relax(problem: &mut Problem, rate: f32, best: &mut Values) -> Option<bool> {
-    let nuisances = Nuisances::new(problem.stretch, problem.levels, Curve::Relaxing(rate))?;
-    let baseline = nuisances.baseline(problem.levels, nuisances.count());
-    let better = baseline.filter(|(_, rest)| gain(problem.levels, best, rest, 0) > 0.0);
-    if let Some((_, rest)) = &better {
-        *best = *rest;
-    }
-    Some(better.is_some())
-}
-
-/// Whether a line of few cycles at `nu`, with a slope and overtones if need be, is likelier than a drift that
-/// leaves `drift`.
-fn is_wave(problem: &mut Problem, nu: f32, drift: &Values, nuisances: usize) -> Option<bool> {
-    for harmonics in [1, 3] {
-        let shape =
-            Shape { harmonics: harmonics_below_nyquist(problem.stretch, nu, harmonics), slope: true, nuisances };
-        problem.pass(nu, shape.harmonics)?;
-        let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) else { continue };
-        let more = 2 * (shape.harmonics - 1);
-        let paid = if more > 0 { gain_by_chance(problem.levels, more, ONE_IN_A_THOUSAND) } else { 0.0 };
-        if gain(problem.levels, drift, &rest, shape.unknowns()) > NO_CURVE + paid {
-            return Some(true);
-        }
-    }
-    Some(false)
+    let place = Place { channels, points, power };
+    few_cycles(&mut problem, peak, place)
 }
 
 /// Whether a curve besides takes more off what the latest solution leaves than noise would let it. Both are
@@ -322,48 +238,27 @@ pub fn is_curved(problem: &Problem) -> bool {
     gained + ahead(&curved) - ahead(straight) > gain_by_chance(levels, CURVE, CURVED)
 }
 
-/// The strongest line among the low ones by exact likelihoods: a line of few cycles leans on its own mirror
-/// image, and a periodogram's peak is off by that.
-fn strongest_low(problem: &mut Problem, peak: f32, nuisances: usize) -> Option<f32> {
-    let (mut best, mut most) = (peak, f32::MIN);
-    let mut cycles = CYCLES_MIN;
-    while cycles < 5.0 {
-        let nu = 0.5 * cycles;
-        problem.pass(nu, 1)?;
-        let shape = Shape { harmonics: 1, slope: cycles >= CYCLES_FOR_SLOPE, nuisances };
-        if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) {
-            // All against constants; the slopes' own gain has to pay for their unknowns (Schwarz's criterion).
-            let slopes = if shape.slope { problem.levels.channels() } else { 0.0 };
-            let paid = 0.5 * slopes * libm::logf(problem.levels.frames as f32);
-            let unknowns = shape.unknowns() - shape.slope as usize;
-            let gained = gain(problem.levels, &problem.levels.about_mean, &rest, unknowns) - paid;
-            if gained > most {
-                (best, most) = (nu, gained);
-            }
-        }
-        cycles += 0.2 + 0.1 * cycles;
-    }
-    Some(best)
-}
-
 /// From the strongest line to where the fit starts: its fundamental, close to where all harmonics want it.
 /// None if frames were overwritten.
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
 fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, harmonics: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curved: line.curved };
+    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve };
     if harmonics < 2 {
         return Some(start);
     }
-    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-    let used = nuisances.count() - if line.curved { 0 } else { CURVE };
+    let known = line.curve != Curve::None;
+    let nuisances = Nuisances::new(stretch, levels, if known { line.curve } else { Curve::Bent })?;
+    let used = nuisances.count() - if known { 0 } else { CURVE };
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     start = fundamental(&mut problem, &line, used)?;
     let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, harmonics);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {
         start.nu = problem.solution().nu;
-        start.curved = line.curved || is_curved(&problem);
+        if !known && is_curved(&problem) {
+            start.curve = Curve::Bent;
+        }
     }
     Some(start)
 }

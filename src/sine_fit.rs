@@ -160,8 +160,8 @@ impl Fitter {
 // Large and called from several places: one copy is enough.
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
-    let Start { nu, ambiguous, comb, slope, curved } = start;
-    let nuisances = Nuisances::new(stretch, levels, if curved { Curve::Bent } else { Curve::None })?;
+    let Start { nu, ambiguous, comb, slope, curve } = start;
+    let nuisances = Nuisances::new(stretch, levels, curve)?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
     let harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
@@ -176,7 +176,7 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         likeliest_summit(&mut problem, nu)?;
         add_slope(&mut problem)?;
     }
-    if curved {
+    if curve == Curve::Bent {
         keep_curve_if_there(&mut problem)?;
     }
     // As many harmonics as the scene carries and no more.
