@@ -114,7 +114,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         let step = self.solution().nu - nu;
         let share = core::mem::replace(before, step).recip() * step;
         let more = if share > 0.1 && share < 0.9 { share / (1.0 - share) } else { 0.0 };
-        let to = nu + (step * (1.0 + more)).max(-STEP_MAX).min(STEP_MAX);
+        let to = nu + (step * (1.0 + more)).clamp(-STEP_MAX, STEP_MAX);
         to.min(self.stretch.nu_most()).max(0.15)
     }
 
