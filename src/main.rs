@@ -59,7 +59,7 @@ mod app {
     /// Windows between `detect` and `fit`: one hop may wait, the other places are for whole slides.
     const WINDOWS: usize = 4;
     /// Packets between `detect`, `fit` and `report`.
-    const PACKETS: usize = 6;
+    const PACKETS: usize = 8;
     /// Bytes between `report` and `line`: a packet is sent while the next is encoded.
     const BYTES: usize = 640;
     /// With no more than this many bytes waiting the longest packet still fits (a queue holds one
