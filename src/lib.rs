@@ -16,12 +16,11 @@
 //! | [`motion`], [`contact`], [`dating`] | is anything moving; idle, contact spike, hold, slide, release; since when |
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
 //! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
-//! | [`levels`], [`moments`] | one pass over a window each: all that the fit needs to know of it |
-//! | [`spectrum`], [`search`] | a periodogram over the channels, and the fundamental in it: the first guess |
-//! | [`solve`] | the least-squares solution at one frequency, and the step towards a better one |
-//! | [`residuals`] | what a solution leaves, sample by sample |
+//! | [`stretch`], [`levels`], [`nuisance`], [`waves`], [`moments`] | a window block by block; one pass over it each: all that the fit needs to know of it |
+//! | [`spectrum`], [`search`], [`drift`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
+//! | [`solve`], [`descent`] | the least-squares solution at one frequency, and the steps towards a better one |
+//! | [`residuals`], [`chance`] | what a solution leaves, sample by sample; what noise alone would reach |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
-//! | [`abscissa`], [`profile`] | cycles per second, or, by a speed profile, per millimetre |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!

@@ -23,7 +23,7 @@ const WORTH_A_LOOK: f32 = 0.02;
 /// Means that a search on means has at the most; a window of one second at 241 Hz has 60 of 4 frames.
 const MEANS_MAX: usize = 64;
 /// Fewer frames than this are searched themselves.
-const FRAMES_FOR_MEANS: u32 = 41;
+const FRAMES_FOR_MEANS: u32 = 128;
 /// Fewer means than this are not enough for a handful of harmonics.
 const MEANS_FOR_HARMONICS: usize = 48;
 /// Share of the power that the means must keep.
