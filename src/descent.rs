@@ -18,6 +18,8 @@ const STEPS_MAX: usize = 16;
 const STEP_DONE: f32 = 0.05;
 /// The same of a guess, in standard deviations: the fit goes on from there.
 pub const LINE_CLOSE: f32 = 2.0;
+/// Steps of the highest harmonic, in cycles per half window, from which on two of them tell how the likelihood bends.
+const CREEP_MAX: f32 = 0.03;
 /// Half a bin of a periodogram: further away the slope of the likelihood misleads.
 const STEP_MAX: f32 = 0.25;
 
@@ -80,22 +82,53 @@ impl<'p, 'a> Problem<'p, 'a> {
         Some(())
     }
 
-    /// Gauss-Newton from `nu`, at most `steps` of them, until the error left is `close` standard deviations. False if the unknowns cannot be told apart. None if the
-    /// frames were overwritten.
+    /// Gauss-Newton from `nu`, at most `steps` of them, until the error left is `close` standard deviations. False
+    /// if the unknowns cannot be told apart. None if the frames were overwritten.
     #[inline(never)]
     pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize, close: f32) -> Option<bool> {
-        let (mut nu, mut before) = (nu, 0.0);
+        let (mut nu, mut before) = (nu, None);
         for left in (0..steps.clamp(1, STEPS_MAX)).rev() {
             self.pass(nu, shape.harmonics)?;
             if self.step(shape).is_none() {
                 return Some(false);
             }
-            if left == 0 || self.arrives(nu, close) {
+            let arrived = match close <= STEP_DONE && self.is_misfit() {
+                true => self.creep(nu, close, &mut before),
+                false => self.arrives(nu, close),
+            };
+            if left == 0 || arrived {
                 break;
             }
-            nu = self.leap(nu, &mut before);
+            nu = self.solution().nu;
         }
         Some(true)
+    }
+
+    fn is_misfit(&self) -> bool {
+        is_misfit(self.levels, &self.solution().rest, self.solution().shape.unknowns())
+    }
+
+    /// Where the model is wrong a Gauss-Newton step is but a part of the way, down to a fiftieth of it: the
+    /// likelihood bends less than the model would have it. How much less is known from two steps (a secant); that
+    /// leads on, and is the information there really is. Whether it has arrived.
+    fn creep(&mut self, nu: f32, close: f32, before: &mut Option<(f32, f32)>) -> bool {
+        let most = self.stretch.nu_most();
+        let solution = &mut self.work.solution;
+        let step = solution.nu - nu;
+        // Far from the maximum the likelihood is no parabola.
+        if step.abs() * solution.shape.harmonics as f32 > CREEP_MAX {
+            *before = None;
+            return false;
+        }
+        let bend = before.replace((nu, step)).map(|(nu_before, step_before)| (step_before - step) / (nu - nu_before));
+        let Some(bend) = bend.filter(|bend| *bend > 0.02 && *bend < 2.0) else { return step.abs() < 1e-6 * nu };
+        let way = (step / bend).clamp(-STEP_MAX, STEP_MAX);
+        solution.nu = (nu + way).min(most).max(0.15);
+        let arrived = way.abs() <= close / libm::sqrtf(solution.information) || way.abs() < 1e-6 * nu;
+        if arrived {
+            solution.information *= bend.min(1.0);
+        }
+        arrived
     }
 
     /// All the steps it takes.
@@ -105,17 +138,7 @@ impl<'p, 'a> Problem<'p, 'a> {
 
     /// Whether the latest step, of a pass that was made for another shape perhaps, leads to the maximum.
     pub fn has_arrived(&self) -> bool {
-        self.arrives(self.nu, STEP_DONE)
-    }
-
-    /// Where to go on: a step further, or, where the model is wrong and each step but a share of the one before,
-    /// to where all that follow lead (Aitken).
-    fn leap(&self, nu: f32, before: &mut f32) -> f32 {
-        let step = self.solution().nu - nu;
-        let share = core::mem::replace(before, step).recip() * step;
-        let more = if share > 0.1 && share < 0.9 { share / (1.0 - share) } else { 0.0 };
-        let to = nu + (step * (1.0 + more)).clamp(-STEP_MAX, STEP_MAX);
-        to.min(self.stretch.nu_most()).max(0.15)
+        !self.is_misfit() && self.arrives(self.nu, STEP_DONE)
     }
 
     /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
@@ -126,10 +149,6 @@ impl<'p, 'a> Problem<'p, 'a> {
         // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
         // with its cube (the waves' third-order terms).
         let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
-        // Where the model is wrong a step is but a part of the way: two fifths at the worst that was seen.
-        if is_misfit(self.levels, &solution.rest, solution.shape.unknowns()) {
-            return 3.0 * step <= done || step < 1e-6 * nu;
-        }
         // Below two cycles the waves lean on offset and slope too, and as close to half the frame rate on their own
         // images: a step errs by more than that.
         let highest = solution.shape.harmonics as f32 * nu;

@@ -78,7 +78,7 @@ fn a_steep_drift_does_not_bias_three_cycles() {
 }
 
 #[test]
-#[ignore = "1 of 2, as above"]
+#[ignore = "2 of 2, as above"]
 fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
