@@ -104,8 +104,13 @@ impl<'p, 'a> Problem<'p, 'a> {
         Some(true)
     }
 
+    /// Whether there is more in the channels than the model has, where its step leads.
     fn is_misfit(&self) -> bool {
-        is_misfit(self.levels, &self.solution().rest, self.solution().shape.unknowns())
+        let solution = self.solution();
+        let unknowns = solution.shape.unknowns();
+        let samples = self.levels.channels() * (self.levels.frames as f32 - unknowns as f32).max(1.0);
+        let ahead = solution.step * solution.step * solution.information / samples;
+        is_misfit(self.levels, &solution.rest, unknowns, ahead.min(1.0))
     }
 
     /// Where the model is wrong a Gauss-Newton step is but a part of the way, down to a fiftieth of it: the

@@ -287,7 +287,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     {
         Status::TooShort
         // What comes and goes, or a drift, has lines below its own too.
-    } else if ambiguous || comb && is_misfit(levels, &rest, best.shape.unknowns()) {
+    } else if ambiguous || comb && is_misfit(levels, &rest, best.shape.unknowns(), 0.0) {
         Status::Ambiguous
     } else {
         Status::Good

@@ -291,8 +291,9 @@ impl Default for Solution {
 /// modelled.
 const MISFIT: f32 = 1.5;
 
-/// Whether sums of squares `rest`, left by so many `unknowns` of a channel, are more than the channels' noise.
-pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize) -> bool {
+/// Whether sums of squares `rest`, left by so many `unknowns` of a channel, are more than the channels' noise, even if
+/// they become less by the share `ahead`.
+pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize, ahead: f32) -> bool {
     let freedom = (levels.frames as f32 - unknowns as f32).max(1.0);
     let (mut sum, mut channels) = (0.0, 0.0);
     for c in 0..TAXELS {
@@ -301,7 +302,7 @@ pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize) -> bool {
             channels += 1.0;
         }
     }
-    sum > MISFIT * channels
+    sum * (1.0 - ahead) > MISFIT * channels
 }
 
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,
