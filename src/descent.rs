@@ -75,10 +75,7 @@ impl<'p, 'a> Problem<'p, 'a> {
     pub fn step(&mut self, shape: Shape) -> Option<()> {
         let Work { sums, solution } = &mut *self.work;
         solution.solve(sums, self.levels, self.nuisances, self.nu, shape)?;
-        // Below a quarter of a cycle per window there is nothing, and nothing above the frame rate's half.
-        let to = self.nu + solution.step.clamp(-STEP_MAX, STEP_MAX);
-        // Not `clamp`: its assertion would bring all of float formatting into the image.
-        solution.nu = to.min(self.stretch.nu_most()).max(0.15);
+        solution.nu = stepped(self.nu, solution.step, self.stretch.nu_most());
         Some(())
     }
 
@@ -128,7 +125,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         let bend = before.replace((nu, step)).map(|(nu_before, step_before)| (step_before - step) / (nu - nu_before));
         let Some(bend) = bend.filter(|bend| *bend > 0.02 && *bend < 2.0) else { return step.abs() < 1e-6 * nu };
         let way = (step / bend).clamp(-STEP_MAX, STEP_MAX);
-        solution.nu = (nu + way).min(most).max(0.15);
+        solution.nu = stepped(nu, way, most);
         let arrived = way.abs() <= close / libm::sqrtf(solution.information) || way.abs() < 1e-6 * nu;
         if arrived {
             solution.information *= bend.min(1.0);
@@ -164,4 +161,10 @@ impl<'p, 'a> Problem<'p, 'a> {
         let freedom = self.levels.frames as f32 - solution.shape.unknowns() as f32;
         (0.1 * angle * angle * step <= done && 2.0 * step <= done * freedom) || step < 1e-6 * nu
     }
+}
+
+/// Where a step from `nu` ends: below a quarter of a cycle per window there is nothing, and nothing above `most`.
+fn stepped(nu: f32, step: f32, most: f32) -> f32 {
+    // Not `clamp`: its assertion would bring all of float formatting into the image.
+    (nu + step.clamp(-STEP_MAX, STEP_MAX)).min(most).max(0.15)
 }

@@ -13,8 +13,7 @@ use crate::solve::{Shape, gain, rest};
 use crate::spectrum::strongest;
 use crate::window::Values;
 
-/// Relaxing baselines that are tried: their slowest rate per half window (a time constant of a third of it), from
-/// one to the next, how many, and how often the steps about the best are halved.
+/// Slowest rate of a relaxing baseline that is tried, per half window: a time constant of a third of the window.
 const RELAXING_LEAST: f32 = 1.5;
 /// From one rate to the next.
 const RELAXING_FACTOR: f32 = 1.5;
@@ -59,11 +58,10 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
 /// The strongest line on a bent baseline, and what both leave.
 fn on_a_drift(problem: &mut Problem, place: Place) -> Option<Option<(Line, Values)>> {
     let Place { channels, points, power } = place;
-    let (levels, nuisances) = (problem.levels, Nuisances::new(problem.stretch, problem.levels, Curve::Bent)?);
+    let Problem { stretch, levels, nuisances, .. } = problem;
     let count = nuisances.count();
-    let peak = strongest(problem.stretch, levels, &nuisances, count, CYCLES_FOR_SLOPE, channels, points, power)?;
+    let peak = strongest(stretch, levels, nuisances, count, CYCLES_FOR_SLOPE, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
-    let mut problem = Problem::new(problem.stretch, levels, &nuisances, problem.work);
     let shape = Shape { harmonics: 1, slope: true, nuisances: count };
     if !problem.descend(peak, shape, LINE_STEPS, LINE_CLOSE)? {
         return Some(None);

@@ -30,7 +30,7 @@ pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> 
 /// Where to start: at the strongest line, or at the fundamental that it belongs to. None if frames were
 /// overwritten.
 pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve };
+    let mut start = Start::at(line);
     let mut highest = AMBIGUOUS_SHARE;
     for (part, _) in [2usize, 3].into_iter().zip(line.suspects).filter(|(_, suspect)| *suspect) {
         let nu = line.nu / part as f32;

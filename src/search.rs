@@ -36,6 +36,7 @@ const CLEAREST: usize = 4;
 pub(crate) const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
 const CURVED: f32 = 3.0;
+
 /// The strongest line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
@@ -62,6 +63,13 @@ pub struct Start {
     pub slope: bool,
     /// Curve of each channel.
     pub curve: Curve,
+}
+
+impl Start {
+    /// At a line that is its own fundamental.
+    pub(crate) fn at(line: &Line) -> Self {
+        Self { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve }
+    }
 }
 
 /// Scratch memory of the search: transforms, or the means and their transforms.
@@ -243,20 +251,19 @@ pub fn is_curved(problem: &Problem) -> bool {
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
 fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, harmonics: usize) -> Option<Start> {
-    let mut start = Start { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve };
     if harmonics < 2 {
-        return Some(start);
+        return Some(Start::at(&line));
     }
-    let known = line.curve != Curve::None;
-    let nuisances = Nuisances::new(stretch, levels, if known { line.curve } else { Curve::Bent })?;
-    let used = nuisances.count() - if known { 0 } else { CURVE };
+    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
+    let straight = line.curve == Curve::None;
+    let used = nuisances.count() - if straight { CURVE } else { 0 };
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
-    start = fundamental(&mut problem, &line, used)?;
+    let mut start = fundamental(&mut problem, &line, used)?;
     let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, harmonics);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {
         start.nu = problem.solution().nu;
-        if !known && is_curved(&problem) {
+        if straight && is_curved(&problem) {
             start.curve = Curve::Bent;
         }
     }

@@ -68,11 +68,6 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Whether there is a frequency.
-    pub fn has_tone(&self) -> bool {
-        matches!(self.status, Status::Good | Status::Ambiguous)
-    }
-
     /// Of a window in which the finger rests: no path to fit along.
     pub fn at_rest(frames: u32) -> Self {
         let channels = [ChannelFit::default(); TAXELS];
@@ -123,13 +118,13 @@ impl Fitter {
         if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, work, self.harmonics)? {
             let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
             // A drift can hide a tone that is too fast for the means.
-            if fit.has_tone() {
+            if fit.status.has_tone() {
                 return Some(fit);
             }
         }
         if let Some(start) = self.search_middle(stretch, work)? {
             let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
-            if fit.has_tone() {
+            if fit.status.has_tone() {
                 return Some(fit);
             }
         }
@@ -292,7 +287,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     } else {
         Status::Good
     };
-    if !matches!(status, Status::Good | Status::Ambiguous) {
+    if !status.has_tone() {
         return Some(Fit::without_tone(status, levels));
     }
     let mut fit = Fit {

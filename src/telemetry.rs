@@ -62,6 +62,13 @@ pub enum Status {
     Ambiguous,
 }
 
+impl Status {
+    /// Whether an estimate of this status has a frequency.
+    pub const fn has_tone(self) -> bool {
+        matches!(self, Self::Good | Self::Ambiguous)
+    }
+}
+
 /// One channel of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Channel {

@@ -107,7 +107,7 @@ fn noise_on_a_path_is_no_tone() {
     for (name, shape) in SHAPES {
         let places = places(shape);
         let found =
-            (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).has_tone());
+            (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).status.has_tone());
         let found = found.count();
         // At most 1 %, with room for chance in 200 trials.
         assert!(found <= 5, "{name}: {found} of 200");

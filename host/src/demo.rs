@@ -2,7 +2,7 @@
 
 use crate::emulator::{self, Options, Outcome};
 use crate::input::Input;
-use crate::names::{has_tone, status_name};
+use crate::names::status_name;
 use crate::picture::{self, Recording};
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
@@ -48,7 +48,7 @@ pub struct Summary {
 impl Summary {
     /// Error of the frequency found, percent of the nominal one.
     pub fn error_percent(&self) -> Option<f64> {
-        let found = self.estimate.as_ref().filter(|estimate| has_tone(estimate.status))?;
+        let found = self.estimate.as_ref().filter(|estimate| estimate.status.has_tone())?;
         Some(100.0 * (f64::from(found.frequency) / self.truth.frequency_hz - 1.0))
     }
 }
@@ -131,7 +131,7 @@ impl fmt::Display for Summary {
         row("slide begins", time(self.slide.map(|s| s.start_us)), format!("{:.3} s", truth.slide_start_s))?;
         row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
         match &self.estimate {
-            Some(e) if has_tone(e.status) => {
+            Some(e) if e.status.has_tone() => {
                 let found = format!("{:.4} +- {:.4} Hz", e.frequency, e.sigma);
                 row("tone", found, format!("{:.4} Hz", truth.frequency_hz))?;
                 let period_mm = speed_mm_s / f64::from(e.frequency);

@@ -20,8 +20,3 @@ pub fn span_name(span: Span) -> &'static str {
         Span::Slide => "slide",
     }
 }
-
-/// Whether an estimate of this status has a frequency.
-pub fn has_tone(status: Status) -> bool {
-    matches!(status, Status::Good | Status::Ambiguous)
-}

@@ -8,7 +8,7 @@ mod recording;
 pub use recording::Recording;
 
 use crate::fit_report::significant;
-use crate::names::{has_tone, status_name};
+use crate::names::status_name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
 use ridgetone::settings::TAXELS;
@@ -53,7 +53,7 @@ pub fn draw(recording: &Recording, nominal_hz: Option<f64>) -> String {
     svg.text(TIME.left - 8.0, STRIPS_Y - 6.0, Anchor::End, "head", "taxel");
     phases(&mut svg, recording, from_s, to_s);
     over_time(&mut svg, recording, from_s, to_s);
-    match fit.filter(|fit| has_tone(fit.status)) {
+    match fit.filter(|fit| fit.status.has_tone()) {
         Some(fit) => close_up(&mut svg, recording, fit),
         None => {
             svg.text(CLOSE.middle(), STRIPS_Y - 6.0, Anchor::Middle, "small", "no tone was fitted over a whole slide")
@@ -66,7 +66,7 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     let Some(fit) = fit else {
         return ("Sixteen taxels".into(), "No slide was found.".into());
     };
-    if !has_tone(fit.status) {
+    if !fit.status.has_tone() {
         return ("Sixteen taxels".into(), format!("The whole slide gave no tone: {}.", status_name(fit.status)));
     }
     let title = format!("Sixteen taxels, one tone: {:.4} \u{b1} {:.4} Hz", fit.frequency, fit.sigma);

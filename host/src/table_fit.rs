@@ -139,7 +139,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         Some(_) => (Abscissa::Place, 1.0),
         None => (Abscissa::Time, grid.rate_hz),
     };
-    let has_tone = matches!(found.status, Status::Good | Status::Ambiguous);
+    let has_tone = found.status.has_tone();
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
         let values = (found.usable & 1 << c != 0).then(|| ChannelValues {

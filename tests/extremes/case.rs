@@ -97,7 +97,7 @@ impl Case {
 pub fn assert_finite(fit: &Fit) {
     let channels = fit.channels.iter().flat_map(|c| [c.offset, c.amplitude, c.phase_rad, c.residual]);
     assert!([fit.frequency, fit.sigma].into_iter().chain(channels).all(f32::is_finite), "{fit:?}");
-    if fit.has_tone() {
+    if fit.status.has_tone() {
         assert!(fit.frequency > 0.0 && fit.frequency < 0.5 && fit.sigma > 0.0, "{fit:?}");
     } else {
         assert_eq!((fit.frequency, fit.sigma), (0.0, 0.0), "{fit:?}");

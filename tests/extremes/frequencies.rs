@@ -29,9 +29,9 @@ fn half_a_cycle_to_one() {
                     Status::TooShort => too_short += 1,
                     other => panic!("{other:?}: {tone:?}"),
                 }
-                assert!(cycles < 0.73 || noise > 50.0 || fit.has_tone(), "{tone:?} {fit:?}");
+                assert!(cycles < 0.73 || noise > 50.0 || fit.status.has_tone(), "{tone:?} {fit:?}");
                 let off = (fit.frequency as f64 - tone.frequency).abs();
-                assert!(!fit.has_tone() || off < 5.0 * fit.sigma as f64, "{tone:?} {fit:?}");
+                assert!(!fit.status.has_tone() || off < 5.0 * fit.sigma as f64, "{tone:?} {fit:?}");
             }
         }
     }
@@ -50,7 +50,7 @@ fn next_to_half_the_frame_rate() {
             if (0.5 - frequency) * tone.frames as f64 > 1.0 {
                 assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
             }
-            if fit.has_tone() {
+            if fit.status.has_tone() {
                 case.assert_at_peak(&format!("{tone:?}"), &fit, frequency);
             }
         }

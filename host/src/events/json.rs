@@ -1,6 +1,6 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use crate::names::{has_tone, span_name, status_name};
+use crate::names::{span_name, status_name};
 use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone::settings::{Settings, SlideRule};
 use ridgetone::telemetry::{Channel, Event, Packet};
@@ -134,7 +134,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             window_s: e.window_s,
             span: span_name(e.span),
             abscissa: abscissa_name(e.abscissa),
-            tone: JsonTone::new(e.abscissa, has_tone(e.status).then_some((e.frequency, e.sigma)), period_f32),
+            tone: JsonTone::new(e.abscissa, e.status.has_tone().then_some((e.frequency, e.sigma)), period_f32),
             status: status_name(e.status),
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,

@@ -1,6 +1,6 @@
 //! One line a packet: time, what, and its values with units.
 
-use crate::names::{has_tone, status_name};
+use crate::names::status_name;
 use crate::tone::period_f32;
 use ridgetone::settings::SlideRule;
 use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span};
@@ -65,13 +65,13 @@ fn estimate(e: &Estimate) -> String {
         Abscissa::Time => ("Hz", (e.frequency, e.sigma)),
         Abscissa::Place => ("mm", period_f32((e.frequency, e.sigma))),
     };
-    let tone = if has_tone(e.status) {
+    let tone = if e.status.has_tone() {
         format!("{:>9.4} {unit} +- {:.4} {unit}", found.0, found.1)
     } else {
         format!("{:>9} {unit}", "-")
     };
     let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, status_name(e.status));
-    if has_tone(e.status) {
+    if e.status.has_tone() {
         out += &format!(", harmonics {}", e.harmonics);
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
         if let Some(c) = e.channels.iter().max_by(strongest) {

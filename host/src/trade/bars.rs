@@ -7,7 +7,6 @@ use crate::setting::{Length, Setting};
 use anyhow::Result;
 use hal_mock::TABLE_2;
 use ridgetone::settings::TAXELS;
-use ridgetone::telemetry::Status;
 use serde::{Deserialize, Serialize};
 
 /// The windows.
@@ -274,7 +273,7 @@ fn noise(windows: u32) -> Result<Vec<Found>> {
         let seeds: Vec<u64> = (0..u64::from(windows)).map(|run| NOISE_SEED + run).collect();
         let found = parallel::map("noise alone", &seeds, |seed| {
             let fit = fit(&setting.noise(window_s, *seed)?, HARMONICS, TAXELS as u8)?;
-            Ok(matches!(fit.status, Status::Good | Status::Ambiguous))
+            Ok(fit.status.has_tone())
         })?;
         Ok(Found { length: Some(length), windows, found: found.into_iter().map(u32::from).sum() })
     };

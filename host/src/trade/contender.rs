@@ -51,7 +51,7 @@ impl Contender {
                     sigma_hz: Some(to_hz(fit.sigma)),
                     ambiguous: fit.status == Status::Ambiguous,
                 };
-                Ok(matches!(fit.status, Status::Good | Status::Ambiguous).then_some(answer))
+                Ok(fit.status.has_tone().then_some(answer))
             }
             Self::Rival { method, channels } => {
                 let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::new()));

@@ -5,7 +5,6 @@ use super::grid::{RIDGETONE, Row};
 use super::{Trade, Verdict};
 use crate::bench::{CHANNELS, HARMONICS, RIVALS_CARRIED, WINDOWS_S, grouped};
 use crate::fit_report::significant;
-
 use crate::setting::Setting;
 use hal_mock::TABLE_2;
 use ridgetone::settings::TAXELS;
@@ -67,6 +66,11 @@ fn failures(row: &Row) -> [String; 2] {
     [share(accuracy.windows - accuracy.good), share(accuracy.octaves)]
 }
 
+/// What an estimator's error is, and how often it fails: under RMS in percent, x bound, no answer and octaves.
+fn quality(row: &Row) -> impl Iterator<Item = String> {
+    [percent(row), ratio(row)].into_iter().chain(failures(row))
+}
+
 /// Ridgetone: one table for each window.
 pub fn ridgetone(trade: &Trade) -> String {
     let of_window = |window_s: f64| {
@@ -87,8 +91,8 @@ pub fn ridgetone(trade: &Trade) -> String {
             for harmonics in HARMONICS {
                 let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else { continue };
                 let rms_hz = or_dash(row.accuracy.error.map(|error| significant(error.rms_hz, 2)));
-                let mut cells = vec![channels.to_string(), harmonics.to_string(), rms_hz, percent(row), ratio(row)];
-                cells.extend(failures(row));
+                let mut cells = vec![channels.to_string(), harmonics.to_string(), rms_hz];
+                cells.extend(quality(row));
                 cells.extend(costs(row));
                 table.row(&cells);
             }
@@ -120,8 +124,7 @@ pub fn harmonics(trade: &Trade) -> String {
             let Some(row) = trade.ridgetone(window_s, carried, harmonics, all) else { continue };
             let [_, instructions, passes] = costs(row);
             let mut cells = vec![window_s.to_string(), carried.to_string(), harmonics.to_string()];
-            cells.extend([percent(row), ratio(row)]);
-            cells.extend(failures(row));
+            cells.extend(quality(row));
             cells.extend([instructions, passes]);
             table.row(&cells);
         }
@@ -151,8 +154,7 @@ pub fn rivals(trade: &Trade) -> String {
             for row in ours.into_iter().chain(others) {
                 let name = if row.method == RIDGETONE { format!("**{RIDGETONE}**") } else { row.method.clone() };
                 let mut cells = vec![window_s.to_string(), name, row.channels.to_string()];
-                cells.extend([percent(row), ratio(row)]);
-                cells.extend(failures(row));
+                cells.extend(quality(row));
                 cells.extend(costs(row));
                 table.row(&cells);
             }
