@@ -5,17 +5,20 @@
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
 //! begin to change and ends when they stop, both dated back to the frame where it happened.
 //!
-//! A block of frames is dealt with when the next one has come, and what is to be dated is told when it is: a
-//! slide's end and a release up to a fifth of a second later.
+//! A block of frames is dealt with while the next one comes, a share of the taxels with each frame; what a decision
+//! needs is summed up in the same way, with the block after it. What is to be dated is told when it is: a slide's
+//! end and a release up to a fifth of a second later.
 
+mod settling;
 mod slide;
 mod sought;
 mod spike;
 
 use crate::dating::Search;
-use crate::motion::{BLOCK_FRAMES, Block, Distances, Motion};
+use crate::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::settings::{SlideRule, TAXELS};
 use crate::window::{Ring, Values};
+use settling::After;
 use sought::Sought;
 use spike::Spike;
 
@@ -27,12 +30,8 @@ const TOUCHED: f32 = 100.0;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
 /// looks for it in the first 0.8 s of a record that contains it.
 const SPIKE_FRAMES: u32 = 72;
-/// Blocks in a row without any change after which something is still: 66 ms.
+/// Blocks in a row without any change after which something is still: 66 ms, and as many make a level.
 const STILL_BLOCKS: u32 = 4;
-/// Frames that a search looks at with each frame of a block; the last one's work is dealing with the block before.
-const LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 2, 2, 0];
-/// Frames of a spike that are looked at with each frame of a block: one more than come, for it is noticed late.
-const SPIKE_LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 1, 1, 1];
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
 
@@ -62,6 +61,8 @@ enum Phase {
     Idle,
     /// Since this frame; the spike's peak is being looked for.
     Spike(u32),
+    /// Something was over at this frame; where the taxels are by then is being summed up.
+    Settling(After, u32),
     Hold,
     /// Something moves; a slide or only a step. Blocks with quick changes, and with any.
     Moving {
@@ -83,15 +84,23 @@ pub struct ContactDetector {
     /// What is being dated, and how.
     sought: Option<Sought>,
     search: Search,
+    /// What is to be dated next, from which frame on, and at which level.
+    waiting: Option<(Sought, u32)>,
+    level: Values,
+    /// While the level is still being summed up of the hold before a motion: of so many blocks.
+    held: usize,
+    /// Squared distance of that level from idle, as far as it is summed up.
+    off: f32,
     idle: Values,
-    /// Idle level before the last touch: where the skin creeps back to.
-    before: Values,
     /// How far the idle level is to follow the latest block.
     idle_follows: f32,
-    /// Whether the loaded level is to become that of the latest block.
-    loaded_follows: bool,
     idle_blocks: u32,
-    loaded: Values,
+    /// Idle level before the last touch, if there was one: where the skin creeps back to.
+    before: Option<Values>,
+    /// By how much nearer to it the idle level is than the block of the first touch, as far as it is summed up.
+    crept: f32,
+    /// Squared distance of the loaded level from idle.
+    loaded: f32,
     spike: Spike,
     /// Frame of the touch's spike: no slide begins before it.
     touched: u32,
@@ -114,12 +123,16 @@ impl ContactDetector {
             block_end: 0,
             sought: None,
             search: Search::new(),
+            waiting: None,
+            level: [0.0; TAXELS],
+            held: 0,
+            off: 0.0,
             idle: [0.0; TAXELS],
-            before: [0.0; TAXELS],
             idle_follows: 0.0,
-            loaded_follows: false,
             idle_blocks: 0,
-            loaded: [0.0; TAXELS],
+            before: None,
+            crept: 0.0,
+            loaded: 0.0,
             spike: Spike::new(),
             touched: 0,
             still_quick: 0,
@@ -138,23 +151,18 @@ impl ContactDetector {
     }
 
     /// Takes frame `number`, the latest one in `ring`; tells what changed.
-    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut impl FnMut(Change)) {
+    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let turn = self.motion.turn() % BLOCK_FRAMES as usize;
         self.evaluate(turn, ring, changed);
-        if let Phase::Spike(_) = self.phase {
-            self.spike.track(SPIKE_LOOKS[turn], self.block_end, &self.idle, &self.motion, ring);
-        }
         self.follow_plan(number, ring, changed);
-        if self.sought.is_some() {
-            self.look(LOOKS[turn], ring, changed);
-        }
+        self.seek(turn, ring, changed);
         if self.motion.push(values) {
             self.block_end = number;
         }
     }
 
     /// The data has ended with the frame before `number`: a slide that still runs is over.
-    pub fn finish(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+    pub fn finish(&mut self, number: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         for turn in self.motion.turn()..BLOCK_FRAMES as usize {
             self.evaluate(turn, ring, changed);
         }
@@ -163,56 +171,45 @@ impl ContactDetector {
             self.enter(Phase::Hold);
             self.tell(Change::SlideEnd(start, end), ring, changed);
         }
+        self.settle_now(ring, changed);
         self.settle(ring, changed);
     }
 
     /// Deals with a share of the latest block.
     #[inline(never)]
-    fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut impl FnMut(Change)) {
-        // Share by share, as the block is evaluated.
+    fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         if self.idle_follows > 0.0 {
             self.motion.approach(&mut self.idle, turn, self.idle_follows);
         }
-        if self.loaded_follows {
-            self.motion.approach(&mut self.loaded, turn, 1.0);
+        match self.phase {
+            Phase::Spike(since) => self.follow_spike(turn, since, ring),
+            Phase::Settling(after, over) => self.sum_up(turn, after, over, ring),
+            Phase::Moving { .. } if self.held > 0 => self.sum_up_held(turn),
+            _ => {}
         }
-        let touching = matches!(self.phase, Phase::Hold | Phase::Moving { .. } | Phase::Slide(_));
-        let loaded = touching.then_some(&self.loaded);
-        let sliding = matches!(self.phase, Phase::Slide(_));
-        let Some(block) = self.motion.evaluate(turn, &self.idle, loaded, sliding) else { return };
-        (self.idle_follows, self.loaded_follows) = (0.0, false);
+        let Some(block) = self.motion.evaluate(turn, &self.idle, self.sliding().is_some()) else { return };
+        self.idle_follows = 0.0;
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
         // Not while something is searched for: that is work enough.
-        if self.step(self.block_end, &block, ring, changed) && self.sought.is_none() {
+        if self.step(self.block_end, &block, ring, changed) && self.sought.is_none() && self.waiting.is_none() {
             self.motion.learn();
         }
     }
 
     /// One block further. True if the finger was still, so that the noise can be learned from it.
-    fn step(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+    fn step(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
         match self.phase {
             Phase::Learning => {
                 self.idle_blocks += 1;
-                let share = 1.0 / self.idle_blocks as f32;
-                for turn in 0..BLOCK_FRAMES as usize {
-                    self.motion.approach(&mut self.idle, turn, share);
-                }
+                self.idle_follows = 1.0 / self.idle_blocks as f32;
                 if self.idle_blocks == LEARN_BLOCKS {
-                    self.before = self.idle;
                     self.enter(Phase::Idle);
                 }
                 true
             }
             Phase::Idle => {
-                let mean = self.motion.mean();
-                if block.distances.block * BLOCK_FRAMES as f32 > TOUCHED {
-                    let to_before = |level| self.motion.distance(level, &self.before);
-                    if to_before(mean) < to_before(&self.idle) {
-                        // The skin creeps back after a touch.
-                        self.idle = *mean;
-                        return false;
-                    }
+                if block.off * BLOCK_FRAMES as f32 > TOUCHED {
                     self.begin_spike(number);
                     return false;
                 }
@@ -220,12 +217,17 @@ impl ContactDetector {
                 true
             }
             Phase::Spike(since) => {
-                let over = number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6;
-                if over {
-                    self.loaded = self.still_level();
-                    self.end_spike(number, ring, changed);
+                if self.crept < 0.0 {
+                    // The skin creeps back after a touch.
+                    self.idle = *self.motion.mean();
+                    self.enter(Phase::Idle);
+                } else if number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6 {
+                    self.settle_after(After::Spike, number, ring, changed);
                 }
                 false
+            }
+            Phase::Settling(after, over) => {
+                self.settled(after, over, ring, changed) && self.hold(number, block, ring, changed)
             }
             Phase::Hold => self.hold(number, block, ring, changed),
             Phase::Moving { quick, any } => {
@@ -246,37 +248,15 @@ impl ContactDetector {
         self.still = 0;
         self.still_quick = 0;
     }
-
-    /// Mean of the blocks after which something is still.
-    #[inline(never)]
-    fn still_level(&self) -> Values {
-        self.motion.recent_mean(0, STILL_BLOCKS as usize).unwrap_or(*self.motion.mean())
-    }
-
-    /// Ends the touch if the levels are still and back at idle.
-    #[inline(never)]
-    fn released(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
-        let Distances { block: off, loaded, .. } = block.distances;
-        if self.still_quick < STILL_BLOCKS || !back_at_idle(off, loaded) {
-            return false;
-        }
-        let level = self.still_level();
-        self.release(level);
-        self.date(Sought::Release, self.idle, number, ring, changed);
-        true
-    }
-
-    /// The finger is off and the taxels at `level`.
-    #[inline(never)]
-    fn release(&mut self, level: Values) {
-        self.before = self.idle;
-        self.idle = level;
-        self.planned = None;
-        self.enter(Phase::Idle);
-    }
 }
 
 /// Whether a level so far from idle is back at it, the loaded one being so far from it; both squared.
 fn back_at_idle(off: f32, loaded: f32) -> bool {
     off < BACK_AT_IDLE * loaded
+}
+
+/// Whether a level so far from idle is a load, the loaded one being so far from it; both squared. Less than half
+/// of that is a skin on its way back.
+fn is_load(off: f32, loaded: f32) -> bool {
+    off > 0.25 * loaded
 }

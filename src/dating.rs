@@ -75,20 +75,30 @@ impl Search {
         (self.aim, self.frame, self.left, self.result, self.over) = (aim, frame, left, frame, false);
     }
 
-    /// Looks at `frames` more, as far as they have come; gives the frame when it is found.
-    pub fn look(&mut self, frames: u32, ring: &Ring) -> Option<u32> {
+    /// Looks at `frames` more, as far as they have come.
+    #[inline(never)]
+    pub fn look(&mut self, frames: u32, ring: &Ring) {
         for _ in 0..frames {
             if self.over || (self.aim == Aim::Ahead && reached(self.frame, ring.next())) {
                 break;
             }
             self.step(ring);
         }
-        self.over.then_some(self.result)
+    }
+
+    /// Whether there is nothing left to look at.
+    pub const fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// The frame that was found, or what it is taken for.
+    pub const fn result(&self) -> u32 {
+        self.result
     }
 
     /// Looks at all that is left.
-    pub fn finish(&mut self, ring: &Ring) -> u32 {
-        self.look(2 * SEARCH_FRAMES, ring).unwrap_or(self.result)
+    pub fn finish(&mut self, ring: &Ring) {
+        self.look(2 * SEARCH_FRAMES, ring);
     }
 
     fn step(&mut self, ring: &Ring) {

@@ -16,8 +16,8 @@ use crate::settings::TAXELS;
 use crate::window::Values;
 use noise::Noise;
 use past::{HISTORY, Past};
-pub use share::distance;
-use share::{SHARE, SHARES, greater, put, share};
+use share::greater;
+pub use share::{SHARE, SHARES, distance, put, share, share_mut};
 
 /// Frames of a short mean: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
@@ -47,19 +47,9 @@ pub struct Block {
     pub quick: bool,
     /// It differs from the course of the last [`LONG_BLOCKS`].
     pub slow: bool,
-    /// Squared distances.
-    pub distances: Distances,
-}
-
-/// Squared distances from the idle level, in units of one frame's noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Distances {
-    /// Of the block's mean.
-    pub block: f32,
-    /// Of the mean of the last [`LONG_BLOCKS`], if it was asked for.
-    pub of_late: f32,
-    /// Of the loaded level, if there is one.
-    pub loaded: f32,
+    /// Squared distance from the idle level, in units of one frame's noise: of the block's mean or, if that was asked
+    /// for, of the mean of the last [`LONG_BLOCKS`].
+    pub off: f32,
 }
 
 /// Noise of the taxels and the recent past.
@@ -85,7 +75,7 @@ pub struct Motion {
     known: usize,
     /// The comparisons of the block in evaluation, so far.
     compared: [f32; 4],
-    distances: Distances,
+    off: f32,
 }
 
 impl Motion {
@@ -103,7 +93,7 @@ impl Motion {
             past: Past::new(),
             known: 0,
             compared: [0.0; 4],
-            distances: Distances { block: 0.0, of_late: 0.0, loaded: 0.0 },
+            off: 0.0,
         }
     }
 
@@ -140,7 +130,7 @@ impl Motion {
 
     /// Evaluates one share of the block that has ended; says what it says with the last share.
     #[inline(always)]
-    pub fn evaluate(&mut self, turn: usize, idle: &Values, loaded: Option<&Values>, of_late: bool) -> Option<Block> {
+    pub fn evaluate(&mut self, turn: usize, idle: &Values, of_late: bool) -> Option<Block> {
         if !self.whole {
             return None;
         }
@@ -151,10 +141,10 @@ impl Motion {
             }
             self.known = self.past.count;
             self.compared = [0.0; 4];
-            self.distances = Distances { block: 0.0, of_late: 0.0, loaded: 0.0 };
+            self.off = 0.0;
         }
         self.noise.learn_share(turn, &self.past, &self.squares);
-        self.evaluate_share(turn, idle, loaded, of_late);
+        self.evaluate_share(turn, idle, of_late);
         if turn + 1 < BLOCK_FRAMES as usize {
             return None;
         }
@@ -171,11 +161,11 @@ impl Motion {
         self.compared = [within, before * frames, short * frames, long * frames];
         let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
         let now = over(0, JUMPING) || over(1, MOVING);
-        Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), distances: self.distances })
+        Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), off: self.off })
     }
 
     #[inline(always)]
-    fn evaluate_share(&mut self, turn: usize, idle: &Values, loaded: Option<&Values>, of_late: bool) {
+    fn evaluate_share(&mut self, turn: usize, idle: &Values, of_late: bool) {
         let [first, second] = &self.frames;
         let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
         let mut previous = *share(before, turn);
@@ -227,14 +217,13 @@ impl Motion {
             *compared += share;
         }
         let idle = *share(idle, turn);
-        self.distances.block += distance(&weights, &mean, &idle);
-        if of_late {
+        let of_late = if of_late {
             let one = 1.0 / (self.known + 1).min(LONG_BLOCKS as usize) as f32;
-            self.distances.of_late += distance(&weights, &sum.map(|sum| sum * one), &idle);
-        }
-        if let Some(loaded) = loaded {
-            self.distances.loaded += distance(&weights, share(loaded, turn), &idle);
-        }
+            sum.map(|sum| sum * one)
+        } else {
+            mean
+        };
+        self.off += distance(&weights, &of_late, &idle);
         put(&mut self.squares, turn, squares);
         put(&mut self.past.sum, turn, sum);
         let next = self.past.next();
@@ -261,26 +250,22 @@ impl Motion {
         self.past.back(0)
     }
 
-    /// Mean of the `count` latest blocks but the `skip` very latest, as far as they are remembered.
-    /// None if there is not one.
-    pub fn recent_mean(&self, skip: usize, count: usize) -> Option<Values> {
-        self.past.recent_mean(skip, count)
+    /// Blocks that have been seen since the last restart, as far as they matter.
+    pub const fn known(&self) -> usize {
+        self.past.count
     }
 
-    /// Variance of one taxel's noise, frame by frame, codes squared.
-    pub fn variance(&self, taxel: usize) -> f32 {
-        1.0 / self.noise.weights[taxel]
+    /// Sets one share of a level to the mean of `count` blocks, the `skip` latest left out, and gives the squared
+    /// distance of that share from another level. Blocks from before a restart count too.
+    pub fn settle(&self, level: &mut Values, from: &Values, turn: usize, skip: usize, count: usize) -> f32 {
+        let mean = self.past.mean(turn, skip, count);
+        put(level, turn, mean);
+        distance(share(&self.noise.weights, turn), &mean, share(from, turn))
     }
 
     /// One over the variance of each taxel's frames.
     pub const fn weights(&self) -> &Values {
         &self.noise.weights
-    }
-
-    /// Squared distance of two levels in units of one frame's noise.
-    #[inline(never)]
-    pub fn distance(&self, a: &Values, b: &Values) -> f32 {
-        distance(&self.noise.weights, a, b)
     }
 }
 

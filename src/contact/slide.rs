@@ -1,7 +1,7 @@
 //! The slide: from the held levels on, until they are still again or the protocol says so.
 
-use super::{Change, ContactDetector, Phase, STILL_BLOCKS, Sought, back_at_idle};
-use crate::motion::{BLOCK_FRAMES, Block, Distances, LONG_BLOCKS, SHORT_BLOCKS};
+use super::{After, Change, ContactDetector, Phase, STILL_BLOCKS, Sought, back_at_idle, is_load};
+use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, SHORT_BLOCKS};
 use crate::settings::SlideRule;
 use crate::window::{Ring, reached};
 
@@ -9,59 +9,86 @@ use crate::window::{Ring, reached};
 const SLIDE_BLOCKS: u32 = 9;
 /// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
 const SLOW_SLIDE_BLOCKS: u32 = 22;
+/// Latest blocks that are no part of the level that was held: that in which a motion is noticed, and the one before it,
+/// which may hold the first of it already.
+const HELD_BACK: usize = 2;
 
 impl ContactDetector {
     /// One block further while nothing moves. True if that still holds.
     #[inline(never)]
-    pub(super) fn hold(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut impl FnMut(Change)) -> bool {
+    pub(super) fn hold(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
         if self.released(number, block, ring, changed) {
             return false;
         }
         if !(block.quick || block.slow) {
-            let Distances { block, loaded, .. } = block.distances;
-            self.loaded_follows = is_load(block, loaded);
+            if is_load(block.off, self.loaded) {
+                self.loaded = block.off;
+            }
             return true;
         }
         if self.rule == SlideRule::Found {
-            // The block before may hold the first of the motion already.
-            let held = self.motion.recent_mean(2, 4).unwrap_or(self.loaded);
-            let from = number.wrapping_sub(BLOCK_FRAMES - 1);
+            self.free_level(ring, changed);
             self.phase = Phase::Moving { quick: block.quick as u32, any: 1 };
-            self.settle(ring, changed);
-            self.search.departure(self.motion.weights(), &held, from);
-            self.sought = Some(Sought::Start);
+            // Soon after something else the level that it left is the one.
+            self.held = self.motion.known().saturating_sub(HELD_BACK).min(STILL_BLOCKS as usize);
+            self.date(Sought::Start, number.wrapping_sub(BLOCK_FRAMES - 1));
         }
         false
     }
 
+    /// Sums up one share of the level that was held before something moved.
+    #[inline(never)]
+    pub(super) fn sum_up_held(&mut self, turn: usize) {
+        self.motion.settle(&mut self.level, &self.idle, turn, HELD_BACK, self.held);
+    }
+
+    /// Ends the touch if the levels are still and back at idle.
+    fn released(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
+        let released = self.still_quick >= STILL_BLOCKS && back_at_idle(block.off, self.loaded);
+        if released {
+            self.forget_start();
+            self.settle_after(After::Hold, number, ring, changed);
+        }
+        released
+    }
+
+    /// What moved was no slide.
+    fn forget_start(&mut self) {
+        self.waiting = self.waiting.filter(|(sought, _)| *sought != Sought::Start);
+        self.sought = self.sought.filter(|sought| *sought != Sought::Start);
+    }
+
     /// One block further while something moves: it becomes a slide, or is still again. Before it so
     /// many had quick changes, and any.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn moving(
         &mut self,
         (quick, any): (u32, u32),
         number: u32,
         block: &Block,
         ring: &Ring,
-        changed: &mut impl FnMut(Change),
+        changed: &mut dyn FnMut(Change),
     ) {
         let quick = quick + block.quick as u32;
         let any = any + (block.quick || block.slow) as u32;
+        self.held = 0;
         if self.released(number, block, ring, changed) {
             return;
         }
-        if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
-            let left = self.search.finish(ring);
-            self.sought = None;
+        let found = self.sought == Some(Sought::Start) && self.search.is_over();
+        let still = self.still >= STILL_BLOCKS;
+        self.phase = Phase::Moving { quick, any };
+        if (quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS) && (found || still) {
+            // Tells what is not a start, and finds the start if it waits for that.
+            self.settle(ring, changed);
+            let left = self.search.result();
             let start = if reached(left, self.touched) { left } else { self.touched };
             self.moving_until = start;
             self.phase = Phase::Slide(start);
-            self.tell(Change::SlideStart(start), ring, changed);
-        } else if self.still >= STILL_BLOCKS {
-            self.sought = None;
+            changed(Change::SlideStart(start));
+        } else if still {
+            self.forget_start();
             self.enter(Phase::Hold);
-        } else {
-            self.phase = Phase::Moving { quick, any };
         }
     }
 
@@ -73,7 +100,7 @@ impl ContactDetector {
         number: u32,
         block: &Block,
         ring: &Ring,
-        changed: &mut impl FnMut(Change),
+        changed: &mut dyn FnMut(Change),
     ) {
         if self.planned.is_some() {
             return;
@@ -93,34 +120,18 @@ impl ContactDetector {
             }
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        let Distances { of_late, loaded, .. } = block.distances;
-        if self.still < STILL_BLOCKS && !back_at_idle(of_late, loaded) {
+        if self.still < STILL_BLOCKS && !back_at_idle(block.off, self.loaded) {
             return;
         }
-        let level = self.still_level();
-        let off = self.motion.distance(&level, &self.idle);
-        let released = back_at_idle(off, loaded);
         let steady = self.still_quick >= STILL_BLOCKS;
+        self.settle_after(After::Slide(start, steady), number, ring, changed);
         if !steady {
             self.tell(Change::SlideEnd(start, self.moving_until), ring, changed);
-        }
-        if released {
-            self.release(level);
-        } else {
-            self.enter(Phase::Hold);
-            if is_load(off, loaded) {
-                self.loaded = level;
-            }
-        }
-        if steady {
-            self.date(Sought::End(start, released), level, number, ring, changed);
-        } else if released {
-            self.date(Sought::Release, level, number, ring, changed);
         }
     }
 
     /// Starts and ends the slide by protocol.
-    pub(super) fn follow_plan(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
+    pub(super) fn follow_plan(&mut self, number: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let Some((start, end)) = self.planned else { return };
         match self.phase {
             Phase::Hold if reached(number, start) => {
@@ -136,10 +147,4 @@ impl ContactDetector {
             _ => {}
         }
     }
-}
-
-/// Whether a level so far from idle is a load, the loaded one being so far from it; both squared. Less than half
-/// of that is a skin on its way back.
-fn is_load(off: f32, loaded: f32) -> bool {
-    off > 0.25 * loaded
 }

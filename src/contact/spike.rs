@@ -1,7 +1,7 @@
 //! The contact spike: the paper's equations 2 and 3.
 
-use super::{Change, ContactDetector, Phase, Sought, back_at_idle};
-use crate::motion::{BLOCK_FRAMES, Motion};
+use super::{Change, ContactDetector, Phase};
+use crate::motion::{BLOCK_FRAMES, SHARE, SHARES, distance, share, share_mut};
 use crate::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
 use crate::window::{Ring, Values, reached};
 
@@ -14,66 +14,92 @@ const CLEAR: f32 = 4.0;
 const TAP: f32 = 16.0 * 900.0;
 /// Frames before the block of the first touch where the spike may have begun.
 const LOOK_BACK: u32 = 4;
+/// Frames that are looked at while a block is evaluated: one more than come, for a touch is noticed late.
+const LOOKS: u32 = BLOCK_FRAMES + 1;
 
 /// The highest deviation of every taxel so far.
 #[derive(Clone, Debug)]
 pub(super) struct Spike {
     /// That deviation from the idle level, codes.
-    pub peak: Values,
+    peak: Values,
     /// Its frame.
-    pub frame: [u32; TAXELS],
-    /// Frame that is looked at next.
-    next: u32,
+    frame: [u32; TAXELS],
+    /// Frame that is looked at next, for each share of the taxels.
+    next: [u32; SHARES],
+    /// Whether nothing is known of it yet but the block of the first touch.
+    new: bool,
+    /// Squared length of all the peaks in units of the noise, as far as it is summed up.
+    pub height: f32,
+    /// Equation 2: the taxel with the best defined spike, of those that are summed up.
+    best: usize,
 }
 
 impl Spike {
     /// None.
     pub const fn new() -> Self {
-        Self { peak: [0.0; TAXELS], frame: [0; TAXELS], next: 0 }
+        Self { peak: [0.0; TAXELS], frame: [0; TAXELS], next: [0; SHARES], new: false, height: 0.0, best: 0 }
     }
 
-    /// Looks from just before the block that ends with frame `number` on.
-    pub fn begin(&mut self, number: u32) {
-        self.peak = [0.0; TAXELS];
-        self.next = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
-        self.frame = [self.next; TAXELS];
+    /// Too low for a tap that leaves no load.
+    pub fn is_faint(&self) -> bool {
+        self.height < TAP
     }
 
-    /// Equation 3, for every taxel at once, in the next `frames` frames up to frame `until`.
-    #[inline(never)]
-    pub fn track(&mut self, frames: u32, until: u32, idle: &Values, motion: &Motion, ring: &Ring) {
-        for _ in 0..frames {
-            let number = self.next;
-            if !reached(until, number) {
-                return;
-            }
-            self.next = number.wrapping_add(1);
-            let Some((values, _)) = ring.frame(number) else { continue };
-            for c in 0..TAXELS {
+    /// One share of the taxels is looked at from frame `first` on.
+    fn begin(&mut self, turn: usize, first: u32) {
+        *share_mut(&mut self.peak, turn) = [0.0; SHARE];
+        *share_mut(&mut self.frame, turn) = [first; SHARE];
+        self.next[turn % SHARES] = first;
+    }
+
+    /// Equation 3 for one share of the taxels, in the next `frames` frames up to frame `until`.
+    fn track(&mut self, turn: usize, frames: u32, until: u32, idle: &Values, weights: &Values, ring: &Ring) {
+        let (idle, weights, next) = (share(idle, turn), share(weights, turn), &mut self.next[turn % SHARES]);
+        let (peak, at) = (share_mut(&mut self.peak, turn), share_mut(&mut self.frame, turn));
+        let mut look = |values: &[f32; SHARE], number: u32| {
+            for c in 0..SHARE {
                 let off = values[c] - idle[c];
-                let higher = off.abs() - self.peak[c].abs();
+                let higher = off.abs() - peak[c].abs();
                 if higher > 0.0 {
                     // A touch without a spike is a step, whose highest frame is any: long after a peak only
                     // what stands clear of the noise is a higher one.
-                    let late = number.wrapping_sub(self.frame[c]) > PEAK_FRAMES;
-                    if !late || higher * higher > CLEAR * CLEAR * motion.variance(c) {
-                        self.peak[c] = off;
-                        self.frame[c] = number;
+                    let late = number.wrapping_sub(at[c]) > PEAK_FRAMES;
+                    if !late || higher * higher * weights[c] > CLEAR * CLEAR {
+                        peak[c] = off;
+                        at[c] = number;
                     }
                 }
             }
+        };
+        let mut left = frames;
+        // Once more where the ring's end is among them.
+        while left > 0 && reached(until, *next) {
+            let first = *next;
+            let most = left.min(until.wrapping_sub(first).wrapping_add(1));
+            let read = ring.read(first, most as usize, |values, valid| {
+                for ((values, valid), number) in values.iter().zip(valid).zip(0..) {
+                    if *valid != 0 {
+                        look(share(values, turn), first.wrapping_add(number));
+                    }
+                }
+                values.len() as u32
+            });
+            // What the ring has lost is passed over.
+            let read = read.unwrap_or(1);
+            *next = first.wrapping_add(read);
+            left -= read;
         }
     }
 
-    /// Equation 2: the taxel with the best defined spike.
-    pub fn best(&self) -> usize {
-        let mut best = 0;
-        for c in 1..TAXELS {
-            if self.peak[c].abs() > self.peak[best].abs() {
-                best = c;
+    /// Sums up one share of the peaks, each after the one before it.
+    fn sum_up(&mut self, turn: usize, weights: &Values) {
+        let (peak, weights) = (share(&self.peak, turn), share(weights, turn));
+        for c in 0..SHARE {
+            self.height += peak[c] * peak[c] * weights[c];
+            if peak[c].abs() > self.peak[self.best % TAXELS].abs() {
+                self.best = turn * SHARE + c;
             }
         }
-        best
     }
 }
 
@@ -82,20 +108,39 @@ impl ContactDetector {
     #[inline(never)]
     pub(super) fn begin_spike(&mut self, number: u32) {
         self.enter(Phase::Spike(number));
-        self.spike.begin(number);
+        (self.spike.new, self.spike.height, self.spike.best) = (true, 0.0, 0);
+        self.crept = 0.0;
     }
 
-    /// The taxel with the best defined spike tells the time, unless there was no touch.
+    /// Follows the spike in one share of the taxels; the first touch was in the block that ends with frame `since`.
     #[inline(never)]
-    pub(super) fn end_spike(&mut self, number: u32, ring: &Ring, changed: &mut impl FnMut(Change)) {
-        self.spike.track(u32::MAX, self.block_end, &self.idle, &self.motion, ring);
-        let best = self.spike.best();
-        let peak_height = self.motion.distance(&self.spike.peak, &[0.0; TAXELS]);
-        let off_again = back_at_idle(self.motion.distance(&self.loaded, &self.idle), peak_height);
-        if off_again && peak_height < TAP {
-            self.enter(Phase::Idle);
-            return;
+    pub(super) fn follow_spike(&mut self, turn: usize, since: u32, ring: &Ring) {
+        let weights = self.motion.weights();
+        if self.spike.new {
+            self.spike.begin(turn, since.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK));
+            self.spike.new = turn + 1 < SHARES;
+            if let Some(before) = &self.before {
+                let weights = share(weights, turn);
+                let (mean, idle) = (share(self.motion.mean(), turn), share(&self.idle, turn));
+                let before = share(before, turn);
+                self.crept += distance(weights, mean, before) - distance(weights, idle, before);
+            }
         }
+        self.spike.track(turn, LOOKS, self.block_end, &self.idle, weights, ring);
+    }
+
+    /// Looks at what is left of one share of the spike up to frame `over`, and sums it up.
+    #[inline(never)]
+    pub(super) fn sum_up_spike(&mut self, turn: usize, over: u32, ring: &Ring) {
+        let weights = self.motion.weights();
+        self.spike.track(turn, u32::MAX, over, &self.idle, weights, ring);
+        self.spike.sum_up(turn, weights);
+    }
+
+    /// The taxel with the best defined spike tells the time.
+    #[inline(never)]
+    pub(super) fn tell_contact(&mut self, ring: &Ring, changed: &mut dyn FnMut(Change)) {
+        let best = self.spike.best % TAXELS;
         let frame = self.spike.frame[best];
         self.touched = frame;
         self.planned = match self.rule {
@@ -106,10 +151,5 @@ impl ContactDetector {
             }
         };
         self.tell(Change::Contact { frame, taxel: best as u8, height: self.spike.peak[best] }, ring, changed);
-        self.enter(Phase::Hold);
-        if off_again {
-            self.release(self.loaded);
-            self.date(Sought::Release, self.idle, number, ring, changed);
-        }
     }
 }

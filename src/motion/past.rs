@@ -1,7 +1,7 @@
 //! The recent past: means of the latest blocks, from which comparisons start.
 
 use super::LONG;
-use super::share::{SHARE, SHARES, Share, put, share};
+use super::share::{SHARE, Share, share};
 use crate::settings::TAXELS;
 use crate::window::Values;
 
@@ -36,31 +36,18 @@ impl Past {
         (self.latest + 1) % HISTORY
     }
 
-    /// Mean of the `count` latest blocks but the `skip` very latest, as far as they are remembered.
-    /// None if there is not one.
-    pub fn recent_mean(&self, skip: usize, count: usize) -> Option<Values> {
-        let until = (skip + count).min(self.count);
-        if until <= skip {
-            return None;
-        }
-        let mut mean = [0.0; TAXELS];
-        for turn in 0..SHARES {
-            put(&mut mean, turn, self.share_mean(turn, skip..until));
-        }
-        Some(mean)
-    }
-
-    /// One share of the mean of some blocks. Apart, for all in one would be unrolled to over a kilobyte.
+    /// One share of the mean of `count` blocks, the `skip` latest left out. A restart does not matter: they may be
+    /// older.
     #[inline(never)]
-    fn share_mean(&self, turn: usize, blocks: core::ops::Range<usize>) -> Share {
-        let mut sum = [0.0; SHARE];
-        let count = blocks.len() as f32;
-        for back in blocks {
-            let block = share(self.back(back), turn);
+    pub fn mean(&self, turn: usize, skip: usize, count: usize) -> Share {
+        let mut sum = *share(self.back(skip), turn);
+        for back in 1..count {
+            let block = share(self.back(skip + back), turn);
             for c in 0..SHARE {
                 sum[c] += block[c];
             }
         }
-        sum.map(|sum| sum / count)
+        let part = 1.0 / count as f32;
+        sum.map(|sum| sum * part)
     }
 }

@@ -5,19 +5,26 @@ use crate::settings::TAXELS;
 use crate::window::Values;
 
 /// Taxels of a share.
-pub(super) const SHARE: usize = TAXELS / SHARES;
+pub const SHARE: usize = TAXELS / SHARES;
 /// Shares of a block, as many as it has frames.
-pub(super) const SHARES: usize = BLOCK_FRAMES as usize;
+pub const SHARES: usize = BLOCK_FRAMES as usize;
 
 /// The taxels of one share.
-pub(super) type Share = [f32; SHARE];
+pub type Share = [f32; SHARE];
 
-pub(super) fn share(values: &Values, which: usize) -> &Share {
-    &values.as_chunks().0[which % SHARES]
+/// One share of what there is one of for every taxel.
+pub fn share<T>(all: &[T; TAXELS], which: usize) -> &[T; SHARE] {
+    &all.as_chunks().0[which % SHARES]
 }
 
-pub(super) fn put(values: &mut Values, which: usize, share: Share) {
-    values.as_chunks_mut().0[which % SHARES] = share;
+/// The same, to be changed.
+pub fn share_mut<T>(all: &mut [T; TAXELS], which: usize) -> &mut [T; SHARE] {
+    &mut all.as_chunks_mut().0[which % SHARES]
+}
+
+/// Puts one share of some values in its place.
+pub fn put(values: &mut Values, which: usize, share: Share) {
+    *share_mut(values, which) = share;
 }
 
 /// Squared distance of two levels, each taxel's times its weight.
