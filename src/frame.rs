@@ -55,7 +55,7 @@ const PLACES: usize = SLOTS.next_power_of_two() as usize;
 type Codes = [i32; PLACES];
 
 /// The chip's own readings, as of the latest scan that had them; zero before.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readings {
     /// Analogue supply, volts (datasheet: code / 786432).
     pub supply_v: f32,
@@ -69,6 +69,14 @@ pub struct Readings {
     pub gain: f32,
 }
 
+impl Readings {
+    /// Before there are any.
+    pub const NONE: Self = Self { supply_v: 0.0, reference_v: 0.0, temperature_c: 0.0, offset_v: 0.0, gain: 0.0 };
+}
+
+/// How many they are: every slot behind the taxels'.
+pub const OWN: usize = SLOTS as usize - TAXELS;
+
 /// Lower end of the scale, where the chip clips as it does at the upper one (datasheet: 800000h and 7FFFFFh).
 const CODE_LEAST: i32 = -0x80_0000;
 
@@ -81,7 +89,7 @@ pub const CONVERSION_NS: u64 = SCAN.conversion_ticks() as u64 * 1_000_000_000 / 
 /// A gap in time above which whole scans may be missing: half a scan, microseconds.
 const GAP_US: u32 = (CONVERSION_NS * SLOTS as u64 / 2000) as u32;
 
-/// The scan begins with the taxels in their order: taxel k is slot k.
+/// The scan begins with the taxels in their order: taxel k is slot k. What follows are the chip's own readings.
 const _: () = assert!(SCAN.channel_mask() & 0x00ff_ffff == 0x00ff_ff00);
 
 /// Ids that a status byte can name.
@@ -122,7 +130,7 @@ pub struct Assembler {
     /// Times and status bytes of the conversions that wait for their scan's last one. Their codes wait in
     /// the frame, where those of a scan that is whole belong.
     times_us: [u32; PLACES],
-    statuses: [u32; PLACES],
+    statuses: [u8; PLACES],
     /// How many they are.
     count: usize,
     /// Slot of the latest conversion that was dealt with; none before the first.
@@ -174,17 +182,26 @@ impl Assembler {
 
     /// The chip's own readings.
     pub fn readings(&self) -> Readings {
-        let code = |channel: Channel| {
-            let slot = SLOT_OF[channel.id() as usize % IDS]?;
-            let code = self.own.get(slot as usize).copied()?;
-            (self.read & 1 << slot != 0).then_some(code)
-        };
-        Readings {
-            supply_v: code(Channel::Vcc).map_or(0.0, reading::supply_v),
-            reference_v: code(Channel::Ref).map_or(0.0, reading::reference_v),
-            temperature_c: code(Channel::Temp).map_or(0.0, |code| reading::temperature_c(code, self.vref_v)),
-            offset_v: code(Channel::Offset).map_or(0.0, |code| reading::offset_v(code, self.vref_v)),
-            gain: code(Channel::Gain).map_or(0.0, reading::gain),
+        let mut readings = Readings::NONE;
+        (0..OWN).for_each(|which| self.read(which, &mut readings));
+        readings
+    }
+
+    /// Converts one of the [`OWN`] readings, in the order of the scan, if there has been one.
+    #[inline(never)]
+    pub fn read(&self, which: usize, readings: &mut Readings) {
+        let slot = TAXELS + which;
+        let (Some(code), Some(id)) = (self.own.get(slot), ID_OF.get(slot)) else { return };
+        if self.read & 1 << slot == 0 {
+            return;
+        }
+        match Channel::from_id(*id) {
+            Some(Channel::Vcc) => readings.supply_v = reading::supply_v(*code),
+            Some(Channel::Ref) => readings.reference_v = reading::reference_v(*code),
+            Some(Channel::Temp) => readings.temperature_c = reading::temperature_c(*code, self.vref_v),
+            Some(Channel::Offset) => readings.offset_v = reading::offset_v(*code, self.vref_v),
+            Some(Channel::Gain) => readings.gain = reading::gain(*code),
+            _ => {}
         }
     }
 
@@ -206,10 +223,10 @@ impl Assembler {
         let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
         let at = self.count % PLACES;
         self.times_us[at] = t_us;
-        self.statuses[at] = status.0 as u32;
+        self.statuses[at] = status.0;
         self.frame.codes[at] = code;
         self.count = at + 1;
-        status.0 as u32 == LAST || self.count == SLOTS as usize
+        status.0 == LAST || self.count == SLOTS as usize
     }
 
     /// The latest frame.

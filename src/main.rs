@@ -47,7 +47,7 @@ mod app {
     use ridgetone::pipeline::{Detector, Estimator};
     use ridgetone::settings::{SCAN, Settings};
     use ridgetone::tally::Tally;
-    use ridgetone::telemetry::{self, Event, Span, WIRE_MAX};
+    use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
@@ -194,8 +194,8 @@ mod app {
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
         let tally = cx.shared.tally;
-        let mut emit = |event| {
-            if cx.shared.outbox.lock(|outbox| outbox.post(event)) {
+        let mut emit = |news: News| {
+            if cx.shared.outbox.lock(|outbox| outbox.post(news.into())) {
                 tally.message_dropped();
             }
             rtic::pend(REPORT);

@@ -12,7 +12,7 @@ use crate::profile::Profile;
 use crate::settings::{Settings, TAXELS};
 use crate::sine_fit::Fitter;
 use crate::telemetry::{Channel, Estimate, Event, Span, Status};
-use crate::window::{FrameSource, Ring, Window, reached};
+use crate::window::{FrameSource, Ring, Values, Window, reached};
 use ads1258::reading;
 use core::f32::consts::PI;
 
@@ -97,13 +97,13 @@ impl Estimator {
         Some(estimate)
     }
 
-    fn channel(&self, fitted: &Fitted, taxel: usize, reference: &[i32; TAXELS]) -> Channel {
+    fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
         let channel = &fitted.fit.channels[taxel];
         let turns = channel.phase_rad / (2.0 * PI) - fitted.ahead(taxel);
         let phase_rad = 2.0 * PI * (turns - libm::roundf(turns));
         Channel {
             taxel: taxel as u8,
-            offset_v: (reference[taxel] as f32 + channel.offset) * self.volts_per_code,
+            offset_v: (reference[taxel] + channel.offset) * self.volts_per_code,
             amplitude_v: channel.amplitude * self.volts_per_code,
             phase_rad,
             residual_v: channel.residual * self.volts_per_code,
@@ -138,22 +138,28 @@ impl Pipeline {
 
     /// The greeting to send before anything else.
     pub fn hello(&self) -> Event {
-        self.detector.hello()
+        self.detector.hello().into()
     }
 
     /// Takes one conversion; events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.push(conversion, &mut self.ring, &Counters::default(), emit, &mut |window| {
-            let _ = windows.push(window);
-        });
+        self.detector.push(
+            conversion,
+            &mut self.ring,
+            &Counters::default(),
+            &mut |news| emit(news.into()),
+            &mut |window| {
+                let _ = windows.push(window);
+            },
+        );
         self.fit(&windows, emit);
     }
 
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&mut self.ring, &Counters::default(), emit, &mut |window| {
+        self.detector.finish(&mut self.ring, &Counters::default(), &mut |news| emit(news.into()), &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);

@@ -182,6 +182,34 @@ pub enum Event {
     Health(Health),
 }
 
+/// What the detector tells: the events but for estimates, which are ten times as large and come from the fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum News {
+    /// After start-up.
+    Hello(Hello),
+    /// The contact spike.
+    Contact(Contact),
+    /// The sliding phase begins or has ended.
+    Slide(Slide),
+    /// The finger is off.
+    Release(Release),
+    /// Counters and readings.
+    Health(Health),
+}
+
+impl From<News> for Event {
+    #[inline(never)]
+    fn from(news: News) -> Self {
+        match news {
+            News::Hello(hello) => Self::Hello(hello),
+            News::Contact(contact) => Self::Contact(contact),
+            News::Slide(slide) => Self::Slide(slide),
+            News::Release(release) => Self::Release(release),
+            News::Health(health) => Self::Health(health),
+        }
+    }
+}
+
 /// What travels: an event with its number, so that a reader sees every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packet {

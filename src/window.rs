@@ -15,7 +15,7 @@ pub type Values = [f32; TAXELS];
 /// Whether frame `number` is frame `mark` or a later one, by numbers that wrap: neither is more than
 /// half their range (103 days at 241 Hz) from the other.
 pub const fn reached(number: u32, mark: u32) -> bool {
-    number.wrapping_sub(mark) < u32::MAX / 2
+    number.wrapping_sub(mark) as i32 >= 0
 }
 
 /// Where the fit reads frames from: a table or the ring itself on a PC, the ring behind a lock on
@@ -91,7 +91,9 @@ impl Ring {
     /// Place of a frame in the arrays, if it is there.
     fn place(&self, number: u32) -> Option<usize> {
         let age = self.next.wrapping_sub(number);
-        (age >= 1 && age <= self.filled).then_some((self.head + RING_FRAMES - age as usize) % RING_FRAMES)
+        let back = age as usize;
+        let at = if back <= self.head { self.head - back } else { self.head + RING_FRAMES - back };
+        (age >= 1 && age <= self.filled).then_some(at)
     }
 
     /// One frame's values and mask, if it is there and has a valid value.
@@ -138,8 +140,8 @@ pub struct Window {
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
-    /// Codes that the frames' values are relative to.
-    pub reference: [i32; TAXELS],
+    /// Codes that the frames' values are relative to: whole numbers, exact in f32.
+    pub reference: Values,
     /// What it covers.
     pub span: Span,
 }

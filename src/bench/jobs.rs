@@ -10,8 +10,8 @@ use ridgetone::pipeline::{Counters, Detector};
 use ridgetone::settings::{RING_FRAMES, Settings};
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::{Event, Packet, WIRE_MAX};
-use ridgetone::window::Ring;
+use ridgetone::telemetry::{News, Packet, WIRE_MAX};
+use ridgetone::window::{Ring, Window};
 use ridgetone::workload::{
     CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
 };
@@ -81,20 +81,15 @@ impl Bench<'_> {
             for _ in 0..SLOTS {
                 scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
             }
-            let mut events = Vec::<Event, EVENTS_MAX>::new();
+            let mut events = Vec::<News, EVENTS_MAX>::new();
             let mut windows = 0;
-            let counters = Counters::default();
-            let mut emit = |event| {
-                let _ = events.push(event);
+            let mut emit = |news| {
+                let _ = events.push(news);
             };
             let mut due = |_| windows += 1;
-            let (instructions, ()) = self.counter.measure(|| {
-                for conversion in &scan {
-                    detector.push(*conversion, self.ring, &counters, &mut emit, &mut due);
-                }
-            });
-            for event in events {
-                self.encode(&Packet { sequence, event })?;
+            let (instructions, ()) = self.counter.measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
+            for news in events {
+                self.encode(&Packet { sequence, event: news.into() })?;
                 sequence = sequence.wrapping_add(1);
             }
             self.files.tell(Measured::Frame { instructions, windows })?;
@@ -119,4 +114,19 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
     fitter.fit(&mut Stretch::new(&mut &*ring, 0, frames))
+}
+
+/// As [`fit`].
+#[inline(never)]
+fn detect(
+    detector: &mut Detector,
+    scan: &[TimedConversion],
+    ring: &mut Ring,
+    emit: &mut dyn FnMut(News),
+    due: &mut dyn FnMut(Window),
+) {
+    let counters = Counters::default();
+    for conversion in scan {
+        detector.push(*conversion, ring, &counters, emit, due);
+    }
 }

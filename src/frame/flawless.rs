@@ -1,12 +1,22 @@
 //! The short way: a whole scan without a flaw, taken at one glance.
 
-use super::{Assembler, CODE_LEAST, CONVERSION_NS, GAP_US, ID_OF, SLOTS, beyond};
+use super::{Assembler, CODE_LEAST, CONVERSION_NS, GAP_US, ID_OF, PLACES, SLOTS, beyond};
 use crate::settings::TAXELS;
 
 /// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
-const FLAWLESS: u32 = 0x80;
+const FLAWLESS: u8 = 0x80;
 /// Status of a scan's last conversion, if it has no flaw.
-pub(super) const LAST: u32 = FLAWLESS | ID_OF[SLOTS as usize - 1] as u32;
+pub(super) const LAST: u8 = FLAWLESS | ID_OF[SLOTS as usize - 1];
+/// Status bytes of a whole scan without a flaw. Four are compared at once; behind the last slot's nothing is written.
+const STATUSES: [u8; PLACES] = {
+    let mut statuses = [0; PLACES];
+    let mut slot = 0;
+    while slot < SLOTS as usize {
+        statuses[slot] = FLAWLESS | ID_OF[slot];
+        slot += 1;
+    }
+    statuses
+};
 /// Time from the first to the last conversion of a scan, at most, for none in between to be later than
 /// [`GAP_US`]: the nominal one and half of that.
 const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US / 2;
@@ -29,8 +39,8 @@ impl Assembler {
             return false;
         }
         let (mut odd, mut ends) = (0, 0);
-        for (status, id) in self.statuses.iter().zip(ID_OF) {
-            odd |= status ^ (FLAWLESS | id as u32);
+        for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0) {
+            odd |= u32::from_ne_bytes(*statuses) ^ u32::from_ne_bytes(*whole);
         }
         for code in self.frame.taxels() {
             ends |= beyond(*code);

@@ -10,7 +10,7 @@ impl Assembler {
         let (codes, count) = (self.frame.codes, core::mem::take(&mut self.count));
         self.frame.codes = self.own;
         for ((code, status), t_us) in codes.into_iter().zip(self.statuses).zip(self.times_us).take(count) {
-            let conversion = Conversion { status: Status(status as u8), code };
+            let conversion = Conversion { status: Status(status), code };
             self.take(&TimedConversion { t_us, conversion }, done);
         }
         self.own = self.frame.codes;

@@ -1,0 +1,109 @@
+//! `health` once a second: converted a reading a frame, so that no frame has much of it to do.
+
+use super::{Counters, Detector, Teller};
+use crate::frame::{Assembler, OWN, Readings};
+use crate::settings::FRAME_RATE_HZ;
+use crate::telemetry::{Health, News};
+use crate::window::reached;
+
+/// Frames from one `health` to the next: one second.
+const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
+/// The greeting is repeated after so many healths: who listens in later learns the protocol and the
+/// settings too.
+const GREETING_HEALTHS: u8 = 10;
+/// Steps before it is told: a reading each, and the rate.
+const STEPS: u32 = OWN as u32 + 1;
+
+/// What the next `health` will say, in the making.
+#[derive(Clone, Debug)]
+pub(super) struct Checkup {
+    /// Frame of the next step.
+    due: u32,
+    /// Steps taken.
+    step: u32,
+    readings: Readings,
+    frame_rate_hz: f32,
+    /// Healths until the greeting is said again.
+    greeting_in: u8,
+}
+
+impl Checkup {
+    pub const fn new() -> Self {
+        Self {
+            due: HEALTH_FRAMES - STEPS,
+            step: 0,
+            readings: Readings::NONE,
+            frame_rate_hz: 0.0,
+            greeting_in: GREETING_HEALTHS,
+        }
+    }
+
+    /// Whether a step is due, `frame` being the latest.
+    pub fn is_due(&self, frame: u32) -> bool {
+        reached(frame, self.due)
+    }
+
+    /// Takes what steps are left at once.
+    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters) -> News {
+        for step in 0..STEPS {
+            self.prepare(step, assembler, teller);
+        }
+        self.told(assembler, counters)
+    }
+
+    fn prepare(&mut self, step: u32, assembler: &Assembler, teller: &Teller) {
+        if step < OWN as u32 {
+            assembler.read(step as usize, &mut self.readings);
+        } else {
+            self.frame_rate_hz = teller.frame_rate_hz();
+        }
+    }
+
+    #[inline(never)]
+    fn told(&self, assembler: &Assembler, counters: &Counters) -> News {
+        let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
+        News::Health(Health {
+            t_us: assembler.now_us(),
+            frames: assembler.frames,
+            // What overran the queue is missing in the scan too; it would count twice if added.
+            conversions_lost: assembler.lost.max(counters.overruns),
+            conversions_doubtful: assembler.doubtful,
+            hops_skipped: counters.hops_skipped,
+            messages_dropped: counters.messages_dropped,
+            chip_restarts: counters.chip_restarts,
+            frame_rate_hz: self.frame_rate_hz,
+            load: counters.load,
+            supply_v,
+            reference_v,
+            temperature_c,
+            offset_v,
+            gain,
+        })
+    }
+}
+
+impl Detector {
+    /// Takes the step that is due.
+    #[inline(never)]
+    pub(super) fn check(&mut self, counters: &Counters, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, rest, checkup, .. } = self;
+        let step = checkup.step;
+        (checkup.step, checkup.due) = (step + 1, rest.teller.latest.0.wrapping_add(1));
+        if step < STEPS {
+            return checkup.prepare(step, assembler, &rest.teller);
+        }
+        if step == STEPS {
+            emit(checkup.told(assembler, counters));
+            checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
+            if checkup.greeting_in == 0 {
+                // With the next frame.
+                return;
+            }
+        } else {
+            checkup.greeting_in = GREETING_HEALTHS;
+            emit(self.hello());
+        }
+        let ahead = HEALTH_FRAMES - STEPS - (step - STEPS);
+        (self.checkup.step, self.checkup.due) = (0, self.rest.teller.latest.0.wrapping_add(ahead));
+    }
+}
