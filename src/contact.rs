@@ -30,7 +30,7 @@ const TOUCHED: f32 = 100.0;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
 /// looks for it in the first 0.8 s of a record that contains it.
 const SPIKE_FRAMES: u32 = 72;
-/// Blocks in a row without any change after which something is still: 66 ms, and as many make a level.
+/// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
@@ -81,14 +81,16 @@ pub struct ContactDetector {
     motion: Motion,
     /// Number of the last frame of the latest block.
     block_end: u32,
+    /// What is known and not told yet.
+    news: Option<Change>,
     /// What is being dated, and how.
     sought: Option<Sought>,
     search: Search,
     /// What is to be dated next, from which frame on, and at which level.
     waiting: Option<(Sought, u32)>,
     level: Values,
-    /// While the level is still being summed up of the hold before a motion: of so many blocks.
-    held: usize,
+    /// Whether the level is that of the hold before a motion, and still being summed up.
+    level_due: bool,
     /// Squared distance of that level from idle, as far as it is summed up.
     off: f32,
     idle: Values,
@@ -121,11 +123,12 @@ impl ContactDetector {
             phase: Phase::Learning,
             motion: Motion::new(),
             block_end: 0,
+            news: None,
             sought: None,
             search: Search::new(),
             waiting: None,
             level: [0.0; TAXELS],
-            held: 0,
+            level_due: false,
             off: 0.0,
             idle: [0.0; TAXELS],
             idle_follows: 0.0,
@@ -142,10 +145,11 @@ impl ContactDetector {
         }
     }
 
-    /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
+    /// While a slide lasts, from when its start is told: its first frame, and the frame up to which it is known to have
+    /// lasted.
     pub const fn sliding(&self) -> Option<(u32, u32)> {
         match self.phase {
-            Phase::Slide(start) => Some((start, self.moving_until)),
+            Phase::Slide(start) if self.news.is_none() => Some((start, self.moving_until)),
             _ => None,
         }
     }
@@ -153,9 +157,10 @@ impl ContactDetector {
     /// Takes frame `number`, the latest one in `ring`; tells what changed.
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let turn = self.motion.turn() % BLOCK_FRAMES as usize;
+        // First, so that what this frame finds out is told with the next.
+        self.seek(turn, ring, changed);
         self.evaluate(turn, ring, changed);
         self.follow_plan(number, ring, changed);
-        self.seek(turn, ring, changed);
         if self.motion.push(values) {
             self.block_end = number;
         }
@@ -184,10 +189,11 @@ impl ContactDetector {
         match self.phase {
             Phase::Spike(since) => self.follow_spike(turn, since, ring),
             Phase::Settling(after, over) => self.sum_up(turn, after, over, ring),
-            Phase::Moving { .. } if self.held > 0 => self.sum_up_held(turn),
+            Phase::Moving { .. } if self.level_due => self.sum_up_held(turn),
             _ => {}
         }
-        let Some(block) = self.motion.evaluate(turn, &self.idle, self.sliding().is_some()) else { return };
+        let sliding = matches!(self.phase, Phase::Slide(_));
+        let Some(block) = self.motion.evaluate(turn, &self.idle, sliding) else { return };
         self.idle_follows = 0.0;
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };

@@ -105,18 +105,18 @@ impl Detector {
         if self.assembler.whole() {
             self.rest.frame(self.assembler.frame(), ring, emit, due);
         } else {
-            self.one_by_one(ring, emit, due);
+            self.one_by_one(false, ring, emit, due);
         }
-        // Even where the scan gave no frame, or two: the next one goes on with it.
-        if self.checkup.is_due(self.rest.teller.latest.0) {
+        // A frame in which something is dated has enough to do.
+        if self.checkup.is_due(self.rest.teller.latest.0) && !self.rest.contact.is_busy() {
             self.check(counters, emit);
         }
     }
 
     #[inline(never)]
-    fn one_by_one(&mut self, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
+    fn one_by_one(&mut self, is_over: bool, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
         let rest = &mut self.rest;
-        self.assembler.deal_one_by_one(&mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
+        self.assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
     }
 
     /// The signal has ended: closes what is open (a slide that still runs) and reports health.
@@ -127,9 +127,10 @@ impl Detector {
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) {
-        self.one_by_one(ring, emit, due);
+        self.one_by_one(true, ring, emit, due);
         let Rest { contact, teller, .. } = &mut self.rest;
-        contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit, due));
+        contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
+        teller.give_whole(ring, due);
         emit(self.checkup.finish(&self.assembler, &self.rest.teller, counters));
     }
 }
@@ -170,7 +171,8 @@ impl Rest {
             return;
         }
         let ring = &*ring;
-        self.contact.push(frame.number, &self.values, ring, &mut |change| teller.tell(change, ring, emit, due));
+        teller.give_whole(ring, due);
+        self.contact.push(frame.number, &self.values, ring, &mut |change| teller.tell(change, ring, emit));
         if let Some((start, until)) = self.contact.sliding() {
             teller.hop(start, until, ring, due);
         }

@@ -4,7 +4,7 @@
 //! a loss, and when it spans whole scans the time stamps say how many. They wrap after 71.6 minutes: of
 //! a gap longer than that only the rest beyond whole wraps is seen.
 //!
-//! Conversions wait until their scan is over. Most scans are whole and without a flaw: that is seen at one
+//! Conversions wait until there are as many as a scan has. Most scans are whole and without a flaw: that is seen at one
 //! glance, and their conversions take a few instructions each. Those of any other scan take the long way,
 //! one by one.
 
@@ -13,7 +13,6 @@ mod one_by_one;
 
 use crate::settings::{SCAN, TAXELS};
 use ads1258::{Channel, Conversion, reading};
-use flawless::LAST;
 
 /// One conversion with the time of its DRDY edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,6 +109,9 @@ const SLOT_OF: [Option<u8>; IDS] = {
     slots
 };
 
+/// Id of a scan's last slot.
+const LAST_ID: u8 = ID_OF[SLOTS as usize - 1];
+
 /// Id of every slot.
 const ID_OF: [u8; SLOTS as usize] = {
     let mut ids = [0; SLOTS as usize];
@@ -127,7 +129,7 @@ const ID_OF: [u8; SLOTS as usize] = {
 #[derive(Clone, Debug)]
 pub struct Assembler {
     vref_v: f32,
-    /// Times and status bytes of the conversions that wait for their scan's last one. Their codes wait in
+    /// Times and status bytes of the conversions that wait until there are a scan of them. Their codes wait in
     /// the frame, where those of a scan that is whole belong.
     times_us: [u32; PLACES],
     statuses: [u8; PLACES],
@@ -213,7 +215,7 @@ impl Assembler {
         if self.whole() {
             done(self, self.frame());
         } else {
-            self.deal_one_by_one(&mut done);
+            self.deal_one_by_one(false, &mut done);
         }
     }
 
@@ -226,7 +228,7 @@ impl Assembler {
         self.statuses[at] = status.0;
         self.frame.codes[at] = code;
         self.count = at + 1;
-        status.0 == LAST || self.count == SLOTS as usize
+        self.count == SLOTS as usize
     }
 
     /// The latest frame.

@@ -194,12 +194,7 @@ mod app {
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
         let tally = cx.shared.tally;
-        let mut emit = |news: News| {
-            if cx.shared.outbox.lock(|outbox| outbox.post(news.into())) {
-                tally.message_dropped();
-            }
-            rtic::pend(REPORT);
-        };
+        let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
@@ -276,10 +271,7 @@ mod app {
                     continue;
                 }
             };
-            if cx.shared.outbox.lock(|outbox| outbox.post(Event::Estimate(estimate))) {
-                cx.shared.tally.message_dropped();
-            }
-            rtic::pend(REPORT);
+            post(&mut cx.shared.outbox, cx.shared.tally, Event::Estimate(estimate));
         }
     }
 
@@ -303,6 +295,15 @@ mod app {
                 board::leave();
             }
         }
+    }
+
+    /// Hands an event to `report`.
+    #[inline(never)]
+    fn post(outbox: &mut impl Mutex<T = Outbox<PACKETS>>, tally: &Tally, event: Event) {
+        if outbox.lock(|outbox| outbox.post(event)) {
+            tally.message_dropped();
+        }
+        rtic::pend(REPORT);
     }
 
     /// The chip with its pins.

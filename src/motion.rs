@@ -226,8 +226,7 @@ impl Motion {
         self.off += distance(&weights, &of_late, &idle);
         put(&mut self.squares, turn, squares);
         put(&mut self.past.sum, turn, sum);
-        let next = self.past.next();
-        put(&mut self.past.blocks[next % HISTORY], turn, mean);
+        put(self.past.next_mut(), turn, mean);
     }
 
     /// The latest block was a still one and teaches what the noise is.
@@ -255,10 +254,10 @@ impl Motion {
         self.past.count
     }
 
-    /// Sets one share of a level to the mean of `count` blocks, the `skip` latest left out, and gives the squared
+    /// Sets one share of a level to the mean of four blocks, the `skip` latest left out, and gives the squared
     /// distance of that share from another level. Blocks from before a restart count too.
-    pub fn settle(&self, level: &mut Values, from: &Values, turn: usize, skip: usize, count: usize) -> f32 {
-        let mean = self.past.mean(turn, skip, count);
+    pub fn settle(&self, level: &mut Values, from: &Values, turn: usize, skip: usize) -> f32 {
+        let mean = self.past.mean_of_four(turn, skip);
         put(level, turn, mean);
         distance(share(&self.noise.weights, turn), &mean, share(from, turn))
     }

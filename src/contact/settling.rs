@@ -1,6 +1,6 @@
 //! After something: where the taxels are by then decides what it was and what comes next.
 
-use super::{Change, ContactDetector, Phase, STILL_BLOCKS, Sought, back_at_idle, is_load};
+use super::{Change, ContactDetector, Phase, Sought, back_at_idle, is_load};
 use crate::motion::SHARES;
 use crate::window::Ring;
 
@@ -29,7 +29,7 @@ impl ContactDetector {
         if after == After::Spike {
             self.sum_up_spike(turn, over, ring);
         }
-        self.off += self.motion.settle(&mut self.level, &self.idle, turn, 0, STILL_BLOCKS as usize);
+        self.off += self.motion.settle(&mut self.level, &self.idle, turn, 0);
     }
 
     /// The level is summed up, one block after. True if the finger still touches, and holds.

@@ -29,8 +29,8 @@ impl ContactDetector {
         if self.rule == SlideRule::Found {
             self.free_level(ring, changed);
             self.phase = Phase::Moving { quick: block.quick as u32, any: 1 };
-            // Soon after something else the level that it left is the one.
-            self.held = self.motion.known().saturating_sub(HELD_BACK).min(STILL_BLOCKS as usize);
+            // Right after something else the level that it left is the one.
+            self.level_due = self.motion.known() > HELD_BACK;
             self.date(Sought::Start, number.wrapping_sub(BLOCK_FRAMES - 1));
         }
         false
@@ -39,7 +39,7 @@ impl ContactDetector {
     /// Sums up one share of the level that was held before something moved.
     #[inline(never)]
     pub(super) fn sum_up_held(&mut self, turn: usize) {
-        self.motion.settle(&mut self.level, &self.idle, turn, HELD_BACK, self.held);
+        self.motion.settle(&mut self.level, &self.idle, turn, HELD_BACK);
     }
 
     /// Ends the touch if the levels are still and back at idle.
@@ -71,7 +71,7 @@ impl ContactDetector {
     ) {
         let quick = quick + block.quick as u32;
         let any = any + (block.quick || block.slow) as u32;
-        self.held = 0;
+        self.level_due = false;
         if self.released(number, block, ring, changed) {
             return;
         }
@@ -79,13 +79,15 @@ impl ContactDetector {
         let still = self.still >= STILL_BLOCKS;
         self.phase = Phase::Moving { quick, any };
         if (quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS) && (found || still) {
-            // Tells what is not a start, and finds the start if it waits for that.
-            self.settle(ring, changed);
+            if !found {
+                self.settle(ring, changed);
+            }
+            self.sought = None;
             let left = self.search.result();
             let start = if reached(left, self.touched) { left } else { self.touched };
             self.moving_until = start;
             self.phase = Phase::Slide(start);
-            changed(Change::SlideStart(start));
+            self.tell(Change::SlideStart(start), ring, changed);
         } else if still {
             self.forget_start();
             self.enter(Phase::Hold);

@@ -1,11 +1,11 @@
 //! What is being dated, and telling it in its order.
 
-use super::{Change, ContactDetector};
+use super::{Change, ContactDetector, Phase};
 use crate::motion::BLOCK_FRAMES;
 use crate::window::Ring;
 
-/// Frames that a search looks at with each frame of a block; the last one's work is dealing with the block before.
-const LOOKS: [u32; BLOCK_FRAMES as usize] = [2, 2, 2, 1];
+/// Frames that a search looks at with each frame of a block: the first and the last have most else to do.
+const LOOKS: [u32; BLOCK_FRAMES as usize] = [1, 2, 2, 1];
 
 /// What a search is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,20 +19,35 @@ pub(super) enum Sought {
 }
 
 impl ContactDetector {
-    /// Goes on with dating: looks further, or tells what was found, or begins with what waits.
+    /// Goes on with dating, one thing a frame: looks further, tells what was found or known, begins with what waits.
     pub(super) fn seek(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         match self.sought {
-            None if self.waiting.is_some() => self.begin_search(),
-            None | Some(Sought::Start) if self.search.is_over() => {}
-            Some(sought) if self.search.is_over() => self.tell_found(sought, changed),
-            _ => self.search.look(LOOKS[turn % LOOKS.len()], ring),
+            Some(sought) if self.search.is_over() => {
+                // A start is told when it is known to be a slide's.
+                if sought != Sought::Start {
+                    self.tell_found(sought, changed);
+                }
+            }
+            // A spike is work enough.
+            Some(_) if matches!(self.phase, Phase::Spike(_)) => {}
+            Some(_) => self.search.look(LOOKS[turn % LOOKS.len()], ring),
+            None => match self.news.take() {
+                Some(change) => changed(change),
+                None => self.begin_search(),
+            },
         }
+    }
+
+    /// Whether the latest frame had more to do than others: it ended a block, or something is looked for.
+    pub fn is_busy(&self) -> bool {
+        let searching = self.waiting.is_some() || self.sought.is_some() && !self.search.is_over();
+        self.motion.turn() == 0 || searching || matches!(self.phase, Phase::Spike(_) | Phase::Settling(..))
     }
 
     /// Begins with what waits, if its level is there.
     fn begin_search(&mut self) {
         let Some((sought, frame)) = self.waiting else { return };
-        if self.held > 0 {
+        if self.level_due {
             return;
         }
         let (weights, level) = (self.motion.weights(), &self.level);
@@ -43,7 +58,7 @@ impl ContactDetector {
         (self.sought, self.waiting) = (Some(sought), None);
     }
 
-    /// Tells the next of what was searched for. A start is told when it is known to be a slide's.
+    /// Tells the next of what was searched for.
     fn tell_found(&mut self, sought: Sought, changed: &mut dyn FnMut(Change)) {
         let frame = self.search.result();
         self.sought = None;
@@ -57,27 +72,30 @@ impl ContactDetector {
         }
     }
 
-    /// Tells all that is being dated and that waits for it.
+    /// Tells all that is known, being dated, or waits for it.
     #[inline(never)]
     pub(super) fn settle(&mut self, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         loop {
-            match self.sought {
-                Some(sought) => {
-                    self.search.finish(ring);
-                    self.tell_found(sought, changed);
-                }
-                None if self.waiting.is_some() && self.held == 0 => self.begin_search(),
-                None => break,
+            if let Some(sought) = self.sought {
+                self.search.finish(ring);
+                self.tell_found(sought, changed);
+            } else if let Some(change) = self.news.take() {
+                changed(change);
+            } else if self.waiting.is_some() && !self.level_due {
+                self.begin_search();
+            } else {
+                break;
             }
         }
         self.waiting = None;
     }
 
-    /// Tells of a change, after what is still being searched for.
-    #[inline(never)]
+    /// Has a change told after what is still being searched for: with the next frame, if that is nothing.
     pub(super) fn tell(&mut self, change: Change, ring: &Ring, changed: &mut dyn FnMut(Change)) {
-        self.settle(ring, changed);
-        changed(change);
+        if self.waiting.is_some() || self.news.is_some() {
+            self.settle(ring, changed);
+        }
+        self.news = Some(change);
     }
 
     /// The level is about to be that of something else: nothing may wait for it any more.

@@ -54,19 +54,20 @@ impl Spike {
 
     /// Equation 3 for one share of the taxels, in the next `frames` frames up to frame `until`.
     fn track(&mut self, turn: usize, frames: u32, until: u32, idle: &Values, weights: &Values, ring: &Ring) {
-        let (idle, weights, next) = (share(idle, turn), share(weights, turn), &mut self.next[turn % SHARES]);
+        let (idle, weights, next) = (*share(idle, turn), share(weights, turn), &mut self.next[turn % SHARES]);
         let (peak, at) = (share_mut(&mut self.peak, turn), share_mut(&mut self.frame, turn));
+        let mut highest = peak.map(f32::abs);
         let mut look = |values: &[f32; SHARE], number: u32| {
             for c in 0..SHARE {
                 let off = values[c] - idle[c];
-                let higher = off.abs() - peak[c].abs();
+                let higher = off.abs() - highest[c];
                 if higher > 0.0 {
                     // A touch without a spike is a step, whose highest frame is any: long after a peak only
                     // what stands clear of the noise is a higher one.
                     let late = number.wrapping_sub(at[c]) > PEAK_FRAMES;
                     if !late || higher * higher * weights[c] > CLEAR * CLEAR {
-                        peak[c] = off;
-                        at[c] = number;
+                        highest[c] = off.abs();
+                        (peak[c], at[c]) = (off, number);
                     }
                 }
             }

@@ -51,6 +51,7 @@ impl Checkup {
         self.told(assembler, counters)
     }
 
+    #[inline(never)]
     fn prepare(&mut self, step: u32, assembler: &Assembler, teller: &Teller) {
         if step < OWN as u32 {
             assembler.read(step as usize, &mut self.readings);

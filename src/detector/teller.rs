@@ -30,6 +30,8 @@ pub(super) struct Teller {
     hop_frames: u32,
     /// Frame behind the window that falls due next.
     next_end: u32,
+    /// A slide that is over and falls due as a whole: first frame, frames.
+    whole: Option<(u32, u32)>,
     /// Frame and time from which the rate is measured, once there is one.
     rate_from: Option<(u32, u64)>,
     /// The latest frame and its time.
@@ -57,6 +59,7 @@ impl Teller {
             growing: settings.accuracy > 0.0,
             hop_frames: frames_in(settings.hop_s, u32::MAX),
             next_end: 0,
+            whole: None,
             rate_from: None,
             latest: (0, 0),
         }
@@ -90,9 +93,16 @@ impl Teller {
         }
     }
 
+    /// Gives the slide that is over, as a whole: with the frame after its end was told.
+    pub fn give_whole(&mut self, ring: &Ring, due: &mut dyn FnMut(Window)) {
+        if let Some((first, frames)) = self.whole.take() {
+            self.window(first, frames, Span::Slide, ring, due);
+        }
+    }
+
     /// Tells what changed.
     #[inline(never)]
-    pub fn tell(&mut self, change: Change, ring: &Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
+    pub fn tell(&mut self, change: Change, ring: &Ring, emit: &mut dyn FnMut(News)) {
         match change {
             Change::Contact { frame, taxel, height } => emit(News::Contact(Contact {
                 t_us: self.time_us(frame, ring),
@@ -117,7 +127,7 @@ impl Teller {
                     // An end that took long to be dated: the ring is about to lose what comes first.
                     let lost = ring.next().wrapping_sub(RING_FRAMES as u32 - READING_FRAMES);
                     let late = if reached(lost, first) { lost.wrapping_sub(first) } else { 0 };
-                    self.window(first.wrapping_add(late), most.saturating_sub(late), Span::Slide, ring, due);
+                    self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
             Change::Release(frame) => emit(News::Release(Release { t_us: self.time_us(frame, ring) })),

@@ -5,8 +5,6 @@ use crate::settings::TAXELS;
 
 /// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
 const FLAWLESS: u8 = 0x80;
-/// Status of a scan's last conversion, if it has no flaw.
-pub(super) const LAST: u8 = FLAWLESS | ID_OF[SLOTS as usize - 1];
 /// Status bytes of a whole scan without a flaw. Four are compared at once; behind the last slot's nothing is written.
 const STATUSES: [u8; PLACES] = {
     let mut statuses = [0; PLACES];

@@ -1,22 +1,40 @@
 //! The long way: each conversion of a scan with a loss or a flaw by itself.
 
-use super::{Assembler, CODE_LEAST, CONVERSION_NS, Frame, GAP_US, IDS, SLOT_OF, SLOTS, TimedConversion, beyond};
+use super::{
+    Assembler, CODE_LEAST, CONVERSION_NS, Frame, GAP_US, IDS, LAST_ID, PLACES, SLOT_OF, SLOTS, TimedConversion, beyond,
+};
 use ads1258::{Conversion, Status};
 
 impl Assembler {
-    /// Deals with the conversions that wait, and with each by itself.
+    /// Deals with the conversions that wait, and with each by itself. What is behind a scan's last one goes on waiting,
+    /// so that the next scan is whole again; unless the signal `is_over`.
     #[inline(never)]
-    pub fn deal_one_by_one(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
-        let (codes, count) = (self.frame.codes, core::mem::take(&mut self.count));
+    pub fn deal_one_by_one(&mut self, is_over: bool, done: &mut impl FnMut(&Self, &Frame)) {
+        let (codes, statuses, times_us) = (self.frame.codes, self.statuses, self.times_us);
+        let conversion = |at: usize| {
+            let status = Status(statuses[at % PLACES]);
+            TimedConversion { t_us: times_us[at % PLACES], conversion: Conversion { status, code: codes[at % PLACES] } }
+        };
+        let waiting = core::mem::take(&mut self.count);
+        let mut dealt = waiting;
+        while !is_over && dealt > 0 && conversion(dealt - 1).conversion.status.chid() != LAST_ID {
+            dealt -= 1;
+        }
+        if dealt == 0 {
+            dealt = waiting;
+        }
         self.frame.codes = self.own;
-        for ((code, status), t_us) in codes.into_iter().zip(self.statuses).zip(self.times_us).take(count) {
-            let conversion = Conversion { status: Status(status), code };
-            self.take(&TimedConversion { t_us, conversion }, done);
+        for at in 0..dealt {
+            self.take(&conversion(at), done);
         }
         self.own = self.frame.codes;
+        for at in dealt..waiting {
+            self.wait(&conversion(at));
+        }
     }
 
     /// Takes any conversion.
+    #[inline(never)]
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Self, &Frame)) {
         let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
         let Some(slot) = SLOT_OF[status.chid() as usize % IDS].filter(|_| status.is_new()) else {

@@ -84,7 +84,7 @@ fn flags_and_strangers_are_told() {
     }
     let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
     assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |_, frame| frames.push(*frame));
-    assembler.deal_one_by_one(&mut |_: &Assembler, frame: &Frame| frames.push(*frame));
+    assembler.deal_one_by_one(true, &mut |_: &Assembler, frame: &Frame| frames.push(*frame));
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].good, !0b11_1000);
     assert_eq!(frames[0].present, !0b10_0000);

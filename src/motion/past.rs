@@ -11,7 +11,8 @@ pub(super) const HISTORY: usize = (2 * LONG + 1).next_power_of_two();
 /// Means of the latest blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Past {
-    pub blocks: [Values; HISTORY],
+    /// In one row: an array of arrays is emptied one by one, by ten bytes of code each.
+    blocks: [f32; HISTORY * TAXELS],
     /// Place of the latest.
     pub latest: usize,
     /// Blocks that are remembered.
@@ -23,12 +24,17 @@ pub(super) struct Past {
 impl Past {
     /// Nothing yet.
     pub const fn new() -> Self {
-        Self { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0, sum: [0.0; TAXELS] }
+        Self { blocks: [0.0; HISTORY * TAXELS], latest: 0, count: 0, sum: [0.0; TAXELS] }
     }
 
     /// The block `back` blocks before the latest; further back than [`HISTORY`] it is a later one.
     pub fn back(&self, back: usize) -> &Values {
-        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+        &self.blocks.as_chunks().0[self.latest.wrapping_sub(back) % HISTORY]
+    }
+
+    /// The one in the making.
+    pub fn next_mut(&mut self) -> &mut Values {
+        &mut self.blocks.as_chunks_mut().0[(self.latest + 1) % HISTORY]
     }
 
     /// Place of the next one.
@@ -36,18 +42,16 @@ impl Past {
         (self.latest + 1) % HISTORY
     }
 
-    /// One share of the mean of `count` blocks, the `skip` latest left out. A restart does not matter: they may be
-    /// older.
+    /// One share of the mean of four blocks, the `skip` latest left out. A restart does not matter: they may be older.
     #[inline(never)]
-    pub fn mean(&self, turn: usize, skip: usize, count: usize) -> Share {
+    pub fn mean_of_four(&self, turn: usize, skip: usize) -> Share {
         let mut sum = *share(self.back(skip), turn);
-        for back in 1..count {
+        for back in 1..4 {
             let block = share(self.back(skip + back), turn);
             for c in 0..SHARE {
                 sum[c] += block[c];
             }
         }
-        let part = 1.0 / count as f32;
-        sum.map(|sum| sum * part)
+        sum.map(|sum| sum * 0.25)
     }
 }
