@@ -101,8 +101,11 @@ pub struct ContactDetector {
     before: Option<Values>,
     /// By how much nearer to it the idle level is than the block of the first touch, as far as it is summed up.
     crept: f32,
-    /// Squared distance of the loaded level from idle.
-    loaded: f32,
+    loaded: Values,
+    /// Whether the loaded level is to become that of the latest block.
+    loaded_follows: bool,
+    /// Squared distance of the loaded level from idle, in units of the latest noise.
+    load: f32,
     spike: Spike,
     /// Frame of the touch's spike: no slide begins before it.
     touched: u32,
@@ -135,7 +138,9 @@ impl ContactDetector {
             idle_blocks: 0,
             before: None,
             crept: 0.0,
-            loaded: 0.0,
+            loaded: [0.0; TAXELS],
+            loaded_follows: false,
+            load: 0.0,
             spike: Spike::new(),
             touched: 0,
             still_quick: 0,
@@ -192,9 +197,17 @@ impl ContactDetector {
             Phase::Moving { .. } if self.level_due => self.sum_up_held(turn),
             _ => {}
         }
-        let sliding = matches!(self.phase, Phase::Slide(_));
-        let Some(block) = self.motion.evaluate(turn, &self.idle, sliding) else { return };
-        self.idle_follows = 0.0;
+        if self.loaded_follows {
+            self.motion.copy(&mut self.loaded, turn);
+        }
+        // While something slides the noise is not learned, and the load stays what it is.
+        let holding = matches!(self.phase, Phase::Hold | Phase::Moving { .. });
+        let (other, sliding) = (holding.then_some(&self.loaded), matches!(self.phase, Phase::Slide(_)));
+        let Some(block) = self.motion.evaluate(turn, &self.idle, other, sliding) else { return };
+        (self.idle_follows, self.loaded_follows) = (0.0, false);
+        if holding {
+            self.load = block.other;
+        }
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
         // Not while something is searched for: that is work enough.

@@ -3,7 +3,6 @@
 //! That something moves is known a few blocks late; the ring still holds the frames. They are looked
 //! at a few at a time, so that no frame's work is much more than another's.
 
-use crate::motion::distance;
 use crate::settings::TAXELS;
 use crate::window::{Ring, Values, reached};
 
@@ -11,6 +10,8 @@ use crate::window::{Ring, Values, reached};
 const DEPARTED: f32 = 42.0;
 /// Frames that are searched for the moment when a motion began or ended: 0.66 s.
 const SEARCH_FRAMES: u32 = 160;
+/// Work of looking at one frame at most: both halves of the taxels.
+pub const LOOK: u32 = 2;
 
 /// A search under way, or over.
 #[derive(Clone, Debug)]
@@ -23,6 +24,8 @@ pub struct Search {
     frame: u32,
     /// Frames that may still be looked at.
     left: u32,
+    /// Frames that a departure is searched for back from where it began.
+    back: u32,
     /// Whether the frame looked at before was off the level.
     was_off: bool,
     /// What is found, or what it is taken for if nothing is.
@@ -49,6 +52,7 @@ impl Search {
             aim: Aim::Ahead,
             frame: 0,
             left: 0,
+            back: 0,
             was_off: false,
             result: 0,
             over: true,
@@ -56,10 +60,12 @@ impl Search {
     }
 
     /// Begins to search for the first frame off `level` of the stretch that is off it around frame `from`:
-    /// back from there as long as frames are off the level, else forward to the first that is.
-    pub fn departure(&mut self, weights: &Values, level: &Values, from: u32) {
+    /// back from there as long as frames are off the level, as far as frame `earliest`; else forward to the first
+    /// that is.
+    pub fn departure(&mut self, weights: &Values, level: &Values, from: u32, earliest: u32) {
         self.begin(Aim::Ahead, weights, level, from, SEARCH_FRAMES);
         self.was_off = true;
+        self.back = SEARCH_FRAMES.min(from.wrapping_sub(earliest));
     }
 
     /// Begins to search for the first frame of the stretch up to `number` that is at `level` throughout.
@@ -75,15 +81,35 @@ impl Search {
         (self.aim, self.frame, self.left, self.result, self.over) = (aim, frame, left, frame, false);
     }
 
-    /// Looks at `frames` more, as far as they have come.
+    /// Looks at frames as far as they have come and as long as that is no more than so much `work`.
     #[inline(never)]
-    pub fn look(&mut self, frames: u32, ring: &Ring) {
-        for _ in 0..frames {
-            if self.over || (self.aim == Aim::Ahead && reached(self.frame, ring.next())) {
-                break;
-            }
-            self.step(ring);
+    pub fn look(&mut self, mut work: u32, ring: &Ring) {
+        while work >= LOOK && !self.has_seen_all(ring) {
+            let (off, done) = self.is_off(ring);
+            work -= done;
+            self.step(off);
         }
+    }
+
+    /// Whether the next frame is off the level, and the work it was to tell: half the taxels may do.
+    fn is_off(&self, ring: &Ring) -> (bool, u32) {
+        let Some((values, _)) = ring.frame(self.frame) else { return (false, LOOK / 2) };
+        let mut sum = 0.0;
+        for (half, work) in [(0..TAXELS / 2, LOOK / 2), (TAXELS / 2..TAXELS, LOOK)] {
+            for c in half {
+                let off = values[c] - self.level[c];
+                sum += off * off * self.weights[c];
+            }
+            if sum > DEPARTED {
+                return (true, work);
+            }
+        }
+        (false, LOOK)
+    }
+
+    /// Whether there is nothing left to look at, or not yet.
+    pub fn has_seen_all(&self, ring: &Ring) -> bool {
+        self.over || (self.aim == Aim::Ahead && reached(self.frame, ring.next()))
     }
 
     /// Whether there is nothing left to look at.
@@ -98,12 +124,11 @@ impl Search {
 
     /// Looks at all that is left.
     pub fn finish(&mut self, ring: &Ring) {
-        self.look(2 * SEARCH_FRAMES, ring);
+        self.look(2 * SEARCH_FRAMES * LOOK, ring);
     }
 
-    fn step(&mut self, ring: &Ring) {
-        let off =
-            ring.frame(self.frame).is_some_and(|(values, _)| distance(&self.weights, values, &self.level) > DEPARTED);
+    /// One frame further: that one was off the level, or at it.
+    fn step(&mut self, off: bool) {
         self.left -= 1;
         match self.aim {
             Aim::Ahead if !off => {
@@ -114,8 +139,8 @@ impl Search {
             Aim::Ahead => {
                 // It is off already where the search began.
                 self.aim = Aim::Departure;
-                self.left = SEARCH_FRAMES + 1;
-                self.result = self.frame.wrapping_sub(SEARCH_FRAMES);
+                self.left = self.back + 1;
+                self.result = self.frame.wrapping_sub(self.back);
                 self.frame = self.frame.wrapping_sub(1);
             }
             Aim::Departure | Aim::Arrival => {

@@ -50,6 +50,8 @@ pub struct Block {
     /// Squared distance from the idle level, in units of one frame's noise: of the block's mean or, if that was asked
     /// for, of the mean of the last [`LONG_BLOCKS`].
     pub off: f32,
+    /// That of the other level, if one was given.
+    pub other: f32,
 }
 
 /// Noise of the taxels and the recent past.
@@ -76,6 +78,7 @@ pub struct Motion {
     /// The comparisons of the block in evaluation, so far.
     compared: [f32; 4],
     off: f32,
+    other: f32,
 }
 
 impl Motion {
@@ -94,6 +97,7 @@ impl Motion {
             known: 0,
             compared: [0.0; 4],
             off: 0.0,
+            other: 0.0,
         }
     }
 
@@ -130,7 +134,7 @@ impl Motion {
 
     /// Evaluates one share of the block that has ended; says what it says with the last share.
     #[inline(always)]
-    pub fn evaluate(&mut self, turn: usize, idle: &Values, of_late: bool) -> Option<Block> {
+    pub fn evaluate(&mut self, turn: usize, idle: &Values, other: Option<&Values>, of_late: bool) -> Option<Block> {
         if !self.whole {
             return None;
         }
@@ -141,10 +145,10 @@ impl Motion {
             }
             self.known = self.past.count;
             self.compared = [0.0; 4];
-            self.off = 0.0;
+            (self.off, self.other) = (0.0, 0.0);
         }
         self.noise.learn_share(turn, &self.past, &self.squares);
-        self.evaluate_share(turn, idle, of_late);
+        self.evaluate_share(turn, idle, other, of_late);
         if turn + 1 < BLOCK_FRAMES as usize {
             return None;
         }
@@ -161,11 +165,11 @@ impl Motion {
         self.compared = [within, before * frames, short * frames, long * frames];
         let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
         let now = over(0, JUMPING) || over(1, MOVING);
-        Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), off: self.off })
+        Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), off: self.off, other: self.other })
     }
 
     #[inline(always)]
-    fn evaluate_share(&mut self, turn: usize, idle: &Values, of_late: bool) {
+    fn evaluate_share(&mut self, turn: usize, idle: &Values, other: Option<&Values>, of_late: bool) {
         let [first, second] = &self.frames;
         let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
         let mut previous = *share(before, turn);
@@ -224,6 +228,9 @@ impl Motion {
             mean
         };
         self.off += distance(&weights, &of_late, &idle);
+        if let Some(other) = other {
+            self.other += distance(&weights, share(other, turn), &idle);
+        }
         put(&mut self.squares, turn, squares);
         put(&mut self.past.sum, turn, sum);
         put(self.past.next_mut(), turn, mean);
@@ -242,6 +249,11 @@ impl Motion {
             moved[c] += by * (mean[c] - moved[c]);
         }
         put(level, turn, moved);
+    }
+
+    /// Sets one share of a level to the mean of the latest block.
+    pub fn copy(&self, level: &mut Values, turn: usize) {
+        put(level, turn, *share(self.past.back(0), turn));
     }
 
     /// Mean of the latest block.

@@ -37,7 +37,7 @@ impl ContactDetector {
     pub(super) fn settled(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
         let released = match after {
             After::Hold => true,
-            After::Slide(..) => back_at_idle(self.off, self.loaded),
+            After::Slide(..) => back_at_idle(self.off, self.load),
             After::Spike => {
                 let off_again = back_at_idle(self.off, self.spike.height);
                 if off_again && self.spike.is_faint() {
@@ -60,8 +60,8 @@ impl ContactDetector {
             self.enter(Phase::Idle);
             return false;
         }
-        if after == After::Spike || is_load(self.off, self.loaded) {
-            self.loaded = self.off;
+        if after == After::Spike || is_load(self.off, self.load) {
+            (self.loaded, self.load) = (self.level, self.off);
         }
         self.phase = Phase::Hold;
         true

@@ -21,9 +21,7 @@ impl ContactDetector {
             return false;
         }
         if !(block.quick || block.slow) {
-            if is_load(block.off, self.loaded) {
-                self.loaded = block.off;
-            }
+            self.loaded_follows = is_load(block.off, self.load);
             return true;
         }
         if self.rule == SlideRule::Found {
@@ -44,7 +42,7 @@ impl ContactDetector {
 
     /// Ends the touch if the levels are still and back at idle.
     fn released(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
-        let released = self.still_quick >= STILL_BLOCKS && back_at_idle(block.off, self.loaded);
+        let released = self.still_quick >= STILL_BLOCKS && back_at_idle(block.off, self.load);
         if released {
             self.forget_start();
             self.settle_after(After::Hold, number, ring, changed);
@@ -75,7 +73,7 @@ impl ContactDetector {
         if self.released(number, block, ring, changed) {
             return;
         }
-        let found = self.sought == Some(Sought::Start) && self.search.is_over();
+        let found = self.sought == Some(Sought::Start) && self.search.has_seen_all(ring);
         let still = self.still >= STILL_BLOCKS;
         self.phase = Phase::Moving { quick, any };
         if (quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS) && (found || still) {
@@ -122,7 +120,7 @@ impl ContactDetector {
             }
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        if self.still < STILL_BLOCKS && !back_at_idle(block.off, self.loaded) {
+        if self.still < STILL_BLOCKS && !back_at_idle(block.off, self.load) {
             return;
         }
         let steady = self.still_quick >= STILL_BLOCKS;

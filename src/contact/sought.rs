@@ -1,11 +1,12 @@
 //! What is being dated, and telling it in its order.
 
 use super::{Change, ContactDetector, Phase};
+use crate::dating::LOOK;
 use crate::motion::BLOCK_FRAMES;
 use crate::window::Ring;
 
-/// Frames that a search looks at with each frame of a block: the first and the last have most else to do.
-const LOOKS: [u32; BLOCK_FRAMES as usize] = [1, 2, 2, 1];
+/// A search's work with each frame of a block: the first and the last have most else to do.
+const WORK: [u32; BLOCK_FRAMES as usize] = [LOOK, 2 * LOOK, 2 * LOOK, LOOK];
 
 /// What a search is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +31,7 @@ impl ContactDetector {
             }
             // A spike is work enough.
             Some(_) if matches!(self.phase, Phase::Spike(_)) => {}
-            Some(_) => self.search.look(LOOKS[turn % LOOKS.len()], ring),
+            Some(_) => self.search.look(WORK[turn % WORK.len()], ring),
             None => match self.news.take() {
                 Some(change) => changed(change),
                 None => self.begin_search(),
@@ -52,7 +53,7 @@ impl ContactDetector {
         }
         let (weights, level) = (self.motion.weights(), &self.level);
         match sought {
-            Sought::Start => self.search.departure(weights, level, frame),
+            Sought::Start => self.search.departure(weights, level, frame, self.touched),
             Sought::End(..) | Sought::Release => self.search.arrival(weights, level, frame),
         }
         (self.sought, self.waiting) = (Some(sought), None);

@@ -13,10 +13,14 @@ const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
 const GREETING_HEALTHS: u8 = 10;
 /// Steps before it is told: a reading each, and the rate.
 const STEPS: u32 = OWN as u32 + 1;
+/// Frames before it is told at which they begin: some more, for some frames have no time for one.
+const AHEAD_FRAMES: u32 = 2 * STEPS;
 
 /// What the next `health` will say, in the making.
 #[derive(Clone, Debug)]
 pub(super) struct Checkup {
+    /// Frame at which it is to be told, or later if that has no time for it.
+    told_at: u32,
     /// Frame of the next step.
     due: u32,
     /// Steps taken.
@@ -30,7 +34,8 @@ pub(super) struct Checkup {
 impl Checkup {
     pub const fn new() -> Self {
         Self {
-            due: HEALTH_FRAMES - STEPS,
+            told_at: HEALTH_FRAMES,
+            due: HEALTH_FRAMES - AHEAD_FRAMES,
             step: 0,
             readings: Readings::NONE,
             frame_rate_hz: 0.0,
@@ -43,7 +48,14 @@ impl Checkup {
         reached(frame, self.due)
     }
 
-    /// Takes what steps are left at once.
+    /// The next one, `latest` being the latest frame.
+    fn begin(&mut self, latest: u32) {
+        let next = self.told_at.wrapping_add(HEALTH_FRAMES);
+        self.told_at = if reached(latest, next) { latest.wrapping_add(HEALTH_FRAMES) } else { next };
+        (self.step, self.due) = (0, self.told_at.wrapping_sub(AHEAD_FRAMES));
+    }
+
+    /// Takes all steps at once.
     pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters) -> News {
         for step in 0..STEPS {
             self.prepare(step, assembler, teller);
@@ -88,10 +100,14 @@ impl Detector {
     #[inline(never)]
     pub(super) fn check(&mut self, counters: &Counters, emit: &mut dyn FnMut(News)) {
         let Self { assembler, rest, checkup, .. } = self;
-        let step = checkup.step;
-        (checkup.step, checkup.due) = (step + 1, rest.teller.latest.0.wrapping_add(1));
+        let (step, latest) = (checkup.step, rest.teller.latest.0);
+        (checkup.step, checkup.due) = (step + 1, latest.wrapping_add(1));
         if step < STEPS {
-            return checkup.prepare(step, assembler, &rest.teller);
+            checkup.prepare(step, assembler, &rest.teller);
+            if step + 1 == STEPS {
+                checkup.due = checkup.told_at;
+            }
+            return;
         }
         if step == STEPS {
             emit(checkup.told(assembler, counters));
@@ -104,7 +120,6 @@ impl Detector {
             checkup.greeting_in = GREETING_HEALTHS;
             emit(self.hello());
         }
-        let ahead = HEALTH_FRAMES - STEPS - (step - STEPS);
-        (self.checkup.step, self.checkup.due) = (0, self.rest.teller.latest.0.wrapping_add(ahead));
+        self.checkup.begin(latest);
     }
 }

@@ -1,7 +1,8 @@
 //! The long way: each conversion of a scan with a loss or a flaw by itself.
 
 use super::{
-    Assembler, CODE_LEAST, CONVERSION_NS, Frame, GAP_US, IDS, LAST_ID, PLACES, SLOT_OF, SLOTS, TimedConversion, beyond,
+    Assembler, CODE_LEAST, CONVERSION_NS, Codes, Frame, GAP_US, IDS, LAST_ID, PLACES, SLOT_OF, SLOTS, TimedConversion,
+    beyond,
 };
 use ads1258::{Conversion, Status};
 
@@ -10,14 +11,10 @@ impl Assembler {
     /// so that the next scan is whole again; unless the signal `is_over`.
     #[inline(never)]
     pub fn deal_one_by_one(&mut self, is_over: bool, done: &mut impl FnMut(&Self, &Frame)) {
-        let (codes, statuses, times_us) = (self.frame.codes, self.statuses, self.times_us);
-        let conversion = |at: usize| {
-            let status = Status(statuses[at % PLACES]);
-            TimedConversion { t_us: times_us[at % PLACES], conversion: Conversion { status, code: codes[at % PLACES] } }
-        };
+        let codes = self.frame.codes;
         let waiting = core::mem::take(&mut self.count);
-        let mut dealt = waiting;
-        while !is_over && dealt > 0 && conversion(dealt - 1).conversion.status.chid() != LAST_ID {
+        let mut dealt = if is_over { 0 } else { waiting };
+        while dealt > 0 && self.waiting(dealt - 1, &codes).conversion.status.chid() != LAST_ID {
             dealt -= 1;
         }
         if dealt == 0 {
@@ -25,12 +22,21 @@ impl Assembler {
         }
         self.frame.codes = self.own;
         for at in 0..dealt {
-            self.take(&conversion(at), done);
+            let timed = self.waiting(at, &codes);
+            self.take(&timed, done);
         }
         self.own = self.frame.codes;
         for at in dealt..waiting {
-            self.wait(&conversion(at));
+            let timed = self.waiting(at, &codes);
+            self.wait(&timed);
         }
+    }
+
+    /// One of the conversions that wait, with these codes.
+    fn waiting(&self, at: usize, codes: &Codes) -> TimedConversion {
+        let at = at % PLACES;
+        let conversion = Conversion { status: Status(self.statuses[at]), code: codes[at] };
+        TimedConversion { t_us: self.times_us[at], conversion }
     }
 
     /// Takes any conversion.
