@@ -35,7 +35,7 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, Board, POWER_UP_US, Wait};
+    use crate::board::{self, Board, Chip, POWER_UP_US, Wait};
     use ads1258::Ads1258;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
@@ -45,7 +45,7 @@ mod app {
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
-    use ridgetone::settings::{SCAN, Settings};
+    use ridgetone::settings::Settings;
     use ridgetone::tally::Tally;
     use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
@@ -304,28 +304,6 @@ mod app {
             tally.message_dropped();
         }
         rtic::pend(REPORT);
-    }
-
-    /// The chip with its pins.
-    pub struct Chip {
-        adc: Ads1258<board::Spi>,
-        start: board::Start,
-        reset: board::Reset,
-    }
-
-    impl Chip {
-        /// Resets the chip, writes its registers, reads them back and starts the scan.
-        fn set_up(&mut self) -> bool {
-            self.adc.stop(&mut self.start).is_ok()
-                && self.adc.reset_by_pin(&mut self.reset, &mut Wait).is_ok()
-                && self.adc.configure(&SCAN).is_ok()
-                && self.adc.start(&mut self.start).is_ok()
-        }
-
-        /// Whether the registers still hold what was written.
-        fn is_set_up(&mut self) -> bool {
-            self.adc.verify(&SCAN).is_ok()
-        }
     }
 
     /// The ring behind its lock: `detect` waits no longer than one read.
