@@ -261,7 +261,7 @@ impl Motion {
         self.past.back(0)
     }
 
-    /// Blocks that have been seen since the last restart, as far as they matter.
+    /// Blocks since the last restart, as far as they are remembered.
     pub const fn known(&self) -> usize {
         self.past.count
     }

@@ -103,3 +103,14 @@ fn the_ends_of_the_scale_are_not_good() {
     }
     assert_eq!(good, !0b11);
 }
+
+#[test]
+fn the_scan_after_a_loss_is_whole_again() {
+    let (assembler, frames) = run((0..105).filter(|count| *count != 30), 0);
+    // None waits for a conversion of the next scan.
+    assert_eq!(frames.len(), 5);
+    let present = frames.iter().map(|frame| frame.present).collect::<Vec<_>>();
+    assert_eq!(present, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff]);
+    assert!(frames.iter().zip(0..).all(|(frame, n)| frame.number == n && frame.taxels()[3] == n as i32 * 21 + 3));
+    assert_eq!((assembler.lost, assembler.count), (1, 0));
+}
