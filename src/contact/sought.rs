@@ -24,8 +24,8 @@ impl ContactDetector {
     pub(super) fn seek(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         match self.sought {
             Some(sought) if self.search.is_over() => {
-                // A start is told when it is known to be a slide's.
-                if sought != Sought::Start {
+                // A start is told when it is known to be a slide's; a frame that ends a block has enough to do.
+                if sought != Sought::Start && turn + 1 < BLOCK_FRAMES as usize {
                     self.tell_found(sought, changed);
                 }
             }
