@@ -70,6 +70,13 @@ fn reliable_taxels(stretch: &mut Stretch) -> Option<u16> {
 /// Sums of the quads of a block.
 type Quads = [Values; BLOCK / QUAD];
 
+/// Over the quads of a block: their sum, that of their number (from 0) times each, and of their squares.
+struct OfQuads {
+    y: Values,
+    along: Values,
+    yy: Values,
+}
+
 /// Sums over a stretch, values less `zero`.
 struct Sums {
     zero: Values,
@@ -85,26 +92,28 @@ struct Sums {
 }
 
 impl Sums {
+    const fn new(zero: Values) -> Self {
+        let none = [0.0; TAXELS];
+        Self { zero, n: 0, u: 0.0, uu: 0.0, y: none, uy: none, yy: none, rough: none, quads: 0 }
+    }
+
+    /// Adds a block whose frames have their `u` from `from` on, `step` apart; what `u` has to do with the values is
+    /// left to [`Sums::add_along`] if the step is zero.
     #[inline(never)]
-    fn add(&mut self, block: &Block, u: &[f32; BLOCK], in_time: bool, quads: &mut Quads) {
-        for i in 0..BLOCK {
-            if block.valid[i] != 0 {
-                self.n += 1;
-                self.u += u[i];
-                self.uu += u[i] * u[i];
-            }
-        }
+    fn add(&mut self, block: &Block, from: f32, step: f32, quads: &mut Quads, of_quads: &mut OfQuads) {
+        let whole = if block.whole { 1.0 } else { 0.0 };
         self.quads += if block.whole { (BLOCK / QUAD) as u32 } else { 0 };
-        let step = u[1] - u[0];
         for c in 0..TAXELS {
             let zero = self.zero[c];
-            let (mut sum, mut u_sum, mut within, mut squares, mut rough) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            let (mut sum, mut along, mut within, mut squares, mut rough) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            let mut quad_squares = 0.0;
             for q in 0..BLOCK / QUAD {
                 let y: [f32; QUAD] = core::array::from_fn(|i| block.values[QUAD * q + i][c] - zero);
                 let quad = y[0] + y[1] + y[2] + y[3];
-                // From the quad's second frame.
-                u_sum += u[QUAD * q + 1] * quad;
+                // Frames from the quad's second one, and quads from the first.
                 within += y[2] - y[0] + y[3] + y[3];
+                along += q as f32 * quad;
+                quad_squares += quad * quad;
                 for y in y {
                     squares += y * y;
                 }
@@ -114,17 +123,30 @@ impl Sums {
                 sum += quad;
             }
             self.y[c] += sum;
-            if in_time {
-                self.uy[c] += u_sum + step * within;
-            }
+            self.uy[c] += (from + step) * sum + step * (QUAD as f32 * along + within);
             self.yy[c] += squares;
-            if block.whole {
-                self.rough[c] += rough;
-            }
+            self.rough[c] += whole * rough;
+            (of_quads.y[c], of_quads.along[c], of_quads.yy[c]) = (sum, along, quad_squares);
         }
     }
 
-    /// Sums of u y along a path instead.
+    /// Adds frames that count: so many, in the middle of which lies `centre`, `step` apart.
+    fn add_frames(&mut self, count: u32, centre: f32, step: f32) {
+        let n = count as f32;
+        self.n += count;
+        self.u += n * centre;
+        self.uu += n * (centre * centre + step * step * (n * n - 1.0) / 12.0);
+    }
+
+    /// Adds the frames of a block that count, one by one.
+    #[inline(never)]
+    fn add_each(&mut self, block: &Block, u: &[f32; BLOCK]) {
+        for (u, _) in u.iter().zip(block.valid).filter(|(_, valid)| **valid != 0) {
+            self.add_frames(1, *u, 0.0);
+        }
+    }
+
+    /// Sums of u y along a path.
     fn add_along(&mut self, block: &Block, u: &[f32; BLOCK]) {
         for (values, u) in block.values.iter().zip(u) {
             for c in 0..TAXELS {
@@ -132,68 +154,130 @@ impl Sums {
             }
         }
     }
+
+    /// Adds the quads of a block as if each were a frame; the first is at `from`.
+    fn add_quads(&mut self, of_quads: &OfQuads, from: f32, step: f32) {
+        const QUADS: u32 = (BLOCK / QUAD) as u32;
+        self.add_frames(QUADS, from + 0.5 * (QUADS - 1) as f32 * step, step);
+        for c in 0..TAXELS {
+            self.y[c] += of_quads.y[c];
+            self.uy[c] += from * of_quads.y[c] + step * of_quads.along[c];
+            self.yy[c] += of_quads.yy[c];
+        }
+    }
+
+    /// Adds one frame.
+    fn add_one(&mut self, y: &Values, u: f32) {
+        self.add_frames(1, u, 0.0);
+        for c in 0..TAXELS {
+            self.y[c] += y[c];
+            self.uy[c] += u * y[c];
+            self.yy[c] += y[c] * y[c];
+        }
+    }
 }
 
-/// Means of groups of frames, relative to the first frame that counts: a stretch in a fraction of its frames.
+/// Sums of groups of frames, relative to the first frame that counts: a stretch in a fraction of its frames. They are
+/// means in another measure.
 pub(crate) struct Means<'a> {
     /// Frames of a group, a multiple of [`QUAD`].
-    pub by: u32,
-    /// The means; as many as there are whole groups.
-    pub values: &'a mut [Values],
+    by: u32,
+    /// As many as there are whole groups.
+    values: &'a mut [Values],
     /// Mask of valid taxels; 0 where no frame of a group counts.
-    pub valid: &'a mut [u16],
+    valid: &'a mut [u16],
+    sums: Sums,
 }
 
-impl Means<'_> {
-    fn add(&mut self, block: &Block, quads: &Quads, taxels: u16) {
+impl<'a> Means<'a> {
+    /// Room for as many groups of `by` frames as go into both slices.
+    pub fn new(by: u32, values: &'a mut [Values], valid: &'a mut [u16]) -> Self {
+        Self { by, values, valid, sums: Sums::new([0.0; TAXELS]) }
+    }
+
+    /// `u` of a group, and from one to the next.
+    fn place(&self, group: usize) -> (f32, f32) {
+        let step = 2.0 / self.valid.len().max(1) as f32;
+        ((group as f32 + 0.5) * step - 1.0, step)
+    }
+
+    /// Adds a block here and to the sums of all frames.
+    fn add(&mut self, sums: &mut Sums, block: &Block, from: f32, step: f32, taxels: u16) {
+        let mut of_quads = OfQuads { y: [0.0; TAXELS], along: [0.0; TAXELS], yy: [0.0; TAXELS] };
+        let first = block.at as usize / QUAD;
+        let (u, u_step) = self.place(first);
+        if block.whole
+            && self.by == QUAD as u32
+            && let Some(quads) = self.values.get_mut(first..).and_then(|values| values.first_chunk_mut())
+            && let Some(valid) = self.valid.get_mut(first..first + BLOCK / QUAD)
+        {
+            valid.fill(taxels);
+            sums.add(block, from, step, quads, &mut of_quads);
+            return self.sums.add_quads(&of_quads, u, u_step);
+        }
+        let mut quads = [[0.0; TAXELS]; BLOCK / QUAD];
+        sums.add(block, from, step, &mut quads, &mut of_quads);
+        self.add_apart(block, &quads, taxels);
+    }
+
+    /// Adds quads that are less than a group, or of which frames are missing.
+    #[inline(never)]
+    fn add_apart(&mut self, block: &Block, quads: &Quads, taxels: u16) {
         for (q, quad) in quads.iter().enumerate() {
-            let group = ((block.at + (QUAD * q) as u32) / self.by) as usize;
+            let at = block.at + (QUAD * q) as u32;
+            let group = (at / self.by) as usize;
+            let (u, _) = self.place(group);
             let (Some(sum), Some(valid)) = (self.values.get_mut(group), self.valid.get_mut(group)) else { return };
-            if self.by == QUAD as u32 && block.whole {
-                for c in 0..TAXELS {
-                    sum[c] = quad[c] * (1.0 / QUAD as f32);
-                }
-                *valid = taxels;
-                continue;
+            if at.is_multiple_of(self.by) {
+                (*sum, *valid) = ([0.0; TAXELS], 0);
             }
             // Frames are counted in the mask until all are there.
-            let counted = block.valid[QUAD * q..QUAD * (q + 1)].iter().filter(|valid| **valid != 0).count();
-            *valid += counted as u16;
+            *valid += block.valid[QUAD * q..QUAD * (q + 1)].iter().filter(|valid| **valid != 0).count() as u16;
             for c in 0..TAXELS {
                 sum[c] += quad[c];
             }
-            let last = (block.at + (QUAD * (q + 1)) as u32).is_multiple_of(self.by);
-            if last && *valid > 0 {
-                let share = 1.0 / *valid as f32;
+            if (at + QUAD as u32).is_multiple_of(self.by) && *valid > 0 {
+                let share = self.by as f32 / *valid as f32;
                 sum.iter_mut().for_each(|sum| *sum *= share);
                 *valid = taxels;
+                self.sums.add_one(sum, u);
             }
         }
+    }
+
+    /// Levels of the groups; `all` are those of the frames themselves, and tell their noise.
+    pub fn levels(&self, all: &Levels, taxels: u16) -> Levels {
+        let mut levels = self.sums.levels(taxels);
+        for c in 0..TAXELS {
+            levels.rough[c] = all.rough[c] * self.by as f32;
+        }
+        levels
     }
 }
 
 /// First pass: levels, and which taxels and frames count; makes means on the way. None if the frames were
 /// overwritten.
-pub(crate) fn levels(stretch: &mut Stretch, mut means: Option<Means>) -> Option<Levels> {
+pub(crate) fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
     stretch.taxels = reliable_taxels(stretch)?;
     let zero = stretch.first_counted()?.unwrap_or_default();
-    let empty = [0.0; TAXELS];
-    let mut sums = Sums { zero, n: 0, u: 0.0, uu: 0.0, y: empty, uy: empty, yy: empty, rough: empty, quads: 0 };
-    if let Some(means) = &mut means {
-        means.values.fill(empty);
-        means.valid.fill(0);
-    }
-    let (abscissa, frames, taxels, in_time) =
-        (stretch.abscissa(), stretch.frames, stretch.taxels, stretch.is_in_time());
-    let mut quads = [empty; BLOCK / QUAD];
-    stretch.blocks(&zero, &mut |block| {
-        let u = abscissa.block(block.at, frames);
-        sums.add(&block, &u, in_time, &mut quads);
-        if !in_time {
-            sums.add_along(&block, &u);
+    let mut sums = Sums::new(zero);
+    let (abscissa, frames, taxels) = (stretch.abscissa(), stretch.frames, stretch.taxels);
+    let mut nowhere = Means::new(QUAD as u32, &mut [], &mut []);
+    let means = means.unwrap_or(&mut nowhere);
+    stretch.blocks(&zero, &mut |block| match abscissa.step() {
+        Some(step) => {
+            let from = abscissa.u(block.at);
+            means.add(&mut sums, &block, from, step, taxels);
+            match block.whole {
+                true => sums.add_frames(BLOCK as u32, from + 0.5 * (BLOCK - 1) as f32 * step, step),
+                false => sums.add_each(&block, &abscissa.block(block.at, frames)),
+            }
         }
-        if let Some(means) = &mut means {
-            means.add(&block, &quads, taxels);
+        None => {
+            let u = abscissa.block(block.at, frames);
+            means.add(&mut sums, &block, 0.0, 0.0, taxels);
+            sums.add_each(&block, &u);
+            sums.add_along(&block, &u);
         }
     })?;
     Some(sums.levels(taxels))

@@ -114,23 +114,27 @@ pub struct Coarse {
     by: u32,
     count: usize,
     valid: [u16; MEANS_MAX],
+    levels: Levels,
 }
 
 /// Levels of a stretch, and its means in `scratch`. None if frames were overwritten.
 pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<(Levels, Coarse)> {
-    let mut coarse = Coarse { by: 0, count: 0, valid: [0; MEANS_MAX] };
+    let mut valid = [0; MEANS_MAX];
     if stretch.frames < FRAMES_FOR_MEANS || !stretch.is_in_time() {
-        return Some((levels(stretch, None)?, coarse));
+        let levels = levels(stretch, None)?;
+        let coarse = Coarse { by: 0, count: 0, valid, levels: levels.clone() };
+        return Some((levels, coarse));
     }
-    coarse.by = QUAD as u32;
-    while stretch.frames / coarse.by > MEANS_MAX as u32 {
-        coarse.by *= 2;
+    let mut by = QUAD as u32;
+    while stretch.frames / by > MEANS_MAX as u32 {
+        by *= 2;
     }
-    coarse.count = (stretch.frames / coarse.by) as usize;
+    let count = (stretch.frames / by) as usize;
     let (values, _) = scratch.points.as_chunks_mut();
-    let means =
-        Means { by: coarse.by, values: values.get_mut(..coarse.count)?, valid: coarse.valid.get_mut(..coarse.count)? };
-    Some((levels(stretch, Some(means))?, coarse))
+    let mut means = Means::new(by, values.get_mut(..count)?, valid.get_mut(..count)?);
+    let all = levels(stretch, Some(&mut means))?;
+    let levels = means.levels(&all, stretch.taxels);
+    Some((all, Coarse { by, count, valid, levels }))
 }
 
 /// The same as [`search`] by the means of `coarse`, which [`levels_and_means`] left in `scratch`. The inner None says
@@ -150,14 +154,14 @@ pub fn search_coarse(
     let (values, _) = scratch.points.as_chunks();
     let mut table = Table { values: values.get(..coarse.count)?, valid: coarse.valid.get(..coarse.count)? };
     let mut means = stretch.means(&mut table, coarse.count as u32, coarse.by);
-    let levels = levels(&mut means, None)?;
+    let levels = &coarse.levels;
     if levels.usable != levels_of_all.usable {
         return Some(None);
     }
     let (mut kept, mut shares) = (0.0, [0.0; TAXELS]);
     for c in 0..TAXELS {
         if levels.usable & 1 << c != 0 {
-            shares[c] = coarse.by as f32 * levels.about_line[c] / levels_of_all.about_line[c];
+            shares[c] = levels.about_line[c] / (coarse.by as f32 * levels_of_all.about_line[c]);
             kept += shares[c];
         }
     }
@@ -166,13 +170,13 @@ pub fn search_coarse(
     }
     let channels = clearest(&shares, levels.usable);
     let (points, power) = scratch.power.split_at_mut(POINTS_MAX / 4);
-    let Some(line) = look(&mut means, &levels, channels, points, power, work)? else {
+    let Some(line) = look(&mut means, levels, channels, points, power, work)? else {
         return Some(None);
     };
     // The means cover whole groups of frames only.
     let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     if levels.frames as usize >= MEANS_FOR_HARMONICS || harmonics == 1 {
-        let start = settle(&mut means, &levels, work, line, harmonics)?;
+        let start = settle(&mut means, levels, work, line, harmonics)?;
         Some(Some(Start { nu: start.nu * scale, ..start }))
     } else {
         let line = Line { nu: line.nu * scale, ..line };

@@ -42,6 +42,14 @@ impl Abscissa<'_> {
         Self::Time { start: -0.5 * (frames as f32 - 1.0) * step, step }
     }
 
+    /// From one frame to the next, in time.
+    pub fn step(&self) -> Option<f32> {
+        match self {
+            Self::Time { step, .. } => Some(*step),
+            Self::Place { .. } => None,
+        }
+    }
+
     /// `u` of a frame.
     pub fn u(&self, frame: u32) -> f32 {
         match self {
