@@ -28,8 +28,10 @@ pub struct Shape {
 /// One of the functions that a channel is made of.
 #[derive(Clone, Copy)]
 enum Function {
-    /// A wave times 1 or `u`.
-    Wave(Wave, usize),
+    /// A wave.
+    Wave(Wave),
+    /// `u`.
+    Slope,
     /// One of the [`Nuisances`].
     Nuisance(usize),
 }
@@ -49,9 +51,9 @@ impl Shape {
     fn function(&self, index: usize) -> Function {
         let first = self.first_wave();
         match index {
-            0 => Function::Wave(Wave::One, 0),
-            1 if self.slope => Function::Wave(Wave::One, 1),
-            _ if index >= first => Function::Wave(wave(index - first), 0),
+            0 => Function::Wave(Wave::One),
+            1 if self.slope => Function::Slope,
+            _ if index >= first => Function::Wave(wave(index - first)),
             _ => Function::Nuisance(index - 1 - self.slope as usize),
         }
     }
@@ -104,38 +106,37 @@ fn floor(squares: f32, frames: f32) -> f32 {
     (1e-6 * squares).max(quantization(frames))
 }
 
-/// Factors the normal equations. None if the unknowns cannot be told apart.
-fn factor(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<()> {
+/// Fills the lower triangle of the normal equations.
+fn fill(normal: &mut Normal, moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) {
     let sums = &moments.trigonometric;
     for (i, row) in normal.lower.iter_mut().enumerate().take(shape.unknowns()) {
         for (j, place) in row.iter_mut().enumerate().take(i + 1) {
             *place = match (shape.function(i), shape.function(j)) {
-                (Function::Wave(a, p), Function::Wave(b, q)) => {
-                    sums.product([Weight::One, Weight::U, Weight::UU][p + q], a, b)
+                (Function::Wave(a), Function::Wave(b)) => sums.product(Weight::One, a, b),
+                (Function::Slope, Function::Wave(a)) | (Function::Wave(a), Function::Slope) => {
+                    sums.product(Weight::U, a, Wave::One)
                 }
+                (Function::Slope, Function::Slope) => levels.uu,
                 (Function::Nuisance(k), Function::Nuisance(l)) => nuisances.each[k][l],
-                (Function::Nuisance(k), Function::Wave(a, p)) | (Function::Wave(a, p), Function::Nuisance(k)) => {
-                    match (a, p) {
-                        (Wave::One, 0) => nuisances.one[k],
-                        (Wave::One, _) => nuisances.u[k],
-                        (Wave::Cos(h), _) => moments.cos[h - 1][TAXELS + k],
-                        (Wave::Sin(h), _) => moments.sin[h - 1][TAXELS + k],
-                    }
-                }
+                (Function::Nuisance(k), Function::Slope) | (Function::Slope, Function::Nuisance(k)) => nuisances.u[k],
+                (Function::Nuisance(k), Function::Wave(a)) | (Function::Wave(a), Function::Nuisance(k)) => match a {
+                    Wave::One => nuisances.one[k],
+                    Wave::Cos(h) => moments.cos[h - 1][TAXELS + k],
+                    Wave::Sin(h) => moments.sin[h - 1][TAXELS + k],
+                },
             };
         }
     }
-    normal.factor()
 }
 
 /// Right-hand sides of the channels' normal equations.
 fn right_sides(right: &mut Rows, moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) {
     for (i, right) in right.iter_mut().enumerate().take(shape.unknowns()) {
         let row: &[f32] = match shape.function(i) {
-            Function::Wave(Wave::One, 0) => &levels.y,
-            Function::Wave(Wave::One, _) => &levels.uy,
-            Function::Wave(Wave::Cos(h), _) => &moments.cos[h - 1],
-            Function::Wave(Wave::Sin(h), _) => &moments.sin[h - 1],
+            Function::Wave(Wave::One) => &levels.y,
+            Function::Slope => &levels.uy,
+            Function::Wave(Wave::Cos(h)) => &moments.cos[h - 1],
+            Function::Wave(Wave::Sin(h)) => &moments.sin[h - 1],
             Function::Nuisance(k) => &nuisances.y[k],
         };
         if let Some(row) = row.first_chunk() {
@@ -162,7 +163,8 @@ pub fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
 /// Residual sums of squares alone. None if the unknowns cannot be told apart.
 pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Option<Values> {
     let (mut normal, mut rows) = (Normal::new(shape.unknowns()), [[0.0; TAXELS]; UNKNOWNS]);
-    factor(&mut normal, moments, nuisances, shape)?;
+    fill(&mut normal, moments, levels, nuisances, shape);
+    normal.factor()?;
     right_sides(&mut rows, moments, levels, nuisances, shape);
     normal.forward_rows(&mut rows);
     Some(left(levels, &rows, shape.unknowns()))
@@ -199,7 +201,8 @@ impl Solution {
         let sums = &moments.trigonometric;
         let (size, frames) = (shape.unknowns(), levels.frames as f32);
         let mut normal = Normal::new(size);
-        factor(&mut normal, moments, nuisances, &shape)?;
+        fill(&mut normal, moments, levels, nuisances, &shape);
+        normal.factor()?;
         let Self { unknowns: rows, .. } = self;
         right_sides(rows, moments, levels, nuisances, &shape);
         normal.forward_rows(rows);
@@ -209,18 +212,18 @@ impl Solution {
             weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
         }
 
-        // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each
+        // d model / d nu is a mixture of v cos(h theta) and v sin(h theta); `across[d]` is what each
         // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
         // solution leaves of each channel.
         let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
         let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
         let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
         for d in 0..waves {
-            let along = if d % 2 == 0 { &moments.u_cos[d / 2] } else { &moments.u_sin[d / 2] };
+            let along = if d % 2 == 0 { &moments.v_cos[d / 2] } else { &moments.v_sin[d / 2] };
             for (i, across) in across[d].iter_mut().enumerate().take(size) {
                 *across = match shape.function(i) {
-                    Function::Wave(b, 0) => sums.product(Weight::U, wave(d), b),
-                    Function::Wave(b, _) => sums.product(Weight::UU, wave(d), b),
+                    Function::Wave(b) => sums.product(Weight::V, wave(d), b),
+                    Function::Slope => sums.product(Weight::UV, wave(d), Wave::One),
                     Function::Nuisance(k) => along[TAXELS + k],
                 };
             }
@@ -254,7 +257,7 @@ impl Solution {
             line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
             for e in 0..=d {
                 let common = dot(&across[d][..size], &across[e][..size]);
-                let spread = sums.product(Weight::UU, wave(d), wave(e)) - common;
+                let spread = sums.product(Weight::VV, wave(d), wave(e)) - common;
                 let product = dot(&weighted[d], &factors[e]);
                 let part = if e < d { 2.0 } else { 1.0 } * product * spread;
                 self.information += part;
