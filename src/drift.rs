@@ -60,7 +60,7 @@ fn on_a_drift(problem: &mut Problem, place: Place) -> Option<Option<(Line, Value
     let Place { channels, points, power } = place;
     let Problem { stretch, levels, nuisances, .. } = problem;
     let count = nuisances.count();
-    let peak = strongest(stretch, levels, nuisances, count, CYCLES_FOR_SLOPE, channels, points, power)?;
+    let peak = strongest(stretch, levels, nuisances, CYCLES_FOR_SLOPE, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
     let shape = Shape { harmonics: 1, slope: true, nuisances: count };
     if !problem.descend(peak, shape, LINE_STEPS, LINE_CLOSE)? {

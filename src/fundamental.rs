@@ -13,7 +13,7 @@ use crate::stretch::Stretch;
 /// twelfth) below the strongest line.
 const SUBHARMONIC_SHARE: f32 = 0.1;
 /// Share from which such lines leave it open which of the two it is.
-const AMBIGUOUS_SHARE: f32 = 0.04;
+pub(crate) const AMBIGUOUS_SHARE: f32 = 0.04;
 /// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
 /// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
 const LINE_OFFSET_MAX: f32 = 0.06;

@@ -2,6 +2,7 @@
 
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Block, Stretch};
+use crate::waves::legendre;
 use crate::window::Values;
 
 /// Frames that are added up before they meet `u`, and of which means are made.
@@ -31,10 +32,44 @@ pub struct Levels {
     pub u: f32,
     /// Sum of u squared.
     pub uu: f32,
+    /// Steps towards a bent baseline.
+    pub bend: Bend,
     /// Taxels with valid values in nearly all frames, and not constant.
     pub usable: u16,
     /// Frames that count.
     pub frames: u32,
+}
+
+/// The second and third Legendre polynomial in steps, each block's centre for all of it, and their sums over the whole
+/// blocks of a stretch in time. Where there are many blocks that is as good as a smooth bend, to see whether there is one.
+#[derive(Clone, Debug, Default)]
+pub struct Bend {
+    /// Sums of y times each.
+    pub y: [Values; 2],
+    /// Sum of each.
+    pub one: [f32; 2],
+    /// Sum of u times each.
+    pub u: [f32; 2],
+    /// Sums of their products with each other.
+    pub each: [[f32; 2]; 2],
+}
+
+impl Bend {
+    /// Adds a whole block about `centre` with the channels' sums `y`.
+    fn add(&mut self, centre: f32, y: &Values) {
+        let steps = legendre(centre);
+        for (k, step) in steps.into_iter().enumerate() {
+            let frames = BLOCK as f32 * step;
+            self.one[k] += frames;
+            self.u[k] += frames * centre;
+            for (l, other) in steps.into_iter().enumerate() {
+                self.each[k][l] += frames * other;
+            }
+            for c in 0..TAXELS {
+                self.y[k][c] += step * y[c];
+            }
+        }
+    }
 }
 
 /// A taxel without a valid value in more than this share of the frames is left out. Of the others
@@ -86,15 +121,17 @@ struct Sums {
     y: Values,
     uy: Values,
     yy: Values,
+    bend: Bend,
     /// Third differences squared, and how many for each channel.
     rough: Values,
     quads: u32,
 }
 
 impl Sums {
-    const fn new(zero: Values) -> Self {
+    fn new(zero: Values) -> Self {
         let none = [0.0; TAXELS];
-        Self { zero, n: 0, u: 0.0, uu: 0.0, y: none, uy: none, yy: none, rough: none, quads: 0 }
+        let bend = Bend::default();
+        Self { zero, n: 0, u: 0.0, uu: 0.0, y: none, uy: none, yy: none, bend, rough: none, quads: 0 }
     }
 
     /// Adds a block whose frames have their `u` from `from` on, `step` apart; what `u` has to do with the values is
@@ -128,6 +165,13 @@ impl Sums {
             self.rough[c] += whole * rough;
             (of_quads.y[c], of_quads.along[c], of_quads.yy[c]) = (sum, along, quad_squares);
         }
+    }
+
+    /// Adds what a whole block in time holds besides, of which [`Sums::add`] gave `of_quads`.
+    fn add_block(&mut self, of_quads: &OfQuads, from: f32, step: f32) {
+        let centre = from + 0.5 * (BLOCK - 1) as f32 * step;
+        self.add_frames(BLOCK as u32, centre, step);
+        self.bend.add(centre, &of_quads.y);
     }
 
     /// Adds frames that count: so many, in the middle of which lies `centre`, `step` apart.
@@ -213,10 +257,14 @@ impl<'a> Means<'a> {
         {
             valid.fill(taxels);
             sums.add(block, from, step, quads, &mut of_quads);
+            sums.add_block(&of_quads, from, step);
             return self.sums.add_quads(&of_quads, u, u_step);
         }
         let mut quads = [[0.0; TAXELS]; BLOCK / QUAD];
         sums.add(block, from, step, &mut quads, &mut of_quads);
+        if block.whole && step > 0.0 {
+            sums.add_block(&of_quads, from, step);
+        }
         self.add_apart(block, &quads, taxels);
     }
 
@@ -268,9 +316,8 @@ pub(crate) fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option
         Some(step) => {
             let from = abscissa.u(block.at);
             means.add(&mut sums, &block, from, step, taxels);
-            match block.whole {
-                true => sums.add_frames(BLOCK as u32, from + 0.5 * (BLOCK - 1) as f32 * step, step),
-                false => sums.add_each(&block, &abscissa.block(block.at, frames)),
+            if !block.whole {
+                sums.add_each(&block, &abscissa.block(block.at, frames));
             }
         }
         None => {
@@ -302,6 +349,7 @@ impl Sums {
             uy: empty,
             yy: empty,
             rough: empty,
+            bend: self.bend.clone(),
             u: self.u,
             uu: self.uu,
             usable: 0,
@@ -330,6 +378,9 @@ impl Sums {
             result.y[c] = self.y[c] - count * moved;
             result.uy[c] = self.uy[c] - self.u * moved;
             result.yy[c] = self.yy[c] - moved * (2.0 * self.y[c] - count * moved);
+            for k in 0..2 {
+                result.bend.y[k][c] -= self.bend.one[k] * moved;
+            }
             result.slope[c] = slope;
             // 1 + 9 + 9 + 1: the squared factors of a third difference.
             result.rough[c] = self.rough[c] / (20 * self.quads).max(1) as f32;

@@ -8,13 +8,14 @@
 use crate::chance::gain_by_chance;
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
 use crate::drift::{Place, few_cycles};
-use crate::fundamental::{fundamental, harmonics_below_nyquist};
+use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, Solution, gain};
+use crate::solve::{Shape, Solution, gain, over_noise, rest_if_bent};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::stretch::Stretch;
+use crate::waves::has_centres;
 use crate::window::{Table, Values};
 
 /// Power in the periodogram from which it is worth to fit lines below the strongest at all: half of what
@@ -36,6 +37,8 @@ const CLEAREST: usize = 4;
 pub(crate) const LINE_STEPS: usize = 4;
 /// Normal deviate from which a curve of the baseline is taken for one: a wrong one costs little.
 const CURVED: f32 = 3.0;
+/// Normal deviate within which residuals are the noise.
+const SURE: f32 = 3.0;
 
 /// The strongest line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,25 +217,39 @@ fn look(
     power: &mut [f32],
     work: &mut Work,
 ) -> Option<Option<Line>> {
-    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-    let straight = nuisances.count() - CURVE;
-    let peak = strongest(stretch, levels, &nuisances, straight, 0.5, channels, points, power)?;
+    let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
+    let count = nuisances.count();
+    let peak = strongest(stretch, levels, &nuisances, 0.5, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
-    if peak > LOW_NU {
-        if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: straight }, LINE_STEPS, LINE_CLOSE)? {
-            return Some(None);
-        }
-        let (frames, most, nu) = (problem.stretch.frames as usize, points.len(), problem.solution().nu);
-        let power_at = |nu: f32| power_near(frames, most, power, nu);
-        let worth = WORTH_A_LOOK * power_at(nu);
-        let suspects =
-            [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
-        let curve = if is_curved(&problem) { Curve::Bent } else { Curve::None };
-        return Some(Some(Line { nu, slope: true, curve, suspects }));
+    if peak <= LOW_NU {
+        let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
+        return few_cycles(&mut Problem::new(stretch, levels, &nuisances, work), peak, Place { channels, points, power });
     }
-    let place = Place { channels, points, power };
-    few_cycles(&mut problem, peak, place)
+    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: count }, LINE_STEPS, LINE_CLOSE)? {
+        return Some(None);
+    }
+    let (frames, most, nu) = (problem.stretch.frames as usize, points.len(), problem.solution().nu);
+    let power_at = |nu: f32| power_near(frames, most, power, nu);
+    let worth = WORTH_A_LOOK * power_at(nu);
+    let suspects = [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
+    Some(Some(Line { nu, slope: true, curve: Curve::None, suspects }))
+}
+
+/// The same of a converged solution without a curve: by steps from block to block where there are many of them, else
+/// by another pass. None if frames were overwritten.
+pub fn is_bent(problem: &mut Problem) -> Option<bool> {
+    let Problem { stretch, levels, nuisances, work, .. } = problem;
+    let (shape, nu) = (work.solution.shape, work.solution.nu);
+    if has_centres(stretch) {
+        let bent = rest_if_bent(&work.sums, levels, nuisances, &shape);
+        let gained = bent.map_or(0.0, |bent| gain(levels, &work.solution.rest, &bent, shape.unknowns() + CURVE));
+        return Some(gained > gain_by_chance(levels, CURVE, CURVED));
+    }
+    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
+    let mut bent = Problem::new(stretch, levels, &nuisances, work);
+    bent.pass(nu, shape.harmonics)?;
+    Some(bent.step(shape).is_some() && is_curved(&bent))
 }
 
 /// Whether a curve besides takes more off what the latest solution leaves than noise would let it. Both are
@@ -254,22 +271,48 @@ pub fn is_curved(problem: &Problem) -> bool {
 /// None if frames were overwritten.
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
-fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, harmonics: usize) -> Option<Start> {
-    if harmonics < 2 {
+fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, mut line: Line, most: usize) -> Option<Start> {
+    if most < 2 {
         return Some(Start::at(&line));
     }
+    let harmonics = harmonics_below_nyquist(stretch, line.nu, most);
+    let many = 2.0 * line.nu >= CYCLES_FOR_SLOPE;
+    if many && line.curve == Curve::None {
+        let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
+        let mut problem = Problem::new(stretch, levels, &nuisances, work);
+        let shape = Shape { harmonics, slope: line.slope, nuisances: nuisances.count() };
+        if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && explains_all(&problem) {
+            return Some(Start { nu: problem.solution().nu, ..Start::at(&line) });
+        }
+    }
     let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-    let straight = line.curve == Curve::None;
-    let used = nuisances.count() - if straight { CURVE } else { 0 };
+    let straight = nuisances.count() - CURVE;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    if many && line.curve == Curve::None {
+        let shape = Shape { harmonics, slope: line.slope, nuisances: straight };
+        if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && is_curved(&problem) {
+            line.curve = Curve::Bent;
+        }
+    }
+    let used = straight + if line.curve == Curve::None { 0 } else { CURVE };
     let mut start = fundamental(&mut problem, &line, used)?;
-    let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, harmonics);
+    let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, most);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {
         start.nu = problem.solution().nu;
-        if straight && is_curved(&problem) {
-            start.curve = Curve::Bent;
-        }
     }
     Some(start)
+}
+
+/// Whether the latest solution leaves noise and no more, by the frames' own ([`Levels::rough`]), where lines in between,
+/// strong enough to make the fundamental open, would show.
+fn explains_all(problem: &Problem) -> bool {
+    let (levels, solution) = (problem.levels, problem.solution());
+    let unknowns = solution.shape.unknowns();
+    let Some(left) = over_noise(levels, &solution.rest, unknowns) else { return false };
+    // Of the residuals and of as many third differences.
+    let variance = 2.0 / (levels.frames as f32 - unknowns as f32).max(1.0) + 2.0 / levels.frames as f32;
+    let sigma = libm::sqrtf(variance / levels.channels());
+    let power = solution.power.iter().sum::<f32>() / (levels.frames as f32 * levels.channels());
+    (left - 1.0).abs() < SURE * sigma && 0.5 * AMBIGUOUS_SHARE * power > 2.0 * SURE * sigma
 }

@@ -12,7 +12,7 @@ use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
-use crate::search::{Scratch, Start, is_curved, levels_and_means, search, search_coarse};
+use crate::search::{Scratch, Start, is_bent, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
 use crate::solve::{self, Shape, Solution, gain, is_misfit, quantization, rest};
 use crate::stretch::Stretch;
@@ -173,6 +173,9 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     }
     if curve == Curve::Bent {
         keep_curve_if_there(&mut problem)?;
+    } else if slope && is_bent(&mut problem)? {
+        let nu = problem.solution().nu;
+        return fit_from(stretch, levels, work, most, Start { nu, curve: Curve::Bent, ..start });
     }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;

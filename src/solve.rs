@@ -170,6 +170,32 @@ pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &S
     Some(left(levels, &rows, shape.unknowns()))
 }
 
+/// The same with a bend in steps besides ([`crate::levels::Bend`]).
+#[inline(never)]
+pub fn rest_if_bent(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Option<Values> {
+    let (size, sums, bend) = (shape.unknowns(), &moments.trigonometric, &levels.bend);
+    let (mut normal, mut rows) = (Normal::new(size + 2), [[0.0; TAXELS]; UNKNOWNS]);
+    fill(&mut normal, moments, levels, nuisances, shape);
+    right_sides(&mut rows, moments, levels, nuisances, shape);
+    for (k, weight) in [Weight::Second, Weight::Third].into_iter().enumerate() {
+        let row = normal.lower.get_mut(size + k)?;
+        for (i, place) in row.iter_mut().enumerate().take(size) {
+            *place = match shape.function(i) {
+                Function::Wave(Wave::One) => bend.one[k],
+                Function::Wave(a) => sums.product(weight, a, Wave::One),
+                Function::Slope => bend.u[k],
+                // An interferer: next to nothing over whole blocks.
+                Function::Nuisance(_) => 0.0,
+            };
+        }
+        row.get_mut(size..size + 2)?.copy_from_slice(&bend.each[k]);
+        *rows.get_mut(size + k)? = bend.y[k];
+    }
+    normal.factor()?;
+    normal.forward_rows(&mut rows);
+    Some(left(levels, &rows, size + 2))
+}
+
 impl Solution {
     /// None yet; `const`, so that it can live in a static.
     pub const fn new() -> Self {
@@ -294,9 +320,9 @@ impl Default for Solution {
 /// modelled.
 const MISFIT: f32 = 1.5;
 
-/// Whether sums of squares `rest`, left by so many `unknowns` of a channel, are more than the channels' noise, even if
-/// they become less by the share `ahead`.
-pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize, ahead: f32) -> bool {
+/// Sums of squares `rest`, left by so many `unknowns` of a channel, over the channels' noise ([`Levels::rough`]): 1 if
+/// they are nothing else. None if the noise is not known.
+pub fn over_noise(levels: &Levels, rest: &Values, unknowns: usize) -> Option<f32> {
     let freedom = (levels.frames as f32 - unknowns as f32).max(1.0);
     let (mut sum, mut channels) = (0.0, 0.0);
     for c in 0..TAXELS {
@@ -305,7 +331,12 @@ pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize, ahead: f32) ->
             channels += 1.0;
         }
     }
-    sum * (1.0 - ahead) > MISFIT * channels
+    (channels > 0.0).then_some(sum / channels)
+}
+
+/// Whether they are more than the channels' noise, even if they become less by the share `ahead`.
+pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize, ahead: f32) -> bool {
+    over_noise(levels, rest, unknowns).is_some_and(|over| over * (1.0 - ahead) > MISFIT)
 }
 
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,

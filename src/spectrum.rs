@@ -27,13 +27,11 @@ const POINTS_MIN: usize = 64;
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
 /// Only `channels` are looked at, bit k for taxel k, and only lines of `least_cycles` in the window and more:
-/// a straight line has been taken off, and what there is of the first `used` of `nuisances`.
-#[allow(clippy::too_many_arguments)]
+/// a straight line has been taken off, and what there is of `nuisances`.
 pub fn strongest(
     stretch: &mut Stretch,
     levels: &Levels,
     nuisances: &Nuisances,
-    used: usize,
     least_cycles: f32,
     channels: u16,
     points: &mut [f32],
@@ -45,7 +43,13 @@ pub fn strongest(
     if frames > size || levels.usable == 0 {
         return Some(None);
     }
-    let Some((baseline, _)) = nuisances.baseline(levels, used) else { return Some(None) };
+    let mut baseline = [[0.0; TAXELS]; 2 + NUISANCES_MAX];
+    baseline[1] = levels.slope;
+    let count = nuisances.count().min(NUISANCES_MAX);
+    if count > 0 {
+        let Some((all, _)) = nuisances.baseline(levels, count) else { return Some(None) };
+        baseline.copy_from_slice(&all[..2 + NUISANCES_MAX]);
+    }
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
     // As many channels at a time as there is room for.
@@ -54,7 +58,7 @@ pub fn strongest(
     taxels.extend((0..TAXELS).filter(|taxel| channels & levels.usable & 1 << taxel != 0));
     for taxels in taxels.chunks(together) {
         let points = points.get_mut(..taxels.len() * size)?;
-        copy(stretch, levels, nuisances, &baseline[..2 + used], taxels, points)?;
+        copy(stretch, levels, nuisances, &baseline[..2 + count], taxels, points)?;
         points.chunks_exact_mut(size).for_each(|points| add_power(points, power));
     }
     // A path's first and last frame lie at its very ends, those in time half a frame inside.
