@@ -14,8 +14,7 @@ use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
 use crate::solve::{Shape, Solution, gain, over_noise, rest_if_bent};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
-use crate::stretch::Stretch;
-use crate::waves::has_centres;
+use crate::stretch::{BLOCK, Stretch};
 use crate::window::{Table, Values};
 
 /// Power in the periodogram from which it is worth to fit lines below the strongest at all: half of what
@@ -27,6 +26,8 @@ const MEANS_MAX: usize = 64;
 const FRAMES_FOR_MEANS: u32 = 128;
 /// Fewer means than this are not enough for a handful of harmonics.
 const MEANS_FOR_HARMONICS: usize = 48;
+/// Frames from which steps from block to block, a dozen, show a bend.
+const FRAMES_FOR_STEPS: u32 = 12 * BLOCK as u32;
 /// Share of the power that the means must keep.
 const MEANS_SHARE: f32 = 0.5;
 /// Peaks below this many cycles per half window are looked at by exact likelihoods.
@@ -241,7 +242,7 @@ fn look(
 pub fn is_bent(problem: &mut Problem) -> Option<bool> {
     let Problem { stretch, levels, nuisances, work, .. } = problem;
     let (shape, nu) = (work.solution.shape, work.solution.nu);
-    if has_centres(stretch) {
+    if stretch.is_in_time() && stretch.frames >= FRAMES_FOR_STEPS {
         let bent = rest_if_bent(&work.sums, levels, nuisances, &shape);
         let gained = bent.map_or(0.0, |bent| gain(levels, &work.solution.rest, &bent, shape.unknowns() + CURVE));
         return Some(gained > gain_by_chance(levels, CURVE, CURVED));
