@@ -3,7 +3,7 @@
 use crate::levels::Levels;
 use crate::moments::Moments;
 use crate::nuisance::Nuisances;
-use crate::solve::{Shape, Solution, is_misfit};
+use crate::solve::{Shape, Solution, is_misfit, over_noise};
 use crate::stretch::Stretch;
 use core::f32::consts::PI;
 
@@ -101,13 +101,18 @@ impl<'p, 'a> Problem<'p, 'a> {
         Some(true)
     }
 
-    /// Whether there is more in the channels than the model has, where its step leads.
-    fn is_misfit(&self) -> bool {
+    /// What the latest solution leaves over the channels' noise ([`over_noise`]), where its step leads.
+    pub fn over_noise(&self) -> Option<f32> {
         let solution = self.solution();
         let unknowns = solution.shape.unknowns();
         let samples = self.levels.channels() * (self.levels.frames as f32 - unknowns as f32).max(1.0);
         let ahead = solution.step * solution.step * solution.information / samples;
-        is_misfit(self.levels, &solution.rest, unknowns, ahead.min(1.0))
+        over_noise(self.levels, &solution.rest, unknowns).map(|over| over * (1.0 - ahead.min(1.0)))
+    }
+
+    /// Whether that is more than noise.
+    fn is_misfit(&self) -> bool {
+        is_misfit(self.over_noise())
     }
 
     /// Where the model is wrong a Gauss-Newton step is but a part of the way, down to a fiftieth of it: the

@@ -12,7 +12,7 @@ use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, Solution, gain, over_noise, rest_if_bent};
+use crate::solve::{Shape, Solution, gain, rest_if_bent};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::stretch::{BLOCK, Stretch};
 use crate::window::{Table, Values};
@@ -279,10 +279,14 @@ fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, mut line: Lin
     let harmonics = harmonics_below_nyquist(stretch, line.nu, most);
     let many = 2.0 * line.nu >= CYCLES_FOR_SLOPE;
     if many && line.curve == Curve::None {
+        let suspected = line.suspects != [false; 2];
+        if harmonics < 2 && !suspected {
+            return Some(Start::at(&line));
+        }
         let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
         let mut problem = Problem::new(stretch, levels, &nuisances, work);
         let shape = Shape { harmonics, slope: line.slope, nuisances: nuisances.count() };
-        if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && explains_all(&problem) {
+        if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && (!suspected || explains_all(&problem)) {
             return Some(Start { nu: problem.solution().nu, ..Start::at(&line) });
         }
     }
@@ -310,7 +314,7 @@ fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, mut line: Lin
 fn explains_all(problem: &Problem) -> bool {
     let (levels, solution) = (problem.levels, problem.solution());
     let unknowns = solution.shape.unknowns();
-    let Some(left) = over_noise(levels, &solution.rest, unknowns) else { return false };
+    let Some(left) = problem.over_noise() else { return false };
     // Of the residuals and of as many third differences.
     let variance = 2.0 / (levels.frames as f32 - unknowns as f32).max(1.0) + 2.0 / levels.frames as f32;
     let sigma = libm::sqrtf(variance / levels.channels());

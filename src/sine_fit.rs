@@ -14,7 +14,7 @@ use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
 use crate::search::{Scratch, Start, is_bent, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
-use crate::solve::{self, Shape, Solution, gain, is_misfit, quantization, rest};
+use crate::solve::{self, Shape, Solution, gain, is_misfit, over_noise, quantization, rest};
 use crate::stretch::Stretch;
 use crate::telemetry::Status;
 use crate::window::Values;
@@ -285,7 +285,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     {
         Status::TooShort
         // What comes and goes, or a drift, has lines below its own too.
-    } else if ambiguous || comb && is_misfit(levels, &rest, best.shape.unknowns(), 0.0) {
+    } else if ambiguous || comb && is_misfit(over_noise(levels, &rest, best.shape.unknowns())) {
         Status::Ambiguous
     } else {
         Status::Good

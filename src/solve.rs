@@ -334,9 +334,9 @@ pub fn over_noise(levels: &Levels, rest: &Values, unknowns: usize) -> Option<f32
     (channels > 0.0).then_some(sum / channels)
 }
 
-/// Whether they are more than the channels' noise, even if they become less by the share `ahead`.
-pub fn is_misfit(levels: &Levels, rest: &Values, unknowns: usize, ahead: f32) -> bool {
-    over_noise(levels, rest, unknowns).is_some_and(|over| over * (1.0 - ahead) > MISFIT)
+/// Whether there is more in the channels than is modelled, by [`over_noise`].
+pub fn is_misfit(over_noise: Option<f32>) -> bool {
+    over_noise.is_some_and(|over| over > MISFIT)
 }
 
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,
