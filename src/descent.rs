@@ -164,7 +164,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         }
         // The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.
         let freedom = self.levels.frames as f32 - solution.shape.unknowns() as f32;
-        (0.1 * angle * angle * step <= done && 6.0 * step <= done * freedom) || step < 1e-6 * nu
+        (0.1 * angle * angle * step <= done && 2.5 * step <= done * (freedom - 8.0)) || step < 1e-6 * nu
     }
 }
 

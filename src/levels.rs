@@ -231,12 +231,15 @@ pub(crate) struct Means<'a> {
     /// Mask of valid taxels; 0 where no frame of a group counts.
     valid: &'a mut [u16],
     sums: Sums,
+    /// Of the latest block.
+    of_quads: OfQuads,
 }
 
 impl<'a> Means<'a> {
     /// Room for as many groups of `by` frames as go into both slices.
     pub fn new(by: u32, values: &'a mut [Values], valid: &'a mut [u16]) -> Self {
-        Self { by, values, valid, sums: Sums::new([0.0; TAXELS]) }
+        let none = [0.0; TAXELS];
+        Self { by, values, valid, sums: Sums::new(none), of_quads: OfQuads { y: none, along: none, yy: none } }
     }
 
     /// `u` of a group, and from one to the next.
@@ -247,7 +250,6 @@ impl<'a> Means<'a> {
 
     /// Adds a block here and to the sums of all frames.
     fn add(&mut self, sums: &mut Sums, block: &Block, from: f32, step: f32, taxels: u16) {
-        let mut of_quads = OfQuads { y: [0.0; TAXELS], along: [0.0; TAXELS], yy: [0.0; TAXELS] };
         let first = block.at as usize / QUAD;
         let (u, u_step) = self.place(first);
         if block.whole
@@ -256,14 +258,14 @@ impl<'a> Means<'a> {
             && let Some(valid) = self.valid.get_mut(first..first + BLOCK / QUAD)
         {
             valid.fill(taxels);
-            sums.add(block, from, step, quads, &mut of_quads);
-            sums.add_block(&of_quads, from, step);
-            return self.sums.add_quads(&of_quads, u, u_step);
+            sums.add(block, from, step, quads, &mut self.of_quads);
+            sums.add_block(&self.of_quads, from, step);
+            return self.sums.add_quads(&self.of_quads, u, u_step);
         }
         let mut quads = [[0.0; TAXELS]; BLOCK / QUAD];
-        sums.add(block, from, step, &mut quads, &mut of_quads);
+        sums.add(block, from, step, &mut quads, &mut self.of_quads);
         if block.whole && step > 0.0 {
-            sums.add_block(&of_quads, from, step);
+            sums.add_block(&self.of_quads, from, step);
         }
         self.add_apart(block, &quads, taxels);
     }

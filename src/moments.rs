@@ -50,12 +50,16 @@ impl Moments {
         harmonics: usize,
     ) -> Option<()> {
         let oscillator = Oscillator::new(stretch, nu, harmonics);
-        *self = Self::new();
+        // Rows of harmonics that are not asked for are left as they were: nobody reads them.
+        self.trigonometric.clear(oscillator.harmonics);
+        for rows in [&mut self.cos, &mut self.sin, &mut self.v_cos, &mut self.v_sin] {
+            rows.iter_mut().take(oscillator.harmonics).for_each(|row| *row = [0.0; COLUMNS]);
+        }
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
-        let (mut waves, mut folded) = (Waves::new(), [[[0.0; GROUP]; 2]; WING]);
+        let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; WING]);
         let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
         stretch.blocks(&levels.offset, &mut |block| {
-            let centre = oscillator.centre(block.at);
+            oscillator.centre(block.at, &mut centre);
             if block.whole && in_time {
                 self.trigonometric.add_block(&centre, &oscillator);
             } else {

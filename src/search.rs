@@ -107,7 +107,10 @@ pub fn search(
 ) -> Option<Option<Start>> {
     let Scratch { points, power } = scratch;
     match look(stretch, levels, u16::MAX, points, power, work)? {
-        Some(line) => settle(stretch, levels, work, line, harmonics).map(Some),
+        Some(line) => {
+            let carried = harmonics_below_nyquist(stretch, line.nu, harmonics);
+            settle(stretch, levels, work, line, harmonics, carried).map(Some)
+        }
         None => Some(None),
     }
 }
@@ -180,11 +183,14 @@ pub fn search_coarse(
     // The means cover whole groups of frames only.
     let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     if levels.frames as usize >= MEANS_FOR_HARMONICS || harmonics == 1 {
-        let start = settle(&mut means, levels, work, line, harmonics)?;
+        // Those beyond half the rate of the means are where sampling folds them.
+        let carried = harmonics_below_nyquist(stretch, line.nu * scale, harmonics);
+        let start = settle(&mut means, levels, work, line, harmonics, carried)?;
         Some(Some(Start { nu: start.nu * scale, ..start }))
     } else {
         let line = Line { nu: line.nu * scale, ..line };
-        settle(stretch, levels_of_all, work, line, harmonics).map(Some)
+        let carried = harmonics_below_nyquist(stretch, line.nu, harmonics);
+        settle(stretch, levels_of_all, work, line, harmonics, carried).map(Some)
     }
 }
 
@@ -268,11 +274,18 @@ pub fn is_curved(problem: &Problem) -> bool {
     gained + ahead(&curved) - ahead(straight) > gain_by_chance(levels, CURVE, CURVED)
 }
 
-/// From the strongest line to where the fit starts: its fundamental, close to where all harmonics want it.
-/// None if frames were overwritten.
+/// From the strongest line to where the fit starts: its fundamental, of at `most` so many harmonics, close to where
+/// all of them want it; the line itself may have `carried`. None if frames were overwritten.
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
-fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, mut line: Line, most: usize) -> Option<Start> {
+fn settle(
+    stretch: &mut Stretch,
+    levels: &Levels,
+    work: &mut Work,
+    mut line: Line,
+    most: usize,
+    carried: usize,
+) -> Option<Start> {
     if most < 2 {
         return Some(Start::at(&line));
     }
@@ -280,12 +293,12 @@ fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, mut line: Lin
     let many = 2.0 * line.nu >= CYCLES_FOR_SLOPE;
     if many && line.curve == Curve::None {
         let suspected = line.suspects != [false; 2];
-        if harmonics < 2 && !suspected {
+        if carried < 2 && !suspected {
             return Some(Start::at(&line));
         }
         let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
         let mut problem = Problem::new(stretch, levels, &nuisances, work);
-        let shape = Shape { harmonics, slope: line.slope, nuisances: nuisances.count() };
+        let shape = Shape { harmonics: carried, slope: line.slope, nuisances: nuisances.count() };
         if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && (!suspected || explains_all(&problem)) {
             return Some(Start { nu: problem.solution().nu, ..Start::at(&line) });
         }

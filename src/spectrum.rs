@@ -5,9 +5,11 @@
 
 use crate::levels::Levels;
 use crate::nuisance::{NUISANCES_MAX, Nuisances};
+use crate::phase::{cos_sin, from_turns};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Stretch};
 use crate::window::Values;
+use core::f32::consts::PI;
 
 /// Longest transform on the chip, points.
 const POINTS_CHIP: usize = 1024;
@@ -21,8 +23,8 @@ pub const POINTS_MAX: usize = 32_768;
 /// Shortest transform, points.
 const POINTS_MIN: usize = 64;
 
-/// The strongest line in cycles per half window ([`crate::stretch`]'s `nu`), between bins by a
-/// parabola through the peak. `points` is scratch memory for transforms, `power` for half of one. None if
+/// The strongest line in cycles per half window ([`crate::stretch`]'s `nu`), between bins by
+/// the higher of its neighbours. `points` is scratch memory for transforms, `power` for half of one. None if
 /// the frames were overwritten; the inner None if there are more of them than fit `points` or
 /// [`POINTS_MAX`], or if no channel is usable.
 ///
@@ -73,10 +75,18 @@ pub fn strongest(
         }
     }
     let left = *power.get(at - 1)?;
-    let right = power.get(at + 1).copied().unwrap_or(0.0);
-    let bend = left - 2.0 * peak + right;
-    let between = if bend < 0.0 && left <= peak { 0.5 * (left - right) / bend } else { 0.0 };
-    Some(Some((at as f32 + between) / bins_per_cycle * 0.5))
+    let right = power.get(at + 1).copied();
+    let Some(right) = right.filter(|_| left <= peak) else {
+        return Some(Some(0.5 * at as f32 / bins_per_cycle));
+    };
+    // A line half way between two bins is as high in both; one in the middle of a bin has its skirt in the next.
+    let half_turns = 1.0 / bins_per_cycle;
+    let (_, sin) = cos_sin(from_turns(0.5 * half_turns));
+    let skirt = sin / (PI * half_turns);
+    let beside = libm::sqrtf(left.max(right) / peak.max(f32::MIN_POSITIVE));
+    let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt)).max(0.0);
+    let between = if right > left { between } else { -between };
+    Some(Some(0.5 * (at as f32 + between) / bins_per_cycle))
 }
 
 /// Copies some channels, less their baselines and each in its own measure, into equal parts of `out`, frame
@@ -96,19 +106,25 @@ fn copy(
     let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
     stretch.blocks(&levels.offset, &mut |block| {
         let u = abscissa.block(block.at, frames);
-        nuisances.fill(&block, &u, &mut columns);
+        if baseline.len() > 2 {
+            nuisances.fill(&block, &u, &mut columns);
+        }
         for (out, c) in out.chunks_exact_mut(size.max(1)).zip(taxels) {
             // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
             let weight = 1.0 / libm::sqrtf(levels.about_line[*c]);
             let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
-            let mut rest = [0.0; BLOCK];
-            for i in 0..BLOCK {
-                rest[i] = block.values[i][*c] - zero - slope * u[i];
-            }
+            let mut rest: [f32; BLOCK] = core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
             for (k, factors) in baseline[2..].iter().enumerate() {
                 for i in 0..BLOCK {
                     rest[i] -= factors[*c] * columns[i][k];
                 }
+            }
+            if block.whole
+                && in_time
+                && let Some(out) = out.get_mut(block.at as usize..).and_then(|out| out.first_chunk_mut::<BLOCK>())
+            {
+                *out = rest.map(|rest| weight * rest);
+                continue;
             }
             for i in 0..BLOCK {
                 let place = match in_time {

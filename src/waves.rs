@@ -132,6 +132,10 @@ pub(crate) struct Centre {
 }
 
 impl Centre {
+    pub const fn new() -> Self {
+        Self { u: 0.0, harmonics: 0, turn: [(1.0, 0.0); ORDERS] }
+    }
+
     /// Cosine and sine of the harmonics.
     pub fn turns(&self) -> &[(f32, f32)] {
         &self.turn[1..=self.harmonics.min(HARMONICS_MAX)]
@@ -198,11 +202,10 @@ impl<'a> Oscillator<'a> {
     }
 
     /// The centre of the block that begins with frame `at`.
-    pub fn centre(&self, at: u32) -> Centre {
+    pub fn centre(&self, at: u32, centre: &mut Centre) {
         let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre);
-        let mut turn = [(1.0, 0.0); ORDERS];
-        multiples(cos_sin(phase), 2 * self.harmonics.min(HARMONICS_MAX), |k, c, s| turn[k] = (c, s));
-        Centre { u: self.abscissa.u(at) + self.half_block, harmonics: self.harmonics, turn }
+        (centre.u, centre.harmonics) = (self.abscissa.u(at) + self.half_block, self.harmonics);
+        multiples(cos_sin(phase), 2 * self.harmonics.min(HARMONICS_MAX), |k, c, s| centre.turn[k] = (c, s));
     }
 
     /// The harmonics frame by frame.
@@ -234,6 +237,13 @@ impl Trigonometric {
     /// Empty sums.
     pub(crate) const fn new() -> Self {
         Self { cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
+    }
+
+    /// Empties what so many harmonics use.
+    pub(crate) fn clear(&mut self, harmonics: usize) {
+        for row in self.cos.iter_mut().chain(&mut self.sin) {
+            row.iter_mut().take(2 * harmonics + 1).for_each(|sum| *sum = 0.0);
+        }
     }
 
     /// Adds a block of which every frame counts.
