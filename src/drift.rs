@@ -115,7 +115,7 @@ fn is_wave(problem: &mut Problem, nu: f32, drift: &Values, nuisances: usize) -> 
         let shape =
             Shape { harmonics: harmonics_below_nyquist(problem.stretch, nu, harmonics), slope: true, nuisances };
         problem.pass(nu, shape.harmonics)?;
-        let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) else { continue };
+        let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape, false) else { continue };
         let more = 2 * (shape.harmonics - 1);
         let paid = if more > 0 { gain_by_chance(problem.levels, more, ONE_IN_A_THOUSAND) } else { 0.0 };
         if gain(problem.levels, drift, &rest, shape.unknowns()) > NO_CURVE + paid {
@@ -134,7 +134,7 @@ fn strongest_low(problem: &mut Problem, peak: f32, nuisances: usize) -> Option<f
         let nu = 0.5 * cycles;
         problem.pass(nu, 1)?;
         let shape = Shape { harmonics: 1, slope: cycles >= CYCLES_FOR_SLOPE, nuisances };
-        if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) {
+        if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape, false) {
             // All against constants; the slopes' own gain has to pay for their unknowns (Schwarz's criterion).
             let slopes = if shape.slope { problem.levels.channels() } else { 0.0 };
             let paid = 0.5 * slopes * libm::logf(problem.levels.frames as f32);

@@ -4,7 +4,7 @@ use crate::levels::Levels;
 use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Block, Stretch};
-use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves, Wing};
+use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves, Wing, Wings};
 use crate::window::Values;
 
 /// Most harmonics, the fundamental included.
@@ -25,17 +25,17 @@ pub struct Moments {
     pub cos: [Row; HARMONICS_MAX],
     /// Sums of y sin(h theta).
     pub sin: [Row; HARMONICS_MAX],
-    /// Sums of v y cos(h theta), v as in [`crate::waves::Weight`].
-    pub v_cos: [Row; HARMONICS_MAX],
-    /// Sums of v y sin(h theta).
-    pub v_sin: [Row; HARMONICS_MAX],
+    /// Sums of u y cos(h theta).
+    pub u_cos: [Row; HARMONICS_MAX],
+    /// Sums of u y sin(h theta).
+    pub u_sin: [Row; HARMONICS_MAX],
 }
 
 impl Moments {
     /// No sums yet; `const`, so that they can live in a static.
     pub const fn new() -> Self {
         let rows = [[0.0; COLUMNS]; HARMONICS_MAX];
-        Self { trigonometric: Trigonometric::new(), cos: rows, sin: rows, v_cos: rows, v_sin: rows }
+        Self { trigonometric: Trigonometric::new(), cos: rows, sin: rows, u_cos: rows, u_sin: rows }
     }
 
     /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
@@ -52,7 +52,7 @@ impl Moments {
         let oscillator = Oscillator::new(stretch, nu, harmonics);
         // Rows of harmonics that are not asked for are left as they were: nobody reads them.
         self.trigonometric.clear(oscillator.harmonics);
-        for rows in [&mut self.cos, &mut self.sin, &mut self.v_cos, &mut self.v_sin] {
+        for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
             rows.iter_mut().take(oscillator.harmonics).for_each(|row| *row = [0.0; COLUMNS]);
         }
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
@@ -64,7 +64,7 @@ impl Moments {
                 self.trigonometric.add_block(&centre, &oscillator);
             } else {
                 oscillator.fill(block.at, &mut waves);
-                self.trigonometric.add_frames(&block, &waves, centre.u, &oscillator);
+                self.trigonometric.add_frames(&block, &waves, oscillator.harmonics);
             }
             for group in 0..TAXELS / GROUP {
                 let first = GROUP * group;
@@ -73,7 +73,7 @@ impl Moments {
                     match in_time {
                         true => {
                             fold(&mut folded, row);
-                            self.add_folded(first, &folded, &oscillator, &centre);
+                            self.add_folded(first, &folded, &oscillator.wings, &centre);
                         }
                         false => {
                             self.add_along(first, &part(&block, &levels.offset, group), &waves, oscillator.harmonics)
@@ -87,7 +87,7 @@ impl Moments {
                 match in_time {
                     true => {
                         fold(&mut folded, |i| columns[i]);
-                        self.add_folded(TAXELS, &folded, &oscillator, &centre);
+                        self.add_folded(TAXELS, &folded, &oscillator.wings, &centre);
                     }
                     false => self.add_along(TAXELS, &columns, &waves, oscillator.harmonics),
                 }
@@ -95,7 +95,7 @@ impl Moments {
         })?;
         // A taxel that takes no part may hold anything, NaN too, and no weight takes that away.
         for c in (0..TAXELS).filter(|c| levels.usable & 1 << c == 0) {
-            for rows in [&mut self.cos, &mut self.sin, &mut self.v_cos, &mut self.v_sin] {
+            for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
                 rows.iter_mut().for_each(|row| row[c] = 0.0);
             }
         }
@@ -103,32 +103,25 @@ impl Moments {
     }
 
     /// A block in time: what is even and odd about its centre meets the harmonics' halves that are.
-    fn add_folded(&mut self, first: usize, folded: &Folded, oscillator: &Oscillator, centre: &Centre) {
+    fn add_folded(&mut self, first: usize, folded: &Folded, wings: &Wings, centre: &Centre) {
         for (h, (c, s)) in centre.turns().iter().enumerate() {
-            self.add_harmonic(first, h, folded, oscillator, [*c, *s, centre.u]);
+            self.add_harmonic(first, h, folded, wings, [*c, *s, centre.u]);
         }
     }
 
     /// One harmonic of that. Apart, so that the compiler does not carry all the columns in registers around
     /// the loop, which it has not enough of.
     #[inline(never)]
-    fn add_harmonic(&mut self, first: usize, h: usize, folded: &Folded, oscillator: &Oscillator, [c, s, u]: [f32; 3]) {
-        let (h, wings) = (h.min(HARMONICS_MAX - 1), &oscillator.wings);
-        let even_half = wing_products::<0>(folded, &wings.cos[h]);
-        let odd_half = wing_products::<1>(folded, &wings.sin[h]);
+    fn add_harmonic(&mut self, first: usize, h: usize, folded: &Folded, wings: &Wings, [c, s, u]: [f32; 3]) {
+        let h = h.min(HARMONICS_MAX - 1);
+        // The distance from the centre is odd: times it, the cosine's half is odd and the sine's even.
+        let [even_half, far_even_half] = wing_products::<0>(folded, &wings.cos[h], &wings.far_sin[h]);
+        let [odd_half, far_odd_half] = wing_products::<1>(folded, &wings.sin[h], &wings.far_cos[h]);
         let (cos, sin) = turn(even_half, odd_half, c, s);
-        let (mut v_cos, mut v_sin) = (cos.map(|cos| u * cos), sin.map(|sin| u * sin));
-        if !oscillator.at_centres {
-            // The distance from the centre is odd: times it, the cosine's half is odd and the sine's even.
-            let far_even_half = wing_products::<0>(folded, &wings.far_sin[h]);
-            let far_odd_half = wing_products::<1>(folded, &wings.far_cos[h]);
-            let (far_cos, far_sin) = turn(far_odd_half, far_even_half, c, s);
-            for k in 0..GROUP {
-                v_cos[k] += far_cos[k];
-                v_sin[k] += far_sin[k];
-            }
-        }
-        self.add_sums(first, h, [cos, sin, v_cos, v_sin]);
+        let (far_cos, far_sin) = turn(far_odd_half, far_even_half, c, s);
+        let u_cos = core::array::from_fn(|k| u * cos[k] + far_cos[k]);
+        let u_sin = core::array::from_fn(|k| u * sin[k] + far_sin[k]);
+        self.add_sums(first, h, [cos, sin, u_cos, u_sin]);
     }
 
     /// A block along a path, where no two are alike.
@@ -147,7 +140,7 @@ impl Moments {
 
     #[inline(always)]
     fn add_sums(&mut self, first: usize, h: usize, sums: [Sums; 4]) {
-        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.v_cos[h], &mut self.v_sin[h]];
+        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.u_cos[h], &mut self.u_sin[h]];
         for (row, sums) in rows.into_iter().zip(sums) {
             let Some(row) = row[first..].first_chunk_mut::<GROUP>() else { return };
             for c in 0..GROUP {
@@ -179,13 +172,14 @@ fn fold(folded: &mut Folded, row: impl Fn(usize) -> Sums) {
     }
 }
 
-/// Sums of columns, even (0) or odd (1), times a function.
+/// Sums of columns, even (0) or odd (1), times two functions.
 #[inline(never)]
-fn wing_products<const PARITY: usize>(folded: &Folded, function: &Wing) -> Sums {
-    let mut sums = [0.0; GROUP];
-    for (row, factor) in folded.iter().zip(function) {
+fn wing_products<const PARITY: usize>(folded: &Folded, first: &Wing, second: &Wing) -> [Sums; 2] {
+    let mut sums = [[0.0; GROUP]; 2];
+    for ((row, first), second) in folded.iter().zip(first).zip(second) {
         for c in 0..GROUP {
-            sums[c] += row[PARITY][c] * factor;
+            sums[0][c] += row[PARITY][c] * first;
+            sums[1][c] += row[PARITY][c] * second;
         }
     }
     sums
@@ -208,7 +202,8 @@ pub(crate) fn part(block: &Block, offset: &Values, group: usize) -> Part {
 }
 
 /// Sums of columns times a function.
-#[inline(always)]
+// Of the slower ways, and called from several: one copy is enough.
+#[inline(never)]
 pub(crate) fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
     let mut sums = [0.0; GROUP];
     for (row, factor) in part.iter().zip(function) {

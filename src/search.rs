@@ -12,7 +12,7 @@ use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, Solution, gain, rest_if_bent};
+use crate::solve::{Shape, Solution, gain, rest};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
 use crate::stretch::{BLOCK, Stretch};
 use crate::window::{Table, Values};
@@ -198,7 +198,8 @@ pub fn search_coarse(
 #[inline(never)]
 fn clearest(shares: &Values, usable: u16) -> u16 {
     let (mut channels, mut left) = (0, usable);
-    for _ in 0..CLEAREST {
+    // Not unrolled: that would take half a kilobyte of flash.
+    for _ in 0..core::hint::black_box(CLEAREST) {
         let (mut best, mut most, mut rest) = (0, -1.0, left);
         while rest != 0 {
             let c = rest.trailing_zeros() as usize % TAXELS;
@@ -249,7 +250,7 @@ pub fn is_bent(problem: &mut Problem) -> Option<bool> {
     let Problem { stretch, levels, nuisances, work, .. } = problem;
     let (shape, nu) = (work.solution.shape, work.solution.nu);
     if stretch.is_in_time() && stretch.frames >= FRAMES_FOR_STEPS {
-        let bent = rest_if_bent(&work.sums, levels, nuisances, &shape);
+        let bent = rest(&work.sums, levels, nuisances, &shape, true);
         let gained = bent.map_or(0.0, |bent| gain(levels, &work.solution.rest, &bent, shape.unknowns() + CURVE));
         return Some(gained > gain_by_chance(levels, CURVE, CURVED));
     }

@@ -215,7 +215,7 @@ fn height(problem: &mut Problem) -> f32 {
     let shape = problem.solution().shape;
     let lean = Shape { harmonics: carried(problem.solution(), problem.levels), ..shape };
     let Problem { levels, nuisances, work, .. } = problem;
-    let rest = rest(&work.sums, levels, nuisances, &lean).unwrap_or(work.solution.rest);
+    let rest = rest(&work.sums, levels, nuisances, &lean, false).unwrap_or(work.solution.rest);
     let unknowns = lean.unknowns();
     gain(levels, &levels.about_mean, &rest, unknowns) - gain_by_chance(levels, unknowns, ONE_IN_A_THOUSAND)
 }
@@ -238,7 +238,7 @@ fn add_slope(problem: &mut Problem) -> Option<()> {
     let Problem { levels, nuisances, work, .. } = problem;
     let (before, nu) = (work.solution.shape, work.solution.nu);
     let shape = Shape { slope: true, ..before };
-    let rest = rest(&work.sums, levels, nuisances, &shape);
+    let rest = rest(&work.sums, levels, nuisances, &shape, false);
     let sloped = rest.is_some_and(|rest| {
         gain(levels, &work.solution.rest, &rest, shape.unknowns()) > gain_by_chance(levels, 1, SLOPE)
     });
@@ -261,7 +261,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
 
     let (mut rest, mut information) = (best.rest, best.information);
     // A small difference of large sums is mostly rounding: then sample by sample.
-    if (0..TAXELS).any(|c| rest[c] < DROWNED * levels.yy[c]) {
+    if is_drowned(&rest, levels) {
         rest = residuals(stretch, levels, nuisances, best)?;
         information *= regained(best, &rest, frames).max(1e-3);
     }
@@ -270,9 +270,9 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
 
     let without = Shape { harmonics: 0, ..best.shape };
-    let mut before = solve::rest(&work.sums, levels, nuisances, &without).unwrap_or(levels.about_mean);
+    let mut before = solve::rest(&work.sums, levels, nuisances, &without, false).unwrap_or(levels.about_mean);
     // Of a baseline that outweighs everything too, or it would seem to leave a tone's worth of rounding.
-    if (0..TAXELS).any(|c| before[c] < DROWNED * levels.yy[c]) {
+    if is_drowned(&before, levels) {
         before = residuals_of_baseline(stretch, levels, nuisances, work, without)?;
     }
     let gained = gain(levels, &before, &rest, best.shape.unknowns());
@@ -315,6 +315,12 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
         };
     }
     Some(fit)
+}
+
+/// Whether what is left of a channel is mostly rounding of what was taken off.
+#[inline(never)]
+fn is_drowned(rest: &Values, levels: &Levels) -> bool {
+    rest.iter().zip(&levels.yy).any(|(rest, yy)| *rest < DROWNED * yy)
 }
 
 /// What the baseline alone leaves, sample by sample.

@@ -107,7 +107,7 @@ fn floor(squares: f32, frames: f32) -> f32 {
 }
 
 /// Fills the lower triangle of the normal equations.
-fn fill(normal: &mut Normal, moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) {
+fn fill(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &Shape) {
     let sums = &moments.trigonometric;
     for (i, row) in normal.lower.iter_mut().enumerate().take(shape.unknowns()) {
         for (j, place) in row.iter_mut().enumerate().take(i + 1) {
@@ -116,7 +116,7 @@ fn fill(normal: &mut Normal, moments: &Moments, levels: &Levels, nuisances: &Nui
                 (Function::Slope, Function::Wave(a)) | (Function::Wave(a), Function::Slope) => {
                     sums.product(Weight::U, a, Wave::One)
                 }
-                (Function::Slope, Function::Slope) => levels.uu,
+                (Function::Slope, Function::Slope) => sums.product(Weight::UU, Wave::One, Wave::One),
                 (Function::Nuisance(k), Function::Nuisance(l)) => nuisances.each[k][l],
                 (Function::Nuisance(k), Function::Slope) | (Function::Slope, Function::Nuisance(k)) => nuisances.u[k],
                 (Function::Nuisance(k), Function::Wave(a)) | (Function::Wave(a), Function::Nuisance(k)) => match a {
@@ -160,29 +160,21 @@ pub fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
     rest
 }
 
-/// Residual sums of squares alone. None if the unknowns cannot be told apart.
-pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Option<Values> {
-    let (mut normal, mut rows) = (Normal::new(shape.unknowns()), [[0.0; TAXELS]; UNKNOWNS]);
-    fill(&mut normal, moments, levels, nuisances, shape);
-    normal.factor()?;
-    right_sides(&mut rows, moments, levels, nuisances, shape);
-    normal.forward_rows(&mut rows);
-    Some(left(levels, &rows, shape.unknowns()))
-}
-
-/// The same with a bend in steps besides ([`crate::levels::Bend`]).
+/// Residual sums of squares alone; `bent`: with a bend in steps besides ([`crate::levels::Bend`]). None if the unknowns
+/// cannot be told apart.
 #[inline(never)]
-pub fn rest_if_bent(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape) -> Option<Values> {
+pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape, bent: bool) -> Option<Values> {
     let (size, sums, bend) = (shape.unknowns(), &moments.trigonometric, &levels.bend);
-    let (mut normal, mut rows) = (Normal::new(size + 2), [[0.0; TAXELS]; UNKNOWNS]);
-    fill(&mut normal, moments, levels, nuisances, shape);
+    let steps = if bent { &[Weight::Second, Weight::Third][..] } else { &[] };
+    let (mut normal, mut rows) = (Normal::new(size + steps.len()), [[0.0; TAXELS]; UNKNOWNS]);
+    fill(&mut normal, moments, nuisances, shape);
     right_sides(&mut rows, moments, levels, nuisances, shape);
-    for (k, weight) in [Weight::Second, Weight::Third].into_iter().enumerate() {
+    for (k, weight) in steps.iter().enumerate() {
         let row = normal.lower.get_mut(size + k)?;
         for (i, place) in row.iter_mut().enumerate().take(size) {
             *place = match shape.function(i) {
                 Function::Wave(Wave::One) => bend.one[k],
-                Function::Wave(a) => sums.product(weight, a, Wave::One),
+                Function::Wave(a) => sums.product(*weight, a, Wave::One),
                 Function::Slope => bend.u[k],
                 // An interferer: next to nothing over whole blocks.
                 Function::Nuisance(_) => 0.0,
@@ -193,7 +185,7 @@ pub fn rest_if_bent(moments: &Moments, levels: &Levels, nuisances: &Nuisances, s
     }
     normal.factor()?;
     normal.forward_rows(&mut rows);
-    Some(left(levels, &rows, size + 2))
+    Some(left(levels, &rows, normal.size))
 }
 
 impl Solution {
@@ -227,7 +219,7 @@ impl Solution {
         let sums = &moments.trigonometric;
         let (size, frames) = (shape.unknowns(), levels.frames as f32);
         let mut normal = Normal::new(size);
-        fill(&mut normal, moments, levels, nuisances, &shape);
+        fill(&mut normal, moments, nuisances, &shape);
         normal.factor()?;
         let Self { unknowns: rows, .. } = self;
         right_sides(rows, moments, levels, nuisances, &shape);
@@ -238,18 +230,18 @@ impl Solution {
             weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
         }
 
-        // d model / d nu is a mixture of v cos(h theta) and v sin(h theta); `across[d]` is what each
+        // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each
         // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
         // solution leaves of each channel.
         let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
         let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
         let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
         for d in 0..waves {
-            let along = if d % 2 == 0 { &moments.v_cos[d / 2] } else { &moments.v_sin[d / 2] };
+            let along = if d % 2 == 0 { &moments.u_cos[d / 2] } else { &moments.u_sin[d / 2] };
             for (i, across) in across[d].iter_mut().enumerate().take(size) {
                 *across = match shape.function(i) {
-                    Function::Wave(b) => sums.product(Weight::V, wave(d), b),
-                    Function::Slope => sums.product(Weight::UV, wave(d), Wave::One),
+                    Function::Wave(b) => sums.product(Weight::U, wave(d), b),
+                    Function::Slope => sums.product(Weight::UU, wave(d), Wave::One),
                     Function::Nuisance(k) => along[TAXELS + k],
                 };
             }
@@ -283,7 +275,7 @@ impl Solution {
             line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
             for e in 0..=d {
                 let common = dot(&across[d][..size], &across[e][..size]);
-                let spread = sums.product(Weight::VV, wave(d), wave(e)) - common;
+                let spread = sums.product(Weight::UU, wave(d), wave(e)) - common;
                 let product = dot(&weighted[d], &factors[e]);
                 let part = if e < d { 2.0 } else { 1.0 } * product * spread;
                 self.information += part;
@@ -322,6 +314,7 @@ const MISFIT: f32 = 1.5;
 
 /// Sums of squares `rest`, left by so many `unknowns` of a channel, over the channels' noise ([`Levels::rough`]): 1 if
 /// they are nothing else. None if the noise is not known.
+#[inline(never)]
 pub fn over_noise(levels: &Levels, rest: &Values, unknowns: usize) -> Option<f32> {
     let freedom = (levels.frames as f32 - unknowns as f32).max(1.0);
     let (mut sum, mut channels) = (0.0, 0.0);

@@ -155,8 +155,13 @@ fn transform_size(frames: usize, most: usize) -> usize {
     let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
     let wanted = if frames <= POINTS_MIN { frames } else { frames + frames / 4 };
     let mut size = POINTS_MIN;
-    while 2 * size <= most && size < wanted {
-        size *= 2;
+    while size < wanted {
+        // In steps of four on the chip: each size of transform takes a kilobyte of flash.
+        let next = if size < POINTS_CHIP { 4 * size } else { 2 * size };
+        if next > most {
+            break;
+        }
+        size = next;
     }
     size
 }

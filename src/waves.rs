@@ -7,34 +7,24 @@ use crate::stretch::{Abscissa, BLOCK, Block, Stretch};
 /// Orders of the sums: products of two harmonics have up to twice the order of either.
 const ORDERS: usize = 2 * HARMONICS_MAX + 1;
 
-/// What a sum is weighted with. `v` is what the derivative by the frequency is taken times: `u`, or, where there are
-/// many blocks, the `u` of a block's centre for all of it, which loses next to nothing and costs half
-/// ([`BLOCKS_FOR_CENTRES`]).
+/// What a sum is weighted with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
     /// 1
     One,
-    /// v
-    V,
-    /// v squared
-    VV,
     /// u
     U,
-    /// u v
-    UV,
+    /// u squared
+    UU,
     /// Second Legendre polynomial of a block's centre, whole blocks only.
     Second,
     /// The third.
     Third,
 }
 
-const WEIGHTS: usize = 7;
+const WEIGHTS: usize = 5;
 /// Those of them that are needed for sums of two harmonics too.
 const OF_PRODUCTS: usize = 3;
-
-/// Blocks in a stretch from which the derivative is taken at their centres. Of N blocks that loses 1 / N^2 of the
-/// information, and leads to within 1 / N of a standard deviation of the maximum.
-const BLOCKS_FOR_CENTRES: u32 = 36;
 
 /// One of the functions a channel is made of, but for a power of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,7 +38,7 @@ pub enum Wave {
 }
 
 /// Sums of the harmonics alone, over the frames that count: weight x cos(k theta) and
-/// weight x sin(k theta) for every [`Weight`], and k = 0 ..= harmonics; with 1, v and v squared up to twice as many.
+/// weight x sin(k theta) for every [`Weight`], and k = 0 ..= harmonics; with 1, u and u squared up to twice as many.
 #[derive(Clone, Debug)]
 pub struct Trigonometric {
     cos: [[f32; ORDERS]; WEIGHTS],
@@ -88,8 +78,6 @@ pub(crate) struct Oscillator<'a> {
     abscissa: Abscissa<'a>,
     phase_0: u32,
     step: u32,
-    /// Whether the derivative is taken at the blocks' centres.
-    pub at_centres: bool,
     /// The harmonics about a block's centre.
     pub wings: Wings,
     /// From a block's first frame to its centre: in `u`, and as a phase.
@@ -173,7 +161,6 @@ impl<'a> Oscillator<'a> {
             abscissa: stretch.abscissa(),
             phase_0: (back as u32).wrapping_neg(),
             step,
-            at_centres: stretch.is_in_time() && stretch.frames >= BLOCKS_FOR_CENTRES * BLOCK as u32,
             wings: Wings::new(),
             half_block: 0.5 * (BLOCK - 1) as f32 * u_step,
             to_centre: (step as u64 * (BLOCK as u64 - 1) / 2) as u32,
@@ -249,41 +236,30 @@ impl Trigonometric {
     /// Adds a block of which every frame counts.
     pub(crate) fn add_block(&mut self, centre: &Centre, oscillator: &Oscillator) {
         let u = centre.u;
-        let far = if oscillator.at_centres { 0.0 } else { 1.0 };
         let [second, third] = legendre(u);
         for (k, (c, s)) in centre.turn.iter().enumerate().take(2 * oscillator.harmonics + 1) {
             let (even, odd, spread) = (oscillator.even[k], oscillator.odd[k], oscillator.spread[k]);
             let (cos, sin) = (even * c, even * s);
-            // d the distance from the centre: of d cos and d sin, of d^2 cos and d^2 sin.
-            let (d_cos, d_sin, dd_cos, dd_sin) = (-odd * s, odd * c, far * spread * c, far * spread * s);
-            let (v_cos, v_sin) = (u * cos + far * d_cos, u * sin + far * d_sin);
-            // v^2 = (u + d)^2 = u (v + d) + d^2.
-            let vv_cos = u * (v_cos + far * d_cos) + dd_cos;
-            let vv_sin = u * (v_sin + far * d_sin) + dd_sin;
-            self.add(0, k, [cos, v_cos, vv_cos], [sin, v_sin, vv_sin]);
+            let (u_cos, u_sin) = (u * cos - odd * s, u * sin + odd * c);
+            // (u + d)^2 = u (u + 2 d) + d^2, d the distance from the centre.
+            let uu_cos = u * (u_cos - odd * s) + spread * c;
+            let uu_sin = u * (u_sin + odd * c) + spread * s;
+            self.add(0, k, [cos, u_cos, uu_cos], [sin, u_sin, uu_sin]);
             if k <= oscillator.harmonics {
-                let (u_cos, u_sin) = (u * cos + d_cos, u * sin + d_sin);
-                let (uv_cos, uv_sin) = (u * (v_cos + d_cos) + dd_cos, u * (v_sin + d_sin) + dd_sin);
-                let cos = [u_cos, uv_cos, second * cos, third * cos];
-                self.add(OF_PRODUCTS, k, cos, [u_sin, uv_sin, second * sin, third * sin]);
+                self.add(OF_PRODUCTS, k, [second * cos, third * cos], [second * sin, third * sin]);
             }
         }
     }
 
-    /// Adds the frames of a block about `centre` that count, one by one.
-    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, centre: f32, oscillator: &Oscillator) {
-        let harmonics = oscillator.harmonics.min(HARMONICS_MAX);
+    /// Adds the frames of a block that count, one by one.
+    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, harmonics: usize) {
         for i in 0..BLOCK {
             if block.valid[i] == 0 {
                 continue;
             }
             let u = waves.u[i];
-            let v = if oscillator.at_centres { centre } else { u };
-            multiples((waves.cos[0][i], waves.sin[0][i]), 2 * harmonics, |k, c, s| {
-                self.add(0, k, [c, v * c, v * v * c], [s, v * s, v * v * s]);
-                if k <= harmonics {
-                    self.add(OF_PRODUCTS, k, [u * c, u * v * c], [u * s, u * v * s]);
-                }
+            multiples((waves.cos[0][i], waves.sin[0][i]), 2 * harmonics.min(HARMONICS_MAX), |k, c, s| {
+                self.add(0, k, [c, u * c, u * u * c], [s, u * s, u * u * s]);
             });
         }
     }
