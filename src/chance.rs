@@ -1,4 +1,5 @@
-//! What noise alone reaches: the limits of every test in the fit.
+//! What noise alone reaches: the limits of every test in the fit. Called from many places, seldom: never inlined, for
+//! flash's sake.
 
 use crate::levels::Levels;
 
@@ -7,6 +8,7 @@ pub const ONE_IN_A_THOUSAND: f32 = 3.09;
 
 /// Point of a chi-square distribution by the normal deviate of the same tail (Wilson and Hilferty's
 /// cube; off by under 1 % from two degrees of freedom on).
+#[inline(never)]
 pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
     let cube = 1.0 - 2.0 / (9.0 * degrees) + deviate * libm::sqrtf(2.0 / (9.0 * degrees));
     degrees * cube * cube * cube
@@ -16,6 +18,7 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
 /// thousand times: two degrees of freedom for each channel. The unit is measured itself, with what so many
 /// `unknowns` of a channel leave of its frames, and so each channel's share is a Fisher distribution's; its
 /// mean and variance are those of a chi-square of fewer degrees in a larger unit.
+#[inline(never)]
 pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
     let freedom = (levels.frames as f32 - unknowns as f32).max(5.0);
     let unit = freedom * freedom / ((freedom - 2.0) * (freedom - 4.0));
@@ -27,6 +30,7 @@ pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
 /// chi-square point of `unknowns` degrees of freedom at one hundredth over the number of tries. A search
 /// between the frequencies of a transform counts for twice as many of them, and the number of harmonics and
 /// the place of the fundamental are chosen too: four tries a frame.
+#[inline(never)]
 pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
     // Normal deviate of the tail, by Mills' ratio.
     let tail = 0.01 / (4.0 * frames as f32);
@@ -36,6 +40,7 @@ pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
 }
 
 /// The same for `unknowns` more in every channel, at one frequency, exceeded as often as the normal `deviate`.
+#[inline(never)]
 pub fn gain_by_chance(levels: &Levels, unknowns: usize, deviate: f32) -> f32 {
     0.5 * chi_square_point(unknowns as f32 * levels.channels(), deviate)
 }

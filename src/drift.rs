@@ -66,8 +66,10 @@ fn on_a_drift(problem: &mut Problem, place: Place) -> Option<Option<(Line, Value
     if !problem.descend(peak, shape, LINE_STEPS, LINE_CLOSE)? {
         return Some(None);
     }
-    let line = Line { nu: problem.solution().nu, slope: true, curve: Curve::Bent, suspects: [true; 2] };
-    Some(Some((line, problem.solution().rest)))
+    let nu = problem.solution().nu;
+    let line = Line { nu, slope: true, curve: Curve::Bent, suspects: [true; 2] };
+    // Below that the line is what a bent curve leaves of a steeper one.
+    Some((2.0 * nu >= CYCLES_FOR_SLOPE).then_some((line, problem.solution().rest)))
 }
 
 /// What the likeliest drift leaves of the channels, if there were no tone. The inner None says that there is not enough

@@ -227,6 +227,7 @@ impl<'a> Stretch<'a> {
 
     /// `nu` from which harmonics are too close to half the frame rate to be told from their images; along a
     /// path, at its mean speed.
+    #[inline(never)]
     pub(crate) fn nu_most(&self) -> f32 {
         let way = match self.abscissa {
             Abscissa::Time { .. } => 2.0,
