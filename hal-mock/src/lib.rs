@@ -74,11 +74,15 @@ pub mod chip;
 mod random;
 pub mod rig;
 pub mod scene;
+pub mod scene_file;
 pub mod sliding;
 pub mod trace;
 
 pub use chip::{Ads1258, Analog, ChopInternal, Counters, Options, Poison};
 pub use rig::Rig;
 pub use scene::{Constant, Noisy, Scene};
-pub use sliding::{ParameterError, Sliding, SlidingScene, TABLE_2, Truth};
+pub use scene_file::{SceneFileError, load_scene, parse_scene};
+pub use sliding::{
+    Finger, Hand, Kelvin, KelvinBody, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
+};
 pub use trace::{Table, Trace, TraceError, write_csv};
