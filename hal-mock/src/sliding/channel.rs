@@ -40,6 +40,13 @@ pub struct Pattern {
 }
 
 impl Pattern {
+    /// The difference of two patterns of as many harmonics.
+    pub(crate) fn less(&self, other: &Self) -> Self {
+        let pairs = self.tone.iter().zip(&other.tone);
+        let tone = pairs.map(|(a, b)| Harmonic { cos_v: a.cos_v - b.cos_v, sin_v: a.sin_v - b.sin_v });
+        Self { mean_v: self.mean_v - other.mean_v, tone: tone.collect() }
+    }
+
     /// Volts at a place, which is given in turns: millimetres over the spatial period.
     pub(crate) fn volts(&self, turns: f64) -> f64 {
         // Whole turns taken off first: sines of small arguments, whatever the distance.

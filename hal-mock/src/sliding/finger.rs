@@ -44,12 +44,16 @@ pub struct Finger {
     pub force_n: f64,
     /// Overshoot of the force at the touch, relative to it, >= 0. Default 0.6: plausible.
     pub overshoot: f64,
-    /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible. It makes the units at the
-    /// grating's leading edge the stronger ones.
+    /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
-    /// Length of the contact along the slide in mm, > 0. Default 5: the array and a little more; plausible.
+    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of `contact_mm`: the round
+    /// cover leans over. With the drag itself it makes the units at the grating's leading edge the stronger ones, as in
+    /// the paper (section 5). Default 0.5: plausible.
+    pub lean_mm: f64,
+    /// Length of the contact along the slide in mm, > 0, more than a groove's width. Default 8: plausible. Its ends pull
+    /// the units' phases together: the shorter it is the more.
     pub contact_mm: f64,
-    /// Change of a piezoresistor in resistance, relative, per unit of shear at its depth, > 0. Default 0.1: it makes
+    /// Change of a piezoresistor in resistance, relative, per unit of shear at its depth, > 0. Default 0.2: it makes
     /// tones of some millivolts; plausible.
     pub sensitivity: f64,
     /// The same for normal strain, relative to that for shear, >= 0. Default 0.5: plausible.
@@ -82,8 +86,9 @@ impl Default for Finger {
             force_n: 1.0,
             overshoot: 0.6,
             friction: 0.5,
-            contact_mm: 5.0,
-            sensitivity: 0.1,
+            lean_mm: 0.5,
+            contact_mm: 8.0,
+            sensitivity: 0.2,
             normal_share: 0.5,
             spread: 0.15,
             supply_v: 5.0,
@@ -95,7 +100,7 @@ impl Default for Finger {
     }
 }
 
-/// Harmonics of a channel. Beyond the 24th they are below a ten thousandth of the fundamental for the paper's gratings.
+/// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings.
 const HARMONICS: usize = 24;
 
 /// Points at which the integral over the contact is taken; its error falls below what an `f64` of volts shows.
@@ -115,7 +120,7 @@ impl Finger {
         0.5 * self.resistor_ohm * self.capacitor_uf * 1e-6
     }
 
-    pub(super) fn rules(&self) -> [(&'static str, f64, Range); 18] {
+    pub(super) fn rules(&self) -> [(&'static str, f64, Range); 19] {
         [
             ("depth_mm", self.depth_mm, Range::Positive),
             ("modulus_mpa", self.modulus_mpa, Range::Positive),
@@ -127,6 +132,7 @@ impl Finger {
             ("overshoot", self.overshoot, Range::NotNegative),
             ("friction", self.friction, Range::NotNegative),
             ("contact_mm", self.contact_mm, Range::Positive),
+            ("lean_mm", self.lean_mm, Range::UpTo(0.5 * self.contact_mm, "contact_mm / 2")),
             ("sensitivity", self.sensitivity, Range::Positive),
             ("normal_share", self.normal_share, Range::NotNegative),
             ("spread", self.spread, Range::Between(0.0, 0.99)),
@@ -140,11 +146,12 @@ impl Finger {
 
     /// All channels under a scene's grating.
     pub(crate) fn channels(&self, scene: &Sliding) -> [Channel; INPUTS] {
+        let (slip, lean_mm) =
+            if scene.reverse { (-self.friction, -self.lean_mm) } else { (self.friction, self.lean_mm) };
         let columns = [-0.5, 0.5].map(|pitches| {
-            let [pressed, dragged] = [Material::pressed as fn(_, _, _) -> _, Material::dragged];
-            [pressed, dragged].map(|strain| self.series(scene, pitches * PITCH_MM, strain))
+            let at_mm = pitches * PITCH_MM;
+            [self.series(scene, at_mm, 0.0, 0.0), self.series(scene, at_mm, slip, lean_mm)]
         });
-        let slip = if scene.reverse { -self.friction } else { self.friction };
         let mut random = Random::new(self.finger_seed, Stream::Skin);
         std::array::from_fn(|input| {
             // Piezoresistors 1 and 3 are on opposite sides of the mesa: shear tilts it and stretches one of them while
@@ -156,22 +163,16 @@ impl Finger {
             // Of the divider's voltage, per relative change of one of its two all but equal resistors.
             let volts = 0.25 * self.supply_v * gain;
             let felt = |strain: Strain| volts * (tilt * strain.shear + self.normal_share * strain.normal);
-            let [pressed, dragged] = &columns[(input / 4) % 2];
-            let drag = pattern(dragged, |strain| slip * felt(strain));
-            let mut sliding = pattern(pressed, felt);
-            sliding.mean_v += drag.mean_v;
-            for (whole, part) in sliding.tone.iter_mut().zip(&drag.tone) {
-                whole.cos_v += part.cos_v;
-                whole.sin_v += part.sin_v;
-            }
-            let mut channel = Channel { offset_v, sliding, drag, spike_v: 0.0 };
+            let [resting, sliding] = columns[(input / 4) % 2].each_ref().map(|series| pattern(series, felt));
+            let mut channel = Channel { offset_v, drag: sliding.less(&resting), sliding, spike_v: 0.0 };
             channel.spike_v = self.overshoot * channel.loaded_v(scene.start_mm / scene.period_mm, 0.0);
             channel
         })
     }
 
-    /// The series of strain at a sensor `at_mm` ahead of the middle of the contact.
-    fn series(&self, scene: &Sliding, at_mm: f64, strain: fn(Material, f64, f64) -> Strain) -> Series {
+    /// The series of strain at a sensor `at_mm` ahead of the middle of the array, under a pressure whose middle is at
+    /// `lean_mm` and which drags by `slip` times its strength.
+    fn series(&self, scene: &Sliding, at_mm: f64, slip: f64, lean_mm: f64) -> Series {
         let material = Material { modulus_mpa: self.modulus_mpa, poisson: self.poisson };
         let (half_mm, step_mm) = (0.5 * self.contact_mm, self.contact_mm / f64::from(POINTS));
         // A round contact as Hertz has it, summed up across: a parabola along, and as wide on the average as a circle.
@@ -179,10 +180,13 @@ impl Finger {
         let turn = TAU / scene.period_mm;
         let mut series = Series::default();
         for point in 0..POINTS {
-            let s_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
-            let load = peak_n_mm * (1.0 - (s_mm / half_mm) * (s_mm / half_mm)) * step_mm;
-            let unit = strain(material, at_mm - s_mm, self.depth_mm);
-            let (normal, shear) = (load * unit.normal, load * unit.shear);
+            let off_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
+            let s_mm = lean_mm + off_mm;
+            let load = peak_n_mm * (1.0 - (off_mm / half_mm) * (off_mm / half_mm)) * step_mm;
+            let pressed = material.pressed(at_mm - s_mm, self.depth_mm);
+            let dragged = material.dragged(at_mm - s_mm, self.depth_mm);
+            let normal = load * (pressed.normal + slip * dragged.normal);
+            let shear = load * (pressed.shear + slip * dragged.shear);
             for (h, (real, imaginary)) in series.iter_mut().enumerate() {
                 let profile = if h == 0 { 1.0 } else { 2.0 * sinc(h as f64 * PI * scene.ridge_mm / scene.period_mm) };
                 let (sin, cos) = libm::sincos(h as f64 * turn * s_mm);

@@ -134,7 +134,10 @@ impl Sliding {
                 ("ridge_mm", self.ridge_mm, Range::Positive),
                 ("ridge_mm", self.ridge_mm, Range::Below(self.period_mm, "period_mm")),
             ])?;
-            check_all(&finger.rules())
+            check_all(&finger.rules())?;
+            // Otherwise there are moments in which no ridge carries the load.
+            let most_mm = finger.contact_mm + self.ridge_mm;
+            check_all(&[("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm"))])
         })
     }
 }
