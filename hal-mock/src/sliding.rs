@@ -170,8 +170,8 @@ impl SlidingScene {
         if self.parameters.reverse { -1.0 } else { 1.0 }
     }
 
-    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter: what an elastic skin in front
-    /// of an ideal bridge would give. Inputs above 15 are at 0 V.
+    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter: what an elastic skin in
+    /// front of an ideal bridge would give. Inputs above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
         self.channels.get(usize::from(input)).map_or(0.0, |channel| channel.offset_v + self.elastic_v(channel, t_s))
     }

@@ -108,9 +108,12 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {
+    let scene = args.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+    if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
+        bail!("a hand has no one speed to compare with: use `ridgetone emulate --scene`");
+    }
     let elf = image(&args.firmware)?;
     let mut progress = Progress::default();
-    let scene = args.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
     let demo = demo::run(scene.unwrap_or_default(), firmware(&args.firmware, &elf), &mut |done_s, total_s| {
         progress.tell(done_s, total_s)
     });

@@ -16,6 +16,7 @@ const OVERLOAD: f64 = 1.06;
 
 /// Where the voltages come from.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one of them at a time")]
 pub enum Source {
     /// A grating slid over the finger.
     Scene(Sliding),

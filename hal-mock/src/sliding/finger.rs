@@ -50,8 +50,8 @@ pub struct Finger {
     /// cover leans over. With the drag itself it makes the units at the grating's leading edge the stronger ones, as in
     /// the paper (section 5). Default 0.5: plausible.
     pub lean_mm: f64,
-    /// Length of the contact along the slide in mm, > 0, more than a groove's width. Default 8: plausible. Its ends pull
-    /// the units' phases together: the shorter it is the more.
+    /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8: plausible. Its ends
+    /// pull the units' phases together: the shorter it is the more.
     pub contact_mm: f64,
     /// Change of a piezoresistor in resistance, relative, per unit of shear at its depth, > 0. Default 0.2: it makes
     /// tones of some millivolts; plausible.

@@ -96,7 +96,6 @@ impl Sliding {
 
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
-        let ripples = f64::from(u8::from(s.ripple_percent > 0.0));
         let rules = [
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
             ("period_mm", self.period_mm, Range::Positive),
@@ -112,7 +111,7 @@ impl Sliding {
             ("snr_db", self.snr_db.unwrap_or(0.0), Range::Any),
             ("speed_error_percent", s.speed_error_percent, Range::Between(-99.0, 1000.0)),
             ("ripple_percent", s.ripple_percent, Range::Between(0.0, 99.0)),
-            ("ripple_hz", s.ripple_hz.max(1.0 - ripples), Range::Positive),
+            ("ripple_hz", s.ripple_hz, Range::Positive),
             ("clock_error_ppm", self.converter.clock_error_ppm, Range::Between(-1e4, 1e4)),
         ];
         check_all(&rules)?;
