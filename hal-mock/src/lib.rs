@@ -6,7 +6,8 @@
 //!
 //! # The rooms, in the order of a signal
 //! - [`scene`]: volts as a function of input and time; constants and added noise.
-//! - [`sliding`]: the scene of the paper's protocol, with its truth.
+//! - [`sliding`]: the scene of the paper's protocol, with its truth: plain channels, or a physical finger.
+//! - [`scene_file`]: such a scene from a short TOML file.
 //! - [`trace`]: scenes from and to CSV.
 //! - [`chip`]: the ADS1258.
 //! - [`rig`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock.
@@ -44,6 +45,17 @@
 //!
 //! A conversion uses the settings it began with; a register write acts on the next one.
 //!
+//! A [`Finger`] is modelled after Oddo et al., *Artificial Roughness Encoding with a Bio-inspired MEMS-based Tactile
+//! Sensor Array*, Sensors 9 (2009), and Moy et al., *Human Psychophysics for Teletaction System Design*:
+//! - 2 x 2 units at 2.3 mm, four piezoresistors each, of which 1 and 3 respond to shear with opposite signs;
+//! - the strain that line loads, normal and tangential, make at the sensors' depth in an elastic half plane: overtones,
+//!   phases between units and the cover's low-pass follow from the grating's geometry;
+//! - creep as a Kelvin body; friction, and with it the stronger leading edge;
+//! - the bridge's offset, its RC pole of 388 Hz, its thermal noise. What is faster than half the frame rate aliases.
+//!
+//! Between units the phase is that of the pitch only under a long contact. The load falls off towards its ends and
+//! pulls the units' views together: by 0.24 rad under 8 mm, by up to 0.9 rad under 5 mm.
+//!
 //! # Where the sources do not say
 //! A driver must not rely on these; they can be chosen: DOUT where it is undefined ([`Poison`]), CHID in fixed-channel
 //! mode, what CHOP does to the readings it excludes ([`ChopInternal`]), whether DLY delays the first conversion, how
@@ -56,16 +68,24 @@
 //! # Not modelled
 //! - The filter's frequency response: each conversion is one sample at the middle of the aperture, so everything up to
 //!   any frequency aliases; unsettled results after an input step in fixed-channel mode.
-//! - The signal path: the RC filter of the board (390 Hz), source impedance, multiplexer settling and crosstalk,
-//!   sensor bias current (SBCS), integral nonlinearity, drift, input range limits of the pins, analogue overload
-//!   recovery.
+//! - The signal path: the RC filter of the board (a [`Finger`] has one), source impedance, multiplexer settling and
+//!   crosstalk, sensor bias current (SBCS), integral nonlinearity, drift, input range limits of the pins, analogue
+//!   overload recovery.
 //! - Electrical timing: SCLK against tCLK, CS set-up and hold, the width of RESET pulses, SPI modes other than 0,
 //!   anything finer than a byte (a byte acts at its first SCLK; a frame cut within a byte; an SCLK so slow that the
 //!   time-out strikes within a byte).
 //! - Power: PWDN, supply ramps, currents; CLKSEL and CLKENB pins and crystal start-up; jitter and drift of the clock.
 //! - The ADS1158 (16 bits).
-//! - In the sliding scene: acceleration, stick and slip, skin dynamics, fingerprints, creep, temperature, contact
-//!   geometry; the numbers of its channels are plausible, not measured.
+//! - In plain sliding scenes (drawn channels): everything but the protocol. The numbers of their channels are
+//!   plausible, not measured, as are those of the [`Finger`] that say so.
+//! - Of the [`Finger`]: whatever is not linear (large strain, a contact that grows with the load, ridges that sink in
+//!   up to the groove's floor, the bridge's 0.5 % of distortion); the stiff chip under the cover (it is a half plane),
+//!   the thin film on it, its end; the round shape but for the contact's length and lean; anything that varies across
+//!   the motion; stick and slip, waves, fingerprints; temperature, wear. A ridge presses evenly over its width,
+//!   and what it carries depends on its place in the contact alone: the force's control does not follow the ridges that
+//!   come and go, which changes the whole force by some percent. Friction follows the speed at once, and
+//!   what it makes on the way back is the opposite of what it makes on the way out.
+//! - Of the stimulator: errors of place, vibration, a tilted grating. Its ripple is a single sine in time.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -74,11 +94,15 @@ pub mod chip;
 mod random;
 pub mod rig;
 pub mod scene;
+pub mod scene_file;
 pub mod sliding;
 pub mod trace;
 
 pub use chip::{Ads1258, Analog, ChopInternal, Counters, Options, Poison};
 pub use rig::Rig;
 pub use scene::{Constant, Noisy, Scene};
-pub use sliding::{ParameterError, Sliding, SlidingScene, TABLE_2, Truth};
+pub use scene_file::{SceneFileError, load_scene, parse_scene};
+pub use sliding::{
+    Finger, Hand, Kelvin, KelvinBody, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
+};
 pub use trace::{Table, Trace, TraceError, write_csv};

@@ -12,6 +12,7 @@ pub(crate) enum Stream {
     Poison = 2,
     SceneNoise = 3,
     Skin = 4,
+    Stimulator = 5,
 }
 
 /// A seeded generator with one spare Gaussian number (Box and Muller's come in pairs).

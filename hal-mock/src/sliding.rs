@@ -1,15 +1,28 @@
-//! The simplest scene of the paper's protocol: a grating is pressed on the finger, slides, and is lifted.
+//! The paper's protocol as a scene: a grating is pressed on the finger, slides, and is lifted.
 //!
-//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. What the channels look like
-//! (amplitudes, spikes, overtones) is not in the paper as numbers; the values here are plausible, not measured.
+//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. What the channels look like is either
+//! drawn at random around plausible values, so that tests know the tone exactly, or comes out of geometry, elasticity
+//! and friction ([`Finger`]); then creep and the bridge's filter follow, and the noise of both.
 
-mod skin;
+mod channel;
+mod drawn;
+mod finger;
+mod kelvin;
+mod line_load;
+mod motion;
+mod parameters;
 
-pub use skin::{Channel, HARMONICS};
+pub use channel::{Channel, Harmonic, Pattern};
+pub use drawn::HARMONICS;
+pub use finger::Finger;
+pub use kelvin::{Kelvin, KelvinBody};
+pub use motion::{Hand, Stimulator};
+pub use parameters::{Converter, ParameterError, Sliding};
 
 use crate::random::{Random, Stream};
 use crate::scene::{INPUTS, Scene};
-use skin::skin;
+use kelvin::Lag;
+use motion::Motion;
 
 /// Speed in mm/s and spatial period in mm of the paper's ten combinations C1 to C10, in the order of its table 3.
 pub const TABLE_2: [(f64, f64); 10] = [
@@ -25,64 +38,17 @@ pub const TABLE_2: [(f64, f64); 10] = [
     (48.0, 2.6),
 ];
 
+/// Pitch of the units along the sliding direction in mm (paper, section 2.1).
+const PITCH_MM: f64 = 2.3;
 /// Seconds from touch to the full load and the spike's peak, and from the beginning of the release to its end.
 const RISE_S: f64 = 0.010;
 /// Seconds in which the spike decays to 1/e.
 const DECAY_S: f64 = 0.040;
-
-/// Parameters of a [`SlidingScene`]; the defaults are the paper's protocol at 30 mm/s and 3.6 mm with 20 dB.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sliding {
-    /// Speed of the grating in mm/s, > 0.
-    pub speed_mm_s: f64,
-    /// Spatial period of the grating in mm, > 0.
-    pub period_mm: f64,
-    /// Distance slid in mm, > 0.
-    pub slide_mm: f64,
-    /// Phase A, before the touch, in seconds, >= 0.
-    pub idle_s: f64,
-    /// Phase B, from the spike's peak to the beginning of the slide, in seconds, >= 0.
-    pub hold_before_s: f64,
-    /// Phase D, from the end of the slide to the release, in seconds, >= 0.
-    pub hold_after_s: f64,
-    /// Phase E, from the beginning of the release to the end, in seconds, >= 0.
-    pub release_idle_s: f64,
-    /// 10 log10 of the tone's mean power over the noise's: mean over channels of A^2 / 2, with the fundamental's
-    /// amplitude A, over sigma^2, the same on all channels, per reading. `None`: no noise.
-    pub snr_db: Option<f64>,
-    /// Amplitudes of the 2nd, 3rd and 4th harmonic relative to the fundamental; 0 leaves one out.
-    pub overtones: [f64; HARMONICS - 1],
-    /// Varies gains, phases and offsets mildly, and the noise.
-    pub seed: u64,
-}
-
-impl Default for Sliding {
-    fn default() -> Self {
-        Self {
-            speed_mm_s: 30.0,
-            period_mm: 3.6,
-            slide_mm: 60.0,
-            idle_s: 0.5,
-            hold_before_s: 1.0,
-            hold_after_s: 1.0,
-            release_idle_s: 0.5,
-            snr_db: Some(20.0),
-            overtones: [0.4, 0.2, 0.1],
-            seed: 1,
-        }
-    }
-}
-
-/// A parameter of [`Sliding`] that is out of its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {value}: must be finite and {wanted}")]
-pub struct ParameterError {
-    /// Field of [`Sliding`].
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    wanted: &'static str,
-}
+/// Speed in mm/s at which friction has three quarters of its full strength; plausible.
+const SLIP_MM_S: f64 = 1.0;
+/// Longest step in seconds in which creep and filter advance, a quarter of the filter's time constant. A tone of 100 Hz
+/// is off by 0.03 % for it.
+const STEP_S: f64 = 1e-4;
 
 /// What a scene's signals were made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,20 +61,34 @@ pub struct Truth {
     pub slide_end_s: f64,
     /// Beginning of the release in seconds.
     pub release_s: f64,
-    /// The tone: speed over period, in hertz.
+    /// The tone: speed over period, in hertz. With the stimulator's error of the mean speed, without its ripple; of a
+    /// hand that of its greatest speed.
     pub frequency_hz: f64,
     /// End of the scene in seconds.
     pub end_s: f64,
 }
 
-/// The scene. The tone is a function of the position of the grating, so all signals are continuous.
+/// The scene. The tone is a function of the position of the grating, so all signals are continuous where the speed is
+/// finite.
 #[derive(Clone, Debug)]
 pub struct SlidingScene {
     parameters: Sliding,
     truth: Truth,
+    motion: Motion,
     channels: [Channel; INPUTS],
+    /// What comes after the skin's elasticity; drawn channels have none.
+    delays: Option<[Delay; INPUTS]>,
     noise_v: f64,
     random: Random,
+}
+
+/// Creep and filter of one channel, and how far they have come.
+#[derive(Clone, Copy, Debug)]
+struct Delay {
+    at_s: f64,
+    skin: KelvinBody,
+    filter: Lag,
+    filtered_v: f64,
 }
 
 impl SlidingScene {
@@ -117,25 +97,41 @@ impl SlidingScene {
     /// # Errors
     /// Names the first parameter that is not finite or out of the range its documentation gives.
     pub fn new(parameters: Sliding) -> Result<Self, ParameterError> {
-        check(&parameters)?;
-        let Sliding { speed_mm_s, period_mm, .. } = parameters;
+        parameters.check()?;
+        let Sliding { speed_mm_s, slide_mm, stimulator, finger, seed, .. } = parameters;
+        let mut run = Random::new(seed, Stream::Stimulator);
+        let (motion, jitter_s) = match parameters.hand {
+            Some(hand) => (Motion::Hand(hand), 0.0),
+            None => (
+                Motion::steady(speed_mm_s, slide_mm, stimulator, run.uniform()),
+                stimulator.onset_jitter_s * run.symmetric(),
+            ),
+        };
         let contact_s = parameters.idle_s + RISE_S;
-        let slide_start_s = contact_s + parameters.hold_before_s;
-        let slide_end_s = slide_start_s + parameters.slide_mm / speed_mm_s;
+        let slide_start_s = contact_s + parameters.hold_before_s + jitter_s;
+        let slide_end_s = slide_start_s + motion.duration_s();
         let release_s = slide_end_s + parameters.hold_after_s;
         let truth = Truth {
             contact_s,
             slide_start_s,
             slide_end_s,
             release_s,
-            frequency_hz: speed_mm_s / period_mm,
+            frequency_hz: motion.tone_speed_mm_s() / parameters.period_mm,
             end_s: release_s + parameters.release_idle_s,
         };
-        let channels = skin(period_mm, parameters.overtones, parameters.seed);
-        let power = channels.iter().map(|c| c.amplitude_v * c.amplitude_v / 2.0).sum::<f64>() / INPUTS as f64;
-        let noise_v = parameters.snr_db.map_or(0.0, |db| libm::sqrt(power / libm::pow(10.0, db / 10.0)));
-        let random = Random::new(parameters.seed, Stream::SceneNoise);
-        Ok(Self { parameters, truth, channels, noise_v, random })
+        let channels = match &finger {
+            Some(finger) => finger.channels(&parameters),
+            None => drawn::channels(parameters.period_mm, parameters.overtones, seed),
+        };
+        let delays = finger.map(|finger| {
+            let (skin, filter) = (finger.skin().body(), Lag::new(finger.filter_s()));
+            [Delay { at_s: 0.0, skin, filter, filtered_v: 0.0 }; INPUTS]
+        });
+        let power = channels.iter().map(|c| c.amplitude_v() * c.amplitude_v() / 2.0).sum::<f64>() / INPUTS as f64;
+        let own_v = finger.map_or(0.0, |finger| 1e-6 * finger.noise_uv);
+        let noise_v = parameters.snr_db.map_or(own_v, |db| libm::sqrt(power / libm::pow(10.0, db / 10.0)));
+        let random = Random::new(seed, Stream::SceneNoise);
+        Ok(Self { parameters, truth, motion, channels, delays, noise_v, random })
     }
 
     /// What the signals were made from.
@@ -158,19 +154,57 @@ impl SlidingScene {
         self.noise_v
     }
 
-    /// Position of the grating in mm: 0 before the slide, constant after it.
+    /// Position of the grating in mm: where a ridge is, ahead of the middle of the contact. Constant before and after
+    /// the slide.
     pub fn position_mm(&self, t_s: f64) -> f64 {
-        (self.parameters.speed_mm_s * (t_s - self.truth.slide_start_s)).clamp(0.0, self.parameters.slide_mm)
+        let slid_mm = self.motion.place_mm(t_s - self.truth.slide_start_s);
+        self.parameters.start_mm + self.direction() * slid_mm
     }
 
-    /// Volts on AIN`input` without the noise. Inputs above 15 are at 0 V.
+    /// Speed of the grating in mm/s, negative against the direction of units 2 and 4.
+    pub fn speed_mm_s(&self, t_s: f64) -> f64 {
+        self.direction() * self.motion.speed_mm_s(t_s - self.truth.slide_start_s)
+    }
+
+    fn direction(&self) -> f64 {
+        if self.parameters.reverse { -1.0 } else { 1.0 }
+    }
+
+    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter: what an elastic skin in
+    /// front of an ideal bridge would give. Inputs above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
-        let Some(channel) = self.channels.get(usize::from(input)) else { return 0.0 };
+        self.channels.get(usize::from(input)).map_or(0.0, |channel| channel.offset_v + self.elastic_v(channel, t_s))
+    }
+
+    /// Volts over the offset.
+    fn elastic_v(&self, channel: &Channel, t_s: f64) -> f64 {
         let load = self.load(t_s);
-        // Without contact there is no tone either.
-        channel.offset_v
-            + load * (channel.load_v + channel.tone_v(self.position_mm(t_s)))
-            + channel.spike_v * self.spike(t_s)
+        let pressed_v = if load > 0.0 {
+            let drag = libm::tanh(self.motion.speed_mm_s(t_s - self.truth.slide_start_s) / SLIP_MM_S);
+            // Without contact there is no tone either.
+            load * channel.loaded_v(self.position_mm(t_s) / self.parameters.period_mm, drag)
+        } else {
+            0.0
+        };
+        pressed_v + channel.spike_v * self.spike(t_s)
+    }
+
+    /// Lets a channel's creep and filter go on to `t_s` and gives the volts over the offset.
+    fn delayed_v(&self, channel: &Channel, mut delay: Delay, t_s: f64) -> Delay {
+        let steps = libm::ceil((t_s - delay.at_s) / STEP_S);
+        if steps < 1.0 {
+            return delay;
+        }
+        let (from_s, step_s) = (delay.at_s, (t_s - delay.at_s) / steps);
+        let (mut elastic_v, mut crept_v) = (self.elastic_v(channel, from_s), delay.skin.deformation());
+        for step in 1..=steps as u64 {
+            let next_v = self.elastic_v(channel, from_s + step as f64 * step_s);
+            let next_crept_v = delay.skin.advance(step_s, elastic_v, next_v);
+            delay.filtered_v = delay.filter.advance(step_s, crept_v, next_crept_v);
+            (elastic_v, crept_v) = (next_v, next_crept_v);
+        }
+        delay.at_s = t_s;
+        delay
     }
 
     /// Normal load relative to the hold's: a step on with the touch, a step off with the release.
@@ -188,7 +222,20 @@ impl SlidingScene {
 impl Scene for SlidingScene {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
         let noise_v = if self.noise_v > 0.0 { self.noise_v * self.random.gaussian() } else { 0.0 };
-        self.clean_volts(input, t_s) + noise_v
+        let at = usize::from(input);
+        let before = self.delays.as_ref().and_then(|delays| delays.get(at)).copied();
+        let clean_v = match before.zip(self.channels.get(at)) {
+            Some((delay, channel)) => {
+                let delay = self.delayed_v(channel, delay, t_s);
+                let volts = channel.offset_v + delay.filtered_v;
+                if let Some(delays) = &mut self.delays {
+                    delays[at] = delay;
+                }
+                volts
+            }
+            None => self.clean_volts(input, t_s),
+        };
+        clean_v + noise_v
     }
 
     fn end_s(&self) -> f64 {
@@ -199,28 +246,4 @@ impl Scene for SlidingScene {
 /// From 0 to 1 along half a cosine while `x` goes from 0 to 1.
 fn step(x: f64) -> f64 {
     0.5 - 0.5 * libm::cos(core::f64::consts::PI * x.clamp(0.0, 1.0))
-}
-
-fn check(p: &Sliding) -> Result<(), ParameterError> {
-    let positive = [("speed_mm_s", p.speed_mm_s), ("period_mm", p.period_mm), ("slide_mm", p.slide_mm)];
-    if let Some(&(name, value)) = positive.iter().find(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-        return Err(ParameterError { name, value, wanted: "greater than 0" });
-    }
-    let [second, third, fourth] = p.overtones;
-    let not_negative = [
-        ("idle_s", p.idle_s),
-        ("hold_before_s", p.hold_before_s),
-        ("hold_after_s", p.hold_after_s),
-        ("release_idle_s", p.release_idle_s),
-        ("overtones[0]", second),
-        ("overtones[1]", third),
-        ("overtones[2]", fourth),
-    ];
-    if let Some(&(name, value)) = not_negative.iter().find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
-        return Err(ParameterError { name, value, wanted: "not negative" });
-    }
-    match p.snr_db {
-        Some(value) if !value.is_finite() => Err(ParameterError { name: "snr_db", value, wanted: "a number" }),
-        _ => Ok(()),
-    }
 }

@@ -100,7 +100,7 @@ pub fn run(elf: &Path, rivals_elf: &Path, firmware: Option<&Path>, flash_bytes: 
 
 /// The most stack that the firmware has in use over the default scene, by its own measure.
 fn stack(firmware: &Path) -> Result<Stack> {
-    let outcome = demo::run(Options::new(firmware), &mut |_, _| {})?.outcome;
+    let outcome = demo::run(hal_mock::Sliding::default(), Options::new(firmware), &mut |_, _| {})?.outcome;
     let said = outcome.messages.lines().find_map(Stack::parse);
     said.with_context(|| format!("the firmware did not tell its stack: {}", outcome.messages.trim()))
 }

@@ -1,7 +1,7 @@
 //! The command line: what can be said, and the help that says so.
 
 use crate::bench::BenchArgs;
-use crate::input::{Input, Source};
+use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use hal_mock::Sliding;
@@ -30,7 +30,7 @@ pub enum Command {
     Replay(ReplayArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(EmulateArgs),
-    /// The default scene through the emulated firmware: what it found beside the truth, and a picture.
+    /// A scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy. `cargo xtask bench` builds what it
     /// needs.
@@ -87,6 +87,9 @@ pub struct FitArgs {
 /// Parameters of the scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
+    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml tells what may be in it [default: a plain scene].
+    #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
+    pub scene_file: Option<PathBuf>,
     /// Speed of the grating, mm/s [default: 30].
     #[arg(long, value_name = "MM_S", value_parser = positive)]
     pub scene_speed: Option<f64>,
@@ -96,9 +99,9 @@ pub struct SceneOptions {
     /// Power of the tone over that of the noise, dB, or `none` for no noise [default: 20].
     #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
     pub snr: Option<Decibel>,
-    /// Seed of all noise and of the channels' differences.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of all noise, and of the channels' differences where there is no scene file [default: 1, or the file's].
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
 }
 
 /// What the chip feels.
@@ -120,7 +123,7 @@ pub struct InputOptions {
     /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     pub rate: Option<f64>,
-    /// Noise of the converter itself, 4.5 uV rms.
+    /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
     #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
     pub noise: bool,
     /// The scene, without FILE.csv.
@@ -164,6 +167,7 @@ pub struct SettingsOptions {
 Examples:
   ridgetone replay trace.csv
   ridgetone replay counts.csv --scale 1e-3 --json
+  ridgetone replay --scene scenes/c8.toml
   ridgetone replay --scene-speed 15 --period 2.6 --snr 10
   ridgetone replay trace.csv --speed 30 --delay 1 --length 55")]
 pub struct ReplayArgs {
@@ -204,6 +208,7 @@ Without FILE.csv the chip feels a scene. The emulator comes with `cargo xtask se
 Examples:
   ridgetone emulate
   ridgetone emulate trace.csv --json > events.jsonl
+  ridgetone emulate --scene scenes/c7.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
 pub struct EmulateArgs {
     /// What the chip feels.
@@ -229,6 +234,9 @@ pub struct EmulateArgs {
 Example:
   ridgetone demo --svg demo.svg")]
 pub struct DemoArgs {
+    /// Another scene than the default one: a scene file.
+    #[arg(long, value_name = "FILE.toml")]
+    pub scene: Option<PathBuf>,
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
@@ -240,8 +248,9 @@ pub struct DemoArgs {
 /// `scene`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Example:
-  ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv")]
+Examples:
+  ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv
+  ridgetone scene --scene scenes/hand.toml -o hand.csv")]
 pub struct SceneArgs {
     /// Which scene.
     #[command(flatten)]
@@ -293,15 +302,22 @@ impl std::error::Error for Senseless {}
 
 impl SceneOptions {
     /// The scene's parameters.
-    pub fn sliding(&self) -> Sliding {
+    ///
+    /// # Errors
+    /// What is wrong with the scene file, with its line.
+    pub fn sliding(&self) -> Result<Sliding> {
+        if let Some(path) = &self.scene_file {
+            let scene = hal_mock::load_scene(path, frame_rate_hz())?;
+            return Ok(Sliding { seed: self.seed.unwrap_or(scene.seed), ..scene });
+        }
         let default = Sliding::default();
-        Sliding {
+        Ok(Sliding {
             speed_mm_s: self.scene_speed.unwrap_or(default.speed_mm_s),
             period_mm: self.period.unwrap_or(default.period_mm),
             snr_db: self.snr.map_or(default.snr_db, |Decibel(db)| db),
-            seed: self.seed,
+            seed: self.seed.unwrap_or(default.seed),
             ..default
-        }
+        })
     }
 }
 
@@ -309,18 +325,23 @@ impl InputOptions {
     /// What the chip feels.
     ///
     /// # Errors
-    /// [`Senseless`]: parameters of a scene together with a file.
+    /// [`Senseless`]: parameters of a scene together with a recording. What is wrong with a scene file.
     pub fn input(&self) -> Result<Input> {
-        let SceneOptions { scene_speed, period, snr, seed } = &self.scene;
-        if self.file.is_some() && (scene_speed.is_some() || period.is_some() || snr.is_some()) {
-            let why = "--scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
+        let SceneOptions { scene_file, scene_speed, period, snr, seed } = &self.scene;
+        let makes_scene = scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some();
+        if self.file.is_some() && makes_scene {
+            let why = "--scene, --scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
             return Err(Senseless(why.into()).into());
         }
         let source = match &self.file {
             Some(path) => Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale },
-            None => Source::Scene(self.scene.sliding()),
+            None => Source::Scene(self.scene.sliding()?),
         };
-        Ok(Input { source, converter_noise: self.noise, seed: *seed })
+        let seed = match &source {
+            Source::Scene(scene) => scene.seed,
+            Source::Trace { .. } => seed.unwrap_or(1),
+        };
+        Ok(Input { source, converter_noise: self.noise, seed })
     }
 }
 
@@ -359,7 +380,7 @@ mod tests {
         let cli = Cli::try_parse_from(["ridgetone", "replay"]).unwrap();
         let Command::Replay(args) = cli.command else { panic!("not a replay") };
         assert_eq!(args.settings.settings().unwrap(), Settings::default());
-        assert_eq!(args.input.scene.sliding(), Sliding::default());
+        assert_eq!(args.input.scene.sliding().unwrap(), Sliding::default());
     }
 
     #[test]

@@ -108,9 +108,15 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {
+    let scene = args.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+    if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
+        bail!("a hand has no one speed to compare with: use `ridgetone emulate --scene`");
+    }
     let elf = image(&args.firmware)?;
     let mut progress = Progress::default();
-    let demo = demo::run(firmware(&args.firmware, &elf), &mut |done_s, total_s| progress.tell(done_s, total_s));
+    let demo = demo::run(scene.unwrap_or_default(), firmware(&args.firmware, &elf), &mut |done_s, total_s| {
+        progress.tell(done_s, total_s)
+    });
     progress.end();
     let demo = demo?;
     if let Some(path) = &args.svg {
@@ -163,7 +169,7 @@ struct TruthJson<'a> {
 }
 
 fn scene(args: &SceneArgs) -> Result<()> {
-    let mut scene = SlidingScene::new(args.scene.sliding())?;
+    let mut scene = SlidingScene::new(args.scene.sliding()?)?;
     let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
     check_length("the scene", truth.end_s)?;
     output::whole_file(&args.output, |file| {

@@ -1,7 +1,7 @@
-//! `demo`: the default scene through the emulated firmware, and what it found beside the truth.
+//! `demo`: a scene through the emulated firmware, and what it found beside the truth.
 
 use crate::emulator::{self, Options, Outcome};
-use crate::input::Input;
+use crate::input::{Input, Source};
 use crate::names::status_name;
 use crate::picture::{self, Recording};
 use anyhow::{Context, Result};
@@ -9,7 +9,7 @@ use hal_mock::{Sliding, Truth};
 use ridgetone::telemetry::{Contact, Estimate, Event, Health, Packet, Slide, Span};
 use std::fmt;
 
-/// A run of the default scene.
+/// A run of a scene.
 #[derive(Clone, Debug)]
 pub struct Demo {
     /// What was found, beside the truth.
@@ -53,12 +53,13 @@ impl Summary {
     }
 }
 
-/// Runs the default scene: 3.6 mm at 30 mm/s, 20 dB.
+/// Runs a scene; the default one is 3.6 mm at 30 mm/s, 20 dB.
 ///
 /// # Errors
-/// Those of [`emulator::run`].
-pub fn run(options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
-    let input = Input::default().open()?;
+/// Those of [`Input::open`] and [`emulator::run`].
+pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
+    let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
+    let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
     let truth = input.truth.context("the scene tells no truth")?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
@@ -66,7 +67,7 @@ pub fn run(options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<D
         Ok(())
     };
     let outcome = emulator::run(input, Options { keep_conversions: true, ..options }, &mut sink, progress)?;
-    let summary = summary(&Sliding::default(), truth, &outcome, &packets);
+    let summary = summary((speed_mm_s, period_mm), truth, &outcome, &packets);
     Ok(Demo { summary, outcome, packets })
 }
 
@@ -78,7 +79,7 @@ impl Demo {
     }
 }
 
-fn summary(scene: &Sliding, truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
+fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
     let truth = Truth {
@@ -90,8 +91,8 @@ fn summary(scene: &Sliding, truth: Truth, outcome: &Outcome, packets: &[Packet])
         ..truth
     };
     let mut summary = Summary {
-        speed_mm_s: scene.speed_mm_s,
-        period_mm: scene.period_mm,
+        speed_mm_s,
+        period_mm,
         truth,
         contact: None,
         slide: None,

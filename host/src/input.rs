@@ -16,6 +16,7 @@ const OVERLOAD: f64 = 1.06;
 
 /// Where the voltages come from.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one of them at a time")]
 pub enum Source {
     /// A grating slid over the finger.
     Scene(Sliding),
@@ -35,7 +36,7 @@ pub enum Source {
 pub struct Input {
     /// Where the voltages come from.
     pub source: Source,
-    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate.
+    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may forbid it too.
     pub converter_noise: bool,
     /// Seed of that noise. A scene's own is in [`Sliding`].
     pub seed: u64,
@@ -72,7 +73,7 @@ impl Input {
     /// # Errors
     /// What is wrong with the file, with its line; a parameter of the scene out of its range.
     pub fn open(&self) -> Result<Opened> {
-        let options = Options {
+        let mut options = Options {
             noise: self.converter_noise,
             seed: self.seed,
             power_up_cycles: POWER_UP_CYCLES,
@@ -82,6 +83,8 @@ impl Input {
             Source::Scene(parameters) => {
                 let scene = SlidingScene::new(parameters.clone()).context("scene")?;
                 let (truth, end_s) = (scene.truth(), scene.end_s());
+                options.noise &= parameters.converter.converter_noise;
+                options.clock_error_ppm = parameters.converter.clock_error_ppm;
                 check_length("the scene", end_s)?;
                 let warning = aliased(&truth);
                 Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning })

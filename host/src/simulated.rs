@@ -79,7 +79,7 @@ impl Simulated {
     /// So many frames from a time on.
     fn at(mut scene: SlidingScene, from_s: f64, frames: usize) -> Self {
         let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
-        let zeros_v = scene.channels().map(|channel| channel.offset_v);
+        let zeros_v: Vec<f64> = scene.channels().iter().map(|channel| channel.offset_v).collect();
         let mut frame = |number: usize| {
             let t_s = from_s + number as f64 / rate_hz;
             std::array::from_fn(|c| ((scene.volts(c as u8, t_s) - zeros_v[c]) / CODE_V).round() as f32)
@@ -90,12 +90,11 @@ impl Simulated {
         let turns = truth.frequency_hz * (centre_s - truth.slide_start_s);
         let sigma = (scene.noise_v() / CODE_V).hypot(ROUNDING_CODES);
         let channels = scene.channels()[..TAXELS].iter().map(|channel| {
-            let harmonics =
-                channel.relative.iter().zip(channel.extra_phase_rad).zip(1..).map(|((relative, extra), h)| {
-                    // The scene counts its phases from the sine.
-                    let phase_rad = f64::from(h) * (TAU * turns + channel.phase_rad) + extra - FRAC_PI_2;
-                    Harmonic::polar(channel.amplitude_v * relative / CODE_V, phase_rad)
-                });
+            let harmonics = channel.sliding.tone.iter().zip(1..).map(|(harmonic, h)| {
+                // The scene counts its phases from the sine.
+                let phase_rad = f64::from(h) * TAU * turns + harmonic.phase_rad() - FRAC_PI_2;
+                Harmonic::polar(harmonic.amplitude_v() / CODE_V, phase_rad)
+            });
             Channel { sigma, harmonics: harmonics.collect() }
         });
         Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }

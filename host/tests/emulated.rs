@@ -171,7 +171,7 @@ fn two_runs_give_the_same_bytes() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_readme_shows_what_the_demo_gives() {
     let elf = emulator::image::find().expect("an image");
-    let demo = demo::run(Options::new(&elf), &mut |_, _| {}).expect("a demo");
+    let demo = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let picture = root.join("docs/demo.svg");
     if std::env::var_os("RIDGETONE_OVERWRITE").is_some() {

@@ -1,0 +1,201 @@
+//! The physical finger against line loads summed up one by one, and against what the paper saw.
+
+use hal_mock::{Finger, Hand, Scene, Sliding, SlidingScene, Stimulator, TABLE_2};
+use std::f64::consts::{PI, TAU};
+
+fn exact(finger: Finger) -> Finger {
+    Finger { spread: 0.0, resistance_spread: 0.0, ..finger }
+}
+
+fn still(scene: Sliding) -> SlidingScene {
+    SlidingScene::new(Sliding { finger: scene.finger.map(exact), ..scene }).unwrap()
+}
+
+/// Normal strain and shear at a sensor from every line of every ridge, by Flamant's radial stress
+/// -2 (Fz cos + Fx sin) / (pi r) and Hooke's law.
+fn summed(scene: &Sliding, sensor_mm: f64, place_mm: f64, friction: f64, lean_mm: f64) -> (f64, f64) {
+    let finger = scene.finger.unwrap();
+    let half_mm = finger.contact_mm / 2.0;
+    let width_mm = PI * finger.contact_mm / 4.0;
+    let (mut normal, mut shear) = (0.0, 0.0);
+    for ridge in -20..=20 {
+        let middle_mm = place_mm + f64::from(ridge) * scene.period_mm;
+        let lines = 400;
+        let step_mm = scene.ridge_mm / f64::from(lines);
+        for line in 0..lines {
+            let at_mm = middle_mm + (f64::from(line) + 0.5) * step_mm - scene.ridge_mm / 2.0;
+            let off_mm = at_mm - lean_mm;
+            if off_mm.abs() < half_mm {
+                // Where there are no grooves, 1 N spread as a parabola; the ridges carry what the grooves do not.
+                let even = 1.5 * finger.force_n / (finger.contact_mm * width_mm) * (1.0 - (off_mm / half_mm).powi(2));
+                let press = even * scene.period_mm / scene.ridge_mm * step_mm;
+                let (x, z) = (sensor_mm - at_mm, finger.depth_mm);
+                let (r, angle) = (x.hypot(z), x.atan2(z));
+                let radial = 2.0 * press * (angle.cos() + friction * angle.sin()) / (PI * r) / finger.modulus_mpa;
+                normal += radial * (angle.cos().powi(2) - finger.poisson * angle.sin().powi(2));
+                shear += radial * angle.sin() * angle.cos() * 2.0 * (1.0 + finger.poisson);
+            }
+        }
+    }
+    (normal, shear)
+}
+
+#[test]
+fn the_series_is_the_sum_of_the_line_loads() {
+    for (reverse, friction) in [(false, 0.0), (false, 0.5), (true, 0.5)] {
+        for (period_mm, ridge_mm, poisson) in [(2.6, 0.6, 0.5), (3.6, 0.6, 0.5), (4.1, 1.5, 0.3), (8.2, 0.6, 0.5)] {
+            let finger = Finger { friction, poisson, ..Finger::default() };
+            let finger = Some(finger);
+            let stimulator = Stimulator::IDEAL;
+            let parameters =
+                Sliding { period_mm, ridge_mm, reverse, start_mm: 0.3, stimulator, finger, ..Sliding::physical() };
+            let scene = still(parameters.clone());
+            let (slip, lean_mm) = if reverse { (-friction, -0.5) } else { (friction, 0.5) };
+            for step in 0..40 {
+                let t_s = scene.truth().slide_start_s + 0.3 + 0.0067 * f64::from(step);
+                for (input, sensor_mm, tilt) in [(0, -1.15, 1.0), (2, -1.15, -1.0), (3, -1.15, 0.0), (4, 1.15, 1.0)] {
+                    let (normal, shear) = summed(&parameters, sensor_mm, scene.position_mm(t_s), slip, lean_mm);
+                    // 5 V, two resistors of 820 ohm, 0.2 per unit of shear and half that of normal strain.
+                    let wanted = 2.5 + 5.0 / 4.0 * 0.2 * (tilt * shear + 0.5 * normal);
+                    let got = scene.clean_volts(input, t_s);
+                    // The tone is 1 to 15 mV.
+                    assert!((got - wanted).abs() < 6e-6, "{period_mm} mm, AIN{input}: {got} instead of {wanted}");
+                }
+            }
+        }
+    }
+}
+
+/// What the bench of this model is: strengths and phases by period. Shown with --nocapture.
+#[test]
+fn overtones_and_phases_come_out_of_the_geometry() {
+    let mut before = 0.0;
+    for period_mm in [2.6, 3.1, 3.6, 4.1] {
+        let finger = Some(Finger { friction: 0.0, lean_mm: 0.0, ..Finger::default() });
+        let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+        let tone = |input: usize| &scene.channels()[input].sliding.tone;
+        let fundamental_v = tone(0)[0].amplitude_v();
+        let ratios: Vec<f64> = (1..5).map(|h| tone(0)[h].amplitude_v() / fundamental_v).collect();
+        let lag = (tone(0)[0].phase_rad() - tone(4)[0].phase_rad()).rem_euclid(TAU);
+        let wanted = (TAU * 2.3 / period_mm).rem_euclid(TAU);
+        println!("{period_mm} mm: {:.2} mV, {ratios:.3?}, lag {lag:.3} of {wanted:.3} rad", 1e3 * fundamental_v);
+        // The cover is a low-pass: coarser gratings are stronger, and so are their overtones.
+        assert!(fundamental_v > before && (3e-3..12e-3).contains(&fundamental_v));
+        assert!((0.05..0.4).contains(&ratios[0]) && ratios[1] < 0.4 * ratios[0], "{ratios:?}");
+        // The contact's ends pull at the phase.
+        assert!((lag - wanted).abs() < 0.26, "{period_mm} mm: {lag} instead of {wanted}");
+        before = fundamental_v;
+    }
+}
+
+#[test]
+fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
+    for (period_mm, _) in [(2.6, 0), (3.6, 0), (4.1, 0), (9.0, 0)] {
+        let finger = Some(Finger { contact_mm: 300.0, force_n: 3600.0, ..Finger::default() });
+        let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+        let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
+        let off = (phase(0) - phase(4) - TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+        assert!(off.abs() < 1e-3, "{period_mm} mm: {off}");
+        // The cover's low-pass: shear of 3 k z exp(-k z) and, in quadrature, half of 0.5 + 1.5 k z of normal strain;
+        // with friction 0.5 half of 3 (1 - k z) and of 1.5 k z - 1, a quarter of a turn on.
+        let kz = TAU * 1.3 / period_mm;
+        let (quarter, level) = (3.0 * kz + 0.25 * (1.5 * kz - 1.0), 0.5 * (0.5 + 1.5 * kz) + 1.5 * (1.0 - kz));
+        let pressure = 1.5 * 3600.0 / (300.0 * PI * 75.0);
+        let ridge = PI * 0.6 / period_mm;
+        let wanted = 0.25 * 2.0 * ridge.sin() / ridge * pressure / 1.7 * (-kz).exp() * quarter.hypot(level);
+        let got = scene.channels()[0].amplitude_v();
+        assert!((got / wanted - 1.0).abs() < 2e-3, "{period_mm} mm: {got} instead of {wanted}");
+    }
+}
+
+#[test]
+fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
+    for (speed_mm_s, period_mm) in TABLE_2 {
+        for reverse in [false, true] {
+            let scene = still(Sliding { speed_mm_s, period_mm, reverse, ..Sliding::physical() });
+            let c = scene.channels();
+            for unit in [0, 4] {
+                let [first, third] = [c[unit].sliding.tone[0], c[unit + 2].sliding.tone[0]];
+                let apart = (first.phase_rad() - third.phase_rad()).cos();
+                assert!(apart < -0.6, "{period_mm} mm: {apart}");
+            }
+            let [leading, trailing] = if reverse { [0, 4] } else { [4, 0] };
+            let over = c[leading].amplitude_v() / c[trailing].amplitude_v();
+            println!("{period_mm} mm: leading edge {over:.2} times as strong");
+            assert!((1.05..1.5).contains(&over), "{period_mm} mm: {over}");
+        }
+    }
+}
+
+#[test]
+fn the_hold_creeps_and_the_filter_takes_its_share() {
+    let record = |finger: Finger| {
+        let parameters = Sliding { finger: Some(finger), speed_mm_s: 48.0, period_mm: 2.6, ..Sliding::physical() };
+        let mut scene = still(parameters);
+        let truth = scene.truth();
+        let at_touch_v = scene.volts(0, truth.contact_s + 0.3) - 2.5;
+        let held_v = scene.volts(0, truth.slide_start_s - 1e-3) - 2.5;
+        let resting_v = scene.clean_volts(0, truth.slide_start_s - 1e-3) - 2.5;
+        let (mut real, mut imaginary) = (0.0, 0.0);
+        for k in 0..2400 {
+            let t_s = truth.slide_start_s + 0.2 + f64::from(k) / 2400.0 * 13.0 * 2.6 / 48.0;
+            let (sin, cos) = (TAU * truth.frequency_hz * t_s).sin_cos();
+            let volts = scene.volts(0, t_s);
+            real += volts * cos / 1200.0;
+            imaginary += volts * sin / 1200.0;
+        }
+        let tone = f64::hypot(real, imaginary) / scene.channels()[0].amplitude_v();
+        let gone_v = scene.volts(0, truth.end_s) - 2.5;
+        (at_touch_v / resting_v, held_v / resting_v, tone, gone_v / resting_v)
+    };
+    let finger = Finger { noise_uv: 0.0, ..Finger::default() };
+    let (at_touch, held, tone, gone) = record(finger);
+    // At once 95 %, and the rest by and by, but for what the touch's overshoot has brought already.
+    assert!((0.953..0.960).contains(&at_touch) && (0.963..0.970).contains(&held), "{at_touch} {held}");
+    assert!((0.001..0.05).contains(&gone), "{gone}");
+    let pole = |hz: f64| 1.0 / (hz / 388.2).hypot(1.0);
+    assert!((tone / (0.95 * pole(18.46)) - 1.0).abs() < 1e-3, "{tone}");
+    let (.., tone, _) = record(Finger { capacitor_uf: 100.0, ..finger });
+    assert!((tone / (0.95 / (18.4615_f64 / 3.882).hypot(1.0)) - 1.0).abs() < 5e-3, "{tone}");
+    // A human finger creeps by more.
+    let (_, held, ..) = record(Finger { relaxation_s: 1.42, creep_s: 2.14, ..finger });
+    assert!((0.75..0.85).contains(&held), "{held}");
+}
+
+#[test]
+fn the_touch_has_a_spike() {
+    let mut scene = still(Sliding::physical());
+    let truth = scene.truth();
+    let [peak, later] = [truth.contact_s + 4e-4, truth.contact_s + 0.5].map(|t_s| scene.volts(0, t_s) - 2.5);
+    assert!((1.4..1.65).contains(&(peak / later)), "{peak} {later}");
+}
+
+#[test]
+fn a_hand_drags_both_ways() {
+    let hand = Some(Hand::default());
+    let scene = still(Sliding { hand, ..Sliding::physical() });
+    let start_s = scene.truth().slide_start_s;
+    // The same place, on the way out and back: what differs is friction.
+    let [out, back] = [0.2, 0.8].map(|swing| start_s + swing / 1.07);
+    assert!((scene.position_mm(out) - scene.position_mm(back)).abs() < 1e-9);
+    assert!(scene.speed_mm_s(out) > 100.0 && scene.speed_mm_s(back) < -100.0);
+    let difference = scene.clean_volts(0, out) - scene.clean_volts(0, back);
+    assert!(difference.abs() > 1e-3, "{difference}");
+    assert!((scene.truth().frequency_hz - 197.0 / 3.6).abs() < 1e-9);
+}
+
+#[test]
+fn runs_differ_and_the_finger_stays() {
+    let run = |seed| {
+        let stimulator = Stimulator { onset_jitter_s: 0.1, ripple_percent: 2.0, ..Stimulator::default() };
+        SlidingScene::new(Sliding { seed, stimulator, ..Sliding::physical() }).unwrap()
+    };
+    let (first, second) = (run(1), run(2));
+    assert_eq!(first.channels(), second.channels());
+    assert_ne!(first.truth().slide_start_s, second.truth().slide_start_s);
+    let early = |scene: &SlidingScene| (scene.truth().slide_start_s - 1.51).abs();
+    assert!(early(&first) <= 0.1 && early(&second) <= 0.1);
+    let speed = |scene: &SlidingScene| scene.speed_mm_s(scene.truth().slide_start_s + 0.5);
+    assert_ne!(speed(&first), speed(&second));
+    assert!((speed(&first) / 30.0 - 1.0).abs() <= 0.02);
+}
