@@ -231,7 +231,8 @@ fn look(
     let Some(peak) = peak else { return Some(None) };
     if peak <= LOW_NU {
         let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-        return few_cycles(&mut Problem::new(stretch, levels, &nuisances, work), peak, Place { channels, points, power });
+        let mut problem = Problem::new(stretch, levels, &nuisances, work);
+        return few_cycles(&mut problem, peak, Place { channels, points, power });
     }
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: count }, LINE_STEPS, LINE_CLOSE)? {

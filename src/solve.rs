@@ -103,7 +103,8 @@ pub fn quantization(frames: f32) -> f32 {
 
 /// Smallest residual sum of squares that f32 sums can tell from rounding.
 fn floor(squares: f32, frames: f32) -> f32 {
-    (1e-6 * squares).max(quantization(frames))
+    let (rounding, quantization) = (1e-6 * squares, quantization(frames));
+    if rounding > quantization { rounding } else { quantization }
 }
 
 /// Fills the lower triangle of the normal equations.
@@ -154,8 +155,10 @@ pub fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
         }
     }
     for c in 0..TAXELS {
-        let usable = levels.usable & 1 << c != 0;
-        rest[c] = if usable { rest[c].max(floor(levels.yy[c], levels.frames as f32)) } else { 0.0 };
+        let least = floor(levels.yy[c], levels.frames as f32);
+        // Not `max`, which is a call. NaN gives way too.
+        let least = if rest[c] > least { rest[c] } else { least };
+        rest[c] = if levels.usable & 1 << c != 0 { least } else { 0.0 };
     }
     rest
 }

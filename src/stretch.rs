@@ -95,6 +95,14 @@ fn counts(valid: u16, taxels: u16) -> bool {
     valid & taxels == taxels && valid != 0
 }
 
+/// Whether all frames of a block do.
+#[inline(always)]
+fn all_count(valid: &[u16; BLOCK], taxels: u16) -> bool {
+    let common = valid.iter().fold(u16::MAX, |common, valid| common & valid);
+    // If they have no taxel in common each has to be looked at.
+    counts(common, taxels) || common == 0 && valid.iter().all(|valid| counts(*valid, taxels))
+}
+
 impl<'a> Stretch<'a> {
     /// The `frames` frames of `source` from frame number `first` on.
     pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
@@ -161,7 +169,7 @@ impl<'a> Stretch<'a> {
             let (mut whole, taxels) = (false, self.taxels);
             self.source.read(self.first.wrapping_add(at), most, &mut |values, valid| {
                 if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
-                    && valid.iter().all(|valid| counts(*valid, taxels))
+                    && all_count(valid, taxels)
                 {
                     whole = true;
                     visit(Block { at, values, valid, whole });
