@@ -56,10 +56,10 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
             && lines_hold(comb, part, power_by_chance(problem.levels, comb.shape.unknowns()))
             && better_than_overtones(problem, line)?
         {
-            highest = share;
+            (highest, start.below) = (share, nu);
             start.ambiguous = share <= SUBHARMONIC_SHARE;
             if !start.ambiguous {
-                (start.nu, start.slope, start.comb) = (nu, slope, true);
+                (start.nu, start.slope) = (nu, slope);
             }
         }
     }

@@ -7,7 +7,7 @@
 
 use crate::chance::gain_by_chance;
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
-use crate::drift::{Place, few_cycles};
+use crate::drift::{Place, comb_or_drift, few_cycles};
 use crate::fundamental::{fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
@@ -48,6 +48,8 @@ pub struct Line {
     pub curve: Curve,
     /// Whether it may be the second, or the third, harmonic of its tone.
     pub suspects: [bool; 2],
+    /// It is open whether this is the tone.
+    pub ambiguous: bool,
 }
 
 /// Where the fit starts.
@@ -57,8 +59,8 @@ pub struct Start {
     pub nu: f32,
     /// It is open whether this is the fundamental.
     pub ambiguous: bool,
-    /// It is the fundamental of a stronger line.
-    pub comb: bool,
+    /// The fundamental below the strongest line that it belongs, or may belong, to; 0 if there is none.
+    pub below: f32,
     /// Whether each channel has a slope.
     pub slope: bool,
     /// Curve of each channel.
@@ -68,7 +70,7 @@ pub struct Start {
 impl Start {
     /// At a line that is its own fundamental.
     pub(crate) fn at(line: &Line) -> Self {
-        Self { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve }
+        Self { nu: line.nu, ambiguous: line.ambiguous, below: 0.0, slope: line.slope, curve: line.curve }
     }
 }
 
@@ -225,7 +227,7 @@ fn look(
         let suspects =
             [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
         let curve = if is_curved(&problem) { Curve::Bent } else { Curve::None };
-        return Some(Some(Line { nu, slope: true, curve, suspects }));
+        return Some(Some(Line { nu, slope: true, curve, suspects, ambiguous: false }));
     }
     let place = Place { channels, points, power };
     few_cycles(&mut problem, peak, place)
@@ -254,11 +256,16 @@ fn settle(stretch: &mut Stretch, levels: &Levels, work: &mut Work, line: Line, h
     if harmonics < 2 {
         return Some(Start::at(&line));
     }
-    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
     let straight = line.curve == Curve::None;
+    let nuisances = Nuisances::new(stretch, levels, if straight { Curve::Bent } else { line.curve })?;
     let used = nuisances.count() - if straight { CURVE } else { 0 };
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     let mut start = fundamental(&mut problem, &line, used)?;
+    start = comb_or_drift(&mut problem, start, &line, Shape { harmonics, slope: start.slope, nuisances: used })?;
+    // What the steps below would take for its baseline is another.
+    if matches!(start.curve, Curve::Relaxing(_)) {
+        return Some(start);
+    }
     let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, harmonics);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {
