@@ -18,6 +18,8 @@ use crate::window::Values;
 const NO_CURVE: f32 = 8.0;
 /// Cycles from which on no wave looks like a drift that relaxes.
 const CYCLES_UNLIKE_DRIFT: f32 = 2.5;
+/// Log-likelihood by which a curve that relaxes may be worse than a bent one and be there all the same, under a tone.
+const UNRELAXED: f32 = 30.0;
 /// Odds of a tone on a drift against a wave of few cycles that leave it open which of the two it is, as a
 /// logarithm: e to the eighth is three thousand to one.
 const OPEN: f32 = 8.0;
@@ -48,9 +50,11 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
     // A step that leads below all waves misleads.
     let nu = if 2.0 * problem.solution().nu >= CYCLES_MIN { problem.solution().nu } else { nu };
     let line = Line { nu, slope: shape.slope, curve: Curve::None, suspects: [true; 2], ambiguous: false };
-    let Some(drift) = best_drift(problem)? else { return Some(None) };
+    let Some((bent, relaxing)) = drifts(problem)? else { return Some(None) };
+    let relaxed = bent.odds(levels, &relaxing);
+    let drift = if relaxed > 0.0 { relaxing } else { bent };
     let wave = found && is_wave(problem, nu, &drift.rest, straight)?;
-    if wave && 2.0 * nu >= CYCLES_UNLIKE_DRIFT {
+    if wave && (2.0 * nu >= CYCLES_UNLIKE_DRIFT || relaxed < -UNRELAXED) {
         return Some(Some(line));
     }
     // There may be a tone on a drift.
@@ -146,13 +150,12 @@ fn tone_relaxing(problem: &mut Problem, nu: f32) -> Option<Option<Model>> {
     Some(relaxing(problem, Some(nu))?.filter(|on| 2.0 * on.nu >= CYCLES_FOR_SLOPE))
 }
 
-/// The likeliest drift if there were no tone. The inner None says that there is not enough to tell.
-fn best_drift(problem: &mut Problem) -> Option<Option<Model>> {
+/// The likeliest drifts if there were no tone: bent, and relaxing. The inner None says that there is not enough to tell.
+fn drifts(problem: &mut Problem) -> Option<Option<(Model, Model)>> {
     let (levels, count) = (problem.levels, problem.nuisances.count());
     let Some((_, rest)) = problem.nuisances.baseline(levels, count) else { return Some(None) };
     let bent = Model { nu: 0.0, curve: Curve::Bent, rest, unknowns: 2 + count };
-    let relaxing = relaxing(problem, None)?;
-    Some(relaxing.filter(|relaxing| gain(levels, &rest, &relaxing.rest, 0) > 0.0).or(Some(bent)))
+    Some(Some((bent, relaxing(problem, None)?.unwrap_or(bent))))
 }
 
 /// Whether a line of few cycles at `nu`, with a slope and overtones if need be, is likelier than a drift that

@@ -70,7 +70,8 @@ pub fn relaxing(problem: &mut Problem, nu: Option<f32>) -> Option<Option<Model>>
         if left >= STEPS {
             rate *= RATE_FACTOR;
         } else if let Some((faster, to)) = step(&mut problem, nu) {
-            rate += faster.clamp(STEP.start() * rate, STEP.end() * rate);
+            // Not `clamp`: its assertion would bring all of float formatting into the image.
+            rate += faster.min(STEP.end() * rate).max(STEP.start() * rate);
             nu = nu.map(|_| to);
         } else {
             break;
