@@ -4,7 +4,7 @@
 //! looks like a part of a wave. So the low lines are compared by exact likelihoods, with each other and with
 //! drifts.
 
-use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
+use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search, ln};
 use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, LINE_CLOSE, Problem};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::nuisance::{CURVE, Curve, Nuisances};
@@ -58,10 +58,11 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
         return Some(Some(line));
     }
     // There may be a tone on a drift.
-    let Some((on, relaxing)) = on_a_drift(problem, place, drift.curve)? else { return Some(wave.then_some(line)) };
+    let Some(on) = on_a_drift(problem, place, drift.curve)? else { return Some(wave.then_some(line)) };
+    let other = tone_relaxing(problem, on.nu)?;
     let on_drift = |on: &Model| Line { nu: on.nu, slope: true, curve: on.curve, ..line };
     if wave {
-        let Some(other) = relaxing.filter(|on| on.nu > OTHER * nu) else { return Some(Some(line)) };
+        let Some(other) = other.filter(|on| on.nu > OTHER * nu) else { return Some(Some(line)) };
         let shape = Shape { harmonics: OVERTONES, ..shape };
         return Some(Some(match weigh(problem, nu, shape, &other)? {
             Verdict::Wave => line,
@@ -69,7 +70,7 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
             Verdict::Tone => on_drift(&other),
         }));
     }
-    let on = relaxing.filter(|relaxing| on.odds(levels, relaxing) > 0.0).unwrap_or(on);
+    let on = other.filter(|other| on.odds(levels, other) > 0.0).unwrap_or(on);
     let gained = gain(levels, &drift.rest, &on.rest, on.unknowns);
     Some((gained > gain_by_search(2.0 * levels.channels(), levels.frames)).then_some(on_drift(&on)))
 }
@@ -103,32 +104,35 @@ enum Verdict {
 #[inline(never)]
 fn weigh(problem: &mut Problem, nu: f32, shape: Shape, on: &Model) -> Option<Verdict> {
     let levels = problem.levels;
-    let mut wave = None;
-    for slope in [shape.slope, true] {
-        let mut harmonics = harmonics_below_nyquist(problem.stretch, nu, shape.harmonics);
-        while !problem.converge(nu, Shape { harmonics, slope, ..shape })? {
-            harmonics -= 1;
-            if harmonics == 0 {
-                return Some(Verdict::Wave);
-            }
-        }
-        for harmonics in 1..=harmonics {
-            let shape = Shape { harmonics, slope, ..shape };
-            if let Some(rest) = rest(&problem.work.sums, levels, problem.nuisances, &shape) {
-                let model = Model { nu: problem.nu, curve: Curve::None, rest, unknowns: shape.unknowns() };
-                Model::keep(&mut wave, levels, model);
-            }
-        }
-        if wave.as_ref().is_none_or(|wave| wave.odds(levels, on) < -OPEN) {
+    let mut harmonics = harmonics_below_nyquist(problem.stretch, nu, shape.harmonics);
+    while !problem.converge(nu, Shape { harmonics, ..shape })? {
+        harmonics -= 1;
+        if harmonics == 0 {
             return Some(Verdict::Wave);
         }
     }
-    let sure = wave.is_some_and(|wave| wave.odds(levels, on) > OPEN);
-    Some(if sure { Verdict::Tone } else { Verdict::Open })
+    let mut wave = None;
+    for index in 0..2 * harmonics {
+        let shape = Shape { harmonics: 1 + index / 2, slope: shape.slope || index % 2 == 1, ..shape };
+        if let Some(rest) = rest(&problem.work.sums, levels, problem.nuisances, &shape) {
+            let model = Model { nu: problem.nu, curve: Curve::None, rest, unknowns: shape.unknowns() };
+            Model::keep(&mut wave, levels, model);
+        }
+    }
+    let odds = wave.map_or(0.0, |wave| wave.odds(levels, on));
+    Some(if odds > OPEN {
+        Verdict::Tone
+    } else if odds > -OPEN {
+        Verdict::Open
+    } else {
+        Verdict::Wave
+    })
 }
 
-/// The strongest line on a drift like `curve`, and the same on one that relaxes.
-fn on_a_drift(problem: &mut Problem, place: Place, curve: Curve) -> Option<Option<(Model, Option<Model>)>> {
+/// The strongest line on a drift like `curve`.
+// Apart, so that its nuisances are off the stack when others are looked for.
+#[inline(never)]
+fn on_a_drift(problem: &mut Problem, place: Place, curve: Curve) -> Option<Option<Model>> {
     let Place { channels, points, power } = place;
     let nuisances = Nuisances::new(problem.stretch, problem.levels, curve)?;
     let count = nuisances.count();
@@ -141,13 +145,12 @@ fn on_a_drift(problem: &mut Problem, place: Place, curve: Curve) -> Option<Optio
         return Some(None);
     }
     let (nu, rest) = (problem.solution().nu, problem.solution().rest);
-    let on = Model { nu, curve, rest, unknowns: shape.unknowns() };
-    Some(Some((on, tone_relaxing(&mut problem, nu)?)))
+    Some(Some(Model { nu, curve, rest, unknowns: shape.unknowns() }))
 }
 
 /// The likeliest tone next to `nu` on a baseline that relaxes, unless there is too little of it to be told from that.
 fn tone_relaxing(problem: &mut Problem, nu: f32) -> Option<Option<Model>> {
-    Some(relaxing(problem, Some(nu))?.filter(|on| 2.0 * on.nu >= CYCLES_FOR_SLOPE))
+    Some(relaxing(problem, nu)?.filter(|on| 2.0 * on.nu >= CYCLES_FOR_SLOPE))
 }
 
 /// The likeliest drifts if there were no tone: bent, and relaxing. The inner None says that there is not enough to tell.
@@ -155,7 +158,7 @@ fn drifts(problem: &mut Problem) -> Option<Option<(Model, Model)>> {
     let (levels, count) = (problem.levels, problem.nuisances.count());
     let Some((_, rest)) = problem.nuisances.baseline(levels, count) else { return Some(None) };
     let bent = Model { nu: 0.0, curve: Curve::Bent, rest, unknowns: 2 + count };
-    Some(Some((bent, relaxing(problem, None)?.unwrap_or(bent))))
+    Some(Some((bent, relaxing(problem, 0.0)?.unwrap_or(bent))))
 }
 
 /// Whether a line of few cycles at `nu`, with a slope and overtones if need be, is likelier than a drift that
@@ -187,7 +190,7 @@ fn strongest_low(problem: &mut Problem, peak: f32, nuisances: usize) -> Option<f
         if let Some(rest) = rest(&problem.work.sums, problem.levels, problem.nuisances, &shape) {
             // All against constants; the slopes' own gain has to pay for their unknowns (Schwarz's criterion).
             let slopes = if shape.slope { problem.levels.channels() } else { 0.0 };
-            let paid = 0.5 * slopes * libm::logf(problem.levels.frames as f32);
+            let paid = 0.5 * slopes * ln(problem.levels.frames as f32);
             let unknowns = shape.unknowns() - shape.slope as usize;
             let gained = gain(problem.levels, &problem.levels.about_mean, &rest, unknowns) - paid;
             if gained > most {

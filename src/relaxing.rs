@@ -4,12 +4,13 @@
 //! faster tone to a fit. What tells them apart is that all channels relax at one rate: so the rate is fitted
 //! along with the frequency, and each model is judged by its likelihood less what its unknowns are worth.
 
+use crate::chance::ln;
 use crate::descent::Problem;
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::nuisance::{Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::{Shape, gain, rest};
+use crate::solve::{Shape, gain};
 use crate::window::Values;
 use core::ops::RangeInclusive;
 
@@ -41,13 +42,15 @@ pub struct Model {
 impl Model {
     /// Log-likelihood by which `other` is likelier than this one, where each unknown has to pay for itself (Schwarz's
     /// criterion).
+    #[inline(never)]
     pub fn odds(&self, levels: &Levels, other: &Self) -> f32 {
         let more = other.unknowns as f32 - self.unknowns as f32;
-        let paid = 0.5 * libm::logf(levels.frames as f32) * more * levels.channels();
+        let paid = 0.5 * ln(levels.frames as f32) * more * levels.channels();
         gain(levels, &self.rest, &other.rest, self.unknowns.max(other.unknowns)) - paid
     }
 
     /// Puts `other` in the place of `best` if it is likelier.
+    #[inline(never)]
     pub fn keep(best: &mut Option<Self>, levels: &Levels, other: Self) {
         if best.as_ref().is_none_or(|best| best.odds(levels, &other) > 0.0) {
             *best = Some(other);
@@ -55,30 +58,41 @@ impl Model {
     }
 }
 
-/// The likeliest tone of one or two harmonics next to `nu` on a baseline that relaxes; of no tone, the baseline alone.
+/// The likeliest tone of one or two harmonics next to `nu` on a baseline that relaxes, or at zero that baseline alone.
 /// The inner None says that they cannot be told apart. None if frames were overwritten.
 #[inline(never)]
-pub fn relaxing(problem: &mut Problem, nu: Option<f32>) -> Option<Option<Model>> {
-    let (mut best, mut nu, mut rate) = (None, nu, RATE_FIRST);
-    for left in (0..RATES + STEPS).rev() {
+pub fn relaxing(problem: &mut Problem, nu: f32) -> Option<Option<Model>> {
+    let (mut best, mut nu, mut rate): (Option<Model>, _, _) = (None, nu, RATE_FIRST);
+    for tries in 1..=RATES + STEPS {
         let nuisances = Nuisances::new(problem.stretch, problem.levels, Curve::Relaxing(rate))?;
         let mut problem = Problem::new(problem.stretch, problem.levels, &nuisances, problem.work);
-        if let Some(nu) = nu {
-            problem.pass(nu, harmonics_below_nyquist(problem.stretch, nu, 2))?;
+        let harmonics = if nu > 0.0 { 1..=harmonics_below_nyquist(problem.stretch, nu, 2) } else { 0..=0 };
+        problem.nu = nu;
+        if nu > 0.0 {
+            problem.pass(nu, *harmonics.end())?;
         }
-        keep_if_likelier(&mut problem, nu, &mut best);
-        if left >= STEPS {
+        let mut shape = Shape { harmonics: 0, slope: true, nuisances: nuisances.count() - 1 };
+        for harmonics in harmonics {
+            shape.harmonics = harmonics;
+            if problem.step(shape).is_none() {
+                return Some(best);
+            }
+            let model = Model { nu, curve: nuisances.curve, rest: problem.solution().rest, unknowns: shape.unknowns() };
+            Model::keep(&mut best, problem.levels, model);
+        }
+        if tries < RATES {
             rate *= RATE_FACTOR;
-        } else if let Some((faster, to)) = step(&mut problem, nu) {
+        } else if tries == RATES {
+            if let Some(Model { curve: Curve::Relaxing(of), .. }) = best {
+                rate = of;
+            }
+        } else if tries < RATES + STEPS {
+            let Some((faster, to)) = step(&mut problem, shape) else { return Some(best) };
             // Not `clamp`: its assertion would bring all of float formatting into the image.
             rate += faster.min(STEP.end() * rate).max(STEP.start() * rate);
-            nu = nu.map(|_| to);
-        } else {
-            break;
-        }
-        if left == STEPS {
-            let Some(Model { curve: Curve::Relaxing(of), .. }) = best else { return Some(None) };
-            rate = of;
+            if nu > 0.0 {
+                nu = to;
+            }
         }
         if !RATE.contains(&rate) {
             break;
@@ -87,37 +101,22 @@ pub fn relaxing(problem: &mut Problem, nu: Option<f32>) -> Option<Option<Model>>
     Some(best)
 }
 
-/// Keeps the problem's baseline, and a tone at `nu`, if they are the likeliest yet.
-fn keep_if_likelier(problem: &mut Problem, nu: Option<f32>, best: &mut Option<Model>) {
-    let Problem { stretch, levels, nuisances, work, .. } = problem;
-    let harmonics = nu.map_or(0..=0, |nu| 1..=harmonics_below_nyquist(stretch, nu, 2));
-    for harmonics in harmonics {
-        let shape = Shape { harmonics, slope: true, nuisances: nuisances.count() - 1 };
-        if let Some(rest) = rest(&work.sums, levels, nuisances, &shape) {
-            let (nu, curve) = (nu.unwrap_or(0.0), nuisances.curve);
-            Model::keep(best, levels, Model { nu, curve, rest, unknowns: shape.unknowns() });
-        }
-    }
-}
-
-/// A Gauss-Newton step from the latest pass: by how much the rate is too slow, and the frequency. None if the unknowns
-/// cannot be told apart.
-fn step(problem: &mut Problem, nu: Option<f32>) -> Option<(f32, f32)> {
-    problem.nu = nu.unwrap_or(0.0);
-    let harmonics = nu.is_some() as usize;
-    let both = problem.nuisances.count();
-    problem.step(Shape { harmonics, slope: true, nuisances: both - 1 })?;
+/// A Gauss-Newton step from the latest solution, of `shape`: by how much the rate is too slow, and the frequency. None if
+/// the unknowns cannot be told apart.
+fn step(problem: &mut Problem, shape: Shape) -> Option<(f32, f32)> {
     // Behind level, slope and an interferer's.
-    let (factors, rest) = (problem.solution().unknowns[both], problem.solution().rest);
-    problem.step(Shape { harmonics, slope: true, nuisances: both })?;
+    let of = 1 + shape.nuisances;
+    let (factors, rest) = (problem.solution().unknowns[of], problem.solution().rest);
+    problem.step(Shape { nuisances: shape.nuisances + 1, ..shape })?;
     // The channels' own wishes, by what each knows.
-    let changes = &problem.solution().unknowns[both + 1];
+    let changes = &problem.solution().unknowns[of + 1];
     let (mut common, mut squares) = (0.0, 0.0);
-    for c in 0..TAXELS {
-        if rest[c] > 0.0 {
-            common -= factors[c] * changes[c] / rest[c];
-            squares += factors[c] * factors[c] / rest[c];
-        }
+    let mut left = problem.levels.usable;
+    while left != 0 {
+        let c = left.trailing_zeros() as usize % TAXELS;
+        left &= left - 1;
+        common -= factors[c] * changes[c] / rest[c];
+        squares += factors[c] * factors[c] / rest[c];
     }
     (squares > 0.0).then(|| (common / squares, problem.solution().nu))
 }
