@@ -59,10 +59,13 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
     }
     // There may be a tone on a drift.
     let Some(on) = on_a_drift(problem, place, drift.curve)? else { return Some(wave.then_some(line)) };
+    if wave && on.nu < OTHER * nu {
+        return Some(Some(line));
+    }
     let other = tone_relaxing(problem, on.nu)?;
     let on_drift = |on: &Model| Line { nu: on.nu, slope: true, curve: on.curve, ..line };
     if wave {
-        let Some(other) = other.filter(|on| on.nu > OTHER * nu) else { return Some(Some(line)) };
+        let Some(other) = other else { return Some(Some(line)) };
         let shape = Shape { harmonics: OVERTONES, ..shape };
         return Some(Some(match weigh(problem, nu, shape, &other)? {
             Verdict::Wave => line,
