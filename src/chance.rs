@@ -6,6 +6,13 @@ use crate::levels::Levels;
 /// Normal deviate that is exceeded once in a thousand times.
 pub const ONE_IN_A_THOUSAND: f32 = 3.09;
 
+/// Natural logarithm.
+// Once in the image, and not where it is called.
+#[inline(never)]
+pub fn ln(x: f32) -> f32 {
+    libm::logf(x)
+}
+
 /// Point of a chi-square distribution by the normal deviate of the same tail (Wilson and Hilferty's
 /// cube; off by under 1 % from two degrees of freedom on).
 #[inline(never)]
@@ -34,8 +41,8 @@ pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
 pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
     // Normal deviate of the tail, by Mills' ratio.
     let tail = 0.01 / (4.0 * frames as f32);
-    let z2 = -2.0 * libm::logf(tail * 2.5);
-    let z = libm::sqrtf((z2 - libm::logf(z2)).max(1.0));
+    let z2 = -2.0 * ln(tail * 2.5);
+    let z = libm::sqrtf((z2 - ln(z2)).max(1.0));
     0.5 * chi_square_point(unknowns, z)
 }
 

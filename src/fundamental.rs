@@ -19,6 +19,8 @@ pub(crate) const AMBIGUOUS_SHARE: f32 = 0.04;
 const LINE_OFFSET_MAX: f32 = 0.06;
 
 /// As many of `harmonics` as stay clear of half the frame rate.
+// Called from many places: one copy is enough.
+#[inline(never)]
 pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> usize {
     let mut below = 1;
     while below < harmonics && (below + 1) as f32 * nu < 0.96 * stretch.nu_most() {
@@ -56,10 +58,10 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
             && lines_hold(comb, part, power_by_chance(problem.levels, comb.shape.unknowns()))
             && better_than_overtones(problem, line)?
         {
-            highest = share;
+            (highest, start.below) = (share, nu);
             start.ambiguous = share <= SUBHARMONIC_SHARE;
             if !start.ambiguous {
-                (start.nu, start.slope, start.comb) = (nu, slope, true);
+                (start.nu, start.slope) = (nu, slope);
             }
         }
     }
@@ -81,6 +83,7 @@ fn better_than_overtones(problem: &mut Problem, line: &Line) -> Option<bool> {
 }
 
 /// Share of the power in harmonics that are no multiple of `part`.
+#[inline(never)]
 fn share_between(comb: &Solution, part: usize) -> f32 {
     let (mut between, mut all) = (0.0, 0.0);
     for (h, power) in comb.power.iter().enumerate().take(comb.shape.harmonics) {

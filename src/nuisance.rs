@@ -28,7 +28,8 @@ pub enum Curve {
     None,
     /// Second and third Legendre polynomial of `u`.
     Bent,
-    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`.
+    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`; and behind it what it changes
+    /// by with the rate, u times it.
     Relaxing(f32),
 }
 
@@ -36,8 +37,7 @@ impl Curve {
     fn functions(self) -> usize {
         match self {
             Self::None => 0,
-            Self::Bent => CURVE,
-            Self::Relaxing(_) => 1,
+            Self::Bent | Self::Relaxing(_) => CURVE,
         }
     }
 }
@@ -166,7 +166,12 @@ impl Nuisances {
                         *third = (2.5 * uu - 1.5) * u[i] * counts;
                     }
                 }
-                Curve::Relaxing(rate) => functions[first] = libm::expf(-rate * (u[i] + 1.0)) * counts,
+                Curve::Relaxing(rate) => {
+                    if let [relaxing, change, ..] = &mut functions[first..] {
+                        *relaxing = libm::expf(-rate * (u[i] + 1.0)) * counts;
+                        *change = u[i] * *relaxing;
+                    }
+                }
             }
         }
     }

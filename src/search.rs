@@ -7,7 +7,7 @@
 
 use crate::chance::gain_by_chance;
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
-use crate::drift::{Place, few_cycles};
+use crate::drift::{Place, comb_or_drift, few_cycles};
 use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
@@ -52,6 +52,8 @@ pub struct Line {
     pub curve: Curve,
     /// Whether it may be the second, or the third, harmonic of its tone.
     pub suspects: [bool; 2],
+    /// It is open whether this is the tone.
+    pub ambiguous: bool,
 }
 
 /// Where the fit starts.
@@ -61,8 +63,8 @@ pub struct Start {
     pub nu: f32,
     /// It is open whether this is the fundamental.
     pub ambiguous: bool,
-    /// It is the fundamental of a stronger line.
-    pub comb: bool,
+    /// The fundamental below the strongest line that it belongs, or may belong, to; 0 if there is none.
+    pub below: f32,
     /// Whether each channel has a slope.
     pub slope: bool,
     /// Curve of each channel.
@@ -72,7 +74,7 @@ pub struct Start {
 impl Start {
     /// At a line that is its own fundamental.
     pub(crate) fn at(line: &Line) -> Self {
-        Self { nu: line.nu, ambiguous: false, comb: false, slope: line.slope, curve: line.curve }
+        Self { nu: line.nu, ambiguous: line.ambiguous, below: 0.0, slope: line.slope, curve: line.curve }
     }
 }
 
@@ -242,7 +244,7 @@ fn look(
     let power_at = |nu: f32| power_near(frames, most, power, nu);
     let worth = WORTH_A_LOOK * power_at(nu);
     let suspects = [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
-    Some(Some(Line { nu, slope: true, curve: Curve::None, suspects }))
+    Some(Some(Line { nu, slope: true, curve: Curve::None, suspects, ambiguous: false }))
 }
 
 /// The same of a converged solution without a curve: by steps from block to block where there are many of them, else
@@ -305,7 +307,8 @@ fn settle(
             return Some(Start { nu: problem.solution().nu, ..Start::at(&line) });
         }
     }
-    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
+    let curve = if line.curve == Curve::None { Curve::Bent } else { line.curve };
+    let nuisances = Nuisances::new(stretch, levels, curve)?;
     let straight = nuisances.count() - CURVE;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     if many && line.curve == Curve::None {
@@ -316,6 +319,11 @@ fn settle(
     }
     let used = straight + if line.curve == Curve::None { 0 } else { CURVE };
     let mut start = fundamental(&mut problem, &line, used)?;
+    start = comb_or_drift(&mut problem, start, &line, Shape { harmonics: most, slope: start.slope, nuisances: used })?;
+    // What the steps below would take for its baseline is another.
+    if matches!(start.curve, Curve::Relaxing(_)) {
+        return Some(start);
+    }
     let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, most);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {

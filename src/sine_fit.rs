@@ -155,7 +155,7 @@ impl Fitter {
 // Large and called from several places: one copy is enough.
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
-    let Start { nu, ambiguous, comb, slope, curve } = start;
+    let Start { nu, ambiguous, below, slope, curve } = start;
     let nuisances = Nuisances::new(stretch, levels, curve)?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
@@ -171,7 +171,7 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         likeliest_summit(&mut problem, nu)?;
         add_slope(&mut problem)?;
     }
-    if curve == Curve::Bent {
+    if curve != Curve::None {
         keep_curve_if_there(&mut problem)?;
     } else if slope && is_bent(&mut problem)? {
         let nu = problem.solution().nu;
@@ -189,7 +189,7 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
             problem.converge(nu, shape)?;
         }
     }
-    conclude(&mut problem, ambiguous, comb)
+    conclude(&mut problem, ambiguous, below > 0.0)
 }
 
 /// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest. A

@@ -5,6 +5,7 @@
 //! their own residual variance, which makes this the maximum of the likelihood with unknown noise
 //! in each channel.
 
+use crate::chance::ln;
 use crate::levels::Levels;
 use crate::moments::{HARMONICS_MAX, Moments};
 use crate::normal::{Normal, Rows, UNKNOWNS, dot, less_products};
@@ -338,12 +339,13 @@ pub fn is_misfit(over_noise: Option<f32>) -> bool {
 /// Log-likelihood gained by what leaves the sums of squares `rest` with so many `unknowns` of a channel,
 /// over what left `before`: negative where `before` is likelier. Bartlett's factor is in it: the logarithm of few frames
 /// overstates what so many unknowns explain.
+#[inline(never)]
 pub fn gain(levels: &Levels, before: &Values, rest: &Values, unknowns: usize) -> f32 {
     let factor = (levels.frames as f32 - unknowns as f32).max(0.0);
     let mut sum = 0.0;
     for c in 0..TAXELS {
         if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > 0.0 {
-            sum += libm::logf(before[c] / rest[c]);
+            sum += ln(before[c] / rest[c]);
         }
     }
     0.5 * factor * sum
