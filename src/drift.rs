@@ -52,7 +52,7 @@ pub fn few_cycles(problem: &mut Problem, peak: f32, place: Place) -> Option<Opti
     let line = Line { nu, slope: shape.slope, curve: Curve::None, suspects: [true; 2], ambiguous: false };
     let Some((bent, relaxing)) = drifts(problem)? else { return Some(None) };
     let relaxed = bent.odds(levels, &relaxing);
-    let drift = if relaxed > 0.0 { relaxing } else { bent };
+    let drift = if gain(levels, &bent.rest, &relaxing.rest, 0) > 0.0 { relaxing } else { bent };
     let wave = found && is_wave(problem, nu, &drift.rest, straight)?;
     if wave && (2.0 * nu >= CYCLES_UNLIKE_DRIFT || relaxed < -UNRELAXED) {
         return Some(Some(line));

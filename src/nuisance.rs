@@ -29,7 +29,7 @@ pub enum Curve {
     /// Second and third Legendre polynomial of `u`.
     Bent,
     /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`; and behind it what it changes
-    /// by with the rate, u times it.
+    /// by with the rate, u times it. Both but for a line, so that there has to be a slope too.
     Relaxing(f32),
 }
 
@@ -150,6 +150,7 @@ impl Nuisances {
         }
         let first = 2 * self.interferer as usize;
         let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
+        let centre = if let Curve::Relaxing(rate) = self.curve { libm::expf(-rate) } else { 0.0 };
         for (i, functions) in columns.iter_mut().enumerate() {
             let counts = (block.valid[i] != 0) as u8 as f32;
             if self.interferer {
@@ -166,10 +167,13 @@ impl Nuisances {
                         *third = (2.5 * uu - 1.5) * u[i] * counts;
                     }
                 }
+                // Less the line that each is next to where the rate is small, which f32 could not tell them from.
                 Curve::Relaxing(rate) => {
                     if let [relaxing, change, ..] = &mut functions[first..] {
-                        *relaxing = libm::expf(-rate * (u[i] + 1.0)) * counts;
-                        *change = u[i] * *relaxing;
+                        let beyond = libm::expf(-rate * (u[i] + 1.0)) - centre;
+                        let bent = beyond + centre * rate * u[i];
+                        *relaxing = bent * counts;
+                        *change = (u[i] * beyond + 2.0 / rate * bent) * counts;
                     }
                 }
             }

@@ -81,6 +81,30 @@ fn a_quick_drift_does_not_bias_three_cycles() {
     assert_all_unbiased(&[3.0, 3.4], &TIMES[..1], &[2.0]);
 }
 
+/// A low line with its overtones mimics a drift and a tone: there must be no part of the tone's frequency among the
+/// answers.
+#[test]
+fn a_huge_drift_makes_no_tone_a_part_of_itself() {
+    let mut wrong = Vec::new();
+    for cycles in [2.2, 2.6, 3.0, 3.4, 4.2, 5.2] {
+        for time in TIMES {
+            for swing in [20.0, 1000.0] {
+                let truth = cycles / FRAMES as f64;
+                let fits = (0..20).map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit());
+                let good: Vec<_> = fits.filter(|fit| fit.status == Status::Good).collect();
+                let off = good.iter().filter(|fit| (fit.frequency as f64 / truth - 1.0).abs() > 0.25).count();
+                if off > 0 || good.len() < 19 {
+                    wrong.push(format!(
+                        "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",
+                        good.len()
+                    ));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
 fn assert_no_tone(times: &[f64], swings: &[f64]) {
     let mut found = Vec::new();
     for time in times.iter().copied() {
