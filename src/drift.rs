@@ -10,7 +10,7 @@ use crate::fundamental::harmonics_below_nyquist;
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::relaxing::{Model, relaxing};
 use crate::search::{LINE_STEPS, Line, Start};
-use crate::solve::{Shape, gain, rest};
+use crate::solve::{Shape, gain, is_misfit, over_noise, rest};
 use crate::spectrum::strongest;
 use crate::window::Values;
 
@@ -89,6 +89,10 @@ pub fn comb_or_drift(problem: &mut Problem, start: Start, line: &Line, shape: Sh
     Some(match weigh(problem, start.below, shape, &on)? {
         Verdict::Wave => start,
         Verdict::Open => Start { ambiguous: true, ..start },
+        // Neither: a tone that comes or goes, for one.
+        Verdict::Tone if is_misfit(over_noise(problem.levels, &on.rest, on.unknowns)) => {
+            Start { ambiguous: true, ..start }
+        }
         Verdict::Tone => Start { nu: on.nu, ambiguous: false, below: 0.0, slope: true, curve: on.curve },
     })
 }

@@ -33,27 +33,18 @@ fn left(block: &Block, c: usize, level: f32, solution: &Solution, waves: &Waves,
     let shape = &solution.shape;
     let unknown = |index: usize| solution.unknowns[index][c];
     let (zero, slope) = (level + unknown(0), if shape.slope { unknown(1) } else { 0.0 });
-    let mut rest = [0.0; BLOCK];
-    for i in 0..BLOCK {
-        rest[i] = block.values[i][c] - zero - slope * waves.u[i];
-    }
-    for k in 0..shape.nuisances {
-        let factor = unknown(1 + shape.slope as usize + k);
-        for i in 0..BLOCK {
-            rest[i] -= factor * columns[i][k];
-        }
-    }
-    for h in 0..shape.harmonics.min(HARMONICS_MAX) {
-        let (cos, sin) = solution.harmonic(h);
-        for i in 0..BLOCK {
-            rest[i] -= cos[c] * waves.cos[h][i] + sin[c] * waves.sin[h][i];
-        }
-    }
+    // Frame by frame: it is seldom asked for, and unrolled it would take a kilobyte of flash.
     let mut sum = 0.0;
-    for i in 0..BLOCK {
-        if block.valid[i] != 0 {
-            sum += rest[i] * rest[i];
+    for i in (0..BLOCK).filter(|i| block.valid[*i] != 0) {
+        let mut rest = block.values[i][c] - zero - slope * waves.u[i];
+        for k in 0..shape.nuisances.min(NUISANCES_MAX) {
+            rest -= unknown(1 + shape.slope as usize + k) * columns[i][k];
         }
+        for h in 0..shape.harmonics.min(HARMONICS_MAX) {
+            let (cos, sin) = solution.harmonic(h);
+            rest -= cos[c] * waves.cos[h][i] + sin[c] * waves.sin[h][i];
+        }
+        sum += rest * rest;
     }
     sum
 }

@@ -95,12 +95,10 @@ fn counts(valid: u16, taxels: u16) -> bool {
     valid & taxels == taxels && valid != 0
 }
 
-/// Whether all frames of a block do.
+/// Whether all frames of a block do, and have a valid taxel in common: if not, each is looked at.
 #[inline(always)]
 fn all_count(valid: &[u16; BLOCK], taxels: u16) -> bool {
-    let common = valid.iter().fold(u16::MAX, |common, valid| common & valid);
-    // If they have no taxel in common each has to be looked at.
-    counts(common, taxels) || common == 0 && valid.iter().all(|valid| counts(*valid, taxels))
+    counts(valid.iter().fold(u16::MAX, |common, valid| common & valid), taxels)
 }
 
 impl<'a> Stretch<'a> {
