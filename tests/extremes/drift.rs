@@ -84,11 +84,11 @@ fn a_quick_drift_does_not_bias_three_cycles() {
 /// A low line with its overtones mimics a drift and a tone: there must be no part of the tone's frequency among the
 /// answers.
 #[test]
-fn a_large_drift_makes_no_tone_a_part_of_itself() {
+fn a_huge_drift_makes_no_tone_a_part_of_itself() {
     let mut wrong = Vec::new();
     for cycles in [2.2, 2.6, 3.0, 3.4, 4.2, 5.2] {
         for time in TIMES {
-            for swing in [20.0, 50.0] {
+            for swing in [20.0, 1000.0] {
                 let truth = cycles / FRAMES as f64;
                 let fits = (0..20).map(|seed| window(cycles, time, swing, AMPLITUDE, seed).fit());
                 let good: Vec<_> = fits.filter(|fit| fit.status == Status::Good).collect();
