@@ -123,6 +123,7 @@ pub struct Coarse {
     by: u32,
     count: usize,
     valid: [u16; MEANS_MAX],
+    /// Levels of the means.
     levels: Levels,
 }
 
@@ -247,8 +248,8 @@ fn look(
     Some(Some(Line { nu, slope: true, curve: Curve::None, suspects, ambiguous: false }))
 }
 
-/// The same of a converged solution without a curve: by steps from block to block where there are many of them, else
-/// by another pass. None if frames were overwritten.
+/// Whether a converged solution without a curve leaves one: by steps from block to block where there are many of them,
+/// else by another pass. None if frames were overwritten.
 pub fn is_bent(problem: &mut Problem) -> Option<bool> {
     let Problem { stretch, levels, nuisances, work, .. } = problem;
     let (shape, nu) = (work.solution.shape, work.solution.nu);
