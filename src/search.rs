@@ -119,7 +119,7 @@ pub fn search(
 
 /// What the means of groups of frames say.
 pub struct Coarse {
-    /// Frames of a group; 0 if there are no means.
+    /// Frames of a group.
     by: u32,
     count: usize,
     valid: [u16; MEANS_MAX],
@@ -127,15 +127,12 @@ pub struct Coarse {
     levels: Levels,
 }
 
-/// Levels of a stretch, and its means in `scratch`. None if frames were overwritten.
-pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<(Levels, Coarse)> {
-    let mut valid = [0; MEANS_MAX];
+/// Levels of a stretch, and its means in `scratch` unless it is too short for them. None if frames were overwritten.
+pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<(Levels, Option<Coarse>)> {
     if stretch.frames < FRAMES_FOR_MEANS || !stretch.is_in_time() {
-        let levels = levels(stretch, None)?;
-        let coarse = Coarse { by: 0, count: 0, valid, levels: levels.clone() };
-        return Some((levels, coarse));
+        return Some((levels(stretch, None)?, None));
     }
-    let mut by = QUAD as u32;
+    let (mut by, mut valid) = (QUAD as u32, [0; MEANS_MAX]);
     while stretch.frames / by > MEANS_MAX as u32 {
         by *= 2;
     }
@@ -144,7 +141,7 @@ pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<
     let mut means = Means::new(by, values.get_mut(..count)?, valid.get_mut(..count)?);
     let all = levels(stretch, Some(&mut means))?;
     let levels = means.levels(&all, stretch.taxels);
-    Some((all, Coarse { by, count, valid, levels }))
+    Some((all, Some(Coarse { by, count, valid, levels })))
 }
 
 /// The same as [`search`] by the means of `coarse`, which [`levels_and_means`] left in `scratch`. The inner None says
@@ -152,13 +149,14 @@ pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<
 pub fn search_coarse(
     stretch: &mut Stretch,
     levels_of_all: &Levels,
-    coarse: &Coarse,
+    coarse: &Option<Coarse>,
     scratch: &mut Scratch,
     work: &mut Work,
     harmonics: usize,
 ) -> Option<Option<Start>> {
+    let Some(coarse) = coarse else { return Some(None) };
     // A gap gives a line high skirts: that takes all channels and all frames to see through.
-    if coarse.by == 0 || 10 * levels_of_all.frames < 9 * stretch.frames {
+    if 10 * levels_of_all.frames < 9 * stretch.frames {
         return Some(None);
     }
     let (values, _) = scratch.points.as_chunks();
