@@ -11,7 +11,7 @@ use crate::stretch::Stretch;
 
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
 /// twelfth) below the strongest line.
-const SUBHARMONIC_SHARE: f32 = 0.1;
+pub(crate) const SUBHARMONIC_SHARE: f32 = 0.1;
 /// Share from which such lines leave it open which of the two it is.
 pub(crate) const AMBIGUOUS_SHARE: f32 = 0.04;
 /// A harmonic is a line where the fundamental says it is, within this many cycles per window: real

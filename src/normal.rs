@@ -34,19 +34,28 @@ impl Normal {
     /// Replaces the matrix by its factor. None if it is singular to working precision: a pivot fell below
     /// a millionth of its diagonal element, so that the unknowns cannot be told apart in f32.
     pub fn factor(&mut self) -> Option<()> {
+        let size = self.size;
+        self.factor_some();
+        (self.size == size).then_some(())
+    }
+
+    /// The same of as many unknowns, from the first on, as can be told apart: `size` is then their number.
+    pub fn factor_some(&mut self) {
+        let mut product = 1.0;
         for i in 0..self.size {
             let (above, rest) = self.lower.split_at_mut(i);
-            let row = rest.first_mut()?;
+            let Some(row) = rest.first_mut() else { return };
             for (j, other) in above.iter().enumerate() {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
             }
             let pivot = row[i] - dot(&row[..i], &row[..i]);
-            if !(pivot > 1e-6 * row[i]) {
-                return None;
+            product *= pivot / row[i];
+            if !(pivot > 1e-6 * row[i] && product > 1e-9) {
+                self.size = i;
+                return;
             }
             row[i] = 1.0 / libm::sqrtf(pivot);
         }
-        Some(())
     }
 
     /// Solves the factor's own equations for one right-hand side, in place: half way to the solution. Its

@@ -7,7 +7,7 @@
 
 use crate::chance::gain_by_chance;
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
-use crate::drift::{Place, comb_or_drift, few_cycles};
+use crate::few_cycles::few_cycles;
 use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
@@ -32,6 +32,8 @@ const FRAMES_FOR_STEPS: u32 = 12 * BLOCK as u32;
 const MEANS_SHARE: f32 = 0.5;
 /// Peaks below this many cycles per half window are looked at by exact likelihoods.
 const LOW_NU: f32 = 1.75;
+/// Cycles from which on no wave looks like a drift that relaxes.
+const CYCLES_UNLIKE_DRIFT: f32 = 2.5;
 /// Channels whose means are transformed: a guess is all that is wanted.
 const CLEAREST: usize = 4;
 /// Steps from a periodogram's peak to the line it belongs to.
@@ -50,6 +52,8 @@ pub struct Line {
     pub slope: bool,
     /// The curve under it.
     pub curve: Curve,
+    /// Harmonics that it carries; 0 if that is not known yet.
+    pub harmonics: usize,
     /// Whether it may be the second, or the third, harmonic of its tone.
     pub suspects: [bool; 2],
     /// It is open whether this is the tone.
@@ -69,13 +73,26 @@ pub struct Start {
     pub slope: bool,
     /// Curve of each channel.
     pub curve: Curve,
+    /// Harmonics to fit; 0 if that is not known yet.
+    pub harmonics: usize,
 }
 
 impl Start {
     /// At a line that is its own fundamental.
     pub(crate) fn at(line: &Line) -> Self {
-        Self { nu: line.nu, ambiguous: line.ambiguous, below: 0.0, slope: line.slope, curve: line.curve }
+        let Line { nu, ambiguous, slope, curve, harmonics, .. } = *line;
+        Self { nu, ambiguous, below: 0.0, slope, curve, harmonics }
     }
+}
+
+/// Room for transforms, and the channels to be transformed, bit k for taxel k.
+pub struct Place<'a> {
+    /// Which channels.
+    pub channels: u16,
+    /// Room for transforms.
+    pub points: &'a mut [f32],
+    /// For half of one.
+    pub power: &'a mut [f32],
 }
 
 /// Scratch memory of the search: transforms, or the means and their transforms.
@@ -108,7 +125,7 @@ pub fn search(
     harmonics: usize,
 ) -> Option<Option<Start>> {
     let Scratch { points, power } = scratch;
-    match look(stretch, levels, u16::MAX, points, power, work)? {
+    match look(stretch, levels, Place { channels: u16::MAX, points, power }, work, harmonics)? {
         Some(line) => {
             let carried = harmonics_below_nyquist(stretch, line.nu, harmonics);
             settle(stretch, levels, work, line, harmonics, carried).map(Some)
@@ -178,7 +195,7 @@ pub fn search_coarse(
     }
     let channels = clearest(&shares, levels.usable);
     let (points, power) = scratch.power.split_at_mut(POINTS_MAX / 4);
-    let Some(line) = look(&mut means, levels, channels, points, power, work)? else {
+    let Some(line) = look(&mut means, levels, Place { channels, points, power }, work, harmonics)? else {
         return Some(None);
     };
     // The means cover whole groups of frames only.
@@ -221,19 +238,17 @@ fn clearest(shares: &Values, usable: u16) -> u16 {
 fn look(
     stretch: &mut Stretch,
     levels: &Levels,
-    channels: u16,
-    points: &mut [f32],
-    power: &mut [f32],
+    place: Place,
     work: &mut Work,
+    most: usize,
 ) -> Option<Option<Line>> {
+    let Place { channels, points, power } = place;
     let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
     let count = nuisances.count();
     let peak = strongest(stretch, levels, &nuisances, 0.5, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
     if peak <= LOW_NU {
-        let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-        let mut problem = Problem::new(stretch, levels, &nuisances, work);
-        return few_cycles(&mut problem, peak, Place { channels, points, power });
+        return few_cycles(stretch, levels, work, most, Some(Place { channels, points, power }), 0.0);
     }
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: count }, LINE_STEPS, LINE_CLOSE)? {
@@ -243,7 +258,7 @@ fn look(
     let power_at = |nu: f32| power_near(frames, most, power, nu);
     let worth = WORTH_A_LOOK * power_at(nu);
     let suspects = [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
-    Some(Some(Line { nu, slope: true, curve: Curve::None, suspects, ambiguous: false }))
+    Some(Some(Line { nu, slope: true, curve: Curve::None, harmonics: 0, suspects, ambiguous: false }))
 }
 
 /// Whether a converged solution without a curve leaves one: by steps from block to block where there are many of them,
@@ -289,7 +304,7 @@ fn settle(
     most: usize,
     carried: usize,
 ) -> Option<Start> {
-    if most < 2 {
+    if most < 2 || line.harmonics > 0 && line.suspects == [false; 2] {
         return Some(Start::at(&line));
     }
     let harmonics = harmonics_below_nyquist(stretch, line.nu, most);
@@ -318,7 +333,14 @@ fn settle(
     }
     let used = straight + if line.curve == Curve::None { 0 } else { CURVE };
     let mut start = fundamental(&mut problem, &line, used)?;
-    start = comb_or_drift(&mut problem, start, &line, Shape { harmonics: most, slope: start.slope, nuisances: used })?;
+    if start.below > 0.0 && 2.0 * start.below < CYCLES_UNLIKE_DRIFT {
+        // Those lines may be a drift.
+        let Problem { stretch, levels, work, .. } = problem;
+        if let Some(line) = few_cycles(stretch, levels, work, most, None, line.nu)? {
+            return Some(Start::at(&line));
+        }
+        return Some(start);
+    }
     // What the steps below would take for its baseline is another.
     if matches!(start.curve, Curve::Relaxing(_)) {
         return Some(start);

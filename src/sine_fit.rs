@@ -155,11 +155,11 @@ impl Fitter {
 // Large and called from several places: one copy is enough.
 #[inline(never)]
 fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
-    let Start { nu, ambiguous, below, slope, curve } = start;
+    let Start { nu, ambiguous, below, slope, curve, harmonics } = start;
     let nuisances = Nuisances::new(stretch, levels, curve)?;
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
-    let harmonics = harmonics_below_nyquist(problem.stretch, nu, most);
+    let harmonics = if harmonics > 0 { harmonics } else { harmonics_below_nyquist(problem.stretch, nu, most) };
     let mut shape = Shape { harmonics, slope, nuisances: nuisances.count() };
     while !problem.converge(nu, shape)? {
         if shape.harmonics == 1 {
@@ -167,13 +167,9 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         }
         shape.harmonics -= 1;
     }
-    if !slope {
-        likeliest_summit(&mut problem, nu)?;
-        add_slope(&mut problem)?;
-    }
     if curve != Curve::None {
         keep_curve_if_there(&mut problem)?;
-    } else if slope && is_bent(&mut problem)? {
+    } else if slope && start.harmonics == 0 && is_bent(&mut problem)? {
         let nu = problem.solution().nu;
         return fit_from(stretch, levels, work, most, Start { nu, curve: Curve::Bent, ..start });
     }

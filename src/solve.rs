@@ -192,6 +192,29 @@ pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &S
     Some(left(levels, &rows, normal.size))
 }
 
+/// Residual sums of squares of the same with fewer harmonics too, from none on; fewer of them where more cannot be
+/// told apart.
+pub fn rests(
+    moments: &Moments,
+    levels: &Levels,
+    nuisances: &Nuisances,
+    shape: &Shape,
+    visit: &mut dyn FnMut(usize, &Values),
+) {
+    let (mut normal, mut rows) = (Normal::new(shape.unknowns()), [[0.0; TAXELS]; UNKNOWNS]);
+    fill(&mut normal, moments, nuisances, shape);
+    right_sides(&mut rows, moments, levels, nuisances, shape);
+    // Waves come last, so that the factor of fewer of them is a corner of this one.
+    normal.factor_some();
+    normal.forward_rows(&mut rows);
+    for harmonics in 0..=shape.harmonics {
+        let size = Shape { harmonics, ..*shape }.unknowns();
+        if size <= normal.size {
+            visit(harmonics, &left(levels, &rows, size));
+        }
+    }
+}
+
 impl Solution {
     /// None yet; `const`, so that it can live in a static.
     pub const fn new() -> Self {

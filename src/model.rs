@@ -1,0 +1,36 @@
+//! What a window may hold, and how much likelier one is than another.
+
+use crate::chance::ln;
+use crate::levels::Levels;
+use crate::nuisance::Curve;
+use crate::solve::{Shape, gain};
+use crate::window::Values;
+
+/// A tone with its baseline, or a baseline alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// Cycles per half window ([`crate::stretch`]); 0 if there is no tone.
+    pub nu: f32,
+    /// Curve of the baseline.
+    pub curve: Curve,
+    /// What each channel holds; no harmonics if there is no tone.
+    pub shape: Shape,
+    /// Residual sums of squares.
+    pub rest: Values,
+}
+
+impl Model {
+    /// Log-likelihood by which `other` is likelier than this one, where each unknown has to pay for itself (Schwarz's
+    /// criterion).
+    #[inline(never)]
+    pub fn odds(&self, levels: &Levels, other: &Self) -> f32 {
+        let (own, others) = (self.shape.unknowns(), other.shape.unknowns());
+        let paid = 0.5 * ln(levels.frames as f32) * (others as f32 - own as f32) * levels.channels();
+        gain(levels, &self.rest, &other.rest, own.max(others)) - paid
+    }
+
+    /// Whether it is likelier than `other` by them.
+    pub fn is_likelier_than(&self, other: &Self, levels: &Levels) -> bool {
+        other.odds(levels, self) > 0.0
+    }
+}
