@@ -39,35 +39,24 @@
 
 pub mod abscissa;
 pub mod bridge;
-pub mod chance;
-pub mod contact;
-pub mod dating;
 pub mod descent;
 pub mod detector;
 pub mod drift;
-pub mod frame;
 pub mod fundamental;
 pub mod intake;
-pub mod levels;
 pub mod load;
-pub mod moments;
-pub mod motion;
-pub mod normal;
-pub mod nuisance;
 pub mod outbox;
-pub mod phase;
 pub mod pipeline;
 pub mod profile;
 pub mod relaxing;
-pub mod residuals;
 pub mod search;
-pub mod settings;
 pub mod sine_fit;
-pub mod solve;
-pub mod spectrum;
-pub mod stretch;
 pub mod tally;
 pub mod telemetry;
-pub mod waves;
 pub mod window;
 pub mod workload;
+
+pub use ridgetone_hot::{
+    chance, contact, dating, frame, levels, moments, motion, normal, nuisance, phase, residuals, settings, solve,
+    spectrum, stretch, waves,
+};

@@ -6,7 +6,7 @@ use crate::waves::legendre;
 use crate::window::Values;
 
 /// Frames that are added up before they meet `u`, and of which means are made.
-pub(crate) const QUAD: usize = 4;
+pub const QUAD: usize = 4;
 
 /// Level and slope of every channel, and which of them can be used.
 #[derive(Clone, Debug)]
@@ -223,7 +223,7 @@ impl Sums {
 
 /// Sums of groups of frames, relative to the first frame that counts: a stretch in a fraction of its frames. They are
 /// means in another measure.
-pub(crate) struct Means<'a> {
+pub struct Means<'a> {
     /// Frames of a group, a multiple of [`QUAD`].
     by: u32,
     /// As many as there are whole groups.
@@ -307,7 +307,7 @@ impl<'a> Means<'a> {
 
 /// First pass: levels, and which taxels and frames count; makes means on the way. None if the frames were
 /// overwritten.
-pub(crate) fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
+pub fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
     stretch.taxels = reliable_taxels(stretch)?;
     let zero = stretch.first_counted()?.unwrap_or_default();
     let mut sums = Sums::new(zero);
