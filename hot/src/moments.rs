@@ -4,7 +4,7 @@ use crate::levels::Levels;
 use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::settings::TAXELS;
 use crate::stretch::{BLOCK, Block, Stretch};
-use crate::waves::{Centre, Oscillator, Trigonometric, WING, Waves, Wing, Wings};
+use crate::waves::{Centre, Meets, Oscillator, Trigonometric, WING, Waves, Wings};
 use crate::window::Values;
 
 /// Most harmonics, the fundamental included.
@@ -33,6 +33,7 @@ pub struct Moments {
 
 impl Moments {
     /// No sums yet; `const`, so that they can live in a static.
+    #[inline(always)]
     pub const fn new() -> Self {
         let rows = [[0.0; COLUMNS]; HARMONICS_MAX];
         Self { trigonometric: Trigonometric::new(), cos: rows, sin: rows, u_cos: rows, u_sin: rows }
@@ -49,7 +50,8 @@ impl Moments {
         nu: f32,
         harmonics: usize,
     ) -> Option<()> {
-        let oscillator = Oscillator::new(stretch, nu, harmonics);
+        let mut oscillator = Oscillator::new(stretch, nu, harmonics);
+        oscillator.find_wings();
         // Rows of harmonics that are not asked for are left as they were: nobody reads them.
         self.trigonometric.clear(oscillator.harmonics);
         for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
@@ -57,28 +59,31 @@ impl Moments {
         }
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
         let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; WING]);
+        let mut halves = [[[[0.0; GROUP]; 2]; 2]; 2];
         let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
         stretch.blocks(&levels.offset, &mut |block| {
             oscillator.centre(block.at, &mut centre);
             if block.whole && in_time {
                 self.trigonometric.add_block(&centre, &oscillator);
             } else {
-                oscillator.fill(block.at, &mut waves);
+                oscillator.fill(&block, &mut waves);
                 self.trigonometric.add_frames(&block, &waves, oscillator.harmonics);
             }
             for group in 0..TAXELS / GROUP {
                 let first = GROUP * group;
-                if levels.usable >> first & ((1 << GROUP) - 1) != 0 {
-                    let row = rows(&block, &levels.offset, group);
-                    match in_time {
-                        true => {
-                            fold(&mut folded, row);
-                            self.add_folded(first, &folded, &oscillator.wings, &centre);
-                        }
-                        false => {
-                            self.add_along(first, &part(&block, &levels.offset, group), &waves, oscillator.harmonics)
-                        }
+                if levels.usable >> first & ((1 << GROUP) - 1) == 0 {
+                    continue;
+                }
+                match in_time {
+                    true if oscillator.harmonics == 1 => {
+                        let [even, odd] = fundamental(&block, &levels.offset, group, &oscillator.wings);
+                        self.add_parts(first, 0, &even, &odd, &centre);
                     }
+                    true => {
+                        fold(&mut folded, &block, &levels.offset, group);
+                        self.add_folded(first, &folded, &mut halves, &oscillator.wings, &centre);
+                    }
+                    false => self.add_along(first, &part(&block, &levels.offset, group), &waves, oscillator.harmonics),
                 }
             }
             if nuisances.count() > 0 {
@@ -86,8 +91,8 @@ impl Moments {
                 nuisances.fill(&block, &u, &mut columns);
                 match in_time {
                     true => {
-                        fold(&mut folded, |i| columns[i]);
-                        self.add_folded(TAXELS, &folded, &oscillator.wings, &centre);
+                        fold_columns(&mut folded, &columns);
+                        self.add_folded(TAXELS, &folded, &mut halves, &oscillator.wings, &centre);
                     }
                     false => self.add_along(TAXELS, &columns, &waves, oscillator.harmonics),
                 }
@@ -102,26 +107,54 @@ impl Moments {
         Some(())
     }
 
-    /// A block in time: what is even and odd about its centre meets the harmonics' halves that are.
-    fn add_folded(&mut self, first: usize, folded: &Folded, wings: &Wings, centre: &Centre) {
-        for (h, (c, s)) in centre.turns().iter().enumerate() {
-            self.add_harmonic(first, h, folded, wings, [*c, *s, centre.u]);
+    /// A block in time: what is even and odd about its centre meets the harmonics' halves that are, two of them at
+    /// a time: as many sums as there are registers for.
+    fn add_folded(
+        &mut self,
+        first: usize,
+        folded: &Folded,
+        halves: &mut [[Halves; 2]; 2],
+        wings: &Wings,
+        centre: &Centre,
+    ) {
+        let harmonics = centre.turns().len();
+        for h in (0..harmonics).step_by(2) {
+            // Both kinds of halves, of two harmonics; filled before they are read.
+            let [even, odd] = &mut *halves;
+            if h + 1 < harmonics {
+                meet::<0, 2>(even, folded, h, &wings.even);
+                meet::<1, 2>(odd, folded, h, &wings.odd);
+                self.add_parts(first, h, &even[0], &odd[0], centre);
+                self.add_parts(first, h + 1, &even[1], &odd[1], centre);
+            } else {
+                let ([even, _], [odd, _]) = (even, odd);
+                meet::<0, 1>(core::array::from_mut(even), folded, h, &wings.even);
+                meet::<1, 1>(core::array::from_mut(odd), folded, h, &wings.odd);
+                self.add_parts(first, h, even, odd, centre);
+            }
         }
     }
 
-    /// One harmonic of that. Apart, so that the compiler does not carry all the columns in registers around
-    /// the loop, which it has not enough of.
+    /// One harmonic of that, turned from the phase of the block's centre.
     #[inline(never)]
-    fn add_harmonic(&mut self, first: usize, h: usize, folded: &Folded, wings: &Wings, [c, s, u]: [f32; 3]) {
+    fn add_parts(&mut self, first: usize, h: usize, even: &Halves, odd: &Halves, centre: &Centre) {
         let h = h.min(HARMONICS_MAX - 1);
-        // The distance from the centre is odd: times it, the cosine's half is odd and the sine's even.
-        let [even_half, far_even_half] = wing_products::<0>(folded, &wings.cos[h], &wings.far_sin[h]);
-        let [odd_half, far_odd_half] = wing_products::<1>(folded, &wings.sin[h], &wings.far_cos[h]);
-        let (cos, sin) = turn(even_half, odd_half, c, s);
-        let (far_cos, far_sin) = turn(far_odd_half, far_even_half, c, s);
-        let u_cos = core::array::from_fn(|k| u * cos[k] + far_cos[k]);
-        let u_sin = core::array::from_fn(|k| u * sin[k] + far_sin[k]);
-        self.add_sums(first, h, [cos, sin, u_cos, u_sin]);
+        let (u, (c, s)) = (centre.u, centre.turn(h));
+        let rows = [&mut self.cos[h], &mut self.sin[h], &mut self.u_cos[h], &mut self.u_sin[h]];
+        let [Some(to_cos), Some(to_sin), Some(to_u_cos), Some(to_u_sin)] =
+            rows.map(|row| row.get_mut(first..).and_then(|row| row.first_chunk_mut::<GROUP>()))
+        else {
+            return;
+        };
+        for k in 0..GROUP {
+            let (even, far_even, odd, far_odd) = (even[0][k], even[1][k], odd[0][k], odd[1][k]);
+            let (cos, sin) = (c * even - s * odd, s * even + c * odd);
+            let (far_cos, far_sin) = (c * far_odd - s * far_even, s * far_odd + c * far_even);
+            to_cos[k] += cos;
+            to_sin[k] += sin;
+            to_u_cos[k] += u * cos + far_cos;
+            to_u_sin[k] += u * sin + far_sin;
+        }
     }
 
     /// A block along a path, where no two are alike.
@@ -162,43 +195,97 @@ pub(crate) type Sums = [f32; GROUP];
 /// Sums and differences of what lies as far before and behind a block's centre.
 type Folded = [[Sums; 2]; WING];
 
+/// What the even (or odd) parts of some columns have in common with one harmonic about the block's centre: with the
+/// cosine, and with the distance times the sine (or the other way round).
+type Halves = [Sums; 2];
+
+/// Some taxels of a frame.
 #[inline(always)]
-fn fold(folded: &mut Folded, row: impl Fn(usize) -> Sums) {
-    for (i, folded) in folded.iter_mut().enumerate() {
-        let (before, behind) = (row(WING - 1 - i), row(WING + i));
-        for c in 0..GROUP {
-            (folded[0][c], folded[1][c]) = (behind[c] + before[c], behind[c] - before[c]);
-        }
-    }
+fn some(values: &Values, group: usize) -> &Sums {
+    &values.as_chunks().0[group % (TAXELS / GROUP)]
 }
 
-/// Sums of columns, even (0) or odd (1), times two functions.
+/// Sum, less twice the offset, and difference of two values of a taxel. Offset first: it is next to both.
+#[inline(always)]
+fn fold_two(before: f32, behind: f32, twice: f32) -> (f32, f32) {
+    ((before - twice) + behind, behind - before)
+}
+
+/// Folds a group of taxels.
 #[inline(never)]
-fn wing_products<const PARITY: usize>(folded: &Folded, first: &Wing, second: &Wing) -> [Sums; 2] {
-    let mut sums = [[0.0; GROUP]; 2];
-    for ((row, first), second) in folded.iter().zip(first).zip(second) {
+fn fold(folded: &mut Folded, block: &Block, offset: &Values, group: usize) {
+    let twice = some(offset, group).map(|offset| 2.0 * offset);
+    let (before, behind) = block.values.split_at(WING);
+    for ((folded, before), behind) in folded.iter_mut().zip(before.iter().rev()).zip(behind) {
+        let (before, behind) = (some(before, group), some(behind, group));
         for c in 0..GROUP {
-            sums[0][c] += row[PARITY][c] * first;
-            sums[1][c] += row[PARITY][c] * second;
+            (folded[0][c], folded[1][c]) = fold_two(before[c], behind[c], twice[c]);
         }
     }
-    sums
 }
 
-/// A frame of a group of taxels, less its offsets.
-#[inline(always)]
-fn rows<'a>(block: &'a Block, offset: &Values, group: usize) -> impl Fn(usize) -> Sums + use<'a> {
-    let of = move |values: &Values| -> Sums { values.as_chunks().0[group] };
-    let (zero, values) = (of(offset), block.values);
-    move |i| {
-        let values = of(&values[i]);
-        core::array::from_fn(|c| values[c] - zero[c])
+/// Folds columns that have no offset.
+#[inline(never)]
+fn fold_columns(folded: &mut Folded, columns: &Part) {
+    let (before, behind) = columns.split_at(WING);
+    for ((folded, before), behind) in folded.iter_mut().zip(before.iter().rev()).zip(behind) {
+        for c in 0..GROUP {
+            (folded[0][c], folded[1][c]) = fold_two(before[c], behind[c], 0.0);
+        }
     }
 }
 
-/// All frames of them.
+/// What a group of taxels has in common with the first harmonic, folded on the way.
+#[inline(never)]
+fn fundamental(block: &Block, offset: &Values, group: usize, wings: &Wings) -> [Halves; 2] {
+    let twice = some(offset, group).map(|offset| 2.0 * offset);
+    let (mut with_cos, mut with_far_sin, mut with_sin, mut with_far_cos) =
+        ([0.0; GROUP], [0.0; GROUP], [0.0; GROUP], [0.0; GROUP]);
+    let (before, behind) = block.values.split_at(WING);
+    let wings = wings.even.iter().zip(&wings.odd);
+    for ((before, behind), (with_even, with_odd)) in before.iter().rev().zip(behind).zip(wings) {
+        let (before, behind) = (some(before, group), some(behind, group));
+        let ([cos, far_sin], [sin, far_cos]) = (with_even[0], with_odd[0]);
+        for c in 0..GROUP {
+            let (even, odd) = fold_two(before[c], behind[c], twice[c]);
+            with_cos[c] += even * cos;
+            with_far_sin[c] += even * far_sin;
+            with_sin[c] += odd * sin;
+            with_far_cos[c] += odd * far_cos;
+        }
+    }
+    [[with_cos, with_far_sin], [with_sin, with_far_cos]]
+}
+
+/// Even (0) or odd (1) parts times what they meet of `N` harmonics from `h` on.
+#[inline(never)]
+fn meet<const PARITY: usize, const N: usize>(out: &mut [Halves; N], folded: &Folded, h: usize, meets: &[Meets; WING]) {
+    let of = |meets: &'_ Meets| meets.get(h..).and_then(|meets| meets.first_chunk::<N>()).copied();
+    let mut rows = folded.iter().zip(meets);
+    let Some((row, meets)) = rows.next() else { return };
+    let Some(meets) = of(meets) else { return };
+    // From the first row on, not from zero: the compiler would call for it.
+    let mut sums: [Halves; N] =
+        core::array::from_fn(|n| meets[n].map(|meets| core::array::from_fn(|c| row[PARITY][c] * meets)));
+    for (row, meets) in rows {
+        let Some(meets) = of(meets) else { return };
+        for n in 0..N {
+            for c in 0..GROUP {
+                sums[n][0][c] += row[PARITY][c] * meets[n][0];
+                sums[n][1][c] += row[PARITY][c] * meets[n][1];
+            }
+        }
+    }
+    *out = sums;
+}
+
+/// All frames of a group of taxels, less their offsets.
 pub(crate) fn part(block: &Block, offset: &Values, group: usize) -> Part {
-    core::array::from_fn(rows(block, offset, group))
+    let zero = some(offset, group);
+    block.values.each_ref().map(|values| {
+        let values = some(values, group);
+        core::array::from_fn(|c| values[c] - zero[c])
+    })
 }
 
 /// Sums of columns times a function.
@@ -212,12 +299,6 @@ pub(crate) fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
         }
     }
     sums
-}
-
-/// Sums with cosine and sine about a centre, turned to the phase of that centre.
-#[inline(always)]
-fn turn(even: Sums, odd: Sums, c: f32, s: f32) -> (Sums, Sums) {
-    (core::array::from_fn(|k| c * even[k] - s * odd[k]), core::array::from_fn(|k| s * even[k] + c * odd[k]))
 }
 
 impl Default for Moments {

@@ -104,14 +104,18 @@ fn copy(
     let size = out.len() / taxels.len().max(1);
     let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
     let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
+    // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
+    let mut weights = [0.0; TAXELS];
+    for c in taxels {
+        weights[*c] = 1.0 / libm::sqrtf(levels.about_line[*c]);
+    }
     stretch.blocks(&levels.offset, &mut |block| {
         let u = abscissa.block(block.at, frames);
         if baseline.len() > 2 {
             nuisances.fill(&block, &u, &mut columns);
         }
         for (out, c) in out.chunks_exact_mut(size.max(1)).zip(taxels) {
-            // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
-            let weight = 1.0 / libm::sqrtf(levels.about_line[*c]);
+            let weight = weights[*c];
             let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
             let mut rest: [f32; BLOCK] = core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
             for (k, factors) in baseline[2..].iter().enumerate() {

@@ -183,7 +183,8 @@ impl<'a> Stretch<'a> {
     /// A block with gaps, at the end of the stretch, or cut by the end of a ring.
     #[inline(never)]
     fn broken_block(&mut self, at: u32, most: usize, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        let (mut some, mut mask, mut shown) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK], 0);
+        let mut some = [*instead; BLOCK];
+        let (mut mask, mut shown) = ([0; BLOCK], 0);
         let taxels = self.taxels;
         while shown < most {
             let from = shown;
@@ -195,7 +196,7 @@ impl<'a> Stretch<'a> {
                 mask[from..from + count].copy_from_slice(&valid[..count]);
             })?;
         }
-        for (place, mask) in some.iter_mut().zip(&mut mask) {
+        for (place, mask) in some.iter_mut().zip(&mut mask).take(most) {
             if !counts(*mask, taxels) {
                 (*place, *mask) = (*instead, 0);
             }
