@@ -136,10 +136,12 @@ fn floor(squares: f32, frames: f32) -> f32 {
 }
 
 /// Fills the lower triangle of the normal equations.
+#[inline(never)]
 fn fill(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &Shape) {
     let sums = &moments.trigonometric;
+    let first = shape.first_wave();
     for (i, row) in normal.lower.iter_mut().enumerate().take(shape.unknowns()) {
-        for (j, place) in row.iter_mut().enumerate().take(i + 1) {
+        for (j, place) in row.iter_mut().enumerate().take((i + 1).min(first)) {
             *place = match (shape.function(i), shape.function(j)) {
                 (Function::Wave(a), Function::Wave(b)) => sums.product(Weight::One, a, b),
                 (Function::Slope, Function::Wave(a)) | (Function::Wave(a), Function::Slope) => {
@@ -154,6 +156,16 @@ fn fill(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &S
                     Wave::Sin(h) => moments.sin[h - 1][TAXELS + k],
                 },
             };
+        }
+    }
+    // Harmonics with each other, two rows at a time; of a harmonic with itself one place above the diagonal too, which
+    // nobody reads.
+    let rows = normal.lower.get_mut(first..).unwrap_or_default();
+    for (h, [cos, sin]) in rows.as_chunks_mut().0.iter_mut().enumerate().take(shape.harmonics) {
+        let cos = cos.get_mut(first..).unwrap_or_default().as_chunks_mut().0;
+        let sin = sin.get_mut(first..).unwrap_or_default().as_chunks_mut().0;
+        for (k, (cos, sin)) in cos.iter_mut().zip(sin).enumerate().take(h + 1) {
+            [*cos, *sin] = sums.products(h + 1, k + 1);
         }
     }
 }

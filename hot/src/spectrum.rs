@@ -189,7 +189,9 @@ fn add_power(signal: &mut [f32], power: &mut [f32]) {
     #[cfg(feature = "long-windows")]
     let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024,
         2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
-    for (power, bin) in power.iter_mut().zip(bins).skip(1) {
+    let [_, bins @ ..] = bins else { return };
+    let Some((_, power)) = power.split_first_mut() else { return };
+    for (power, bin) in power.iter_mut().zip(bins) {
         *power += bin.re * bin.re + bin.im * bin.im;
     }
 }

@@ -53,6 +53,17 @@ pub(crate) fn legendre(u: f32) -> [f32; 2] {
 }
 
 impl Trigonometric {
+    /// Sums of the products of cosine and sine of harmonic `h` (rows) with those of harmonic `k`, at most `h`.
+    #[inline(always)]
+    pub fn products(&self, h: usize, k: usize) -> [[f32; 2]; 2] {
+        let (cos, sin) = (&self.cos[Weight::One as usize], &self.sin[Weight::One as usize]);
+        let (apart, together) = (h.saturating_sub(k).min(ORDERS - 1), (h + k).min(ORDERS - 1));
+        [
+            [0.5 * (cos[apart] + cos[together]), 0.5 * (sin[together] - sin[apart])],
+            [0.5 * (sin[together] + sin[apart]), 0.5 * (cos[apart] - cos[together])],
+        ]
+    }
+
     /// Sum of weight x a x b.
     #[inline(always)]
     pub fn product(&self, weight: Weight, a: Wave, b: Wave) -> f32 {
