@@ -28,6 +28,9 @@
 //! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
+//! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
+//! [`ridgetone_hot`], which is compiled for speed and the rest for size; here they have their places all the same.
+//!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
