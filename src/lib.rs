@@ -17,7 +17,7 @@
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
 //! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
 //! | [`stretch`], [`levels`], [`nuisance`], [`waves`], [`moments`] | a window block by block; one pass over it each: all that the fit needs to know of it |
-//! | [`spectrum`], [`search`], [`drift`], [`relaxing`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
+//! | [`spectrum`], [`search`], [`few_cycles`], [`model`], [`relaxing`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
 //! | [`solve`], [`descent`] | the least-squares solution at one frequency, and the steps towards a better one |
 //! | [`residuals`], [`chance`] | what a solution leaves, sample by sample; what noise alone would reach |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
@@ -27,6 +27,9 @@
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
 //! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
+//!
+//! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
+//! [`ridgetone_hot`], which is compiled for speed and the rest for size; here they have their places all the same.
 //!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
@@ -39,36 +42,25 @@
 
 pub mod abscissa;
 pub mod bridge;
-pub mod chance;
-pub mod contact;
-pub mod dating;
 pub mod descent;
 pub mod detector;
-pub mod frame;
 pub mod few_cycles;
 pub mod fundamental;
 pub mod intake;
-pub mod levels;
 pub mod load;
 pub mod model;
-pub mod moments;
-pub mod motion;
-pub mod normal;
-pub mod nuisance;
 pub mod outbox;
-pub mod phase;
 pub mod pipeline;
 pub mod profile;
 pub mod relaxing;
-pub mod residuals;
 pub mod search;
-pub mod settings;
 pub mod sine_fit;
-pub mod solve;
-pub mod spectrum;
-pub mod stretch;
 pub mod tally;
 pub mod telemetry;
-pub mod waves;
 pub mod window;
 pub mod workload;
+
+pub use ridgetone_hot::{
+    chance, contact, dating, frame, levels, moments, motion, normal, nuisance, phase, residuals, settings, solve,
+    spectrum, stretch, waves,
+};

@@ -105,7 +105,7 @@ impl Fitter {
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
-        let work = &mut Work::new();
+        let work = &mut Work::NONE;
         let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
@@ -328,7 +328,7 @@ fn residuals_of_baseline(
     work: &Work,
     without: Shape,
 ) -> Option<Values> {
-    let mut baseline = Solution::new();
+    let mut baseline = Solution::NONE;
     if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
         return Some(levels.about_mean);
     }
