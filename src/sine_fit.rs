@@ -105,7 +105,8 @@ impl Fitter {
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
-        let work = &mut Work::NONE;
+        let mut work = Work::NONE;
+        let work = &mut work;
         let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };

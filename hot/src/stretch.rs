@@ -4,7 +4,6 @@
 //! the speed varies, the finger's place on the surface. A frequency is `nu`, cycles per unit of `u`, that
 //! is half the cycles in the stretch. Frames that do not count are left out of every sum.
 
-use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 
 /// Frames read at a time: the time the ring is locked, and the stretch over which the harmonics are taken
