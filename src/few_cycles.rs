@@ -12,23 +12,23 @@ use crate::levels::Levels;
 use crate::model::Model;
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::{CURVE, Curve, Nuisances};
-use crate::relaxing::refine;
+use crate::relaxing::relax;
 use crate::search::{Line, Place};
-use crate::solve::{Shape, gain, over_noise, rests};
+use crate::solve::{Shape, gain, over_noise};
 use crate::spectrum::strongest;
 use crate::stretch::Stretch;
 
 /// Rates of a baseline that relaxes, per half window: time constants of a half of the window, and less by
 /// the factor from one to the next.
-const RATE_FIRST: f32 = 1.0;
-const RATE_FACTOR: f32 = 2.0;
-const RATES: usize = 4;
-/// Cycles up to which there are few.
-const FEW: f32 = 5.0;
-/// Factor from one frequency to the next.
-const NEXT: f32 = 1.15;
-/// Two frequencies with a larger factor between them belong to two summits of the likelihood.
-const APART: f32 = 1.25;
+const RATE_FIRST: f32 = 1.5;
+const RATE_FACTOR: f32 = 3.0;
+const RATES: usize = 2;
+/// Cycles up to which a periodogram's peak is not to be relied on at all.
+const FEW: f32 = 2.6;
+/// Cycles from which on harmonics may be missing below a line.
+const MANY: f32 = 5.0;
+/// From one frequency to the next, cycles per half window.
+const NEXT: f32 = 0.1;
 /// Two tones are different if their frequencies are, by this share.
 const DIFFERENT: f32 = 0.1;
 /// Normal deviate up to which what more unknowns gain is chance.
@@ -36,6 +36,12 @@ const PLAIN: f32 = 2.0;
 /// Odds that leave it open which of two tones it is, as a logarithm.
 const OPEN: f32 = 8.0;
 
+/// Gauss-Newton steps to the summit of a model's likelihood at the most.
+const STEPS: usize = 6;
+/// Log-likelihood that is not worth another one.
+const ARRIVED: f32 = 1.0;
+/// What a step promises may be less than there is, by this factor.
+const OPTIMISM: f32 = 4.0;
 /// What the likeliest model leaves over the frames' own noise, which few of them do not tell better, from which on the
 /// truth is none of them.
 const MISFIT: f32 = 3.0;
@@ -60,10 +66,6 @@ fn keep(place: &mut Option<Model>, levels: &Levels, model: &Model) {
     }
 }
 
-fn is_apart(a: f32, b: f32, factor: f32) -> bool {
-    a > factor * b || b > factor * a
-}
-
 impl Survey {
     #[inline(never)]
     fn add(&mut self, levels: &Levels, model: &Model) {
@@ -78,6 +80,55 @@ impl Survey {
         keep(&mut self.tones[kind][model.shape.harmonics - 1], levels, model);
     }
 
+    /// All models of few cycles.
+    // This and what follows are apart, so that their nuisances are off the stack when they are done.
+    #[inline(never)]
+    fn look_around(
+        &mut self,
+        stretch: &mut Stretch,
+        levels: &Levels,
+        work: &mut Work,
+        most: usize,
+        line: f32,
+    ) -> Option<()> {
+        let (mut nuisances, mut rate) = (<[Nuisances; 1 + RATES]>::default(), RATE_FIRST);
+        nuisances[0] = Nuisances::new(stretch, levels, Curve::Bent)?;
+        for nuisances in &mut nuisances[1..] {
+            *nuisances = Nuisances::new(stretch, levels, Curve::Relaxing(rate))?;
+            rate *= RATE_FACTOR;
+        }
+        let mut nu = 0.5 * CYCLES_MIN;
+        while 2.0 * nu < FEW {
+            self.look_at(stretch, levels, work, &nuisances, nu, most)?;
+            nu += NEXT;
+        }
+        if line > nu {
+            self.look_at(stretch, levels, work, &nuisances, line, most)?;
+        }
+        Some(())
+    }
+
+    /// All models at the strongest line on a drift like `curve`.
+    #[inline(never)]
+    fn look_on_drift(
+        &mut self,
+        stretch: &mut Stretch,
+        levels: &Levels,
+        work: &mut Work,
+        most: usize,
+        place: Place,
+        curve: Curve,
+    ) -> Option<()> {
+        let curve = if curve == Curve::None { Curve::Bent } else { curve };
+        let nuisances = Nuisances::new(stretch, levels, curve)?;
+        let Place { channels, points, power } = place;
+        let peak = strongest(stretch, levels, &nuisances, CYCLES_FOR_SLOPE, channels, points, power)?;
+        match peak.filter(|peak| 2.0 * peak >= CYCLES_FOR_SLOPE) {
+            Some(peak) => self.look_at(stretch, levels, work, core::slice::from_ref(&nuisances), peak, most),
+            None => Some(()),
+        }
+    }
+
     /// All models at `nu`.
     fn look_at(
         &mut self,
@@ -90,10 +141,10 @@ impl Survey {
     ) -> Option<()> {
         let harmonics = harmonics_below_nyquist(stretch, nu, most);
         for (k, nuisances) in nuisances.iter().enumerate() {
-            let sums = &mut work.sums;
+            let Work { sums, solution } = &mut *work;
             match k {
                 0 => sums.collect(stretch, levels, nuisances, nu, harmonics)?,
-                _ => sums.collect(stretch, levels, nuisances, nu, harmonics)?,
+                _ => sums.exchange(stretch, levels, nuisances, nu, harmonics)?,
             }
             let straight = nuisances.count() - CURVE;
             let shapes: &[_] = match nuisances.curve {
@@ -103,7 +154,7 @@ impl Survey {
             for (slope, curve) in shapes {
                 let shape = Shape { harmonics, slope: *slope, nuisances: straight + curve };
                 let curve = if *curve > 0 { nuisances.curve } else { Curve::None };
-                rests(sums, levels, nuisances, &shape, &mut |harmonics, rest| {
+                solution.rests(sums, levels, nuisances, &shape, &mut |harmonics, rest| {
                     let nu = if harmonics > 0 { nu } else { 0.0 };
                     let model = Model { nu, curve, shape: Shape { harmonics, ..shape }, rest: *rest };
                     self.add(levels, &model);
@@ -115,7 +166,7 @@ impl Survey {
 }
 
 /// The strongest line where the periodogram's peak is a low one, or where there is nothing but a drift. The
-/// inner None says that there is none. `fast` is another frequency to be looked at. None if frames were
+/// inner None says that there is none. `line` is that peak, or another line that there may be. None if frames were
 /// overwritten.
 pub fn few_cycles(
     stretch: &mut Stretch,
@@ -123,49 +174,29 @@ pub fn few_cycles(
     work: &mut Work,
     most: usize,
     place: Option<Place>,
-    mut fast: f32,
+    line: f32,
 ) -> Option<Option<Line>> {
-    let mut rate = RATE_FIRST;
-    let mut nuisances: [Nuisances; 1 + RATES] = Default::default();
-    nuisances[0] = Nuisances::new(stretch, levels, Curve::Bent)?;
-    for nuisances in &mut nuisances[1..] {
-        *nuisances = Nuisances::new(stretch, levels, Curve::Relaxing(rate))?;
-        rate *= RATE_FACTOR;
-    }
     let mut survey = Survey::default();
-    let mut nu = 0.5 * CYCLES_MIN;
-    while 2.0 * nu < FEW {
-        survey.look_at(stretch, levels, work, &nuisances, nu, most)?;
-        nu *= NEXT;
-    }
+    survey.look_around(stretch, levels, work, most, line)?;
     let mut drift = None;
-    for without in &mut survey.without {
-        if let Some(without) = without {
-            refine(stretch, levels, work, without)?;
-            keep(&mut drift, levels, without);
-        }
+    survey.without.iter().flatten().for_each(|without| keep(&mut drift, levels, without));
+    for without in survey.without.iter().flatten() {
+        climb(stretch, levels, work, without, &mut drift)?;
     }
     let Some(drift) = drift else { return Some(None) };
-    let relaxed;
-    let mut likely = &nuisances[..];
-    if let Some(Place { channels, points, power }) = place {
-        relaxed = [Nuisances::new(stretch, levels, drift.curve)?];
-        let peak = strongest(stretch, levels, &relaxed[0], CYCLES_FOR_SLOPE, channels, points, power)?;
-        fast = peak.unwrap_or(0.0);
-        if matches!(drift.curve, Curve::Relaxing(_)) {
-            likely = &relaxed;
-        }
+    if let Some(place) = place {
+        survey.look_on_drift(stretch, levels, work, most, place, drift.curve)?;
     }
-    if 2.0 * fast >= CYCLES_FOR_SLOPE {
-        survey.look_at(stretch, levels, work, likely, fast, most)?;
-    }
+    // From the likeliest on, so that most others are seen not to be worth the way.
+    let mut first = None;
+    survey.tones.as_flattened().iter().flatten().for_each(|tone| keep(&mut first, levels, tone));
     let mut best = None;
-    for tone in survey.tones.as_flattened_mut().iter_mut() {
-        if let Some(model) = tone {
-            climb(stretch, levels, work, &nuisances[0], model)?;
-            if model.nu > 0.0 {
-                keep(&mut best, levels, model);
-            }
+    if let Some(first) = first {
+        climb(stretch, levels, work, &first, &mut best)?;
+    }
+    for place in survey.tones.as_flattened_mut() {
+        if let Some(tone) = place {
+            *place = climb(stretch, levels, work, tone, &mut best)?;
         }
     }
     let Some(best) = best else { return Some(None) };
@@ -194,7 +225,7 @@ pub fn few_cycles(
         nu: best.nu,
         slope: best.shape.slope || !few,
         curve: best.curve,
-        suspects: [2.0 * best.nu >= FEW; 2],
+        suspects: [2.0 * best.nu >= MANY; 2],
         harmonics,
         ambiguous,
     }))
@@ -207,7 +238,8 @@ fn carried(stretch: &mut Stretch, levels: &Levels, work: &mut Work, best: &Model
     let shape = Shape { harmonics: harmonics_below_nyquist(stretch, best.nu, most), ..best.shape };
     work.sums.collect(stretch, levels, &nuisances, best.nu, shape.harmonics)?;
     let (mut carried, mut least) = (best.shape.harmonics, best.rest);
-    rests(&work.sums, levels, &nuisances, &shape, &mut |harmonics, rest| {
+    let Work { sums, solution } = work;
+    solution.rests(sums, levels, &nuisances, &shape, &mut |harmonics, rest| {
         let more = 2 * harmonics.saturating_sub(carried);
         let unknowns = Shape { harmonics, ..shape }.unknowns();
         if more > 0 && gain(levels, &least, rest, unknowns) > gain_by_chance(levels, more, ONE_IN_A_THOUSAND) {
@@ -217,23 +249,47 @@ fn carried(stretch: &mut Stretch, levels: &Levels, work: &mut Work, best: &Model
     Some(carried)
 }
 
-/// Moves a model to the summit of its likelihood.
+/// A model at the summit of its likelihood, which is `best` if it is likelier; None if that cannot be, or if its unknowns
+/// cannot be told apart. The outer None if frames were overwritten.
+#[inline(never)]
 fn climb(
     stretch: &mut Stretch,
     levels: &Levels,
     work: &mut Work,
-    nuisances: &Nuisances,
-    model: &mut Model,
-) -> Option<()> {
-    if matches!(model.curve, Curve::Relaxing(_)) {
-        return refine(stretch, levels, work, model);
+    from: &Model,
+    best: &mut Option<Model>,
+) -> Option<Option<Model>> {
+    let (mut top, mut model) = (None, *from);
+    let straight = matches!(from.curve, Curve::Relaxing(_)) || from.nu == 0.0;
+    let nuisances = Nuisances::new(stretch, levels, if straight { Curve::None } else { from.curve })?;
+    for _ in 0..STEPS {
+        let ahead = match model.curve {
+            Curve::Relaxing(_) => relax(stretch, levels, work, &mut model)?,
+            _ if model.nu > 0.0 => step(&mut Problem::new(stretch, levels, &nuisances, work), &mut model)?,
+            _ => Some((model, 0.0)),
+        };
+        let Some((next, promised)) = ahead else { break };
+        keep(&mut top, levels, &model);
+        let behind = best.as_ref().map_or(0.0, |best| best.odds(levels, &model));
+        if promised < ARRIVED || behind + OPTIMISM * promised < -OPEN {
+            break;
+        }
+        (model.nu, model.curve) = (next.nu, next.curve);
     }
-    let mut problem = Problem::new(stretch, levels, nuisances, work);
-    if problem.converge(model.nu, model.shape)? {
-        let solution = problem.solution();
-        (model.nu, model.rest) = (solution.nu, solution.rest);
-    } else {
-        model.nu = 0.0;
+    if let Some(top) = &top {
+        keep(best, levels, top);
     }
-    Some(())
+    Some(top)
+}
+
+/// What a model leaves where it is, and where a step leads, with the log-likelihood that is promised there.
+fn step(problem: &mut Problem, model: &mut Model) -> Option<Option<(Model, f32)>> {
+    problem.pass(model.nu, model.shape.harmonics)?;
+    if problem.step(model.shape).is_none() {
+        return Some(None);
+    }
+    let solution = problem.solution();
+    model.rest = solution.rest;
+    let promised = 0.5 * solution.step * solution.step * solution.information;
+    Some(Some((Model { nu: solution.nu, ..*model }, promised)))
 }

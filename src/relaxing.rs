@@ -8,48 +8,50 @@ use crate::levels::Levels;
 use crate::model::Model;
 use crate::nuisance::{Curve, Nuisances};
 use crate::settings::TAXELS;
-use crate::solve::Shape;
+use crate::solve::{Shape, gain};
 use crate::stretch::Stretch;
 use core::ops::RangeInclusive;
 
-/// Gauss-Newton steps of rate and frequency.
-const STEPS: usize = 5;
 /// Rates there can be, per half window: slower ones are a parabola, and time constants below a thirtieth of a window a
 /// step.
 const RATE: RangeInclusive<f32> = 0.2..=15.0;
 /// Parts of itself by which a rate changes in a step at the most, down and up.
 const STEP: RangeInclusive<f32> = -0.3..=0.5;
 
-/// Moves a model with a baseline that relaxes to the likeliest rate and frequency next to its own. None if frames were
+/// What a model with a baseline that relaxes leaves where it is, and where a step of rate and frequency leads, with the
+/// log-likelihood that is promised there; the inner None if the unknowns cannot be told apart. None if frames were
 /// overwritten.
-pub fn refine(stretch: &mut Stretch, levels: &Levels, work: &mut Work, model: &mut Model) -> Option<()> {
-    let (mut nu, shape) = (model.nu, model.shape);
-    let Curve::Relaxing(mut rate) = model.curve else { return Some(()) };
-    for step_number in 0..STEPS {
-        let nuisances = Nuisances::new(stretch, levels, Curve::Relaxing(rate))?;
-        let mut problem = Problem::new(stretch, levels, &nuisances, work);
-        problem.nu = nu;
-        if nu > 0.0 {
-            problem.pass(nu, shape.harmonics)?;
-        }
-        if problem.step(shape).is_none() {
-            break;
-        }
-        let here = Model { nu, curve: nuisances.curve, rest: problem.solution().rest, shape };
-        if step_number == 0 || here.is_likelier_than(model, levels) {
-            *model = here;
-        }
-        let Some((faster, to)) = step(&mut problem, shape) else { break };
-        // Not `clamp`: its assertion would bring all of float formatting into the image.
-        rate += faster.min(STEP.end() * rate).max(STEP.start() * rate);
-        if nu > 0.0 {
-            nu = to;
-        }
-        if !RATE.contains(&rate) {
-            break;
-        }
+pub fn relax(
+    stretch: &mut Stretch,
+    levels: &Levels,
+    work: &mut Work,
+    model: &mut Model,
+) -> Option<Option<(Model, f32)>> {
+    let (Curve::Relaxing(rate), shape) = (model.curve, model.shape) else { return Some(None) };
+    if !RATE.contains(&rate) {
+        return Some(None);
     }
-    Some(())
+    let nuisances = Nuisances::new(stretch, levels, model.curve)?;
+    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    problem.nu = model.nu;
+    if model.nu > 0.0 {
+        problem.pass(model.nu, shape.harmonics)?;
+    }
+    if problem.step(shape).is_none() {
+        return Some(None);
+    }
+    model.rest = problem.solution().rest;
+    let Some((faster, mut nu)) = step(&mut problem, shape) else { return Some(None) };
+    // Not `clamp`: its assertion would bring all of float formatting into the image.
+    let faster = faster.min(STEP.end() * rate).max(STEP.start() * rate);
+    let solution = problem.solution();
+    let mut promised = gain(levels, &model.rest, &solution.rest, shape.unknowns() + 1);
+    if model.nu > 0.0 {
+        promised += 0.5 * solution.step * solution.step * solution.information;
+    } else {
+        nu = 0.0;
+    }
+    Some(Some((Model { nu, curve: Curve::Relaxing(rate + faster), ..*model }, promised)))
 }
 
 /// A Gauss-Newton step from the latest solution, of `shape`: by how much the rate is too slow, and the frequency. None if

@@ -248,7 +248,7 @@ fn look(
     let peak = strongest(stretch, levels, &nuisances, 0.5, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
     if peak <= LOW_NU {
-        return few_cycles(stretch, levels, work, most, Some(Place { channels, points, power }), 0.0);
+        return few_cycles(stretch, levels, work, most, Some(Place { channels, points, power }), peak);
     }
     let mut problem = Problem::new(stretch, levels, &nuisances, work);
     if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: count }, LINE_STEPS, LINE_CLOSE)? {

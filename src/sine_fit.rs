@@ -5,7 +5,7 @@
 //! search starts comes from [`crate::search`], the solution from [`crate::solve`]; the uncertainty is
 //! the inverse of the same normal equations.
 
-use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search, power_by_chance};
+use crate::chance::{gain_by_search, power_by_chance};
 use crate::descent::{CYCLES_MIN, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
@@ -14,17 +14,13 @@ use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
 use crate::search::{Scratch, Start, is_bent, is_curved, levels_and_means, search, search_coarse};
 use crate::settings::TAXELS;
-use crate::solve::{self, Shape, Solution, gain, is_misfit, over_noise, quantization, rest};
+use crate::solve::{self, Shape, Solution, gain, is_misfit, over_noise, quantization};
 use crate::stretch::Stretch;
 use crate::telemetry::Status;
 use crate::window::Values;
 
 /// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
 const DROWNED: f32 = 1e-4;
-/// Where else the search starts in a window of few cycles, as shares of the guess.
-const OTHER_STARTS: [f32; 2] = [0.8, 1.25];
-/// Normal deviate from which a slope is taken for one where there are few cycles: a wrong one costs much.
-const SLOPE: f32 = 4.0;
 /// A relative uncertainty above which a window holds too little to speak of a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Frames of a long window's middle: means of four of them are as many as there can be.
@@ -189,34 +185,6 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
     conclude(&mut problem, ambiguous, below > 0.0)
 }
 
-/// With few cycles the likelihood has more than one summit within reach of a guess: goes to the highest. A
-/// fundamental of half the frequency has all the true harmonics too, so what a summit needs more of them for has
-/// to pay for itself.
-fn likeliest_summit(problem: &mut Problem, nu: f32) -> Option<()> {
-    let shape = problem.solution().shape;
-    let (mut best, mut most) = (problem.solution().nu, height(problem));
-    for aside in OTHER_STARTS {
-        if problem.converge(aside * nu, shape)? {
-            let (to, height) = (problem.solution().nu, height(problem));
-            if height > most {
-                (best, most) = (to, height);
-            }
-        }
-    }
-    problem.converge(best, shape)?;
-    Some(())
-}
-
-/// Gain of the latest solution with the harmonics it carries, less what they gain by chance.
-fn height(problem: &mut Problem) -> f32 {
-    let shape = problem.solution().shape;
-    let lean = Shape { harmonics: carried(problem.solution(), problem.levels), ..shape };
-    let Problem { levels, nuisances, work, .. } = problem;
-    let rest = rest(&work.sums, levels, nuisances, &lean, false).unwrap_or(work.solution.rest);
-    let unknowns = lean.unknowns();
-    gain(levels, &levels.about_mean, &rest, unknowns) - gain_by_chance(levels, unknowns, ONE_IN_A_THOUSAND)
-}
-
 /// A search by means takes what it does not model of a clear tone for a curve too: all harmonics of all frames
 /// tell for sure.
 fn keep_curve_if_there(problem: &mut Problem) -> Option<()> {
@@ -226,25 +194,6 @@ fn keep_curve_if_there(problem: &mut Problem) -> Option<()> {
         problem.converge(nu, straight)?;
     } else {
         problem.step(shape);
-    }
-    Some(())
-}
-
-/// Under few cycles a slope is fitted only if there is one for sure: it looks much like them.
-fn add_slope(problem: &mut Problem) -> Option<()> {
-    let Problem { levels, nuisances, work, .. } = problem;
-    let (before, nu) = (work.solution.shape, work.solution.nu);
-    let shape = Shape { slope: true, ..before };
-    let rest = rest(&work.sums, levels, nuisances, &shape, false);
-    let sloped = rest.is_some_and(|rest| {
-        gain(levels, &work.solution.rest, &rest, shape.unknowns()) > gain_by_chance(levels, 1, SLOPE)
-    });
-    if sloped {
-        if problem.converge(nu, shape)? {
-            likeliest_summit(problem, nu)?;
-        } else {
-            problem.converge(nu, before)?;
-        }
     }
     Some(())
 }

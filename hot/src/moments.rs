@@ -41,7 +41,6 @@ impl Moments {
 
     /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
     /// frames were overwritten.
-    #[inline(never)]
     pub fn collect(
         &mut self,
         stretch: &mut Stretch,
@@ -50,12 +49,39 @@ impl Moments {
         nu: f32,
         harmonics: usize,
     ) -> Option<()> {
+        self.collect_of(levels.usable, stretch, levels, nuisances, nu, harmonics)
+    }
+
+    /// The sums of other nuisances in place of those that the latest pass had, at its `nu` and with its `harmonics`.
+    pub fn exchange(
+        &mut self,
+        stretch: &mut Stretch,
+        levels: &Levels,
+        nuisances: &Nuisances,
+        nu: f32,
+        harmonics: usize,
+    ) -> Option<()> {
+        self.collect_of(0, stretch, levels, nuisances, nu, harmonics)
+    }
+
+    /// The sums of some `taxels` and the nuisances.
+    #[inline(never)]
+    fn collect_of(
+        &mut self,
+        taxels: u16,
+        stretch: &mut Stretch,
+        levels: &Levels,
+        nuisances: &Nuisances,
+        nu: f32,
+        harmonics: usize,
+    ) -> Option<()> {
         let mut oscillator = Oscillator::new(stretch, nu, harmonics);
         oscillator.find_wings();
+        let first = if taxels == 0 { TAXELS } else { 0 };
         // Rows of harmonics that are not asked for are left as they were: nobody reads them.
         self.trigonometric.clear(oscillator.harmonics);
         for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
-            rows.iter_mut().take(oscillator.harmonics).for_each(|row| *row = [0.0; COLUMNS]);
+            rows.iter_mut().take(oscillator.harmonics).for_each(|row| row[first..].fill(0.0));
         }
         let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
         let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; WING]);
@@ -71,7 +97,7 @@ impl Moments {
             }
             for group in 0..TAXELS / GROUP {
                 let first = GROUP * group;
-                if levels.usable >> first & ((1 << GROUP) - 1) == 0 {
+                if taxels >> first & ((1 << GROUP) - 1) == 0 {
                     continue;
                 }
                 match in_time {

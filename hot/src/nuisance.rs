@@ -8,10 +8,9 @@
 
 use crate::levels::Levels;
 use crate::moments::{GROUP, part, products};
-use crate::normal::{Normal, Rows, UNKNOWNS};
+use crate::normal::{Normal, UNKNOWNS};
 use crate::phase::{TURN, cos_sin, from_turns};
 use crate::settings::TAXELS;
-use crate::solve::left;
 use crate::stretch::{BLOCK, Block, Stretch};
 use crate::window::Values;
 
@@ -47,6 +46,9 @@ const FOLDED_MIN: f32 = 0.5;
 /// A function whose mean square is less than this is none: folded onto half the frame rate, an interferer is
 /// its cosine or its sine alone.
 const NEXT_TO_NONE: f32 = 1e-3;
+
+/// Offset, slope, and factors of the functions, for every taxel.
+pub type Baseline = [Values; 2 + NUISANCES_MAX];
 
 /// The functions of a stretch, and their sums over it.
 #[derive(Clone, Debug, Default)]
@@ -180,11 +182,11 @@ impl Nuisances {
         }
     }
 
-    /// What each channel holds of all of them, besides its offset and its slope: those first; and what that
-    /// leaves of its squares. None if they
-    /// cannot be told apart. Only the first `used` of them.
-    pub fn baseline(&self, levels: &Levels, used: usize) -> Option<(Rows, Values)> {
-        let size = 2 + used.min(NUISANCES_MAX);
+    /// What each channel holds of all of them, behind its offset and its slope. None if they cannot be told apart.
+    // Apart: its normal equations are off the stack when it is done.
+    #[inline(never)]
+    pub fn baseline(&self, levels: &Levels) -> Option<Baseline> {
+        let size = 2 + self.count().min(NUISANCES_MAX);
         let (mut normal, mut right) = (Normal::new(size), [[0.0; TAXELS]; UNKNOWNS]);
         normal.lower[0][0] = levels.frames as f32;
         (normal.lower[1][0], normal.lower[1][1]) = (levels.u, levels.uu);
@@ -197,8 +199,7 @@ impl Nuisances {
         }
         normal.factor()?;
         normal.forward_rows(&mut right);
-        let rest = left(levels, &right, size);
         normal.backward_rows(&mut right);
-        Some((right, rest))
+        right.first_chunk().copied()
     }
 }

@@ -231,29 +231,6 @@ pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &S
     Some(left(levels, &rows, normal.size))
 }
 
-/// Residual sums of squares of the same with fewer harmonics too, from none on; fewer of them where more cannot be
-/// told apart.
-pub fn rests(
-    moments: &Moments,
-    levels: &Levels,
-    nuisances: &Nuisances,
-    shape: &Shape,
-    visit: &mut dyn FnMut(usize, &Values),
-) {
-    let (mut normal, mut rows) = (Normal::new(shape.unknowns()), [[0.0; TAXELS]; UNKNOWNS]);
-    fill(&mut normal, moments, nuisances, shape);
-    right_sides(&mut rows, moments, levels, nuisances, shape);
-    // Waves come last, so that the factor of fewer of them is a corner of this one.
-    normal.factor_some();
-    normal.forward_rows(&mut rows);
-    for harmonics in 0..=shape.harmonics {
-        let size = Shape { harmonics, ..*shape }.unknowns();
-        if size <= normal.size {
-            visit(harmonics, &left(levels, &rows, size));
-        }
-    }
-}
-
 impl Solution {
     /// None yet; `const`, so that it can live in a static.
     pub const fn new() -> Self {
@@ -276,6 +253,32 @@ impl Solution {
             room: Room::new(),
         }
     };
+
+    /// Residual sums of squares that so many harmonics leave, from none on up to those of `shape`, or to as many as can be
+    /// told apart. No solution is left.
+    #[inline(never)]
+    pub fn rests(
+        &mut self,
+        moments: &Moments,
+        levels: &Levels,
+        nuisances: &Nuisances,
+        shape: &Shape,
+        visit: &mut dyn FnMut(usize, &Values),
+    ) {
+        let Self { unknowns: rows, room: Room { normal, .. }, .. } = self;
+        normal.size = shape.unknowns().min(UNKNOWNS);
+        fill(normal, moments, nuisances, shape);
+        right_sides(rows, moments, levels, nuisances, shape);
+        // Waves come last, so that the factor of fewer of them is a corner of this one.
+        normal.factor_some();
+        normal.forward_rows(rows);
+        for harmonics in 0..=shape.harmonics {
+            let size = Shape { harmonics, ..*shape }.unknowns();
+            if size <= normal.size {
+                visit(harmonics, &left(levels, rows, size));
+            }
+        }
+    }
 
     /// Solves at the frequency `nu` of `moments`, which without harmonics there is none of. None if the unknowns
     /// cannot be told apart there.
@@ -407,10 +410,15 @@ pub fn is_misfit(over_noise: Option<f32>) -> bool {
 pub fn gain(levels: &Levels, before: &Values, rest: &Values, unknowns: usize) -> f32 {
     let factor = (levels.frames as f32 - unknowns as f32).max(0.0);
     let mut sum = 0.0;
-    for c in 0..TAXELS {
-        if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > 0.0 {
-            sum += ln(before[c] / rest[c]);
+    // The logarithm of four at once: a residual is no less than a millionth of its squares, so f32 holds their product.
+    for group in 0..TAXELS / 4 {
+        let mut product = 1.0;
+        for c in 4 * group..4 * group + 4 {
+            if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > 0.0 {
+                product *= before[c] / rest[c];
+            }
         }
+        sum += ln(product);
     }
     0.5 * factor * sum
 }

@@ -49,8 +49,8 @@ pub fn strongest(
     baseline[1] = levels.slope;
     let count = nuisances.count().min(NUISANCES_MAX);
     if count > 0 {
-        let Some((all, _)) = nuisances.baseline(levels, count) else { return Some(None) };
-        baseline.copy_from_slice(&all[..2 + NUISANCES_MAX]);
+        let Some(all) = nuisances.baseline(levels) else { return Some(None) };
+        baseline = all;
     }
     let power = power.get_mut(..size / 2)?;
     power.fill(0.0);
