@@ -119,12 +119,16 @@ impl Survey {
         place: Place,
         curve: Curve,
     ) -> Option<()> {
-        let curve = if curve == Curve::None { Curve::Bent } else { curve };
-        let nuisances = Nuisances::new(stretch, levels, curve)?;
+        let mut nuisances = <[Nuisances; 2]>::default();
+        for (nuisances, curve) in nuisances.iter_mut().zip([Curve::Bent, curve]) {
+            *nuisances = Nuisances::new(stretch, levels, curve)?;
+        }
+        let [bent, drift] = &nuisances;
         let Place { channels, points, power } = place;
-        let peak = strongest(stretch, levels, &nuisances, CYCLES_FOR_SLOPE, channels, points, power)?;
+        let peak = strongest(stretch, levels, drift, CYCLES_FOR_SLOPE, channels, points, power)?;
+        let likely = if matches!(curve, Curve::Relaxing(_)) { &nuisances[..] } else { core::slice::from_ref(bent) };
         match peak.filter(|peak| 2.0 * peak >= CYCLES_FOR_SLOPE) {
-            Some(peak) => self.look_at(stretch, levels, work, core::slice::from_ref(&nuisances), peak, most),
+            Some(peak) => self.look_at(stretch, levels, work, likely, peak, most),
             None => Some(()),
         }
     }
