@@ -9,7 +9,7 @@ use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
 use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
-use crate::model::Model;
+use crate::model::{Model, promise};
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::relaxing::relax;
@@ -38,6 +38,10 @@ const OPEN: f32 = 8.0;
 
 /// Gauss-Newton steps to the summit of a model's likelihood at the most.
 const STEPS: usize = 6;
+/// How often what is plainer at the likeliest summit is looked for.
+const ROUNDS: usize = 2;
+/// Share of a frequency by which summits of several models are one.
+const SAME: f32 = 0.02;
 /// Log-likelihood that is not worth another one.
 const ARRIVED: f32 = 1.0;
 /// What a step promises may be less than there is, by this factor.
@@ -78,6 +82,20 @@ impl Survey {
             return keep(&mut self.without[kind], levels, model);
         }
         keep(&mut self.tones[kind][model.shape.harmonics - 1], levels, model);
+    }
+
+    /// All models without a rate at a summit.
+    #[inline(never)]
+    fn look_at_summit(
+        &mut self,
+        stretch: &mut Stretch,
+        levels: &Levels,
+        work: &mut Work,
+        most: usize,
+        nu: f32,
+    ) -> Option<()> {
+        let bent = Nuisances::new(stretch, levels, Curve::Bent)?;
+        self.look_at(stretch, levels, work, core::slice::from_ref(&bent), nu, most)
     }
 
     /// All models of few cycles.
@@ -160,7 +178,7 @@ impl Survey {
                 let curve = if *curve > 0 { nuisances.curve } else { Curve::None };
                 solution.rests(sums, levels, nuisances, &shape, &mut |harmonics, rest| {
                     let nu = if harmonics > 0 { nu } else { 0.0 };
-                    let model = Model { nu, curve, shape: Shape { harmonics, ..shape }, rest: *rest };
+                    let model = Model { nu, curve, shape: Shape { harmonics, ..shape }, rest: *rest, climbed: false };
                     self.add(levels, &model);
                 });
             }
@@ -198,9 +216,19 @@ pub fn few_cycles(
     if let Some(first) = first {
         climb(stretch, levels, work, &first, &mut best)?;
     }
-    for place in survey.tones.as_flattened_mut() {
-        if let Some(tone) = place {
-            *place = climb(stretch, levels, work, tone, &mut best)?;
+    // What is at another summit there has not been compared with what is plainer at this one.
+    for _ in 0..ROUNDS {
+        let nu = best.map_or(0.0, |best| best.nu);
+        if nu > 0.0 {
+            survey.look_at_summit(stretch, levels, work, most, nu)?;
+        }
+        for place in survey.tones.as_flattened_mut() {
+            if let Some(tone) = place.filter(|tone| !tone.climbed) {
+                *place = climb(stretch, levels, work, &tone, &mut best)?;
+            }
+        }
+        if best.is_some_and(|best| (best.nu - nu).abs() < SAME * nu) {
+            break;
         }
     }
     let Some(best) = best else { return Some(None) };
@@ -263,7 +291,7 @@ fn climb(
     from: &Model,
     best: &mut Option<Model>,
 ) -> Option<Option<Model>> {
-    let (mut top, mut model) = (None, *from);
+    let (mut top, mut model) = (None, Model { climbed: true, ..*from });
     let straight = matches!(from.curve, Curve::Relaxing(_)) || from.nu == 0.0;
     let nuisances = Nuisances::new(stretch, levels, if straight { Curve::None } else { from.curve })?;
     for _ in 0..STEPS {
@@ -294,6 +322,5 @@ fn step(problem: &mut Problem, model: &mut Model) -> Option<Option<(Model, f32)>
     }
     let solution = problem.solution();
     model.rest = solution.rest;
-    let promised = 0.5 * solution.step * solution.step * solution.information;
-    Some(Some((Model { nu: solution.nu, ..*model }, promised)))
+    Some(Some((Model { nu: solution.nu, ..*model }, promise(problem.levels, solution))))
 }

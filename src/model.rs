@@ -3,8 +3,11 @@
 use crate::chance::ln;
 use crate::levels::Levels;
 use crate::nuisance::Curve;
-use crate::solve::{Shape, gain};
+use crate::solve::{Shape, Solution, gain};
 use crate::window::Values;
+
+/// A step takes no more than this share of the squares: 60 dB.
+const ALL_BUT: f32 = 1.0 - 1e-6;
 
 /// A tone with its baseline, or a baseline alone.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +20,8 @@ pub struct Model {
     pub shape: Shape,
     /// Residual sums of squares.
     pub rest: Values,
+    /// Whether `nu` is where its likelihood is highest.
+    pub climbed: bool,
 }
 
 impl Model {
@@ -33,4 +38,13 @@ impl Model {
     pub fn is_likelier_than(&self, other: &Self, levels: &Levels) -> bool {
         other.odds(levels, self) > 0.0
     }
+}
+
+/// Log-likelihood that a solution's step promises: what it takes off the squares, and not measured by the noise as it
+/// seems before.
+#[inline(never)]
+pub fn promise(levels: &Levels, solution: &Solution) -> f32 {
+    let samples = levels.frames as f32 * levels.channels();
+    let taken = solution.step * solution.step * solution.information / samples;
+    -0.5 * samples * ln(1.0 - taken.min(ALL_BUT))
 }

@@ -5,7 +5,7 @@
 
 use crate::descent::{Problem, Work};
 use crate::levels::Levels;
-use crate::model::Model;
+use crate::model::{Model, promise};
 use crate::nuisance::{Curve, Nuisances};
 use crate::settings::TAXELS;
 use crate::solve::{Shape, gain};
@@ -47,7 +47,7 @@ pub fn relax(
     let solution = problem.solution();
     let mut promised = gain(levels, &model.rest, &solution.rest, shape.unknowns() + 1);
     if model.nu > 0.0 {
-        promised += 0.5 * solution.step * solution.step * solution.information;
+        promised += promise(levels, solution);
     } else {
         nu = 0.0;
     }

@@ -235,13 +235,7 @@ fn clearest(shares: &Values, usable: u16) -> u16 {
 /// The strongest line. The inner None says that there is none.
 // Large and called from several places: one copy is enough.
 #[inline(never)]
-fn look(
-    stretch: &mut Stretch,
-    levels: &Levels,
-    place: Place,
-    work: &mut Work,
-    most: usize,
-) -> Option<Option<Line>> {
+fn look(stretch: &mut Stretch, levels: &Levels, place: Place, work: &mut Work, most: usize) -> Option<Option<Line>> {
     let Place { channels, points, power } = place;
     let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
     let count = nuisances.count();

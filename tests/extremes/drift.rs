@@ -2,6 +2,7 @@
 
 use crate::case::Case;
 use crate::reference::{Noise, codes};
+use ridgetone::sine_fit::Fit;
 use ridgetone::telemetry::Status;
 use std::f64::consts::TAU;
 
@@ -19,11 +20,19 @@ fn drift(time: f64, t: f64) -> f64 {
 
 /// A tone with its noise 20 dB below, on a drift that swings each channel by up to `swing` amplitudes.
 fn window(cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
+    window_with(&[1.0], cycles, time, swing, amplitude, seed)
+}
+
+/// The same with `harmonics` of these shares.
+fn window_with(harmonics: &[f64], cycles: f64, time: f64, swing: f64, amplitude: f64, seed: u64) -> Case {
     let mut noise = Noise::new(seed);
     let factors: Vec<f64> = (0..16).map(|c| swing * AMPLITUDE * ((c as f64 * 0.7 + seed as f64).sin())).collect();
     Case::new(codes(FRAMES, |c, t| {
         let phase = 2.4 * c as f64 + 0.77 * seed as f64;
-        let tone = amplitude * (TAU * cycles / FRAMES as f64 * t + phase).cos();
+        let wave = |(h, share): (usize, &f64)| {
+            share * (TAU * (h + 1) as f64 * cycles / FRAMES as f64 * t + phase * (1.0 + 0.3 * h as f64)).cos()
+        };
+        let tone = amplitude * harmonics.iter().enumerate().map(wave).sum::<f64>();
         tone + factors[c] * drift(time, t) + 0.0707 * AMPLITUDE * noise.next()
     }))
 }
@@ -96,6 +105,33 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
                 if off > 0 || good.len() < 19 {
                     wrong.push(format!(
                         "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",
+                        good.len()
+                    ));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// From one cycle on a drift, a slight one or a steep one, makes no other tone of what is there: what is good is right,
+/// and most of it is good.
+#[test]
+fn one_cycle_or_two_on_a_drift_are_right() {
+    let mut wrong = Vec::new();
+    for harmonics in [&[1.0][..], &[1.0, 0.5, 0.3]] {
+        for cycles in [1.0, 1.1, 1.25, 1.35, 1.5, 1.66, 1.85, 1.95] {
+            for swing in [0.5, 2.0, 10.0] {
+                let truth = cycles / FRAMES as f64;
+                let case = |k: u64| window_with(harmonics, cycles, TIMES[k as usize % 5], swing, AMPLITUDE, k);
+                let fits: Vec<_> = (0..30).map(|k| case(k).fit()).collect();
+                let good: Vec<_> = fits.iter().filter(|fit| fit.status == Status::Good).collect();
+                let off = |fit: &&&Fit| (fit.frequency as f64 - truth).abs() > 5.0 * fit.sigma as f64;
+                let off = good.iter().filter(off).count();
+                if off > 0 || good.len() < 20 {
+                    let harmonics = harmonics.len();
+                    wrong.push(format!(
+                        "{harmonics} harmonics, {cycles} cycles, swing {swing}: {} of 30 good, {off} of them off",
                         good.len()
                     ));
                 }
