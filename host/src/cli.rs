@@ -32,6 +32,8 @@ pub enum Command {
     Emulate(EmulateArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
+    /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
+    Reproduce(ReproduceArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy. `cargo xtask bench` builds what it
     /// needs.
     #[command(hide = true)]
@@ -261,6 +263,33 @@ pub struct SceneArgs {
     /// Also the truth as one JSON object on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `reproduce`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Takes some minutes. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
+
+Examples:
+  ridgetone reproduce --out /tmp/docs
+  ridgetone reproduce --emulated --out /tmp/docs
+  ridgetone reproduce --render --out docs")]
+pub struct ReproduceArgs {
+    /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
+    #[arg(long)]
+    pub emulated: bool,
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
+    /// Runs of each of the ten combinations, 1 to 100; the paper has 4.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub runs: u32,
+    /// Folder to write to.
+    #[arg(long, value_name = "FOLDER", default_value = "docs")]
+    pub out: PathBuf,
+    /// Measure nothing: write the documents anew from reproduction.json.
+    #[arg(long, conflicts_with_all = ["emulated", "runs"])]
+    pub render: bool,
 }
 
 /// A ratio of powers in decibels; none for no noise at all.

@@ -1,10 +1,13 @@
 //! The commands: arguments in, output out.
 
 use crate::bench::{BenchArgs, Report};
-use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
+use crate::cli::{
+    Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, ReproduceArgs, SceneArgs,
+};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
+use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
@@ -28,6 +31,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Emulate(args) => emulate(&args),
         Command::Demo(args) => run_demo(&args),
+        Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
         Command::Scene(args) => scene(&args),
     }
@@ -123,6 +127,13 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
         output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
     }
     output::line(demo.summary.to_string().trim_end())
+}
+
+fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    let elf = args.emulated.then(|| image(&args.firmware)).transpose()?;
+    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(firmware(&args.firmware, elf)));
+    let reproduction = Reproduction::measure(args.runs, place)?;
+    output::line(&serde_json::to_string(&reproduction)?)
 }
 
 /// What was counted on the chip, and the trade.

@@ -79,17 +79,22 @@ impl Demo {
     }
 }
 
+/// A truth whose times are told from a zero that is so much earlier, seconds.
+pub(crate) fn later(truth: Truth, by_s: f64) -> Truth {
+    Truth {
+        contact_s: truth.contact_s + by_s,
+        slide_start_s: truth.slide_start_s + by_s,
+        slide_end_s: truth.slide_end_s + by_s,
+        release_s: truth.release_s + by_s,
+        end_s: truth.end_s + by_s,
+        ..truth
+    }
+}
+
 fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
-    let truth = Truth {
-        contact_s: truth.contact_s + zero_s,
-        slide_start_s: truth.slide_start_s + zero_s,
-        slide_end_s: truth.slide_end_s + zero_s,
-        release_s: truth.release_s + zero_s,
-        end_s: truth.end_s + zero_s,
-        ..truth
-    };
+    let truth = later(truth, zero_s);
     let mut summary = Summary {
         speed_mm_s,
         period_mm,

@@ -11,6 +11,7 @@
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
 //! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
+//! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
@@ -25,10 +26,13 @@ pub mod events;
 pub mod fit_report;
 pub mod grid;
 pub mod input;
+mod markdown;
 mod names;
 pub mod output;
+mod parallel;
 pub mod picture;
 pub mod replay;
+pub mod reproduce;
 pub mod setting;
 pub mod simulated;
 pub mod speed;
