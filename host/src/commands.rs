@@ -130,10 +130,13 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    if args.render {
+        return Reproduction::render(&args.out);
+    }
     let elf = args.emulated.then(|| image(&args.firmware)).transpose()?;
     let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(firmware(&args.firmware, elf)));
-    let reproduction = Reproduction::measure(args.runs, place)?;
-    output::line(&serde_json::to_string(&reproduction)?)
+    Reproduction::measure(args.runs, place)?.write(&args.out)?;
+    output::line(&format!("{}", args.out.join("reproduction.md").display()))
 }
 
 /// What was counted on the chip, and the trade.

@@ -16,6 +16,7 @@
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
 
+mod axis;
 pub mod bench;
 pub mod bound;
 pub mod cli;

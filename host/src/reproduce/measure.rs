@@ -230,7 +230,9 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
 pub fn expected(cells: &[(f64, f64)], place: Place<'_>) -> Result<Vec<Expected>> {
     parallel::map("perfect runs", cells, |&(speed_mm_s, period_mm)| {
         let taken = Taken::new(scene((speed_mm_s, period_mm), 0, Imperfect::NOTHING), place)?;
-        let hz = firmware(&taken).and_then(|firmware| firmware.tone_hz).map(|tone| tone.0);
-        Ok(Expected { speed_mm_s, period_mm, hz })
+        let firmware_hz = firmware(&taken).and_then(|firmware| firmware.tone_hz).map(|tone| tone.0);
+        let frames = found(&taken, TABLE_3[0].taxels, speed_mm_s)?.frames;
+        let hz = joint_hz(&taken, &frames)?.map(|(hz, _)| hz);
+        Ok(Expected { speed_mm_s, period_mm, hz, firmware_hz })
     })
 }

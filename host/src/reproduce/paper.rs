@@ -7,6 +7,9 @@ pub const COMBINATIONS: usize = 10;
 /// Runs of each combination (section 3.2).
 pub const RUNS: u32 = 4;
 
+/// Spatial periods of the four gratings, mm (Table 1).
+pub const GRATINGS_MM: [f64; 4] = [2.6, 3.1, 3.6, 4.1];
+
 /// Expected frequency of C1 to C10 in hertz, as printed: Table 2, and the top row of Table 3.
 pub const FREQUENCY_HZ: [f64; COMBINATIONS] = [4.17, 8.33, 3.66, 7.32, 4.84, 9.68, 15.48, 5.77, 11.54, 18.46];
 

@@ -122,8 +122,10 @@ pub struct Expected {
     pub speed_mm_s: f64,
     /// Spatial period, mm.
     pub period_mm: f64,
-    /// What the firmware finds with all channels, hertz.
+    /// What our fit of all channels finds in the paper's 55 mm, hertz.
     pub hz: Option<f64>,
+    /// What the firmware finds over the slide that it has found by itself, hertz.
+    pub firmware_hz: Option<f64>,
 }
 
 /// A curve, evenly sampled.

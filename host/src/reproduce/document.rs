@@ -1,0 +1,85 @@
+//! `docs/reproduction.md`: the text of a template around the figures of a run.
+
+use super::Reproduction;
+use super::paper::{LENGTH_MM, TABLE_3};
+use super::protocol::{JITTER_S, Line, NOISE_UV, RIPPLE_PERCENT};
+use super::tables;
+use crate::markdown::filled;
+use anyhow::{Result, bail};
+use hal_mock::{Sliding, TABLE_2};
+
+const TEMPLATE: &str = include_str!("template.md");
+
+/// C4, whose Fourier errors tell the speed error's sign.
+const C4: usize = 3;
+
+/// The document.
+///
+/// # Errors
+/// The run lacks a combination or a figure that the text is about.
+pub fn document(reproduction: &Reproduction) -> Result<String> {
+    let combinations = &reproduction.combinations;
+    filled(TEMPLATE, |name| {
+        Ok(match name {
+            "all_runs" => combinations.iter().map(|combination| combination.runs.len()).sum::<usize>().to_string(),
+            "runs" => combinations.first().map_or(0, |combination| combination.runs.len()).to_string(),
+            "place" if reproduction.emulated => "through the firmware image on the emulated STM32F405".into(),
+            "place" => "through the firmware's code, which a PC runs to the last bit as the chip does".into(),
+            "protocol" => protocol(),
+            "table_2" => tables::table_2(reproduction),
+            "table_3_1" => tables::table_3(combinations, 0, &TABLE_3[0]),
+            "table_3_2" => tables::table_3(combinations, 1, &TABLE_3[1]),
+            "table_3_all" => tables::table_3_all(combinations),
+            "pair_1" => capital(TABLE_3[0].name),
+            "pair_2" => capital(TABLE_3[1].name),
+            "causes" => tables::causes(reproduction),
+            "windows" => tables::windows(combinations),
+            "repeatability" => tables::repeatability(combinations),
+            "speed_error" => {
+                let line = Line::of_table_3();
+                let each = [15.0, 30.0, 48.0].map(|v| format!("{:.2} % at {v} mm/s", line.at(v)));
+                each.join(", ")
+            }
+            "scatter" => format!("{:.2}", Line::of_table_3().scatter_percent),
+            "ripple" => RIPPLE_PERCENT.to_string(),
+            "jitter" => (1e3 * JITTER_S).round().to_string(),
+            "noise" => (1e-3 * NOISE_UV).to_string(),
+            other if other.starts_with("c4_") => c4(other)?,
+            other => match super::findings::finding(reproduction, other)? {
+                Some(text) => text,
+                None => bail!("the template asks for {other}"),
+            },
+        })
+    })
+}
+
+fn capital(name: &str) -> String {
+    let (first, rest) = name.split_at(1);
+    format!("{}{rest}", first.to_uppercase())
+}
+
+fn protocol() -> String {
+    let Sliding { idle_s, hold_before_s, slide_mm, hold_after_s, release_idle_s, .. } = Sliding::physical();
+    format!(
+        "{idle_s} s in the air, contact at 1 N, {hold_before_s} s of hold, {slide_mm} mm of slide, {hold_after_s} s of hold, \
+         release, {release_idle_s} s"
+    )
+}
+
+/// The lines around C4's nominal frequency in the paper's 55 mm (equation 6).
+fn c4(name: &str) -> Result<String> {
+    let (speed_mm_s, period_mm) = TABLE_2[C4];
+    let (nominal_hz, line_hz) = (speed_mm_s / period_mm, speed_mm_s / LENGTH_MM);
+    let low_hz = (nominal_hz / line_hz).floor() * line_hz;
+    let (high_hz, middle_hz) = (low_hz + line_hz, low_hz + 0.5 * line_hz);
+    Ok(match name {
+        "c4_nominal" => format!("{nominal_hz:.3}"),
+        "c4_low" => format!("{low_hz:.3}"),
+        "c4_high" => format!("{high_hz:.3}"),
+        "c4_low_off" => format!("{:.3}", nominal_hz - low_hz),
+        "c4_high_off" => format!("{:.3}", high_hz - nominal_hz),
+        "c4_middle" => format!("{middle_hz:.3}"),
+        "c4_middle_percent" => format!("{:.2}", 100.0 * (middle_hz / nominal_hz - 1.0)),
+        other => bail!("the template asks for {other}"),
+    })
+}
