@@ -281,8 +281,8 @@ pub struct ReproduceArgs {
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
-    /// Runs of each of the ten combinations, 1 to 100; the paper has 4.
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=100))]
+    /// Runs of each of the ten combinations, 1 to 4 as in the paper.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4))]
     pub runs: u32,
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs")]

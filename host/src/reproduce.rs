@@ -80,7 +80,7 @@ impl Reproduction {
     /// Writes `reproduction.json`, and from it all that [`render`](Self::render) does.
     ///
     /// # Errors
-    /// Those of the system; the run lacks what the text is about.
+    /// Those of the system.
     pub fn write(&self, folder: &Path) -> Result<()> {
         let json = serde_json::to_string(self)?;
         // A line for each run, window and curve: a run's changes can be read.
@@ -98,7 +98,7 @@ impl Reproduction {
     /// Those of the system; the file is not what a run writes.
     pub fn render(folder: &Path) -> Result<()> {
         let reproduction = Self::load(&folder.join("reproduction.json"))?;
-        let pictures = folder.join("reproduction");
+        let pictures = folder.join(document::FOLDER);
         fs::create_dir_all(&pictures).with_context(|| pictures.display().to_string())?;
         let write = |path: &Path, text: String| whole_file(path, |file| Ok(file.write_all(text.as_bytes())?));
         for (name, svg) in reproduction.svgs(plot::STYLE) {
@@ -120,7 +120,7 @@ impl Reproduction {
     /// The document.
     ///
     /// # Errors
-    /// The run lacks what the text is about.
+    /// The template asks for what there is not.
     pub fn document(&self) -> Result<String> {
         document::document(self)
     }
@@ -132,7 +132,7 @@ impl Reproduction {
     pub fn page(&self) -> Result<String> {
         let svgs = self.svgs("");
         page::page(&self.document()?, |address| {
-            let name = address.strip_prefix("reproduction/")?;
+            let name = address.strip_prefix(document::FOLDER)?;
             svgs.iter().find(|(own, _)| *own == name).map(|(_, svg)| svg.clone())
         })
     }
@@ -146,12 +146,16 @@ impl Reproduction {
         let Pictures { contacts, spectra, overlay, opposite } = &self.pictures;
         let mut svgs = vec![
             ("errors.svg", charts::errors(&self.combinations, style)),
-            ("figure-3.svg", figures::contacts(contacts, style)),
-            ("figure-4-5.svg", figures::spectra(spectra, style)),
             ("figure-7.svg", charts::windows(&self.combinations, style)),
             ("repeatability.svg", charts::repeatability(&self.combinations, style)),
             ("images.svg", maps::images(&self.combinations, style)),
         ];
+        if !contacts.is_empty() {
+            svgs.push(("figure-3.svg", figures::contacts(contacts, style)));
+        }
+        if !spectra.is_empty() {
+            svgs.push(("figure-4-5.svg", figures::spectra(spectra, style)));
+        }
         svgs.extend(overlay.iter().map(|overlay| ("figure-6.svg", figures::overlay(overlay, style))));
         svgs.extend(opposite.iter().map(|opposite| ("figure-10.svg", figures::opposite(opposite, style))));
         svgs

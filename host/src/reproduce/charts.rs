@@ -78,7 +78,7 @@ pub fn windows(combinations: &[Combination], style: &str) -> String {
     let entries = [
         (Sample::Marked("two", Shape::Triangle, "solid two"), "FFT, two channels"),
         (Sample::Marked("one", Shape::Square, "solid one fillone"), "least squares, two channels"),
-        (Sample::Marked("three", Shape::Diamond, "solid three"), "our fit, 16 channels"),
+        (Sample::Marked("three", Shape::Diamond, "solid three"), "fit of 16 channels, against the true speed"),
         (Sample::Line("truth"), "paper, least squares over 55 mm"),
     ];
     key(&mut svg, 62.0, height - 18.0, &entries);
@@ -87,7 +87,7 @@ pub fn windows(combinations: &[Combination], style: &str) -> String {
 
 fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
     let (right, bottom) = (left + 404.0, top + 118.0);
-    let y = Axis { powers: (-1.0, 2.0), at: (bottom, top) };
+    let y = Axis { powers: (-2.0, 2.0), at: (bottom, top) };
     let Combination { speed_mm_s, period_mm, .. } = combination;
     let name = number(combination).map_or_else(String::new, |c| format!("C{}: ", c + 1));
     let title = format!("{name}{speed_mm_s} mm/s, {period_mm} mm, {:.2} Hz", combination.nominal_hz());
@@ -106,10 +106,10 @@ fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
         svg.line((left, height), (right, height), "truth");
     }
     let percent = |hz: f64| 100.0 * hz / combination.nominal_hz();
-    let place = |window: &Windows, hz: f64| (frame.x.place(window.window_s), y.place(percent(hz).clamp(0.1, 100.0)));
+    let place = |window: &Windows, hz: f64| (frame.x.place(window.window_s), y.place(percent(hz).clamp(0.01, 100.0)));
     let lines: [(&dyn Fn(&Windows) -> Option<f64>, &str, Shape, &str); 3] = [
         (&|window| Some(window.fft_hz), "two", Shape::Triangle, "solid two"),
-        (&|window| window.all_hz, "three", Shape::Diamond, "solid three"),
+        (&|window| window.own_all_hz, "three", Shape::Diamond, "solid three"),
         (&|window| Some(window.least_squares_hz), "one", Shape::Square, "solid one fillone"),
     ];
     for (of, line, shape, class) in lines {

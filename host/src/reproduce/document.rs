@@ -1,25 +1,35 @@
 //! `docs/reproduction.md`: the text of a template around the figures of a run.
 
 use super::Reproduction;
-use super::paper::{LENGTH_MM, TABLE_3};
+use super::findings;
+use super::paper::{LENGTH_MM, REPEATABILITY, TABLE_3};
 use super::protocol::{JITTER_S, Line, NOISE_UV, RIPPLE_PERCENT};
 use super::tables;
 use crate::markdown::filled;
 use anyhow::{Result, bail};
 use hal_mock::{Sliding, TABLE_2};
 
+/// Where the document's pictures are, from its own folder.
+pub const FOLDER: &str = "reproduction/";
+
 const TEMPLATE: &str = include_str!("template.md");
+
+/// The converter's own noise at the scan's rate, uV RMS (SBAS297G, noise performance; as simulated).
+const CONVERTER_UV: f64 = 4.5;
 
 /// C4, whose Fourier errors tell the speed error's sign.
 const C4: usize = 3;
 
-/// The document.
+/// The document. What a run of some combinations only has no figure for is a dash, and pictures of others are left out.
 ///
 /// # Errors
-/// The run lacks a combination or a figure that the text is about.
+/// The template asks for what there is not.
 pub fn document(reproduction: &Reproduction) -> Result<String> {
     let combinations = &reproduction.combinations;
-    filled(TEMPLATE, |name| {
+    let there: Vec<String> = reproduction.svgs("").iter().map(|(name, _)| format!("]({FOLDER}{name})")).collect();
+    let is_there = |line: &&str| !line.starts_with("![") || there.iter().any(|end| line.ends_with(end));
+    let template: String = TEMPLATE.split_inclusive('\n').filter(|line| is_there(&line.trim_end())).collect();
+    filled(&template, |name| {
         Ok(match name {
             "all_runs" => combinations.iter().map(|combination| combination.runs.len()).sum::<usize>().to_string(),
             "runs" => combinations.first().map_or(0, |combination| combination.runs.len()).to_string(),
@@ -45,12 +55,16 @@ pub fn document(reproduction: &Reproduction) -> Result<String> {
             "jitter" => (1e3 * JITTER_S).round().to_string(),
             "noise" => (1e-3 * NOISE_UV).to_string(),
             other if other.starts_with("c4_") => c4(other)?,
-            other => match super::findings::finding(reproduction, other)? {
-                Some(text) => text,
-                None => bail!("the template asks for {other}"),
-            },
+            "noise_times" => format!("{:.0}", NOISE_UV / CONVERTER_UV),
+            "paper_r1" => between(REPEATABILITY[0]),
+            "paper_r2" => between(REPEATABILITY[1]),
+            other => findings::finding(reproduction, other)?,
         })
     })
+}
+
+fn between((least, most): (f64, f64)) -> String {
+    format!("{least:.2} to {most:.2}")
 }
 
 fn capital(name: &str) -> String {
@@ -80,6 +94,9 @@ fn c4(name: &str) -> Result<String> {
         "c4_high_off" => format!("{:.3}", high_hz - nominal_hz),
         "c4_middle" => format!("{middle_hz:.3}"),
         "c4_middle_percent" => format!("{:.2}", 100.0 * (middle_hz / nominal_hz - 1.0)),
+        "c4_paper_1" => TABLE_3[0].fft.hz[C4].to_string(),
+        "c4_paper_2" => TABLE_3[1].fft.hz[C4].to_string(),
+        "c4_paper_percent" => TABLE_3[0].least_squares.percent[C4].to_string(),
         other => bail!("the template asks for {other}"),
     })
 }

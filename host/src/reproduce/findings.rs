@@ -4,31 +4,38 @@ use super::Reproduction;
 use super::charts::number;
 use super::paper::{GRATINGS_MM, LENGTH_MM, REPEATABILITY, TABLE_3};
 use super::protocol::Line;
-use super::results::{Combination, Run, rms};
+use super::results::{Combination, Expected, Run, rms};
 use super::tables::{all_fit, at, percent};
 use crate::fit_report::significant;
-use anyhow::{Context, Result};
+use anyhow::{Result, bail};
+
+/// A slide's end this late, seconds, is worth a word.
+const LATE_S: f64 = 0.05;
 
 /// Least and greatest.
-fn ends(values: &[f64]) -> Result<(f64, f64)> {
+fn ends(values: &[f64]) -> Option<(f64, f64)> {
     let fold = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (v.min(l), v.max(m)));
-    Some(fold).filter(|(least, most)| least <= most).context("the run lacks what the text is about")
+    Some(fold).filter(|(least, most)| least <= most)
 }
 
 /// The greatest of some figures and what it is of.
-fn greatest<T: Copy>(values: impl Iterator<Item = (T, f64)>) -> Result<(T, f64)> {
-    values.max_by(|a, b| a.1.total_cmp(&b.1)).context("the run lacks what the text is about")
+fn greatest<T: Copy>(values: impl Iterator<Item = (T, f64)>) -> Option<(T, f64)> {
+    values.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 fn name(combination: &Combination) -> String {
     number(combination).map_or_else(String::new, |c| format!("C{}", c + 1))
 }
 
-/// A figure of the text by its name; none if there is no such name.
+/// A figure of the text by its name; a dash where the run lacks what it is made of.
 ///
 /// # Errors
-/// The run lacks what it is made of.
-pub fn finding(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
+/// There is no such name.
+pub fn finding(all: &Reproduction, wanted: &str) -> Result<String> {
+    Ok(found(all, wanted)?.unwrap_or_else(|| "-".into()))
+}
+
+fn found(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
     let combinations = &all.combinations;
     let paper = TABLE_3[0].least_squares.percent;
     let two = |run: &Run| run.pairs[0].least_squares_hz;
@@ -36,54 +43,53 @@ pub fn finding(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
     let here: Vec<f64> = combinations.iter().filter_map(of_two).collect();
     let apart = || combinations.iter().filter_map(|c| Some((c, of_two(c)? - paper[number(c)?])));
     let two_digits = |value: f64| significant(value, 2);
-    Ok(Some(match wanted {
-        "ls_least" => format!("{:.2}", ends(&here)?.0),
-        "ls_most" => format!("{:.2}", ends(&here)?.1),
-        "paper_ls_least" => format!("{:.2}", ends(&paper)?.0),
-        "paper_ls_most" => format!("{:.2}", ends(&paper)?.1),
-        "ls_apart_rms" => format!("{:.2}", rms(apart().map(|(_, off)| Some(off))).context("no runs")?),
-        "ls_apart_most" => format!("{:.2}", greatest(apart().map(|(c, off)| (c, off.abs())))?.1),
-        "ls_apart_where" => name(greatest(apart().map(|(c, off)| (c, off.abs())))?.0),
-        "ideal_two" => two_digits(all.causes.first().context("no causes")?.least_squares_percent),
-        "ideal_all" => two_digits(all.causes.first().context("no causes")?.all_percent),
-        "own_two" => own(combinations, two)?,
-        "own_all" => own(combinations, all_fit)?,
-        "fft_close" => fourier(combinations).filter(|(_, off, line_hz)| off.abs() < 0.2 * line_hz).count().to_string(),
-        "fft_worst" | "fft_worst_here" | "fft_worst_paper" => {
-            let (c, _) = greatest(fourier(combinations).map(|(c, off, line_hz)| (c, off.abs() / line_hz)))?;
-            match wanted {
-                "fft_worst" => name(c),
-                "fft_worst_here" => format!("{:.3}", c.rms_hz(|run| run.pairs[0].fft_hz).context("no estimate")?),
-                _ => format!("{:.3}", TABLE_3[0].fft.hz[number(c).context("not the paper's")?]),
-            }
+    let decimals = |value: Option<f64>, count: usize| value.map(|value| format!("{value:.count$}"));
+    let ideal = all.causes.first();
+    Ok(match wanted {
+        "ls_least" => decimals(ends(&here).map(|e| e.0), 2),
+        "ls_most" => decimals(ends(&here).map(|e| e.1), 2),
+        "paper_ls_least" => decimals(ends(&paper).map(|e| e.0), 2),
+        "paper_ls_most" => decimals(ends(&paper).map(|e| e.1), 2),
+        "ls_apart_rms" => decimals(rms(apart().map(|(_, off)| Some(off))), 2),
+        "ls_apart_most" => decimals(greatest(apart().map(|(c, off)| (c, off.abs()))).map(|most| most.1), 2),
+        "ls_apart_where" => greatest(apart().map(|(c, off)| (c, off.abs()))).map(|most| name(most.0)),
+        "ideal_two" => ideal.map(|cause| two_digits(cause.least_squares_percent)),
+        "ideal_all" => ideal.map(|cause| two_digits(cause.all_percent)),
+        "own_two" => own(combinations, two).map(two_digits),
+        "own_all" => own(combinations, all_fit).map(two_digits),
+        "fft_close" => {
+            Some(fourier(combinations).filter(|(_, off, line_hz)| off.abs() < 0.2 * line_hz).count().to_string())
         }
-        "ls_at_04" => format!("{:.1}", ends(&at(combinations, 0.4, &|window| Some(window.least_squares_hz)))?.1),
-        "fft_at_04" => format!("{:.0}", ends(&at(combinations, 0.4, &|window| Some(window.fft_hz)))?.1),
-        "r1_least" => format!("{:.2}", repeatability(combinations, 0)?.0),
-        "r1_most" => format!("{:.2}", repeatability(combinations, 0)?.1),
-        "r2_least" => format!("{:.2}", repeatability(combinations, 1)?.0),
-        "r2_most" => format!("{:.2}", repeatability(combinations, 1)?.1),
-        "r2_needed" => format!("{:.0}", needed_percent()),
-        "edge_percent" => format!("{:.0}", edge_percent(combinations)?),
-        "opposite" => format!("{:.2}", all.pictures.opposite.as_ref().context("no Figure 10")?.correlation),
-        "same_grating" => format!("{:.2}", images(combinations, true)?.1),
-        "other_grating" => format!("{:.2}", images(combinations, false)?.0),
-        "gratings_apart" => gratings_apart(),
-        "period_um" => format!("{:.0}", 1e3 * 4.1 * 0.01 * off_line_percent(4.1).abs()),
-        "firmware_ideal" => format!("{:.2}", perfect(all)?.1),
-        "firmware_ideal_where" => perfect(all)?.0,
-        "firmware_own" => format!("{:.3}", firmware_percent(combinations)?),
-        "start_error" => format!("{:.0}", slide_error_ms(combinations)?.0),
-        "end_error" => format!("{:.0}", slide_error_ms(combinations)?.1),
-        "told" => told(combinations),
-        _ => return Ok(None),
-    }))
+        "fft_worst" => fourier_worst(combinations).map(name),
+        "fft_worst_here" => decimals(fourier_worst(combinations).and_then(|c| c.rms_hz(|run| run.pairs[0].fft_hz)), 3),
+        "fft_worst_paper" => decimals(fourier_worst(combinations).and_then(number).map(|c| TABLE_3[0].fft.hz[c]), 3),
+        "ls_at_04" => decimals(ends(&at(combinations, 0.4, &|w| Some(w.least_squares_hz))).map(|e| e.1), 1),
+        "fft_at_04" => decimals(ends(&at(combinations, 0.4, &|w| Some(w.fft_hz))).map(|e| e.1), 0),
+        "r1_least" => decimals(repeatability(combinations, 0).map(|e| e.0), 2),
+        "r1_most" => decimals(repeatability(combinations, 0).map(|e| e.1), 2),
+        "r2_least" => decimals(repeatability(combinations, 1).map(|e| e.0), 2),
+        "r2_most" => decimals(repeatability(combinations, 1).map(|e| e.1), 2),
+        "r2_needed" => decimals(Some(needed_percent()), 0),
+        "edge_percent" => decimals(edge_percent(combinations), 0),
+        "opposite" => decimals(all.pictures.opposite.as_ref().map(|opposite| opposite.correlation), 2),
+        "same_grating" => decimals(images(combinations, true).map(|e| e.1), 2),
+        "other_grating" => decimals(images(combinations, false).map(|e| e.0), 2),
+        "gratings_apart" => Some(gratings_apart()),
+        "period_um" => decimals(Some(1e3 * 4.1 * 0.01 * off_line_percent(4.1).abs()), 0),
+        "firmware_ideal" => decimals(perfect(all).map(|worst| worst.1), 2),
+        "firmware_ideal_where" => perfect(all).map(|worst| worst.0),
+        "firmware_own" => decimals(firmware_percent(combinations), 3),
+        "start_error" => decimals(slide_error_ms(combinations).map(|e| e.0), 0),
+        "end_error" => decimals(slide_error_ms(combinations).map(|e| e.1), 0),
+        "late" => Some(late(all)),
+        "told" => Some(told(combinations)),
+        other => bail!("the template asks for {other}"),
+    })
 }
 
 /// RMS over all runs of a method's error against the true frequency, percent.
-fn own(combinations: &[Combination], of: impl Fn(&Run) -> Option<f64>) -> Result<String> {
-    let each = combinations.iter().flat_map(|c| &c.runs).map(|run| Some(100.0 * (of(run)? / run.true_hz - 1.0)));
-    Ok(significant(rms(each).context("no estimate")?, 2))
+fn own(combinations: &[Combination], of: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
+    rms(combinations.iter().flat_map(|c| &c.runs).map(|run| Some(100.0 * (of(run)? / run.true_hz - 1.0))))
 }
 
 /// By how much naive Fourier analysis errs more than the paper's, and how far lines are apart; hertz.
@@ -94,7 +100,12 @@ fn fourier(combinations: &[Combination]) -> impl Iterator<Item = (&Combination, 
     })
 }
 
-fn repeatability(combinations: &[Combination], channel: usize) -> Result<(f64, f64)> {
+/// The combination in which naive Fourier analysis differs most from the paper's, by lines.
+fn fourier_worst(combinations: &[Combination]) -> Option<&Combination> {
+    greatest(fourier(combinations).map(|(c, off, line_hz)| (c, off.abs() / line_hz))).map(|(c, _)| c)
+}
+
+fn repeatability(combinations: &[Combination], channel: usize) -> Option<(f64, f64)> {
     let all: Vec<f64> = combinations.iter().filter_map(|c| c.repeatability).map(|both| both[channel]).collect();
     ends(&all)
 }
@@ -108,14 +119,13 @@ fn needed_percent() -> f64 {
 }
 
 /// The same as simulated: by the correlations, which are all that is kept of the amplitudes.
-fn edge_percent(combinations: &[Combination]) -> Result<f64> {
+fn edge_percent(combinations: &[Combination]) -> Option<f64> {
     let ratios = combinations.iter().filter_map(|c| c.repeatability).map(|[one, two]| {
         let noise = |r: f64| (1.0 - r) / r;
         (noise(two) / noise(one)).sqrt()
     });
     let ratios: Vec<f64> = ratios.collect();
-    ends(&ratios)?;
-    Ok(100.0 * (ratios.iter().sum::<f64>() / ratios.len() as f64 - 1.0))
+    (!ratios.is_empty()).then(|| 100.0 * (ratios.iter().sum::<f64>() / ratios.len() as f64 - 1.0))
 }
 
 /// Mean over a grating's combinations of what the paper's errors are off the line, percent.
@@ -134,7 +144,7 @@ fn gratings_apart() -> String {
 
 /// RMS differences over the taxels of the images before the slide, mV, least and greatest over pairs of combinations of
 /// the same grating or of different ones.
-fn images(combinations: &[Combination], same: bool) -> Result<(f64, f64)> {
+fn images(combinations: &[Combination], same: bool) -> Option<(f64, f64)> {
     let first = |c: &Combination| c.runs.first().map(|run| run.images_v[0].clone()).filter(|image| !image.is_empty());
     let mut all = Vec::new();
     for (n, a) in combinations.iter().enumerate() {
@@ -150,26 +160,39 @@ fn images(combinations: &[Combination], same: bool) -> Result<(f64, f64)> {
 }
 
 /// The firmware's greatest error with a perfect stimulator, percent, and where.
-fn perfect(all: &Reproduction) -> Result<(String, f64)> {
+fn perfect(all: &Reproduction) -> Option<(String, f64)> {
     let each = all.expected.iter().filter_map(|cell| {
         let nominal_hz = cell.speed_mm_s / cell.period_mm;
         Some((cell, 100.0 * (cell.firmware_hz? / nominal_hz - 1.0).abs()))
     });
     let (cell, percent) = greatest(each)?;
-    Ok((format!("{} mm/s, {} mm", cell.speed_mm_s, cell.period_mm), percent))
+    Some((format!("{} mm/s, {} mm", cell.speed_mm_s, cell.period_mm), percent))
+}
+
+/// Where the slide's end is told late without noise, a sentence about it.
+fn late(all: &Reproduction) -> String {
+    let most = greatest(all.expected.iter().filter_map(|cell| Some((cell, cell.end_late_s?))));
+    let late = most.filter(|(_, late_s)| *late_s > LATE_S);
+    late.map_or_else(String::new, |(cell, late_s)| {
+        let Expected { speed_mm_s, period_mm, .. } = cell;
+        format!(
+            " Without noise the skin's creep after the slide looks like a part of it: its end is found up to {late_s:.2} s late \
+             ({speed_mm_s} mm/s, {period_mm} mm)."
+        )
+    })
 }
 
 /// The firmware's greatest error against the true frequency in all runs, percent.
-fn firmware_percent(combinations: &[Combination]) -> Result<f64> {
+fn firmware_percent(combinations: &[Combination]) -> Option<f64> {
     let each = combinations.iter().flat_map(|c| &c.runs).filter_map(|run| {
         let (hz, _) = run.firmware?.tone_hz?;
         Some(((), 100.0 * (hz / run.true_hz - 1.0).abs()))
     });
-    Ok(greatest(each)?.1)
+    greatest(each).map(|most| most.1)
 }
 
 /// The firmware's greatest errors of the slide's beginning and end, milliseconds.
-fn slide_error_ms(combinations: &[Combination]) -> Result<(f64, f64)> {
+fn slide_error_ms(combinations: &[Combination]) -> Option<(f64, f64)> {
     let runs: Vec<(f64, f64)> = combinations
         .iter()
         .flat_map(|c| &c.runs)
@@ -178,8 +201,8 @@ fn slide_error_ms(combinations: &[Combination]) -> Result<(f64, f64)> {
             Some((1e3 * (start_s - run.true_slide_s.0).abs(), 1e3 * (end_s - run.true_slide_s.1).abs()))
         })
         .collect();
-    let start = greatest(runs.iter().map(|run| ((), run.0)))?.1;
-    Ok((start, greatest(runs.iter().map(|run| ((), run.1)))?.1))
+    let most = |of: fn(&(f64, f64)) -> f64| greatest(runs.iter().map(|run| ((), of(run)))).map(|most| most.1);
+    Some((most(|run| run.0)?, most(|run| run.1)?))
 }
 
 /// Where not every window had an answer, and how many did.

@@ -60,8 +60,13 @@ fn map(svg: &mut Svg, image: &[f64], (left, top): (f64, f64), most: f64) {
         let share = if most > 0.0 { volts.abs() / most } else { 0.0 };
         let class = if *volts < 0.0 { "minus" } else { "plus" };
         svg.shade(x, y, CELL - 1.0, CELL - 1.0, class, 0.75 * share);
-        svg.text(x + 0.5 * CELL, y + 0.5 * CELL + 4.0, Anchor::Middle, "cell", &format!("{:+.1}", 1e3 * volts));
+        svg.text(x + 0.5 * CELL, y + 0.5 * CELL + 4.0, Anchor::Middle, "cell", &format!("{:+.1}", tenths(1e3 * volts)));
     }
+}
+
+/// To a tenth, and never a zero with a minus.
+fn tenths(mv: f64) -> f64 {
+    (10.0 * mv).round() / 10.0 + 0.0
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The measurement: every run is taken once, and all that the tables and pictures need is computed from it.
 
 use super::estimate::{Cut, cut, fft_hz, joint_hz, least_squares_hz};
-use super::paper::{DELAY_S, RUNS, STEP_S, TABLE_3, WINDOWS_S};
+use super::paper::{DELAY_S, STEP_S, TABLE_3, WINDOWS_S, series};
 use super::pictures;
 use super::protocol::{Imperfect, scene};
 use super::repeatability::correlation;
@@ -41,7 +41,7 @@ pub fn window_lengths_s() -> impl Iterator<Item = f64> {
 /// A scene that cannot be made, a run in which the contact is not found, those of the emulator.
 pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<(Vec<Combination>, Pictures)> {
     let items: Vec<(usize, u32)> = which.iter().flat_map(|c| (0..runs).map(move |run| (*c, run))).collect();
-    let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, place))?;
+    let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, runs, place))?;
     let mut pictures = Pictures::default();
     let mut combinations = Vec::new();
     for (c, measured) in which.iter().zip(all.chunks(runs as usize)) {
@@ -70,8 +70,8 @@ pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<(Vec
     Ok((combinations, pictures))
 }
 
-fn measure(c: usize, run: u32, place: Place<'_>) -> Result<Measured> {
-    let series = c * RUNS as usize + run as usize + 1;
+fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> {
+    let series = series(c, run);
     let (speed_mm_s, _) = TABLE_2[c];
     let taken = Taken::new(scene(TABLE_2[c], run, Imperfect::ALL), place)?;
     let first = found(&taken, TABLE_3[0].taxels, speed_mm_s).with_context(|| format!("data series {series}"))?;
@@ -87,7 +87,7 @@ fn measure(c: usize, run: u32, place: Place<'_>) -> Result<Measured> {
         run: whole(&taken, series, speed_mm_s)?,
         windows,
         cropped,
-        pictures: pictures::of_run(series, &taken, &first),
+        pictures: pictures::of_run((c, run), runs, &taken, &first),
     })
 }
 
@@ -230,9 +230,11 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
 pub fn expected(cells: &[(f64, f64)], place: Place<'_>) -> Result<Vec<Expected>> {
     parallel::map("perfect runs", cells, |&(speed_mm_s, period_mm)| {
         let taken = Taken::new(scene((speed_mm_s, period_mm), 0, Imperfect::NOTHING), place)?;
-        let firmware_hz = firmware(&taken).and_then(|firmware| firmware.tone_hz).map(|tone| tone.0);
+        let firmware = firmware(&taken);
+        let firmware_hz = firmware.and_then(|firmware| firmware.tone_hz).map(|tone| tone.0);
+        let end_late_s = firmware.map(|firmware| firmware.slide_s.1 - taken.truth.slide_end_s);
         let frames = found(&taken, TABLE_3[0].taxels, speed_mm_s)?.frames;
         let hz = joint_hz(&taken, &frames)?.map(|(hz, _)| hz);
-        Ok(Expected { speed_mm_s, period_mm, hz, firmware_hz })
+        Ok(Expected { speed_mm_s, period_mm, hz, firmware_hz, end_late_s })
     })
 }

@@ -1,7 +1,7 @@
 //! Which runs the paper shows, and what of them.
 
 use super::estimate::{Cut, least_squares_hz, periodogram, sine};
-use super::paper::{FIGURE_5_S, series as place_of};
+use super::paper::{FIGURE_5_S, RUNS, series};
 use super::repeatability::correlation;
 use super::results::{Contact, Curve, Opposite, Overlay, Pictures, Spectrum};
 use super::taken::Taken;
@@ -31,20 +31,26 @@ pub fn add(all: &mut Pictures, more: &Pictures) {
     all.opposite = all.opposite.take().or_else(|| more.opposite.clone());
 }
 
-/// What the paper shows of a run.
-pub fn of_run(series: usize, taken: &Taken, cut: &Cut) -> Pictures {
+/// What the paper shows of a run, by combination and run from 0 on. Of `runs` runs the last stands for those that were
+/// not taken.
+pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pictures {
+    let number = series(c, run);
+    let is = |wanted: usize| {
+        let of_combination = (wanted - 1) % RUNS as usize;
+        wanted - of_combination + of_combination.min(runs as usize - 1) == number
+    };
     let mut pictures = Pictures::default();
-    if FIGURE_3.contains(&series) {
-        pictures.contacts.push(contact(series, taken, cut));
+    if FIGURE_3.into_iter().any(is) {
+        pictures.contacts.push(contact(number, taken, cut));
     }
-    if FIGURES_4_5.contains(&series) {
-        pictures.spectra.push(spectrum(series, taken, cut));
+    for (figure, _) in FIGURES_4_5.into_iter().enumerate().filter(|(_, wanted)| is(*wanted)) {
+        pictures.spectra.push(spectrum((c, number), figure == 1, taken, cut));
     }
-    if series == FIGURE_6 {
-        pictures.overlay = overlay(series, taken, cut);
+    if is(FIGURE_6) {
+        pictures.overlay = overlay(number, taken, cut);
     }
-    if series == FIGURE_10.0 {
-        pictures.opposite = opposite(series, taken, cut);
+    if is(FIGURE_10.0) {
+        pictures.opposite = opposite(number, taken, cut);
     }
     pictures
 }
@@ -67,9 +73,9 @@ fn contact(series: usize, taken: &Taken, cut: &Cut) -> Contact {
 }
 
 /// Of the whole cut for Figure 4, of a short window for Figure 5.
-fn spectrum(series: usize, taken: &Taken, cut: &Cut) -> Spectrum {
+fn spectrum((c, series): (usize, usize), short: bool, taken: &Taken, cut: &Cut) -> Spectrum {
     let taxel = PAIR[0];
-    let frames = if series == FIGURES_4_5[0] {
+    let frames = if !short {
         cut.frames.clone()
     } else {
         let first = taken.frame_at(taxel, cut.slide_s.0 + WINDOW_AT_S);
@@ -77,7 +83,7 @@ fn spectrum(series: usize, taken: &Taken, cut: &Cut) -> Spectrum {
     };
     let part = taken.volts(taxel).get(frames.clone()).unwrap_or_default();
     let volts: Vec<f64> = part.iter().map(|(_, volts)| *volts).collect();
-    let (speed_mm_s, period_mm) = TABLE_2[place_of(series).0];
+    let (speed_mm_s, period_mm) = TABLE_2[c];
     Spectrum {
         series,
         taxel,

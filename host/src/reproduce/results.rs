@@ -126,6 +126,8 @@ pub struct Expected {
     pub hz: Option<f64>,
     /// What the firmware finds over the slide that it has found by itself, hertz.
     pub firmware_hz: Option<f64>,
+    /// By how much it finds the slide's end too late, seconds.
+    pub end_late_s: Option<f64>,
 }
 
 /// A curve, evenly sampled.

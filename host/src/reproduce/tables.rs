@@ -134,7 +134,8 @@ const LENGTHS_S: [f64; 6] = [0.2, 0.35, 0.4, 0.6, 0.8, 1.0];
 
 /// Figure 7 in short: least, median and greatest of the combinations.
 pub fn windows(combinations: &[Combination]) -> String {
-    let headings = ["window, s", "FFT, 2 channels", "least squares, 2 channels", "fit, 16 channels"];
+    let headings =
+        ["window, s", "FFT, 2 channels", "least squares, 2 channels", "fit, 16 channels", "fit, 16 channels, own"];
     let mut table = Table::new(0, &headings);
     for window_s in LENGTHS_S {
         let of = |hz: &dyn Fn(&Windows) -> Option<f64>| {
@@ -149,6 +150,7 @@ pub fn windows(combinations: &[Combination]) -> String {
             of(&|window| Some(window.fft_hz)),
             of(&|window| Some(window.least_squares_hz)),
             of(&|window| window.all_hz),
+            of(&|window| window.own_all_hz),
         ]);
     }
     table.end()
