@@ -37,7 +37,7 @@ enum Task {
     Bench(bench::BenchArguments),
     /// Runs every test, those of the emulated firmware included.
     Test,
-    /// Finds or installs what the firmware needs: the core library for Cortex-M, the emulator.
+    /// Finds or installs what the firmware and its tests need: the core library for Cortex-M, the emulator, a browser.
     Setup,
     /// Builds the firmware images, checks that there is code in them, tells their sizes.
     Firmware {

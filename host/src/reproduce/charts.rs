@@ -76,10 +76,10 @@ pub fn windows(combinations: &[Combination], style: &str) -> String {
         panel(&mut svg, combination, (left, top));
     }
     let entries = [
-        (Sample::Marked("two", Shape::Triangle, "solid two"), "FFT, two channels"),
-        (Sample::Marked("one", Shape::Square, "solid one fillone"), "least squares, two channels"),
+        (Sample::Marked("two", Shape::Triangle, "solid two"), "FFT, 2 channels"),
+        (Sample::Marked("one", Shape::Square, "solid one fillone"), "least squares, 2 channels"),
         (Sample::Marked("three", Shape::Diamond, "solid three"), "fit of 16 channels, against the true speed"),
-        (Sample::Line("truth"), "paper, least squares over 55 mm"),
+        (Sample::Line("truth"), "paper, 55 mm"),
     ];
     key(&mut svg, 62.0, height - 18.0, &entries);
     svg.finish()

@@ -158,7 +158,7 @@ pub fn key(svg: &mut Svg, mut x: f64, y: f64, entries: &[(Sample, &str)]) -> f64
             Sample::Dots(class) => svg.dots(&[(x + 4.0, middle), (x + 13.0, middle), (x + 22.0, middle)], class),
         }
         svg.text(x + 32.0, y, Anchor::Start, "small", text);
-        // Seven pixels a character are on the safe side.
+        // That many pixels a character are on the safe side.
         x += 32.0 + 6.4 * text.chars().count() as f64 + 20.0;
     }
     x
