@@ -107,17 +107,15 @@ fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
     }
     let percent = |hz: f64| 100.0 * hz / combination.nominal_hz();
     let place = |window: &Windows, hz: f64| (frame.x.place(window.window_s), y.place(percent(hz).clamp(0.01, 100.0)));
-    let lines: [(&dyn Fn(&Windows) -> Option<f64>, &str, Shape, &str); 3] = [
-        (&|window| Some(window.fft_hz), "two", Shape::Triangle, "solid two"),
-        (&|window| window.own_all_hz, "three", Shape::Diamond, "solid three"),
-        (&|window| Some(window.least_squares_hz), "one", Shape::Square, "solid one fillone"),
-    ];
-    for (of, line, shape, class) in lines {
-        let points: Vec<(f64, f64)> =
-            combination.windows.iter().filter_map(|window| Some(place(window, of(window)?))).collect();
+    let mut line = |of: &dyn Fn(&Windows) -> Option<f64>, line: &str, shape: Shape, class: &str| {
+        let each = combination.windows.iter().filter_map(|window| Some(place(window, of(window)?)));
+        let points: Vec<(f64, f64)> = each.collect();
         svg.path(&points, line);
         points.iter().for_each(|point| marker(svg, shape, *point, class));
-    }
+    };
+    line(&|window| Some(window.fft_hz), "two", Shape::Triangle, "solid two");
+    line(&|window| window.own_all_hz, "three", Shape::Diamond, "solid three");
+    line(&|window| Some(window.least_squares_hz), "one", Shape::Square, "solid one fillone");
 }
 
 /// Repeatability of both channels in every combination, beside the paper's ranges.

@@ -133,8 +133,7 @@ fn solve(mut rows: [[f64; 4]; 3]) -> [f64; 3] {
         if own[column] == 0.0 {
             return [0.0; 3];
         }
-        for (number, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != column) {
-            let _ = number;
+        for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != column) {
             let factor = row[column] / own[column];
             row.iter_mut().zip(own).for_each(|(x, own)| *x -= factor * own);
         }

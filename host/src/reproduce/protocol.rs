@@ -146,6 +146,16 @@ mod tests {
     }
 
     #[test]
+    fn without_imperfections_they_are_the_scene_files() {
+        for (number, line) in (1..).zip(TABLE_2) {
+            let path = format!("{}/../scenes/c{number}.toml", env!("CARGO_MANIFEST_DIR"));
+            let file = hal_mock::load_scene(path, crate::input::frame_rate_hz()).expect("a scene");
+            let own = scene(line, 0, Imperfect::NOTHING);
+            assert_eq!(Sliding { seed: own.seed, ..file }, own, "c{number}.toml");
+        }
+    }
+
+    #[test]
     fn four_runs_are_off_by_the_scatter_and_not_on_the_average() {
         let of_four = |power: i32| (0..RUNS).map(|run| deviate(run).powi(power)).sum::<f64>() / 4.0;
         assert!(of_four(1).abs() < 1e-12 && (of_four(2) - 1.0).abs() < 1e-12);

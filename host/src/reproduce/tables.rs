@@ -66,12 +66,9 @@ pub fn table_3(combinations: &[Combination], pair: usize, paper: &PairErrors) ->
         let Some(c) = number(combination) else { continue };
         let mut row = line(combination);
         row.push(figure(Some(FREQUENCY_HZ[c]), 2));
-        let methods: [(&dyn Fn(&Run) -> Option<f64>, _); 2] = [
-            (&|run| run.pairs[pair].fft_hz, paper.fft),
-            (&|run| run.pairs[pair].least_squares_hz, paper.least_squares),
-        ];
-        for (of, paper) in methods {
-            let hz = combination.rms_hz(of);
+        let fft = combination.rms_hz(|run| run.pairs[pair].fft_hz);
+        let least_squares = combination.rms_hz(|run| run.pairs[pair].least_squares_hz);
+        for (hz, paper) in [(fft, paper.fft), (least_squares, paper.least_squares)] {
             row.extend([figure(hz, 3), figure(Some(paper.hz[c]), 3)]);
             row.extend([figure(percent(hz, combination), 2), figure(Some(paper.percent[c]), 2)]);
         }
@@ -123,8 +120,8 @@ pub fn all_fit(run: &Run) -> Option<f64> {
 pub fn causes(reproduction: &Reproduction) -> String {
     let mut table = Table::new(1, &["imperfect", "least squares, 2 channels, %", "fit, 16 channels, %"]);
     for cause in &reproduction.causes {
-        let figures = [cause.least_squares_percent, cause.all_percent].map(|percent| significant(percent, 2));
-        table.row(&[&[cause.name.clone()], &figures[..]].concat());
+        let [two, all] = [cause.least_squares_percent, cause.all_percent].map(|percent| significant(percent, 2));
+        table.row(&[cause.name.clone(), two, all]);
     }
     table.end()
 }

@@ -63,7 +63,7 @@ impl Taken {
         };
         let first_us = conversions.first().context("the board has read nothing")?.t_us;
         let recording = Recording::new(&conversions, &packets);
-        let volts_per_code = f64::from(ridgetone_volts_per_code());
+        let volts_per_code = f64::from(ads1258::reading::volts(1, Settings::DEFAULT.vref_v));
         let frames = recording.channels.iter().map(Vec::len).min().unwrap_or(0);
         let codes = (0..frames).map(|frame| {
             std::array::from_fn(|taxel| {
@@ -90,8 +90,4 @@ impl Taken {
     pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {
         self.packets.iter().filter_map(move |packet| kind(&packet.event))
     }
-}
-
-fn ridgetone_volts_per_code() -> f32 {
-    ads1258::reading::volts(1, Settings::DEFAULT.vref_v)
 }
