@@ -17,7 +17,8 @@ const TEMPLATE: &str = include_str!("template.md");
 /// The converter's own noise at the scan's rate, uV RMS (SBAS297G, noise performance; as simulated).
 const CONVERTER_UV: f64 = 4.5;
 
-/// C4, whose Fourier errors tell the speed error's sign.
+/// C3 and C4, whose Fourier errors tell the speed error's sign.
+const C3: usize = 2;
 const C4: usize = 3;
 
 /// The document. What a run of some combinations only has no figure for is a dash, and pictures of others are left out.
@@ -54,7 +55,7 @@ pub fn document(reproduction: &Reproduction) -> Result<String> {
             "ripple" => RIPPLE_PERCENT.to_string(),
             "jitter" => (1e3 * JITTER_S).round().to_string(),
             "noise" => (1e-3 * NOISE_UV).to_string(),
-            other if other.starts_with("c4_") => c4(other)?,
+            other if other.starts_with("c3_") || other.starts_with("c4_") => line_pair(other)?,
             "noise_times" => format!("{:.0}", NOISE_UV / CONVERTER_UV),
             "paper_r1" => between(REPEATABILITY[0]),
             "paper_r2" => between(REPEATABILITY[1]),
@@ -80,23 +81,24 @@ fn protocol() -> String {
     )
 }
 
-/// The lines around C4's nominal frequency in the paper's 55 mm (equation 6).
-fn c4(name: &str) -> Result<String> {
-    let (speed_mm_s, period_mm) = TABLE_2[C4];
+/// The lines around the nominal frequencies of C3 and C4 in the paper's 55 mm (equation 6), and its errors there.
+fn line_pair(name: &str) -> Result<String> {
+    let c = if name.starts_with("c3") { C3 } else { C4 };
+    let (speed_mm_s, period_mm) = TABLE_2[c];
     let (nominal_hz, line_hz) = (speed_mm_s / period_mm, speed_mm_s / LENGTH_MM);
     let low_hz = (nominal_hz / line_hz).floor() * line_hz;
     let (high_hz, middle_hz) = (low_hz + line_hz, low_hz + 0.5 * line_hz);
-    Ok(match name {
-        "c4_nominal" => format!("{nominal_hz:.3}"),
-        "c4_low" => format!("{low_hz:.3}"),
-        "c4_high" => format!("{high_hz:.3}"),
-        "c4_low_off" => format!("{:.3}", nominal_hz - low_hz),
-        "c4_high_off" => format!("{:.3}", high_hz - nominal_hz),
-        "c4_middle" => format!("{middle_hz:.3}"),
-        "c4_middle_percent" => format!("{:.2}", 100.0 * (middle_hz / nominal_hz - 1.0)),
-        "c4_paper_1" => TABLE_3[0].fft.hz[C4].to_string(),
-        "c4_paper_2" => TABLE_3[1].fft.hz[C4].to_string(),
-        "c4_paper_percent" => TABLE_3[0].least_squares.percent[C4].to_string(),
-        other => bail!("the template asks for {other}"),
+    Ok(match &name[3..] {
+        "nominal" => format!("{nominal_hz:.3}"),
+        "low" => format!("{low_hz:.3}"),
+        "high" => format!("{high_hz:.3}"),
+        "low_off" => format!("{:.3}", nominal_hz - low_hz),
+        "high_off" => format!("{:.3}", high_hz - nominal_hz),
+        "middle" => format!("{middle_hz:.3}"),
+        "middle_percent" => format!("{:.2}", 100.0 * (middle_hz / nominal_hz - 1.0)),
+        "paper_1" => format!("{:.3}", TABLE_3[0].fft.hz[c]),
+        "paper_2" => format!("{:.3}", TABLE_3[1].fft.hz[c]),
+        "paper_percent" => TABLE_3[0].least_squares.percent[c].to_string(),
+        _ => bail!("the template asks for {name}"),
     })
 }

@@ -95,6 +95,7 @@ pub fn table_3_all(combinations: &[Combination]) -> String {
         "16: fit, %",
         "own: LSq, 2, %",
         "own: fit, 16, %",
+        "own: firmware, %",
     ];
     let mut table = Table::new(1, &headings);
     for combination in combinations {
@@ -104,7 +105,11 @@ pub fn table_3_all(combinations: &[Combination]) -> String {
         for hz in [combination.rms_hz(|run| run.all_fft_hz), combination.rms_hz(all_fit)] {
             row.extend([figure(hz, 3), figure(percent(hz, combination), 2)]);
         }
-        let own = [combination.own_rms_hz(|run| run.pairs[0].least_squares_hz), combination.own_rms_hz(all_fit)];
+        let own = [
+            combination.own_rms_hz(|run| run.pairs[0].least_squares_hz),
+            combination.own_rms_hz(all_fit),
+            combination.own_rms_hz(|run| run.firmware?.tone_hz.map(|tone| tone.0)),
+        ];
         row.extend(own.map(|hz| figure(percent(hz, combination), 3)));
         table.row(&row);
     }
