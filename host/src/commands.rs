@@ -1,6 +1,7 @@
 //! The commands: arguments in, output out.
 
 use crate::bench::{BenchArgs, Report};
+use crate::cli::Senseless;
 use crate::cli::{
     Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, ReproduceArgs, SceneArgs,
 };
@@ -132,6 +133,9 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
     if args.render {
         return Reproduction::render(&args.out);
+    }
+    if args.firmware.elf.is_some() && !args.emulated {
+        return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
     }
     let elf = args.emulated.then(|| image(&args.firmware)).transpose()?;
     let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(firmware(&args.firmware, elf)));

@@ -21,8 +21,9 @@ mod tables;
 mod taken;
 
 pub use measure::{causes, combinations, expected};
-pub use paper::RUNS;
-pub use results::{Cause, Combination, Expected, Pictures, Run, Windows};
+pub use paper::{Errors, PairErrors, TABLE_3};
+pub use results::{Cause, Combination, Contact, Curve, Expected, Firmware, Opposite, Overlay, Pair, Pictures, Run};
+pub use results::{Spectrum, Windows};
 pub use taken::Place;
 
 use crate::output::whole_file;

@@ -1,7 +1,7 @@
 //! The reproduction: that its figures are those of the scenes, and that what is told of it is what was measured.
 
-use hal_mock::TABLE_2;
-use ridgetone_host::reproduce::{Combination, Place, Reproduction, Run};
+use hal_mock::{Sliding, SlidingScene, TABLE_2};
+use ridgetone_host::reproduce::{Combination, Place, Reproduction, Run, TABLE_3};
 use std::fs;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -78,6 +78,51 @@ fn a_longer_window_errs_less_and_windows_are_counted() {
         assert!(last.own_least_squares_hz < first.own_least_squares_hz);
         assert!(last.own_all_hz < first.own_all_hz);
     }
+}
+
+#[test]
+fn static_images_are_what_the_grating_at_rest_makes() {
+    for (combination, run) in runs(reduced()) {
+        let Combination { speed_mm_s, period_mm, .. } = *combination;
+        let scene = Sliding { speed_mm_s, period_mm, reverse: true, ..Sliding::physical() };
+        let scene = SlidingScene::new(scene).expect("a scene");
+        let truth = scene.truth();
+        // The imperfect stimulator slides 60 mm too, so that the grating comes to rest at the same place.
+        for (image, t_s) in run.images_v.iter().zip([truth.slide_start_s - 0.1, truth.release_s - 0.1]) {
+            assert_eq!(image.len(), 16);
+            for (taxel, volts) in (0..).zip(image) {
+                let elastic_v = scene.clean_volts(taxel, t_s) - scene.channels()[usize::from(taxel)].offset_v;
+                // The skin has crept by up to 5 %; the noise of 0.9 mV is a mean of 72 readings, less one of 48.
+                let room_v = 0.06 * elastic_v.abs() + 4.0 * 0.9e-3 * (1.0 / 72.0 + 1.0 / 48.0_f64).sqrt();
+                assert!((volts - elastic_v).abs() < room_v, "{taxel}: {volts} V, not {elastic_v} V");
+            }
+        }
+        // Piezoresistors 1 and 3 of unit 1 at rest under a ridge ahead of them: opposite signs (Figure 10).
+        assert!(run.images_v[0][0] < 0.0 && run.images_v[0][2] > 0.0);
+    }
+}
+
+#[test]
+fn the_text_says_what_is_so() {
+    let shipped = shipped();
+    let nothing = &shipped.causes[0];
+    assert!(nothing.least_squares_percent < 0.05 && nothing.all_percent < 0.05, "the error is the stimulator's");
+    for (c, combination) in shipped.combinations.iter().enumerate() {
+        let percent = |hz: Option<f64>| 100.0 * hz.expect("an estimate") / combination.nominal_hz();
+        let least_squares = |run: &Run| run.pairs[0].least_squares_hz;
+        let paper = TABLE_3[0].least_squares.percent[c];
+        assert!((percent(combination.rms_hz(least_squares)) - paper).abs() < 0.4, "C{}", c + 1);
+        let (two, all) = (least_squares, |run: &Run| run.all_fit_hz.map(|fit| fit.0));
+        let own = [percent(combination.own_rms_hz(two)), percent(combination.own_rms_hz(all))];
+        assert!(own[0] < 0.1 && own[1] < own[0], "C{}: {own:?}", c + 1);
+        let firmware = percent(combination.own_rms_hz(|run| run.firmware?.tone_hz.map(|tone| tone.0)));
+        assert!(firmware < 0.1, "C{}: {firmware}", c + 1);
+        let [one, two] = combination.repeatability.expect("four runs");
+        assert!((0.86..0.98).contains(&one) && two < one, "C{}", c + 1);
+        let at_04 = combination.windows.iter().find(|window| window.window_s == 0.4).expect("a window");
+        assert!(percent(Some(at_04.least_squares_hz)) < 2.0 && at_04.all_told == at_04.windows, "C{}", c + 1);
+    }
+    assert!(shipped.pictures.opposite.expect("Figure 10").correlation < -0.5);
 }
 
 #[test]
