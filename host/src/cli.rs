@@ -268,12 +268,12 @@ pub struct SceneArgs {
 /// `reproduce`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Takes some minutes. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
+Takes a minute or two, and some with --emulated. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
 
 Examples:
-  ridgetone reproduce --out /tmp/docs
-  ridgetone reproduce --emulated --out /tmp/docs
-  ridgetone reproduce --render --out docs")]
+  ridgetone reproduce --out paper
+  ridgetone reproduce --emulated --out paper
+  ridgetone reproduce --render --out paper")]
 pub struct ReproduceArgs {
     /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
     #[arg(long)]
