@@ -3,7 +3,8 @@
 //! The spike is found as in the paper's equations 2 and 3, over all taxels and as the data come: the
 //! taxel whose deviation from its idle level is the greatest tells the time. The slide comes either
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
-//! begin to change and ends when they stop, both dated back to the frame where it happened.
+//! begin to change and ends when they stop, both dated back to the frame where it happened: the end along the creep of
+//! the skin, which goes on when nothing moves any more.
 //!
 //! A block of frames is dealt with while the next one comes, a share of the taxels with each frame; what a decision
 //! needs is summed up in the same way, with the block after it. What is to be dated is told when it is: a slide's

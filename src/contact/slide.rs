@@ -5,10 +5,12 @@ use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, SHORT_BLOCKS};
 use crate::settings::SlideRule;
 use crate::window::{Ring, reached};
 
-/// Blocks with quick changes after which a motion is a slide and not a step: 150 ms.
-const SLIDE_BLOCKS: u32 = 9;
-/// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
-const SLOW_SLIDE_BLOCKS: u32 = 22;
+/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
+const LASTING_BLOCKS: u32 = 11;
+/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
+const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with slow changes after which it is one.
+const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
 /// Latest blocks that are no part of the level that was held: that in which a motion is noticed, and the one before it,
 /// which may hold the first of it already.
 const HELD_BACK: usize = 2;

@@ -54,7 +54,8 @@ impl ContactDetector {
         let (weights, level) = (self.motion.weights(), &self.level);
         match sought {
             Sought::Start => self.search.departure(weights, level, frame, self.touched),
-            Sought::End(..) | Sought::Release => self.search.arrival(weights, level, frame),
+            Sought::End(..) => self.search_end(frame),
+            Sought::Release => self.search.arrival(weights, level, frame),
         }
         (self.sought, self.waiting) = (Some(sought), None);
     }

@@ -12,7 +12,7 @@ use ads1258::reading;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4 frames, for one more
-/// until it is known what came after, and for about 13 until it is dated; 24 frames more, 0.1 s, are left for the fit
+/// until it is known what came after, and for up to 13 until it is dated; 24 frames more, 0.1 s, are left for the fit
 /// to read the oldest of them.
 pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 

@@ -22,9 +22,18 @@ pub fn run_along(
     scene: impl Scene + 'static,
     settings: Settings,
     profile: Option<Profile>,
+    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
+) -> Vec<Event> {
+    run_on(Rig::new(scene, Options::default()), settings, profile, keep)
+}
+
+/// The same on a rig of one's own.
+pub fn run_on(
+    rig: Rig,
+    settings: Settings,
+    profile: Option<Profile>,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    let rig = Rig::new(scene, Options::default());
     let mut adc = ads1258::Ads1258::new(rig.spi());
     let mut start = rig.start_pin();
     adc.stop(&mut start).unwrap();
