@@ -1,14 +1,17 @@
 //! The first half of the pipeline: conversions in, news and due windows out.
 
 mod health;
+mod imaging;
 mod teller;
 
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
+use crate::motion::SHARES;
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use crate::telemetry::{Hello, News, PROTOCOL};
 use crate::window::{Ring, Values, Window};
 use health::Checkup;
+use imaging::Imaging;
 use teller::Teller;
 pub use teller::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 
@@ -34,6 +37,7 @@ pub struct Detector {
     assembler: Assembler,
     rest: Rest,
     checkup: Checkup,
+    imaging: Imaging,
 }
 
 /// What takes the assembler's frames.
@@ -60,6 +64,7 @@ impl Detector {
                 teller: Teller::new(&settings),
             },
             checkup: Checkup::new(),
+            imaging: Imaging::new(),
         }
     }
 
@@ -108,8 +113,13 @@ impl Detector {
             self.one_by_one(false, ring, emit, due);
         }
         // A frame in which something is dated has enough to do.
-        if self.checkup.is_due(self.rest.teller.latest.0) && !self.rest.contact.is_busy() {
-            self.check(counters, emit);
+        let (check, image) = (self.checkup.is_due(self.rest.teller.latest.0), self.rest.contact.has_image());
+        if (check || image) && !self.rest.contact.is_busy() {
+            if check {
+                self.check(counters, emit);
+            } else {
+                self.picture(ring, emit);
+            }
         }
     }
 
@@ -131,6 +141,11 @@ impl Detector {
         let Rest { contact, teller, .. } = &mut self.rest;
         contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
         teller.give_whole(ring, due);
+        for _ in 0..=SHARES {
+            if self.rest.contact.has_image() {
+                self.picture(ring, emit);
+            }
+        }
         emit(self.checkup.finish(&self.assembler, &self.rest.teller, counters));
     }
 }
@@ -172,7 +187,7 @@ impl Rest {
         }
         let ring = &*ring;
         teller.give_whole(ring, due);
-        self.contact.push(frame.number, &self.values, ring, &mut |change| teller.tell(change, ring, emit));
+        self.contact.push(frame.number, (&self.values, valid), ring, &mut |change| teller.tell(change, ring, emit));
         if let Some((start, until)) = self.contact.sliding() {
             teller.hop(start, until, ring, due);
         }

@@ -246,18 +246,13 @@ impl Motion {
         self.noise.teaches = true;
     }
 
-    /// Moves one share of a level by so much of the way to the mean of the latest block.
-    pub fn approach(&self, level: &mut Values, turn: usize, by: f32) {
-        let (mut moved, mean) = (*share(level, turn), share(self.past.back(0), turn));
+    /// Moves one share of a level by so much of the way to the mean of a block, the `skip` latest left out.
+    pub fn approach(&self, level: &mut Values, turn: usize, by: f32, skip: usize) {
+        let (mut moved, mean) = (*share(level, turn), share(self.past.back(skip), turn));
         for c in 0..SHARE {
             moved[c] += by * (mean[c] - moved[c]);
         }
         put(level, turn, moved);
-    }
-
-    /// Sets one share of a level to the mean of the latest block.
-    pub fn copy(&self, level: &mut Values, turn: usize) {
-        put(level, turn, *share(self.past.back(0), turn));
     }
 
     /// Mean of the latest block.

@@ -1,6 +1,6 @@
 //! After something: where the taxels are by then decides what it was and what comes next.
 
-use super::{Change, ContactDetector, Phase, Sought, back_at_idle, is_load};
+use super::{Change, ContactDetector, Held, Phase, Sought, back_at_idle, is_load};
 use crate::motion::{BLOCK_FRAMES, SHARES, SKIP_MAX};
 use crate::window::Ring;
 
@@ -24,6 +24,8 @@ impl ContactDetector {
     pub(super) fn settle_after(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         self.free_level(ring, changed);
         self.off = 0.0;
+        // The loaded level is about to be another hold's.
+        self.image_told();
         self.enter(Phase::Settling(after, over));
     }
 
@@ -50,6 +52,7 @@ impl ContactDetector {
     }
 
     /// Begins to search for the end of a slide: back from the middle of the mean soon after it, along the creep.
+    #[inline(never)]
     pub(super) fn search_end(&mut self, over: u32) {
         let middle = over.wrapping_sub(self.blocks_since(over) as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
         // That block differs from the one before it, where the change may have been.
@@ -88,6 +91,7 @@ impl ContactDetector {
         if after == After::Spike || is_load(self.off, self.load) {
             (self.loaded, self.load) = (self.level, self.off);
         }
+        self.held = Held::new(matches!(after, After::Slide(..)));
         self.phase = Phase::Hold;
         true
     }

@@ -22,7 +22,7 @@ const READING_FRAMES: u32 = 16;
 /// Knows when frames were and which windows are wanted.
 #[derive(Clone, Debug)]
 pub(super) struct Teller {
-    volts_per_code: f32,
+    pub volts_per_code: f32,
     /// Code of every taxel in the first complete frame: what the ring's values are relative to.
     pub reference: Values,
     window_frames: u32,
@@ -138,7 +138,7 @@ impl Teller {
     /// Device time of a frame's first slot. Frames that the ring does not hold are reckoned at the
     /// nominal rate.
     #[inline(never)]
-    fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
+    pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
         match ring.t_us(frame) {
             Some(low) => t_us.wrapping_sub((t_us as u32).wrapping_sub(low) as u64),

@@ -96,6 +96,8 @@ pub struct Outcome {
     pub slide_fits: Vec<ridgetone::telemetry::Estimate>,
     /// Fits over windows.
     pub window_fits: Vec<ridgetone::telemetry::Estimate>,
+    /// Static images.
+    pub images: Vec<ridgetone::telemetry::Image>,
     /// The last health message.
     pub health: ridgetone::telemetry::Health,
 }
@@ -114,6 +116,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) if fit.span == ridgetone::telemetry::Span::Slide => out.slide_fits.push(fit.clone()),
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
+            Event::Image(image) => out.images.push(*image),
             Event::Hello(_) => {}
         }
     }

@@ -1,8 +1,9 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use crate::names::{span_name, status_name};
+use crate::names::{hold_name, span_name, status_name};
+use crate::static_image::levels;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
-use ridgetone::settings::{Settings, SlideRule};
+use ridgetone::settings::{Settings, SlideRule, TAXELS};
 use ridgetone::telemetry::{Channel, Event, Packet};
 use serde::Serialize;
 
@@ -62,6 +63,16 @@ enum Body<'a> {
         temperature_c: f32,
         offset_v: f32,
         gain: f32,
+    },
+    Image {
+        sequence: u16,
+        t_s: f64,
+        start_s: f64,
+        end_s: f64,
+        hold: &'static str,
+        frames: u32,
+        level_v: [Option<f32>; TAXELS],
+        sigma_v: [Option<f32>; TAXELS],
     },
 }
 
@@ -158,6 +169,16 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             offset_v: e.offset_v,
             gain: e.gain,
         },
+        Event::Image(e) => Body::Image {
+            sequence,
+            t_s: seconds(e.end_us),
+            start_s: seconds(e.start_us),
+            end_s: seconds(e.end_us),
+            hold: hold_name(e.hold),
+            frames: e.frames,
+            level_v: levels(e).map(|taxel| taxel.map(|(level_v, _)| level_v)),
+            sigma_v: levels(e).map(|taxel| taxel.map(|(_, sigma_v)| sigma_v)),
+        },
     };
     serde_json::to_string(&body)
 }
@@ -165,7 +186,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Slide, Span, Status};
+    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Hold, Image, Slide, Span, Status};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -178,6 +199,24 @@ mod tests {
         );
         let text = line.rsplit(':').next().unwrap().trim_end_matches('}');
         assert_eq!(text.parse::<f32>().unwrap().to_bits(), height_v.to_bits());
+    }
+
+    #[test]
+    fn an_image_has_a_value_for_every_taxel_and_null_for_dead_ones() {
+        let (mut level_v, mut sigma_v) = ([0.5; TAXELS], [0.25; TAXELS]);
+        (level_v[2], sigma_v[2]) = (0.0, 0.0);
+        let (hold, alive) = (Hold::AfterSlide, !(1 << 2));
+        let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold, alive, level_v, sigma_v };
+        let line = json(&Packet { sequence: 9, event: Event::Image(image) }).unwrap();
+        let row = |value: &str| [&[value; 2][..], &["null"], &[value; 13]].concat().join(",");
+        assert_eq!(
+            line,
+            format!(
+                r#"{{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"hold":"after_slide","frames":240,"level_v":[{}],"sigma_v":[{}]}}"#,
+                row("0.5"),
+                row("0.25")
+            )
+        );
     }
 
     #[test]
