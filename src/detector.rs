@@ -6,7 +6,6 @@ mod teller;
 
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
-use crate::motion::SHARES;
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use crate::telemetry::{Hello, News, PROTOCOL};
 use crate::window::{Ring, Values, Window};
@@ -70,7 +69,7 @@ impl Detector {
 
     /// The greeting to send before anything else.
     #[inline(never)]
-    pub fn hello(&self) -> News {
+    pub fn hello(&self) -> News<'static> {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
         News::Hello(Hello {
             protocol: PROTOCOL,
@@ -141,11 +140,7 @@ impl Detector {
         let Rest { contact, teller, .. } = &mut self.rest;
         contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
         teller.give_whole(ring, due);
-        for _ in 0..=SHARES {
-            if self.rest.contact.has_image() {
-                self.picture(ring, emit);
-            }
-        }
+        while self.rest.contact.has_image() && self.picture(ring, emit) {}
         emit(self.checkup.finish(&self.assembler, &self.rest.teller, counters));
     }
 }

@@ -139,9 +139,20 @@ pub enum Hold {
     AfterSlide,
 }
 
+/// What a hold does to one taxel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pressed {
+    /// Taxel, 0 to 15.
+    pub taxel: u8,
+    /// Mean over the hold less the level before the touch, volts.
+    pub level_v: f32,
+    /// Its standard deviation by the noise of the taxel's frames, in the hold and before the touch, volts.
+    pub sigma_v: f32,
+}
+
 /// The static image: what a hold does to every taxel. It is told when the hold is over; a hold in which nothing moves
 /// for less than 0.1 s on end has none.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame that it is the mean of, microseconds.
     pub start_us: u64,
@@ -151,13 +162,9 @@ pub struct Image {
     pub frames: u32,
     /// Which hold it is.
     pub hold: Hold,
-    /// Bit k: taxel k is alive. Dead ones had an untrustworthy conversion, or have the very code that they had
-    /// before the touch and no noise; their values below are 0.
-    pub alive: u16,
-    /// Mean over the hold less the level before the touch, volts, of each taxel.
-    pub level_v: [f32; TAXELS],
-    /// Its standard deviation by the noise of the taxel's frames, in the hold and before the touch, volts.
-    pub sigma_v: [f32; TAXELS],
+    /// The taxels that are alive: dead ones had an untrustworthy conversion in the hold, or have no noise and the very
+    /// code that they had before the touch.
+    pub taxels: Vec<Pressed, TAXELS>,
 }
 
 /// Counters and readings, about once a second.
@@ -214,9 +221,9 @@ pub enum Event {
     Image(Image),
 }
 
-/// What the detector tells: the events but for estimates, which are ten times as large and come from the fit.
+/// What the detector tells: the events but for estimates, which come from the fit; what is large by reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum News {
+pub enum News<'a> {
     /// After start-up.
     Hello(Hello),
     /// The contact spike.
@@ -228,10 +235,10 @@ pub enum News {
     /// Counters and readings.
     Health(Health),
     /// What a hold does to the taxels.
-    Image(Image),
+    Image(&'a Image),
 }
 
-impl From<News> for Event {
+impl From<News<'_>> for Event {
     #[inline(never)]
     fn from(news: News) -> Self {
         match news {
@@ -240,7 +247,7 @@ impl From<News> for Event {
             News::Slide(slide) => Self::Slide(slide),
             News::Release(release) => Self::Release(release),
             News::Health(health) => Self::Health(health),
-            News::Image(image) => Self::Image(image),
+            News::Image(image) => Self::Image(image.clone()),
         }
     }
 }

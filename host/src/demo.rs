@@ -100,7 +100,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
         contact: None,
         slide: None,
         estimate: None,
-        images: [None; 2],
+        images: [None, None],
         load: 0.0,
         health: None,
         conversions: (outcome.conversions_served, outcome.conversions_lost),
@@ -111,7 +111,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
             Event::Contact(contact) => summary.contact = Some(*contact),
             Event::Slide(slide) if slide.end_us.is_some() => summary.slide = Some(*slide),
             Event::Estimate(estimate) if estimate.span == Span::Slide => summary.estimate = Some(estimate.clone()),
-            Event::Image(image) => summary.images[(image.hold == Hold::AfterSlide) as usize] = Some(*image),
+            Event::Image(image) => summary.images[(image.hold == Hold::AfterSlide) as usize] = Some(image.clone()),
             Event::Health(health) => {
                 summary.load = summary.load.max(health.load);
                 summary.health = Some(*health);

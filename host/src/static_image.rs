@@ -17,7 +17,7 @@
 //! upper one.
 
 use ridgetone::settings::TAXELS;
-use ridgetone::telemetry::Image;
+use ridgetone::telemetry::{Image, Pressed};
 use std::fmt::Write;
 
 /// Rows and columns of the map.
@@ -36,21 +36,21 @@ pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
     PLACES.map(|row| row.map(|taxel| by_taxel[taxel]))
 }
 
-/// Level and standard error of every taxel of an image in volts, none where it is dead.
-pub fn levels(image: &Image) -> [Option<(f32, f32)>; TAXELS] {
-    std::array::from_fn(|taxel| (image.alive & 1 << taxel != 0).then(|| (image.level_v[taxel], image.sigma_v[taxel])))
+/// What there is of every taxel of an image; none of the dead.
+pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
+    std::array::from_fn(|taxel| image.taxels.iter().find(|found| usize::from(found.taxel) == taxel).copied())
 }
 
 /// The map of an image as four lines of text in millivolts, each behind `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
     let mut lines = String::new();
-    for row in map(&levels(image)) {
+    for row in map(&by_taxel(image)) {
         lines += indent;
-        for (column, level) in row.into_iter().enumerate() {
+        for (column, found) in row.into_iter().enumerate() {
             let gap = if column == SIDE / 2 { " |" } else { "" };
             // Writing to a string cannot fail.
-            let _ = match level {
-                Some((level_v, _)) => write!(lines, "{gap}{:>+9.3}", 1e3 * level_v),
+            let _ = match found {
+                Some(found) => write!(lines, "{gap}{:>+9.3}", 1e3 * found.level_v),
                 None => write!(lines, "{gap}{:>9}", "dead"),
             };
         }
@@ -61,7 +61,7 @@ pub fn text(image: &Image, indent: &str) -> String {
 
 /// The greatest standard error of an image, volts; none if all taxels are dead.
 pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
-    levels(image).into_iter().flatten().map(|(_, sigma_v)| sigma_v).max_by(f32::total_cmp)
+    image.taxels.iter().map(|found| found.sigma_v).max_by(f32::total_cmp)
 }
 
 #[cfg(test)]
@@ -70,15 +70,17 @@ mod tests {
     use hal_mock::{Finger, Sliding, SlidingScene};
     use ridgetone::telemetry::Hold;
 
+    fn pressed(taxel: u8) -> Pressed {
+        Pressed { taxel, level_v: 1e-3 * taxel as f32 - 5e-3, sigma_v: 1e-6 * (16 - taxel) as f32 }
+    }
+
     fn image() -> Image {
         Image {
             start_us: 1_000_000,
             end_us: 1_600_000,
             frames: 145,
             hold: Hold::BeforeSlide,
-            alive: !(1 << 6),
-            level_v: std::array::from_fn(|taxel| if taxel == 6 { 0.0 } else { 1e-3 * taxel as f32 - 5e-3 }),
-            sigma_v: std::array::from_fn(|taxel| if taxel == 6 { 0.0 } else { 1e-6 * (16 - taxel) as f32 }),
+            taxels: (0..16u8).filter(|taxel| *taxel != 6).map(pressed).collect(),
         }
     }
 
@@ -120,6 +122,6 @@ mod tests {
         let text = text(&image(), "|");
         assert_eq!(text.lines().collect::<Vec<_>>(), expected);
         assert_eq!(greatest_sigma_v(&image()), Some(16e-6));
-        assert_eq!(greatest_sigma_v(&Image { alive: 0, ..image() }), None);
+        assert_eq!(greatest_sigma_v(&Image { taxels: Default::default(), ..image() }), None);
     }
 }

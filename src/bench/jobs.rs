@@ -10,7 +10,7 @@ use ridgetone::pipeline::{Counters, Detector};
 use ridgetone::settings::{RING_FRAMES, Settings};
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::{News, Packet, WIRE_MAX};
+use ridgetone::telemetry::{Event, News, Packet, WIRE_MAX};
 use ridgetone::window::{Ring, Window};
 use ridgetone::workload::{
     CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
@@ -81,15 +81,15 @@ impl Bench<'_> {
             for _ in 0..SLOTS {
                 scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
             }
-            let mut events = Vec::<News, EVENTS_MAX>::new();
+            let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
-            let mut emit = |news| {
-                let _ = events.push(news);
+            let mut emit = |news: News| {
+                let _ = events.push(news.into());
             };
             let mut due = |_| windows += 1;
             let (instructions, ()) = self.counter.measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
-            for news in events {
-                self.encode(&Packet { sequence, event: news.into() })?;
+            for event in events {
+                self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
             }
             self.files.tell(Measured::Frame { instructions, windows })?;

@@ -1,11 +1,10 @@
-//! The static image, made a share of the taxels a frame, so that no frame has much of it to do.
+//! The static image, made a taxel a frame, so that no frame has much of it to do.
 
 use super::Detector;
-use crate::contact::Imprint;
-use crate::motion::{SHARE, SHARES, share, share_mut};
 use crate::settings::TAXELS;
-use crate::telemetry::{Hold, Image, News};
+use crate::telemetry::{Hold, Image, News, Pressed};
 use crate::window::Ring;
+use heapless::Vec;
 
 /// Frames that the level before a touch is the mean of, as its variance tells: it follows each block of four by a
 /// sixteenth, so its variance is (1/16) / (2 - 1/16) of a block's.
@@ -20,66 +19,56 @@ pub(super) struct Imaging {
     image: Image,
     /// First frame of the hold.
     from: u32,
-    /// Shares that are done.
+    /// Steps taken.
     step: usize,
 }
 
 impl Imaging {
     /// None.
     pub const fn new() -> Self {
-        let (level_v, sigma_v) = ([0.0; TAXELS], [0.0; TAXELS]);
-        let image = Image { start_us: 0, end_us: 0, frames: 0, hold: Hold::BeforeSlide, alive: 0, level_v, sigma_v };
+        let image = Image { start_us: 0, end_us: 0, frames: 0, hold: Hold::BeforeSlide, taxels: Vec::new() };
         Self { image, from: 0, step: 0 }
-    }
-
-    /// Deals with the next share.
-    #[inline(never)]
-    fn advance(&mut self, imprint: &Imprint, volts_per_code: f32) {
-        let Imprint { held, level, idle, weights } = imprint;
-        let turn = self.step;
-        let (level, idle, weights) = (share(level, turn), share(idle, turn), share(weights, turn));
-        if turn == 0 {
-            self.image.alive = held.good;
-        }
-        let frames = 1.0 / held.frames() as f32 + 1.0 / IDLE_FRAMES;
-        let (level_v, sigma_v) = (share_mut(&mut self.image.level_v, turn), share_mut(&mut self.image.sigma_v, turn));
-        for c in 0..SHARE {
-            let (pressed, variance) = (level[c] - idle[c], 1.0 / weights[c]);
-            let taxel = 1 << (SHARE * turn + c);
-            if pressed.abs() < 1.0 && variance < DEAD_VARIANCE {
-                self.image.alive &= !taxel;
-            }
-            (level_v[c], sigma_v[c]) = match self.image.alive & taxel {
-                0 => (0.0, 0.0),
-                _ => (pressed * volts_per_code, libm::sqrtf(variance * frames) * volts_per_code),
-            };
-        }
-        self.step += 1;
     }
 }
 
 impl Detector {
-    /// Goes on with the image that is due, or tells it.
+    /// Takes the next step towards the image that is due: one a taxel, its times, and telling it. False if there is
+    /// none to be taken now.
     #[inline(never)]
-    pub(super) fn picture(&mut self, ring: &Ring, emit: &mut dyn FnMut(News)) {
+    pub(super) fn picture(&mut self, ring: &Ring, emit: &mut dyn FnMut(News)) -> bool {
         let Self { rest, imaging, .. } = self;
-        let Some(imprint) = rest.contact.imprint() else { return };
-        if imaging.from != imprint.held.from {
-            (imaging.from, imaging.step) = (imprint.held.from, 0);
+        let Some(imprint) = rest.contact.imprint() else { return false };
+        let (held, image) = (imprint.held, &mut imaging.image);
+        if imaging.from != held.from {
+            // What was begun before was never told: another hold came too soon.
+            (imaging.from, imaging.step) = (held.from, 0);
         }
-        if imaging.step < SHARES {
-            imaging.advance(&imprint, rest.teller.volts_per_code);
-            return;
+        if imaging.step == 0 {
+            image.taxels.clear();
         }
-        let held = imprint.held;
-        imaging.step = 0;
-        emit(News::Image(Image {
-            start_us: rest.teller.time_us(held.from, ring),
-            end_us: rest.teller.time_us(held.until, ring),
-            frames: held.frames(),
-            hold: if held.after_slide { Hold::AfterSlide } else { Hold::BeforeSlide },
-            ..imaging.image
-        }));
-        rest.contact.image_told();
+        let step = imaging.step;
+        imaging.step += 1;
+        if step < TAXELS {
+            let pressed = imprint.level[step] - imprint.idle[step];
+            let variance = 1.0 / imprint.weights[step];
+            let alive = held.good >> step & 1 != 0 && !(pressed.abs() < 1.0 && variance < DEAD_VARIANCE);
+            let of_mean = variance * (1.0 / held.frames() as f32 + 1.0 / IDLE_FRAMES);
+            if alive {
+                let volts = rest.teller.volts_per_code;
+                let sigma_v = libm::sqrtf(of_mean) * volts;
+                // There is room for every taxel.
+                let _ = image.taxels.push(Pressed { taxel: step as u8, level_v: pressed * volts, sigma_v });
+            }
+        } else if step == TAXELS {
+            image.start_us = rest.teller.time_us(held.from, ring);
+            image.end_us = rest.teller.time_us(held.until, ring);
+            image.frames = held.frames();
+            image.hold = if held.after_slide { Hold::AfterSlide } else { Hold::BeforeSlide };
+        } else {
+            emit(News::Image(image));
+            imaging.step = 0;
+            rest.contact.image_told();
+        }
+        true
     }
 }

@@ -116,7 +116,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) if fit.span == ridgetone::telemetry::Span::Slide => out.slide_fits.push(fit.clone()),
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
-            Event::Image(image) => out.images.push(*image),
+            Event::Image(image) => out.images.push(image.clone()),
             Event::Hello(_) => {}
         }
     }

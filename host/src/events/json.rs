@@ -1,10 +1,9 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::names::{hold_name, span_name, status_name};
-use crate::static_image::levels;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
-use ridgetone::settings::{Settings, SlideRule, TAXELS};
-use ridgetone::telemetry::{Channel, Event, Packet};
+use ridgetone::settings::{Settings, SlideRule};
+use ridgetone::telemetry::{Channel, Event, Packet, Pressed};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -71,8 +70,7 @@ enum Body<'a> {
         end_s: f64,
         hold: &'static str,
         frames: u32,
-        level_v: [Option<f32>; TAXELS],
-        sigma_v: [Option<f32>; TAXELS],
+        taxels: &'a [Pressed],
     },
 }
 
@@ -176,8 +174,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             end_s: seconds(e.end_us),
             hold: hold_name(e.hold),
             frames: e.frames,
-            level_v: levels(e).map(|taxel| taxel.map(|(level_v, _)| level_v)),
-            sigma_v: levels(e).map(|taxel| taxel.map(|(_, sigma_v)| sigma_v)),
+            taxels: &e.taxels,
         },
     };
     serde_json::to_string(&body)
@@ -202,20 +199,13 @@ mod tests {
     }
 
     #[test]
-    fn an_image_has_a_value_for_every_taxel_and_null_for_dead_ones() {
-        let (mut level_v, mut sigma_v) = ([0.5; TAXELS], [0.25; TAXELS]);
-        (level_v[2], sigma_v[2]) = (0.0, 0.0);
-        let (hold, alive) = (Hold::AfterSlide, !(1 << 2));
-        let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold, alive, level_v, sigma_v };
+    fn an_image_has_the_taxels_that_are_alive() {
+        let taxels = [0, 2].map(|taxel| Pressed { taxel, level_v: 0.5, sigma_v: 0.25 }).into_iter().collect();
+        let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold: Hold::AfterSlide, taxels };
         let line = json(&Packet { sequence: 9, event: Event::Image(image) }).unwrap();
-        let row = |value: &str| [&[value; 2][..], &["null"], &[value; 13]].concat().join(",");
         assert_eq!(
             line,
-            format!(
-                r#"{{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"hold":"after_slide","frames":240,"level_v":[{}],"sigma_v":[{}]}}"#,
-                row("0.5"),
-                row("0.25")
-            )
+            r#"{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"hold":"after_slide","frames":240,"taxels":[{"taxel":0,"level_v":0.5,"sigma_v":0.25},{"taxel":2,"level_v":0.5,"sigma_v":0.25}]}"#
         );
     }
 
