@@ -171,16 +171,13 @@ impl ContactDetector {
         }
     }
 
-    /// Takes frame `number`, the latest one in `ring`, its values and the mask of its valid taxels; tells what changed.
-    pub fn push(&mut self, number: u32, (values, valid): (&Values, u16), ring: &Ring, changed: &mut dyn FnMut(Change)) {
+    /// Takes frame `number`, the latest one in `ring`; tells what changed.
+    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let turn = self.motion.turn() % BLOCK_FRAMES as usize;
         // First, so that what this frame finds out is told with the next.
         self.seek(turn, ring, changed);
         self.evaluate(turn, ring, changed);
         self.follow_plan(number, ring, changed);
-        if self.phase == Phase::Hold {
-            self.held.good &= valid;
-        }
         if self.motion.push(values) {
             self.block_end = number;
         }
@@ -264,7 +261,8 @@ impl ContactDetector {
                 false
             }
             Phase::Settling(after, over) => {
-                self.settled(after, over, ring, changed) && self.hold(number, block, ring, changed)
+                self.settled(after, over, ring, changed);
+                false
             }
             Phase::Hold => self.hold(number, block, ring, changed),
             Phase::Moving { quick, any } => {

@@ -7,7 +7,7 @@ mod teller;
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use crate::telemetry::{Hello, News, PROTOCOL};
+use crate::telemetry::{Hello, Image, News, PROTOCOL};
 use crate::window::{Ring, Values, Window};
 use health::Checkup;
 use imaging::Imaging;
@@ -83,6 +83,11 @@ impl Detector {
         })
     }
 
+    /// The image that was told last.
+    pub const fn image(&self) -> &Image {
+        self.imaging.image()
+    }
+
     /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`.
     #[inline(always)]
     pub fn push(
@@ -112,13 +117,10 @@ impl Detector {
             self.one_by_one(false, ring, emit, due);
         }
         // A frame in which something is dated has enough to do.
-        let (check, image) = (self.checkup.is_due(self.rest.teller.latest.0), self.rest.contact.has_image());
-        if (check || image) && !self.rest.contact.is_busy() {
-            if check {
-                self.check(counters, emit);
-            } else {
-                self.picture(ring, emit);
-            }
+        if self.checkup.is_due(self.rest.teller.latest.0) && !self.rest.contact.is_busy() {
+            self.check(counters, emit);
+        } else if self.rest.contact.has_time_for_image() {
+            self.picture(ring, emit);
         }
     }
 
@@ -173,6 +175,9 @@ impl Rest {
             for c in (0..TAXELS).filter(|c| frame.good & 1 << c != 0) {
                 self.values[c] = value(c);
             }
+            if complete {
+                self.contact.doubt_all_but(frame.good);
+            }
         }
         // A frame counts only whole: the fit needs one abscissa for all channels.
         let valid = if complete { frame.good } else { 0 };
@@ -182,7 +187,7 @@ impl Rest {
         }
         let ring = &*ring;
         teller.give_whole(ring, due);
-        self.contact.push(frame.number, (&self.values, valid), ring, &mut |change| teller.tell(change, ring, emit));
+        self.contact.push(frame.number, &self.values, ring, &mut |change| teller.tell(change, ring, emit));
         if let Some((start, until)) = self.contact.sliding() {
             teller.hop(start, until, ring, due);
         }

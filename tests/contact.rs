@@ -34,7 +34,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
             *value = (signal(n as f64 / rate, sign, c as f64 / 16.0) + noise * normal()).round() as f32;
         }
         ring.push(&values, u16::MAX, 0);
-        detector.push(n, (&values, u16::MAX), &ring, &mut tell);
+        detector.push(n, &values, &ring, &mut tell);
     }
     detector.finish(frames, &ring, &mut tell);
     found

@@ -74,6 +74,19 @@ impl ContactDetector {
         self.image_due
     }
 
+    /// Whether an image is due and the latest frame has time for some of it: that of a block in which nothing is told.
+    pub fn has_time_for_image(&self) -> bool {
+        self.image_due && self.motion.turn() == BLOCK_FRAMES as usize - 1 && !self.is_busy()
+    }
+
+    /// Only these taxels of the next frame are to be trusted.
+    #[inline(never)]
+    pub fn doubt_all_but(&mut self, good: u16) {
+        if self.phase == Phase::Hold {
+            self.held.good &= good;
+        }
+    }
+
     /// What is due, until [`Self::image_told`]; none while the levels are being moved.
     pub fn imprint(&self) -> Option<Imprint<'_>> {
         let idle = match self.phase {

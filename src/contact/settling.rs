@@ -60,9 +60,9 @@ impl ContactDetector {
         self.search.creeping_arrival(self.motion.weights(), middle, earliest);
     }
 
-    /// The level is summed up, one block after. True if the finger still touches, and holds.
+    /// The level is summed up, one block after.
     #[inline(never)]
-    pub(super) fn settled(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
+    pub(super) fn settled(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let released = match after {
             After::Hold => true,
             After::Slide(..) => back_at_idle(self.off, self.load),
@@ -70,7 +70,7 @@ impl ContactDetector {
                 let off_again = back_at_idle(self.off, self.spike.height);
                 if off_again && self.spike.is_faint() {
                     self.enter(Phase::Idle);
-                    return false;
+                    return;
                 }
                 self.tell_contact(ring, changed);
                 off_again
@@ -86,14 +86,13 @@ impl ContactDetector {
             self.idle = self.level;
             self.planned = None;
             self.enter(Phase::Idle);
-            return false;
+            return;
         }
         if after == After::Spike || is_load(self.off, self.load) {
             (self.loaded, self.load) = (self.level, self.off);
         }
         self.held = Held::new(matches!(after, After::Slide(..)));
         self.phase = Phase::Hold;
-        true
     }
 
     /// There will be no block after: settles at once.

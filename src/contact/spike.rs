@@ -117,7 +117,10 @@ impl ContactDetector {
     #[inline(never)]
     pub(super) fn follow_spike(&mut self, turn: usize, since: u32, ring: &Ring) {
         let weights = self.motion.weights();
+        let mut looks = LOOKS;
         if self.spike.new {
+            // To begin is work enough.
+            looks = BLOCK_FRAMES;
             self.spike.begin(turn, since.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK));
             self.spike.new = turn + 1 < SHARES;
             if let Some(before) = &self.before {
@@ -127,7 +130,7 @@ impl ContactDetector {
                 self.crept += distance(weights, mean, before) - distance(weights, idle, before);
             }
         }
-        self.spike.track(turn, LOOKS, self.block_end, &self.idle, weights, ring);
+        self.spike.track(turn, looks, self.block_end, &self.idle, weights, ring);
     }
 
     /// Looks at what is left of one share of the spike up to frame `over`, and sums it up.
