@@ -8,7 +8,7 @@
 //!
 //! A block of frames is dealt with while the next one comes, a share of the taxels with each frame; what a decision
 //! needs is summed up in the same way, with the block after it. What is to be dated is told when it is: a slide's
-//! end and a release up to a fifth of a second later.
+//! end and a release up to a quarter of a second later.
 
 mod held;
 mod settling;

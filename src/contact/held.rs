@@ -74,9 +74,10 @@ impl ContactDetector {
         self.image_due
     }
 
-    /// Whether an image is due and the latest frame has time for some of it: that of a block in which nothing is told.
+    /// Whether an image is due and the latest frame has time for some of it: the one of a block in which nothing is told.
     pub fn has_time_for_image(&self) -> bool {
-        self.image_due && self.motion.turn() == BLOCK_FRAMES as usize - 1 && !self.is_busy()
+        let turn = self.motion.turn();
+        self.image_due && turn == BLOCK_FRAMES as usize - 1 && self.sought.is_none() && !self.is_busy()
     }
 
     /// Only these taxels of the next frame are to be trusted.

@@ -5,9 +5,9 @@ use crate::dating::LOOK;
 use crate::motion::BLOCK_FRAMES;
 use crate::window::Ring;
 
-/// A search's work with each frame of a block: the first and the last have most else to do.
-const WORK: [u32; BLOCK_FRAMES as usize] = [LOOK, 2 * LOOK, LOOK, 0];
-/// Frame of a block with which what was found is told, for the same reason; other news with that or the one before it.
+/// A search's work with each frame of a block: a look, or two if half of the taxels do; the last has enough else to do.
+const WORK: [u32; BLOCK_FRAMES as usize] = [LOOK + LOOK / 2, LOOK + LOOK / 2, LOOK + LOOK / 2, 0];
+/// Frame of a block with which what was found is told, because others have more to do; other news with that or the one before it.
 const TELLING: usize = 1;
 
 /// What a search is for.

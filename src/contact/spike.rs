@@ -117,10 +117,10 @@ impl ContactDetector {
     #[inline(never)]
     pub(super) fn follow_spike(&mut self, turn: usize, since: u32, ring: &Ring) {
         let weights = self.motion.weights();
-        let mut looks = LOOKS;
+        // While it rises it is work enough.
+        let rises = self.block_end.wrapping_sub(since) <= 2 * BLOCK_FRAMES;
+        let looks = if rises { BLOCK_FRAMES } else { LOOKS };
         if self.spike.new {
-            // To begin is work enough.
-            looks = BLOCK_FRAMES;
             self.spike.begin(turn, since.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK));
             self.spike.new = turn + 1 < SHARES;
             if let Some(before) = &self.before {

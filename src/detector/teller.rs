@@ -12,7 +12,7 @@ use ads1258::reading;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4 frames, for one more
-/// until it is known what came after, and for up to 8 until it is dated; 44 frames more, 0.2 s, are left for the fit to
+/// until it is known what came after, and for up to 9 until it is dated; 40 frames more, 0.17 s, are left for the fit to
 /// read the oldest of them.
 pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 
