@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 2;
+pub const PROTOCOL: u8 = 3;
 
 /// First message after start-up, and again about every ten seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,6 +130,43 @@ pub struct Estimate {
     pub channels: Vec<Channel, TAXELS>,
 }
 
+/// Which hold of a touch (paper, section 3.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hold {
+    /// Phase B: between the contact spike and the first slide.
+    BeforeSlide,
+    /// Phase D: since a slide.
+    AfterSlide,
+}
+
+/// What a hold does to one taxel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pressed {
+    /// Taxel, 0 to 15.
+    pub taxel: u8,
+    /// Mean over the hold less the level before the touch, volts.
+    pub level_v: f32,
+    /// Its standard deviation by the noise of the taxel's frames, in the hold and before the touch, volts.
+    pub sigma_v: f32,
+}
+
+/// The static image: what a hold does to every taxel. It is told when the hold is over; a hold in which nothing moves
+/// for less than 0.1 s on end has none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Image {
+    /// Device time of the first frame that it is the mean of, microseconds.
+    pub start_us: u64,
+    /// Device time of the end of the last one, microseconds.
+    pub end_us: u64,
+    /// Frames that it is the mean of, without those that are missing.
+    pub frames: u32,
+    /// Which hold it is.
+    pub hold: Hold,
+    /// The taxels that are alive: dead ones had an untrustworthy conversion in the hold, or have no noise and the very
+    /// code that they had before the touch.
+    pub taxels: Vec<Pressed, TAXELS>,
+}
+
 /// Counters and readings, about once a second.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Health {
@@ -180,11 +217,13 @@ pub enum Event {
     Release(Release),
     /// Counters and readings.
     Health(Health),
+    /// What a hold does to the taxels.
+    Image(Image),
 }
 
-/// What the detector tells: the events but for estimates, which are ten times as large and come from the fit.
+/// What the detector tells: the events but for estimates, which come from the fit; what is large by reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum News {
+pub enum News<'a> {
     /// After start-up.
     Hello(Hello),
     /// The contact spike.
@@ -195,9 +234,11 @@ pub enum News {
     Release(Release),
     /// Counters and readings.
     Health(Health),
+    /// What a hold does to the taxels.
+    Image(&'a Image),
 }
 
-impl From<News> for Event {
+impl From<News<'_>> for Event {
     #[inline(never)]
     fn from(news: News) -> Self {
         match news {
@@ -206,6 +247,7 @@ impl From<News> for Event {
             News::Slide(slide) => Self::Slide(slide),
             News::Release(release) => Self::Release(release),
             News::Health(health) => Self::Health(health),
+            News::Image(image) => Self::Image(image.clone()),
         }
     }
 }

@@ -4,9 +4,10 @@ use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::names::status_name;
 use crate::picture::{self, Recording};
+use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone::telemetry::{Contact, Estimate, Event, Health, Packet, Slide, Span};
+use ridgetone::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
 use std::fmt;
 
 /// A run of a scene.
@@ -35,6 +36,8 @@ pub struct Summary {
     pub slide: Option<Slide>,
     /// The fit over it.
     pub estimate: Option<Estimate>,
+    /// The latest static images, before a slide and after one.
+    pub images: [Option<Image>; 2],
     /// Greatest processor load, 0 to 1.
     pub load: f32,
     /// The last health report.
@@ -102,6 +105,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
         contact: None,
         slide: None,
         estimate: None,
+        images: [None, None],
         load: 0.0,
         health: None,
         conversions: (outcome.conversions_served, outcome.conversions_lost),
@@ -112,6 +116,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
             Event::Contact(contact) => summary.contact = Some(*contact),
             Event::Slide(slide) if slide.end_us.is_some() => summary.slide = Some(*slide),
             Event::Estimate(estimate) if estimate.span == Span::Slide => summary.estimate = Some(estimate.clone()),
+            Event::Image(image) => summary.images[(image.hold == Hold::AfterSlide) as usize] = Some(image.clone()),
             Event::Health(health) => {
                 summary.load = summary.load.max(health.load);
                 summary.health = Some(*health);
@@ -150,6 +155,11 @@ impl fmt::Display for Summary {
             }
             Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
+        }
+        for (image, when) in self.images.iter().zip(["before", "after"]) {
+            if let Some(image) = image {
+                write!(f, "\nStatic image {when} the slide, mV:\n{}", static_image::text(image, ""))?;
+            }
         }
         writeln!(f)?;
         if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {

@@ -8,6 +8,7 @@
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
+//! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
 //! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
@@ -37,6 +38,7 @@ pub mod reproduce;
 pub mod setting;
 pub mod simulated;
 pub mod speed;
+pub mod static_image;
 mod svg;
 pub mod table_fit;
 mod tone;

@@ -1,6 +1,6 @@
 //! Words for what the library has enums for, the same in every output.
 
-use ridgetone::telemetry::{Span, Status};
+use ridgetone::telemetry::{Hold, Span, Status};
 
 /// Name of a status in JSON and text.
 pub fn status_name(status: Status) -> &'static str {
@@ -18,5 +18,13 @@ pub fn span_name(span: Span) -> &'static str {
     match span {
         Span::Window => "window",
         Span::Slide => "slide",
+    }
+}
+
+/// Name of a hold in JSON.
+pub fn hold_name(hold: Hold) -> &'static str {
+    match hold {
+        Hold::BeforeSlide => "before_slide",
+        Hold::AfterSlide => "after_slide",
     }
 }

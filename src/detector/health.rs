@@ -56,7 +56,7 @@ impl Checkup {
     }
 
     /// Takes all steps at once.
-    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters) -> News {
+    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters) -> News<'static> {
         for step in 0..STEPS {
             self.prepare(step, assembler, teller);
         }
@@ -73,7 +73,7 @@ impl Checkup {
     }
 
     #[inline(never)]
-    fn told(&self, assembler: &Assembler, counters: &Counters) -> News {
+    fn told(&self, assembler: &Assembler, counters: &Counters) -> News<'static> {
         let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
         News::Health(Health {
             t_us: assembler.now_us(),

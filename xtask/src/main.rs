@@ -31,6 +31,9 @@ enum Task {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
+        /// A scene file in place of the default grating, such as scenes/c1.toml.
+        #[arg(long, value_name = "FILE")]
+        scene: Option<PathBuf>,
     },
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet.
@@ -53,7 +56,7 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Demo { svg } => demo::run(&svg),
+        Task::Demo { svg, scene } => demo::run(&svg, scene.as_deref()),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Test => test::run(),
         Task::LintFirmware => images::lint(),

@@ -1,9 +1,9 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use crate::names::{span_name, status_name};
+use crate::names::{hold_name, span_name, status_name};
 use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone::settings::{Settings, SlideRule};
-use ridgetone::telemetry::{Channel, Event, Packet};
+use ridgetone::telemetry::{Channel, Event, Packet, Pressed};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -62,6 +62,15 @@ enum Body<'a> {
         temperature_c: f32,
         offset_v: f32,
         gain: f32,
+    },
+    Image {
+        sequence: u16,
+        t_s: f64,
+        start_s: f64,
+        end_s: f64,
+        hold: &'static str,
+        frames: u32,
+        taxels: &'a [Pressed],
     },
 }
 
@@ -158,6 +167,15 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             offset_v: e.offset_v,
             gain: e.gain,
         },
+        Event::Image(e) => Body::Image {
+            sequence,
+            t_s: seconds(e.end_us),
+            start_s: seconds(e.start_us),
+            end_s: seconds(e.end_us),
+            hold: hold_name(e.hold),
+            frames: e.frames,
+            taxels: &e.taxels,
+        },
     };
     serde_json::to_string(&body)
 }
@@ -165,7 +183,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Slide, Span, Status};
+    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Hold, Image, Slide, Span, Status};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -178,6 +196,17 @@ mod tests {
         );
         let text = line.rsplit(':').next().unwrap().trim_end_matches('}');
         assert_eq!(text.parse::<f32>().unwrap().to_bits(), height_v.to_bits());
+    }
+
+    #[test]
+    fn an_image_has_the_taxels_that_are_alive() {
+        let taxels = [0, 2].map(|taxel| Pressed { taxel, level_v: 0.5, sigma_v: 0.25 }).into_iter().collect();
+        let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold: Hold::AfterSlide, taxels };
+        let line = json(&Packet { sequence: 9, event: Event::Image(image) }).unwrap();
+        assert_eq!(
+            line,
+            r#"{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"hold":"after_slide","frames":240,"taxels":[{"taxel":0,"level_v":0.5,"sigma_v":0.25},{"taxel":2,"level_v":0.5,"sigma_v":0.25}]}"#
+        );
     }
 
     #[test]

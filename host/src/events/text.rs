@@ -1,11 +1,12 @@
-//! One line a packet: time, what, and its values with units.
+//! One line a packet: time, what, and its values with units. A static image has its map behind it.
 
 use crate::names::status_name;
+use crate::static_image;
 use crate::tone::period_f32;
 use ridgetone::settings::SlideRule;
-use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span};
+use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
 
-/// A packet as one line, without its end.
+/// A packet as one line, without its end; an image as five.
 pub fn text(packet: &Packet) -> String {
     match &packet.event {
         Event::Hello(e) => format!("{:>10}  hello     {}", "", hello(e)),
@@ -22,6 +23,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
         Event::Release(e) => line(e.t_us, "release", "the finger is off"),
         Event::Health(e) => line(e.t_us, "health", &health(e)),
+        Event::Image(e) => line(e.end_us, "image", &image(e)),
     }
 }
 
@@ -82,6 +84,20 @@ fn estimate(e: &Estimate) -> String {
         out += &format!(", {} frames missing", e.frames_missing);
     }
     out
+}
+
+fn image(e: &Image) -> String {
+    let when = match e.hold {
+        Hold::BeforeSlide => "before the slide",
+        Hold::AfterSlide => "after the slide",
+    };
+    let sigma = match static_image::greatest_sigma_v(e) {
+        Some(sigma_v) => format!("mV +- {:.4} mV at most", 1e3 * sigma_v),
+        None => "every taxel is dead".into(),
+    };
+    let length_s = seconds(e.end_us) - seconds(e.start_us);
+    let map = static_image::text(e, &format!("{:22}", ""));
+    format!("{when}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}", seconds(e.start_us), map.trim_end())
 }
 
 fn health(e: &Health) -> String {

@@ -106,7 +106,6 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
         pair.least_squares_hz = least_squares_hz(taken, paper.taxels, &frames, &mut scratch);
     }
     let frames = found(taken, TABLE_3[0].taxels, speed_mm_s)?.frames;
-    let firmware = firmware(taken);
     Ok(Run {
         series,
         true_hz: taken.truth.frequency_hz,
@@ -114,8 +113,8 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
         pairs,
         all_fft_hz: fft_hz(taken, &ALL, &frames),
         all_fit_hz: joint_hz(taken, &frames)?,
-        firmware,
-        images_v: static_images(taken, firmware.as_ref()),
+        firmware: firmware(taken),
+        images_v: static_images(taken),
     })
 }
 

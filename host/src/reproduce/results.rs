@@ -59,7 +59,7 @@ pub struct Run {
     pub all_fit_hz: Option<(f64, f64)>,
     /// What the firmware told by itself, without knowing the speed.
     pub firmware: Option<Firmware>,
-    /// Static images before and after the slide, volts above idle by taxel.
+    /// Static images before and after the slide as the firmware told them, volts above idle by taxel.
     pub images_v: [Vec<f64>; 2],
 }
 
