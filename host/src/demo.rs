@@ -156,7 +156,7 @@ impl fmt::Display for Summary {
             None => "not found\n\n\n\n".into(),
         };
         let [before, after] = self.images.each_ref().map(map);
-        writeln!(f, "\n{:<44}{}", "static image before the slide, mV", "after the slide, mV")?;
+        writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
         for (before, after) in before.lines().zip(after.lines()) {
             writeln!(f, "{before:<44}{after}")?;
         }
