@@ -105,7 +105,8 @@ impl Fitter {
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
-        let work = &mut Work::new();
+        let mut work = Work::NONE;
+        let work = &mut work;
         let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
@@ -332,7 +333,7 @@ fn residuals_of_baseline(
     work: &Work,
     without: Shape,
 ) -> Option<Values> {
-    let mut baseline = Solution::new();
+    let mut baseline = Solution::NONE;
     if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
         return Some(levels.about_mean);
     }

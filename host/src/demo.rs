@@ -156,10 +156,14 @@ impl fmt::Display for Summary {
             Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
         }
-        for (image, when) in self.images.iter().zip(["before", "after"]) {
-            if let Some(image) = image {
-                write!(f, "\nStatic image {when} the slide, mV:\n{}", static_image::text(image, ""))?;
-            }
+        let map = |image: &Option<Image>| match image {
+            Some(image) => static_image::text(image, ""),
+            None => "not found\n\n\n\n".into(),
+        };
+        let [before, after] = self.images.each_ref().map(map);
+        writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
+        for (before, after) in before.lines().zip(after.lines()) {
+            writeln!(f, "{before:<44}{after}")?;
         }
         writeln!(f)?;
         if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {
