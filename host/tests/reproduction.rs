@@ -92,7 +92,7 @@ fn static_images_are_what_the_grating_at_rest_makes() {
             assert_eq!(image.len(), 16);
             for (taxel, volts) in (0..).zip(image) {
                 let elastic_v = scene.clean_volts(taxel, t_s) - scene.channels()[usize::from(taxel)].offset_v;
-                // The skin has crept by up to 5 %; the noise of 0.9 mV is a mean of 72 readings, less one of 48.
+                // The skin has crept by up to 5 %; the noise of 0.9 mV is a mean of 72 readings or more, less one of 48.
                 let room_v = 0.06 * elastic_v.abs() + 4.0 * 0.9e-3 * (1.0 / 72.0 + 1.0 / 48.0_f64).sqrt();
                 assert!((volts - elastic_v).abs() < room_v, "{taxel}: {volts} V, not {elastic_v} V");
             }

@@ -76,7 +76,7 @@ fn found(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
         "other_grating" => decimals(images(combinations, false).map(|e| e.0), 2),
         "gratings_apart" => Some(gratings_apart()),
         "period_um" => decimals(Some(1e3 * 4.1 * 0.01 * off_line_percent(4.1).abs()), 0),
-        "firmware_ideal" => decimals(perfect(all).map(|worst| worst.1), 2),
+        "firmware_ideal" => perfect(all).map(|worst| two_digits(worst.1)),
         "firmware_ideal_where" => perfect(all).map(|worst| worst.0),
         "firmware_own" => decimals(firmware_percent(combinations), 3),
         "start_error" => decimals(slide_error_ms(combinations).map(|e| e.0), 0),
