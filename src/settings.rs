@@ -1,5 +1,6 @@
 //! What a user may set, with units, bounds and where each default comes from.
 
+use core::f32::consts::PI;
 use serde::{Deserialize, Serialize};
 
 /// Taxels: analog inputs AIN0 to AIN15, one piezoresistor each.
@@ -32,6 +33,45 @@ pub enum SlideRule {
     },
 }
 
+/// Where the piezoresistors are, and what is known of the gratings: what turns phases into a spatial period.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Array {
+    /// From one column of units to the other along the motion, millimetres, as the phases have it: turns of lag over
+    /// cycles per millimetre. That is the units' pitch under a contact much longer than it. See
+    /// [`Self::pull_rad`].
+    pub pitch_mm: f32,
+    /// By how much the contact's ends pull the columns' phases together, radians. The lag is 2 pi `pitch_mm` / period -
+    /// `pull_rad`; both come from gratings of known period.
+    pub pull_rad: f32,
+    /// Standard deviation of what that straight line leaves of true lags, radians.
+    pub pull_sigma_rad: f32,
+    /// Shortest spatial period that is possible, millimetres.
+    pub period_least_mm: f32,
+    /// Longest spatial period that is possible, millimetres.
+    pub period_most_mm: f32,
+    /// Bit k: taxel k is in the column in front, the one further along +x.
+    pub front: u16,
+    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in none has no say.
+    pub alike: [u16; 4],
+}
+
+impl Array {
+    /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
+    /// 2 and 4 are in front. The units' pitch is 2.3 mm; what a contact 8 mm long makes of it was measured on the
+    /// simulated finger, with gratings that are not the paper's (`host/tests/travel.rs`). **Measure it on your own
+    /// finger**: it changes with the contact's length, hence with the force. Periods are those of the paper's gratings
+    /// and a little more, as far as there is but one answer.
+    pub const DEFAULT: Self = Self {
+        pitch_mm: 2.3,
+        pull_rad: 0.28,
+        pull_sigma_rad: 0.0,
+        period_least_mm: 2.3,
+        period_most_mm: 4.2,
+        front: 0xf0f0,
+        alike: [0x1111, 0x2222, 0x4444, 0x8888],
+    };
+}
+
 /// Everything a user may set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -49,8 +89,10 @@ pub struct Settings {
     pub interferer_hz: f32,
     /// Reference voltage of the ADC, volts.
     pub vref_v: f32,
-    /// Where the sliding phase comes from.
+    /// Where the sliding phase comes from. By the protocol its speed gives the spatial period too.
     pub slide: SlideRule,
+    /// Where the piezoresistors are.
+    pub array: Array,
 }
 
 impl Default for Settings {
@@ -93,6 +135,7 @@ impl Settings {
         interferer_hz: 0.0,
         vref_v: 4.096,
         slide: SlideRule::Found,
+        array: Array::DEFAULT,
     };
 
     /// Checks every bound; the first field outside is told.
@@ -123,6 +166,12 @@ impl Settings {
             check("speed_mm_s", speed_mm_s, 0.1, 2000.0)?;
             check("length_mm", length_mm, 0.1, 2000.0)?;
         }
+        let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
+        check("pitch_mm", pitch_mm, 0.1, 100.0)?;
+        check("pull_rad", pull_rad, -PI, PI)?;
+        check("pull_sigma_rad", pull_sigma_rad, 0.0, PI)?;
+        check("period_least_mm", period_least_mm, 0.1, 100.0)?;
+        check("period_most_mm", period_most_mm, period_least_mm, 100.0)?;
         Ok(())
     }
 }

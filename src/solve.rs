@@ -192,6 +192,24 @@ pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &S
     Some(left(levels, &rows, normal.size))
 }
 
+/// What noise of variance 1 makes of the fundamental's factors: variance of the cosine's and of the sine's, and their
+/// covariance. The same in every channel. None if the unknowns cannot be told apart.
+#[inline(never)]
+pub fn fundamental_covariance(moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<[f32; 3]> {
+    let mut normal = Normal::new(shape.unknowns());
+    fill(&mut normal, moments, nuisances, shape);
+    normal.factor()?;
+    // Half ways to the columns of the inverse: their products are its elements.
+    let column = |index: usize| {
+        let mut column = [0.0; UNKNOWNS];
+        *column.get_mut(index)? = 1.0;
+        normal.forward(&mut column);
+        Some(column)
+    };
+    let (cos, sin) = (column(shape.first_wave())?, column(shape.first_wave() + 1)?);
+    Some([dot(&cos, &cos), dot(&sin, &sin), dot(&cos, &sin)])
+}
+
 impl Solution {
     /// None yet; `const`, so that it can live in a static.
     pub const fn new() -> Self {

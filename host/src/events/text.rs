@@ -1,9 +1,9 @@
 //! One line a packet: time, what, and its values with units.
 
-use crate::names::status_name;
+use crate::names::{direction_name, status_name, verdict_name};
 use crate::tone::period_f32;
 use ridgetone::settings::SlideRule;
-use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span};
+use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span, Travel, Verdict};
 
 /// A packet as one line, without its end.
 pub fn text(packet: &Packet) -> String {
@@ -78,10 +78,25 @@ fn estimate(e: &Estimate) -> String {
             out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
         }
     }
+    if e.travel.verdict != Verdict::Nothing {
+        out += &format!("; {}", travel(&e.travel));
+    }
     if e.frames_missing > 0 {
         out += &format!(", {} frames missing", e.frames_missing);
     }
     out
+}
+
+fn travel(e: &Travel) -> String {
+    let name = verdict_name(e.verdict);
+    if !e.is_known() {
+        return format!("period {name}");
+    }
+    let direction = direction_name(e.direction).unwrap_or("either way");
+    let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = e;
+    format!(
+        "period {spatial_period_mm:.4} mm +- {spatial_period_sigma_mm:.4} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({name})"
+    )
 }
 
 fn health(e: &Health) -> String {
