@@ -45,27 +45,33 @@ impl Sum {
     }
 }
 
+/// The phases of some taxels.
+// Called twice for each kind of piezoresistor: one copy is enough.
+#[inline(never)]
+fn column(fitted: &Fitted, taxels: u16) -> Sum {
+    let mut sum = Sum::default();
+    for taxel in 0..TAXELS {
+        let sigma_rad = fitted.fit.channels[taxel].phase_sigma_rad;
+        // Neither zero nor infinite, nor NaN.
+        let weight = 1.0 / (sigma_rad * sigma_rad);
+        if taxels & 1 << taxel != 0 && weight > 0.0 && weight < f32::INFINITY {
+            let (cos, sin) = cos_sin(from_turns(fitted.turns(taxel)));
+            sum.add(cos, sin, weight);
+        }
+    }
+    sum
+}
+
 /// The lag between the columns of `array`, the slots of the scan accounted for ([`Fitted::turns`]). Where the channels
 /// disagree by more than their noise, the uncertainty is that of their scatter. None if no two channels that respond
 /// alike have the tone in both columns.
 #[inline(never)]
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);
-    for alike in array.alike {
-        let mut columns = [Sum::default(); 2];
-        let mut channels = 0.0;
-        for taxel in 0..TAXELS {
-            let bit = alike & fitted.fit.usable & 1 << taxel;
-            let sigma_rad = fitted.fit.channels[taxel].phase_sigma_rad;
-            if bit == 0 || !(sigma_rad > 0.0) || !sigma_rad.is_finite() {
-                continue;
-            }
-            let (cos, sin) = cos_sin(from_turns(fitted.turns(taxel)));
-            columns[(array.front & bit != 0) as usize].add(cos, sin, 1.0 / (sigma_rad * sigma_rad));
-            channels += 1.0;
-        }
-        let [rear, front] = columns;
-        let lengths = rear.length() * front.length();
+    for alike in array.alike.iter().map(|alike| alike & fitted.fit.usable) {
+        let (rear, front) = (column(fitted, alike & !array.front), column(fitted, alike & array.front));
+        let (rear_length, front_length) = (rear.length(), front.length());
+        let lengths = rear_length * front_length;
         if !(lengths > 0.0) {
             continue;
         }
@@ -73,17 +79,16 @@ pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
         let cos = (rear.cos * front.cos + rear.sin * front.sin) / lengths;
         let sin = (rear.sin * front.cos - rear.cos * front.sin) / lengths;
         total.add(cos, sin, weight);
-        short += rear.weight - rear.length() + front.weight - front.length();
-        freedom += channels - 1.0;
+        short += rear.weight - rear_length + front.weight - front_length;
+        freedom += alike.count_ones() as f32 - 1.0;
     }
     if !(total.weight > 0.0) {
         return None;
     }
     let scatter = 2.0 * (short + total.weight - total.length());
     let mut variance = 1.0 / total.weight;
-    if scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) && freedom > 0.0 {
+    if scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
         variance *= scatter / freedom;
     }
-    let turn = 2.0 * PI;
-    Some(Lag { turns: libm::atan2f(total.sin, total.cos) / turn, sigma: libm::sqrtf(variance) / turn })
+    Some(Lag { turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI), sigma: libm::sqrtf(variance) / (2.0 * PI) })
 }

@@ -62,9 +62,9 @@ impl Array {
     /// finger**: it changes with the contact's length, hence with the force. Periods are those of the paper's gratings
     /// and a little more, as far as there is but one answer.
     pub const DEFAULT: Self = Self {
-        pitch_mm: 2.3,
-        pull_rad: 0.28,
-        pull_sigma_rad: 0.0,
+        pitch_mm: 2.364,
+        pull_rad: 0.41,
+        pull_sigma_rad: 0.01,
         period_least_mm: 2.3,
         period_most_mm: 4.2,
         front: 0xf0f0,

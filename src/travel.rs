@@ -99,3 +99,113 @@ pub fn told(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f3
         (false, false) => Travel { verdict: Verdict::Contradicted, ..travel },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+
+    const ARRAY: Array = Array { pitch_mm: 2.3, pull_rad: 0.25, pull_sigma_rad: 0.0, ..Array::DEFAULT };
+    const TONE_HZ: Measured = (8.0, 0.008);
+
+    /// The lag of a wave, by the definition.
+    fn lag_of(period_mm: f64, direction: Direction) -> Lag {
+        let turns = 2.3 / period_mm - 0.25 / std::f64::consts::TAU;
+        let turns = if direction == Direction::Forward { turns } else { -turns };
+        Lag { turns: (turns - turns.round()) as f32, sigma: 1e-3 }
+    }
+
+    #[test]
+    fn every_possible_period_comes_back_both_ways() {
+        for direction in [Direction::Forward, Direction::Backward] {
+            for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
+                let travel = found(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
+                assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, direction), "{period_mm}");
+                assert!((f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5, "{travel:?}");
+                assert!((f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4, "{travel:?}");
+                // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %, independently.
+                let share = period_mm / 2.3 * 1e-3;
+                assert!(
+                    (f64::from(travel.spatial_period_sigma_mm) / period_mm / share - 1.0).abs() < 1e-3,
+                    "{travel:?}"
+                );
+                let both = share.hypot(1e-3) * 8.0 * period_mm;
+                assert!((f64::from(travel.speed_sigma_mm_s) / both - 1.0).abs() < 1e-3, "{travel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_calibrations_uncertainty_counts() {
+        let array = Array { pull_sigma_rad: 0.01, ..ARRAY };
+        let lag = Lag { sigma: 0.0, ..lag_of(3.1, Direction::Forward) };
+        let travel = found(Some(lag), &array, TONE_HZ);
+        let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / core::f32::consts::TAU;
+        assert!((travel.spatial_period_sigma_mm / sigma_mm - 1.0).abs() < 1e-3, "{travel:?}");
+    }
+
+    #[test]
+    fn what_has_more_than_one_answer_is_ambiguous() {
+        let verdict = |least: f32, most: f32, period_mm, direction| {
+            let array = Array { period_least_mm: least, period_most_mm: most, ..ARRAY };
+            found(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
+        };
+        // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
+        assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), Verdict::Ambiguous);
+        assert_eq!(verdict(1.2, 4.2, 3.1, Direction::Forward), Verdict::Ambiguous);
+        // Two pitches and more: what is late one way is as much ahead the other.
+        assert_eq!(verdict(2.3, 9.0, 3.1, Direction::Backward), Verdict::Ambiguous);
+        assert_eq!(verdict(2.3, 9.0, 6.0, Direction::Forward), Verdict::Ambiguous);
+        // Short ones that alone are possible are told.
+        assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), Verdict::Unique);
+        assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), Verdict::Unique);
+    }
+
+    #[test]
+    fn an_answer_at_the_edge_is_ambiguous_and_one_beyond_is_out_of_range() {
+        let array = Array { period_least_mm: 2.6, period_most_mm: 3.6, ..ARRAY };
+        let verdict = |period_mm| found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
+        // Three standard deviations are 0.35 % of the period and more.
+        for (period_mm, expected) in [
+            (2.57, Verdict::OutOfRange),
+            (2.597, Verdict::Ambiguous),
+            (2.603, Verdict::Ambiguous),
+            (2.63, Verdict::Unique),
+            (3.57, Verdict::Unique),
+            (3.59, Verdict::Ambiguous),
+            (3.61, Verdict::Ambiguous),
+            (3.63, Verdict::OutOfRange),
+        ] {
+            assert_eq!(verdict(period_mm), expected, "{period_mm}");
+        }
+        assert_eq!(found(None, &array, TONE_HZ), Travel::NONE);
+    }
+
+    #[test]
+    fn a_lag_that_is_not_known_at_all_is_ambiguous() {
+        let lag = Lag { turns: 0.3, sigma: 0.4 };
+        assert_eq!(found(Some(lag), &ARRAY, TONE_HZ).verdict, Verdict::Ambiguous);
+    }
+
+    #[test]
+    fn the_hosts_word_stands_and_the_phases_check_it() {
+        let check = |lag, way| {
+            let travel = told(lag, &ARRAY, (3.1, 0.003), 24.8, way);
+            let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = travel;
+            let values = (spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s);
+            assert_eq!(values, (3.1, 0.003, 24.8, 0.0));
+            (travel.verdict, travel.direction)
+        };
+        let (forward, backward) = (Direction::Forward, Direction::Backward);
+        assert_eq!(check(Some(lag_of(3.1, forward)), forward), (Verdict::Told, forward));
+        assert_eq!(check(Some(lag_of(3.1, backward)), forward), (Verdict::Told, backward));
+        // By place on a surface that goes back, a wave along +x is one with decreasing place.
+        assert_eq!(check(Some(lag_of(3.1, forward)), backward), (Verdict::Told, backward));
+        // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
+        assert_eq!(check(Some(lag_of(3.6, forward)), forward), (Verdict::Contradicted, Direction::Unknown));
+        assert_eq!(check(Some(lag_of(3.2, forward)), forward), (Verdict::Told, forward));
+        assert_eq!(check(None, forward), (Verdict::Told, Direction::Unknown));
+        let vague = Lag { sigma: 0.2, ..lag_of(3.1, forward) };
+        assert_eq!(check(Some(vague), forward), (Verdict::Told, Direction::Unknown));
+    }
+}

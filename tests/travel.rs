@@ -1,0 +1,168 @@
+//! Spatial period, speed and direction over the whole path on a PC: SPI bytes in, telemetry out, with the simulated
+//! finger behind the chip.
+
+mod support;
+
+use hal_mock::{Sliding, SlidingScene, load_scene};
+use ridgetone::profile::{After, Knot, Profile};
+use ridgetone::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
+use ridgetone::telemetry::{Direction, Estimate, Verdict};
+use std::path::Path;
+use support::{all, outcome, run, run_along};
+
+/// Gratings by which the finger is calibrated, millimetres: none of Table 2's.
+const GRATINGS_MM: [f64; 4] = [2.5, 3.0, 3.5, 4.0];
+
+/// All estimates of a scene.
+fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
+    let out = outcome(&run(SlidingScene::new(scene).unwrap(), settings, all));
+    assert_eq!((out.slides_s.len(), out.slide_fits.len()), (1, 1), "{out:?}");
+    assert!(!out.window_fits.is_empty());
+    out.window_fits.into_iter().chain(out.slide_fits).collect()
+}
+
+fn with_array(array: Array) -> Settings {
+    Settings { array, ..Settings::DEFAULT }
+}
+
+fn towards(reverse: bool) -> Direction {
+    if reverse { Direction::Backward } else { Direction::Forward }
+}
+
+/// The lags of gratings of known period, in radians over 2 pi, as a finger of nominal pitch without a pull has them.
+fn lags() -> Vec<(f64, f64)> {
+    let lag = |&period_mm: &f64| {
+        let near = period_mm as f32;
+        let array = Array {
+            pitch_mm: 2.3,
+            pull_rad: 0.0,
+            period_least_mm: near,
+            period_most_mm: 1.12 * near,
+            ..Array::DEFAULT
+        };
+        let fits = estimates(Sliding { speed_mm_s: 24.0, period_mm, ..Sliding::physical() }, with_array(array));
+        let lag = |fit: &Estimate| {
+            assert_eq!((fit.travel.verdict, fit.travel.direction), (Verdict::Unique, Direction::Forward), "{fit:?}");
+            2.3 / f64::from(fit.travel.spatial_period_mm)
+        };
+        // The first window holds the onset of the drag, and so does the whole slide.
+        let steady = &fits[1..fits.len() - 1];
+        (1.0 / period_mm, steady.iter().map(lag).sum::<f64>() / steady.len() as f64)
+    };
+    GRATINGS_MM.iter().map(lag).collect()
+}
+
+/// The straight line through them by least squares: slope, what is left at zero, and the standard deviation about it.
+fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
+    let n = points.len() as f64;
+    let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
+    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+    let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x) * (p.0 - x));
+    let at_zero = y - slope * x;
+    let square = mean(&|p| (p.1 - at_zero - slope * p.0).powi(2));
+    (slope, at_zero, (square * n / (n - 2.0)).sqrt())
+}
+
+#[test]
+fn the_defaults_are_the_finger_calibrated_by_gratings_that_are_not_the_papers() {
+    let (slope, at_zero, left) = line(&lags());
+    let turn = std::f64::consts::TAU;
+    let (pull_rad, sigma_rad) = (-turn * at_zero, turn * left);
+    eprintln!("pitch_mm {slope:.4}, pull_rad {pull_rad:.4}, pull_sigma_rad {sigma_rad:.4}");
+    let told = Array::DEFAULT;
+    assert!((slope - f64::from(told.pitch_mm)).abs() < 0.002, "{slope}");
+    assert!((pull_rad - f64::from(told.pull_rad)).abs() < 0.005, "{pull_rad}");
+    assert!((sigma_rad - f64::from(told.pull_sigma_rad)).abs() < 0.001, "{sigma_rad}");
+}
+
+/// The bars: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows of 1 s.
+#[test]
+fn all_of_table_2_both_ways_within_the_bars() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let mut worst = (0.0f64, 0.0f64);
+    for number in 1..=10 {
+        let scene = load_scene(scenes.join(format!("c{number}.toml")), FRAME_RATE_HZ.into()).unwrap();
+        for (seed, reverse) in [(1, false), (2, true), (3, true)] {
+            let scene = Sliding { snr_db: Some(20.0), seed: 10 * number + seed, reverse, ..scene.clone() };
+            let (period_mm, speed_mm_s) = (scene.period_mm, scene.speed_mm_s);
+            for fit in estimates(scene, Settings::DEFAULT) {
+                let what = format!("c{number}, seed {seed}: {fit:?}");
+                let travel = fit.travel;
+                assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, towards(reverse)), "{what}");
+                let period_off = f64::from(travel.spatial_period_mm) / period_mm - 1.0;
+                let speed_off = f64::from(travel.speed_mm_s) / speed_mm_s - 1.0;
+                worst = (worst.0.max(period_off.abs()), worst.1.max(speed_off.abs()));
+                assert!(period_off.abs() < 0.01 && speed_off.abs() < 0.015, "{what}");
+            }
+        }
+    }
+    eprintln!("worst: period {:.3} %, speed {:.3} %", 100.0 * worst.0, 100.0 * worst.1);
+}
+
+/// What is faster than any of the paper's: 92 Hz, where the slots of the scan are 7 % of a turn apart between units.
+#[test]
+fn a_fast_grating_is_as_good_as_a_slow_one() {
+    for reverse in [false, true] {
+        let scene = Sliding { speed_mm_s: 240.0, period_mm: 2.6, slide_mm: 600.0, reverse, ..Sliding::physical() };
+        for fit in estimates(Sliding { snr_db: Some(20.0), ..scene }, Settings::DEFAULT) {
+            let travel = fit.travel;
+            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, towards(reverse)), "{fit:?}");
+            assert!((travel.spatial_period_mm / 2.6 - 1.0).abs() < 0.01, "{fit:?}");
+        }
+    }
+}
+
+/// Speed by the protocol: the period comes from it, the direction from the phases, which are a check.
+#[test]
+fn with_the_speed_told_the_period_comes_from_it() {
+    for reverse in [false, true] {
+        let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
+        let told = |speed_mm_s| {
+            let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s, length_mm: 55.0 };
+            estimates(scene.clone(), Settings { slide, ..Settings::DEFAULT })
+        };
+        for fit in told(30.0) {
+            let travel = fit.travel;
+            assert_eq!((travel.verdict, travel.direction), (Verdict::Told, towards(reverse)), "{fit:?}");
+            assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
+            assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
+            let share = fit.sigma / fit.frequency;
+            assert!((travel.spatial_period_sigma_mm / (3.6 * share) - 1.0).abs() < 0.01, "{fit:?}");
+        }
+        // A speed that is a sixth too small is another grating's.
+        for fit in told(25.0) {
+            assert_eq!(fit.travel.verdict, Verdict::Contradicted, "{fit:?}");
+        }
+    }
+}
+
+/// Speed by a profile: the fit itself is by place.
+#[test]
+fn along_a_profile_the_period_is_the_fits_own() {
+    for (reverse, sign) in [(false, 1.0), (true, 1.0), (true, -1.0)] {
+        let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
+        let knots = [Knot { t_us: 0, speed_mm_s: sign * 30.0 }];
+        let profile = Profile::new(&knots, After::Hold).unwrap();
+        let scene = SlidingScene::new(scene).unwrap();
+        let out = outcome(&run_along(scene, Settings::DEFAULT, Some(profile), all));
+        assert!(!out.window_fits.is_empty(), "{out:?}");
+        for fit in out.window_fits {
+            let travel = fit.travel;
+            assert_eq!((travel.verdict, travel.direction), (Verdict::Told, towards(reverse)), "{fit:?}");
+            assert!((travel.spatial_period_mm * fit.frequency - 1.0).abs() < 1e-6, "{fit:?}");
+            assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
+            assert!((travel.speed_mm_s / 30.0 - 1.0).abs() < 1e-3, "{fit:?}");
+        }
+    }
+}
+
+/// A grating finer than the pitch looks like one of the paper's; where it is possible, that is said.
+#[test]
+fn a_grating_finer_than_the_pitch_is_ambiguous() {
+    let scene = Sliding { period_mm: 1.5, ridge_mm: 0.4, snr_db: Some(20.0), ..Sliding::physical() };
+    let array = Array { period_least_mm: 1.4, ..Array::DEFAULT };
+    for fit in estimates(scene, with_array(array)) {
+        assert_eq!(fit.travel.verdict, Verdict::Ambiguous, "{fit:?}");
+        assert!(!fit.travel.is_known() && fit.travel.speed_mm_s == 0.0, "{fit:?}");
+    }
+}
