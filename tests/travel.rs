@@ -3,15 +3,12 @@
 
 mod support;
 
-use hal_mock::{Sliding, SlidingScene, load_scene};
+use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
 use ridgetone::profile::{After, Knot, Profile};
 use ridgetone::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
 use ridgetone::telemetry::{Direction, Estimate, Verdict};
 use std::path::Path;
 use support::{all, outcome, run, run_along};
-
-/// Gratings by which the finger is calibrated, millimetres: none of Table 2's.
-const GRATINGS_MM: [f64; 4] = [2.5, 3.0, 3.5, 4.0];
 
 /// All estimates of a scene.
 fn estimates(scene: Sliding, settings: Settings) -> Vec<Estimate> {
@@ -27,52 +24,6 @@ fn with_array(array: Array) -> Settings {
 
 fn towards(reverse: bool) -> Direction {
     if reverse { Direction::Backward } else { Direction::Forward }
-}
-
-/// The lags of gratings of known period, in radians over 2 pi, as a finger of nominal pitch without a pull has them.
-fn lags() -> Vec<(f64, f64)> {
-    let lag = |&period_mm: &f64| {
-        let near = period_mm as f32;
-        let array = Array {
-            pitch_mm: 2.3,
-            pull_rad: 0.0,
-            period_least_mm: near,
-            period_most_mm: 1.12 * near,
-            ..Array::DEFAULT
-        };
-        let fits = estimates(Sliding { speed_mm_s: 24.0, period_mm, ..Sliding::physical() }, with_array(array));
-        let lag = |fit: &Estimate| {
-            assert_eq!((fit.travel.verdict, fit.travel.direction), (Verdict::Unique, Direction::Forward), "{fit:?}");
-            2.3 / f64::from(fit.travel.spatial_period_mm)
-        };
-        // The first window holds the onset of the drag, and so does the whole slide.
-        let steady = &fits[1..fits.len() - 1];
-        (1.0 / period_mm, steady.iter().map(lag).sum::<f64>() / steady.len() as f64)
-    };
-    GRATINGS_MM.iter().map(lag).collect()
-}
-
-/// The straight line through them by least squares: slope, what is left at zero, and the standard deviation about it.
-fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
-    let n = points.len() as f64;
-    let mean = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / n;
-    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
-    let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x) * (p.0 - x));
-    let at_zero = y - slope * x;
-    let square = mean(&|p| (p.1 - at_zero - slope * p.0).powi(2));
-    (slope, at_zero, (square * n / (n - 2.0)).sqrt())
-}
-
-#[test]
-fn the_defaults_are_the_finger_calibrated_by_gratings_that_are_not_the_papers() {
-    let (slope, at_zero, left) = line(&lags());
-    let turn = std::f64::consts::TAU;
-    let (pull_rad, sigma_rad) = (-turn * at_zero, turn * left);
-    eprintln!("pitch_mm {slope:.4}, pull_rad {pull_rad:.4}, pull_sigma_rad {sigma_rad:.4}");
-    let told = Array::DEFAULT;
-    assert!((slope - f64::from(told.pitch_mm)).abs() < 0.002, "{slope}");
-    assert!((pull_rad - f64::from(told.pull_rad)).abs() < 0.005, "{pull_rad}");
-    assert!((sigma_rad - f64::from(told.pull_sigma_rad)).abs() < 0.001, "{sigma_rad}");
 }
 
 /// The bars: period within 1 %, speed within 1.5 %, direction always right, at 20 dB in windows of 1 s.
@@ -164,5 +115,19 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     for fit in estimates(scene, with_array(array)) {
         assert_eq!(fit.travel.verdict, Verdict::Ambiguous, "{fit:?}");
         assert!(!fit.travel.is_known() && fit.travel.speed_mm_s == 0.0, "{fit:?}");
+    }
+}
+
+/// The defaults are those of a contact 8 mm long. How wrong they are for another is in the README.
+#[test]
+fn another_contact_wants_a_calibration_of_its_own() {
+    for (contact_mm, least, most) in [(7.0, 0.025, 0.04), (9.0, -0.03, -0.005)] {
+        for period_mm in [2.6, 3.1, 3.6] {
+            let finger = Some(Finger { contact_mm, ..Finger::default() });
+            for fit in estimates(Sliding { period_mm, finger, ..Sliding::physical() }, Settings::DEFAULT) {
+                let off = f64::from(fit.travel.spatial_period_mm) / period_mm - 1.0;
+                assert!((least..most).contains(&off), "{contact_mm} mm: {off}, {fit:?}");
+            }
+        }
     }
 }
