@@ -213,7 +213,7 @@ mod tests {
     fn what_cannot_be_calibrated_is_told() {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
         assert!(error.to_string().contains("too much alike"), "{error}");
-        let error = run(Vec::new(), 2.3).err().expect("nothing");
+        let error = run(Vec::new(), 2.3).expect_err("no line");
         assert!(error.to_string().contains("0 gratings: 3 at least"), "{error}");
     }
 }
