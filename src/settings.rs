@@ -58,7 +58,7 @@ pub struct Array {
 impl Array {
     /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
     /// 2 and 4 are in front. The units' pitch is 2.3 mm; what a contact 8 mm long makes of it was measured on the
-    /// simulated finger, with gratings that are not the paper's (`host/tests/travel.rs`). **Measure it on your own
+    /// simulated finger, with gratings that are not the paper's (`host/tests/calibrate.rs`). **Measure it on your own
     /// finger**: it changes with the contact's length, hence with the force. Periods are those of the paper's gratings
     /// and a little more, as far as there is but one answer.
     pub const DEFAULT: Self = Self {
@@ -189,6 +189,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_is_named() {
+        let with = |array| Settings { array, ..Settings::DEFAULT };
         for (settings, field) in [
             (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
             (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
@@ -198,6 +199,11 @@ mod tests {
             (Settings { accuracy: f32::NAN, ..Settings::DEFAULT }, "accuracy"),
             (Settings { interferer_hz: -50.0, ..Settings::DEFAULT }, "interferer_hz"),
             (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
+            (with(Array { pitch_mm: 0.0, ..Array::DEFAULT }), "pitch_mm"),
+            (with(Array { pull_rad: 4.0, ..Array::DEFAULT }), "pull_rad"),
+            (with(Array { pull_sigma_rad: f32::NAN, ..Array::DEFAULT }), "pull_sigma_rad"),
+            (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
+            (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },

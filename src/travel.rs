@@ -6,6 +6,11 @@
 //! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
 //! [`Array::period_most_mm`] in both directions, and told only if there is but one. Periods between one pitch and two
 //! have a single answer each; a shorter one, which aliases, has another among the longer ones.
+//!
+//! What else could tell, and why it is not asked: the overtones are late by whole multiples of the same turns and know
+//! nothing new. Friction shifts the levels of facing piezoresistors by its direction, but by less than a ridge that
+//! happens to lie over them when the slide begins. In what order the units feel the touch is the stimulus's
+//! tilt, not its motion.
 
 use crate::lag::Lag;
 use crate::settings::Array;
