@@ -49,6 +49,10 @@ pub struct Array {
     pub period_least_mm: f32,
     /// Longest spatial period that is possible, millimetres.
     pub period_most_mm: f32,
+    /// Whether the grating may go along +x.
+    pub may_go_forward: bool,
+    /// Whether it may go back. Where only one way is possible, every period from one pitch on has an answer of its own.
+    pub may_go_backward: bool,
     /// Bit k: taxel k is in the column in front, the one further along +x.
     pub front: u16,
     /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in none has no say.
@@ -67,6 +71,8 @@ impl Array {
         pull_sigma_rad: 0.01,
         period_least_mm: 2.3,
         period_most_mm: 4.2,
+        may_go_forward: true,
+        may_go_backward: true,
         front: 0xf0f0,
         alike: [0x1111, 0x2222, 0x4444, 0x8888],
     };

@@ -4,13 +4,14 @@
 //! turns by which the contact's ends pull the columns together ([`Array::pull_rad`]). Of that the phases tell the
 //! fraction of a turn: n turns more or less look the same, and so does a wave the other way that is late by what is
 //! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
-//! [`Array::period_most_mm`] in both directions, and told only if there is but one. Periods between one pitch and two
-//! have a single answer each; a shorter one, which aliases, has another among the longer ones.
+//! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between one
+//! pitch and two have a single answer each, and those above too where the direction is known; a shorter one, which
+//! aliases, has another among the longer ones.
 //!
 //! What else could tell, and why it is not asked: the overtones are late by whole multiples of the same turns and know
-//! nothing new. Friction shifts the levels of facing piezoresistors by its direction, but by less than a ridge that
-//! happens to lie over them when the slide begins. In what order the units feel the touch is the stimulus's
-//! tilt, not its motion.
+//! nothing new. Friction shifts the levels of facing piezoresistors by its direction; under gratings as coarse as the
+//! paper's by less than the ridges that happen to lie over them when the slide begins, and under finer ones the number
+//! of turns stays open. In what order the units feel the touch is the stimulus's tilt, not its motion.
 
 use crate::lag::Lag;
 use crate::settings::Array;
@@ -45,7 +46,12 @@ pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel 
     let margin = POSSIBLE * lag.sigma;
     let (least, most) = (turns(array, array.period_most_mm), turns(array, array.period_least_mm));
     let (mut answers, mut answer) = (0, (0.0, Direction::Unknown));
-    for (sign, direction) in [(1.0, Direction::Forward), (-1.0, Direction::Backward)] {
+    for (sign, direction, possible) in
+        [(1.0, Direction::Forward, array.may_go_forward), (-1.0, Direction::Backward, array.may_go_backward)]
+    {
+        if !possible {
+            continue;
+        }
         let late = sign * lag.turns;
         // The first whole number of turns that leads into the range.
         let first = late + libm::roundf(least - margin - late + 0.5);
@@ -164,6 +170,18 @@ mod tests {
         // Short ones that alone are possible are told.
         assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), Verdict::Unique);
         assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), Verdict::Unique);
+    }
+
+    #[test]
+    fn a_known_direction_leaves_one_answer_above_one_pitch() {
+        let array = Array { period_most_mm: 20.0, may_go_backward: false, ..ARRAY };
+        for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
+            let travel = found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
+            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, Direction::Forward), "{period_mm}");
+            assert!((f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5, "{travel:?}");
+        }
+        let none = Array { may_go_forward: false, ..array };
+        assert_eq!(found(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, Verdict::OutOfRange);
     }
 
     #[test]

@@ -35,6 +35,8 @@ fn any_settings_are_refused_or_run() {
                 pull_sigma_rad: between(0.0, 3.1),
                 period_least_mm: between(0.1, 4.0),
                 period_most_mm: between(4.0, 100.0),
+                may_go_forward: n % 3 > 0,
+                may_go_backward: n % 3 < 2,
                 front: 0xf0f0,
                 alike: [0x1111, 0x2222, 0xcccc, 0],
             },

@@ -1,7 +1,18 @@
 //! Options that turn phases into a spatial period.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use ridgetone::settings::Array;
+
+/// Which ways are possible.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Way {
+    /// Either.
+    Either,
+    /// Towards units 2 and 4.
+    Forward,
+    /// Towards units 1 and 3.
+    Backward,
+}
 
 /// What is known of the units and of the gratings.
 #[derive(Args, Clone, Debug)]
@@ -21,6 +32,9 @@ pub struct ArrayOptions {
     /// Longest spatial period that is possible, mm. Between one pitch and two the answer is unique.
     #[arg(long, value_name = "MM", default_value_t = Array::DEFAULT.period_most_mm)]
     pub period_most: f32,
+    /// Which way the grating can go. Where that is known, every period from one pitch on has an answer of its own.
+    #[arg(long, value_enum, value_name = "WAY", default_value_t = Way::Either)]
+    pub direction: Way,
 }
 
 impl ArrayOptions {
@@ -32,6 +46,8 @@ impl ArrayOptions {
             pull_sigma_rad: self.pull_sigma,
             period_least_mm: self.period_least,
             period_most_mm: self.period_most,
+            may_go_forward: self.direction != Way::Backward,
+            may_go_backward: self.direction != Way::Forward,
             ..Array::DEFAULT
         }
     }
