@@ -131,7 +131,7 @@ impl Detector {
         let Rest { contact, teller, .. } = &mut self.rest;
         contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
         teller.give_whole(ring, due);
-        emit(self.checkup.finish(&self.assembler, &self.rest.teller, counters));
+        self.checkup.finish(&self.assembler, &self.rest.teller, counters, emit);
     }
 }
 
@@ -153,17 +153,8 @@ impl Rest {
         if missing > 0 {
             fill(missing, frame, ring);
         }
-        let codes = frame.taxels();
-        // Exact: codes have 24 bits.
-        let value = |c: usize| codes[c] as f32 - teller.reference[c];
-        if frame.good == u16::MAX {
-            self.values = core::array::from_fn(value);
-        } else {
-            // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
-            for c in (0..TAXELS).filter(|c| frame.good & 1 << c != 0) {
-                self.values[c] = value(c);
-            }
-        }
+        // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
+        frame.put(&teller.reference, &mut self.values);
         // A frame counts only whole: the fit needs one abscissa for all channels.
         let valid = if complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);

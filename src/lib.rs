@@ -29,6 +29,9 @@
 //! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
+//! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
+//! [`ridgetone_hot`], which is compiled for speed and the rest for size; here they have their places all the same.
+//!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
@@ -40,37 +43,26 @@
 
 pub mod abscissa;
 pub mod bridge;
-pub mod chance;
-pub mod contact;
-pub mod dating;
 pub mod descent;
 pub mod detector;
 pub mod drift;
-pub mod frame;
 pub mod fundamental;
 pub mod intake;
 pub mod lag;
-pub mod levels;
 pub mod load;
-pub mod moments;
-pub mod motion;
-pub mod normal;
-pub mod nuisance;
 pub mod outbox;
-pub mod phase;
 pub mod pipeline;
 pub mod profile;
 pub mod relaxing;
-pub mod residuals;
 pub mod search;
-pub mod settings;
 pub mod sine_fit;
-pub mod solve;
-pub mod spectrum;
-pub mod stretch;
 pub mod tally;
 pub mod telemetry;
 pub mod travel;
-pub mod waves;
 pub mod window;
 pub mod workload;
+
+pub use ridgetone_hot::{
+    chance, contact, dating, frame, levels, moments, motion, normal, nuisance, phase, residuals, settings, solve,
+    spectrum, stretch, waves,
+};

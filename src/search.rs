@@ -267,7 +267,7 @@ pub fn is_bent(problem: &mut Problem) -> Option<bool> {
 #[inline(never)]
 pub fn is_curved(problem: &Problem) -> bool {
     let Problem { levels, nuisances, work, nu, .. } = problem;
-    let (straight, mut curved) = (&work.solution, Solution::new());
+    let (straight, mut curved) = (&work.solution, Solution::NONE);
     let shape = Shape { nuisances: nuisances.count(), ..straight.shape };
     if curved.solve(&work.sums, levels, nuisances, *nu, shape).is_none() {
         return false;

@@ -107,7 +107,8 @@ impl Fitter {
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
-        let work = &mut Work::new();
+        let mut work = Work::NONE;
+        let work = &mut work;
         let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
@@ -305,7 +306,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
         channels: [ChannelFit::default(); TAXELS],
     };
     let (cos, sin) = best.harmonic(0);
-    let [of_cos, of_sin, of_both] = solve::fundamental_covariance(&work.sums, nuisances, &best.shape)?;
+    let [of_cos, of_sin, of_both] = best.fundamental_covariance()?;
     for c in 0..TAXELS {
         if levels.usable & 1 << c == 0 {
             continue;
@@ -340,7 +341,7 @@ fn residuals_of_baseline(
     work: &Work,
     without: Shape,
 ) -> Option<Values> {
-    let mut baseline = Solution::new();
+    let mut baseline = Solution::NONE;
     if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
         return Some(levels.about_mean);
     }

@@ -56,11 +56,11 @@ impl Checkup {
     }
 
     /// Takes all steps at once.
-    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters) -> News {
+    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters, emit: &mut dyn FnMut(News)) {
         for step in 0..STEPS {
             self.prepare(step, assembler, teller);
         }
-        self.told(assembler, counters)
+        self.tell(assembler, counters, emit);
     }
 
     #[inline(never)]
@@ -72,10 +72,11 @@ impl Checkup {
         }
     }
 
+    // Tells what it makes: given back, it would be copied.
     #[inline(never)]
-    fn told(&self, assembler: &Assembler, counters: &Counters) -> News {
+    fn tell(&self, assembler: &Assembler, counters: &Counters, emit: &mut dyn FnMut(News)) {
         let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
-        News::Health(Health {
+        emit(News::Health(Health {
             t_us: assembler.now_us(),
             frames: assembler.frames,
             // What overran the queue is missing in the scan too; it would count twice if added.
@@ -91,7 +92,7 @@ impl Checkup {
             temperature_c,
             offset_v,
             gain,
-        })
+        }));
     }
 }
 
@@ -110,7 +111,7 @@ impl Detector {
             return;
         }
         if step == STEPS {
-            emit(checkup.told(assembler, counters));
+            checkup.tell(assembler, counters, emit);
             checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
             if checkup.greeting_in == 0 {
                 // With the next frame.

@@ -60,8 +60,8 @@ impl Spike {
         let mut look = |values: &[f32; SHARE], number: u32| {
             for c in 0..SHARE {
                 let off = values[c] - idle[c];
-                let higher = off.abs() - highest[c];
-                if higher > 0.0 {
+                if off.abs() > highest[c] {
+                    let higher = off.abs() - highest[c];
                     // A touch without a spike is a step, whose highest frame is any: long after a peak only
                     // what stands clear of the noise is a higher one.
                     let late = number.wrapping_sub(at[c]) > PEAK_FRAMES;

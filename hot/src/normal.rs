@@ -27,8 +27,9 @@ pub struct Normal {
 
 impl Normal {
     /// An empty matrix of so many unknowns, at most [`UNKNOWNS`].
-    pub fn new(size: usize) -> Self {
-        Self { size: size.min(UNKNOWNS), lower: [[0.0; UNKNOWNS]; UNKNOWNS] }
+    #[inline(always)]
+    pub const fn new(size: usize) -> Self {
+        Self { size: if size < UNKNOWNS { size } else { UNKNOWNS }, lower: [[0.0; UNKNOWNS]; UNKNOWNS] }
     }
 
     /// Replaces the matrix by its factor. None if it is singular to working precision: a pivot fell below
@@ -89,13 +90,24 @@ impl Normal {
 }
 
 /// `from` less each of `rows` times its factor.
-#[inline(always)]
+// Apart: elsewhere the compiler has no registers left for all the sums.
+#[inline(never)]
 pub fn less_products(from: &Values, factors: &[f32], rows: &[Values]) -> Values {
     let mut sum = *from;
     for (row, factor) in rows.iter().zip(factors) {
         for c in 0..TAXELS {
             sum[c] -= factor * row[c];
         }
+    }
+    sum
+}
+
+/// Sum of the products of two vectors of one length, known to the compiler: no loop.
+#[inline(never)]
+pub fn dot_all<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    let mut sum = 0.0;
+    for i in 0..N {
+        sum += a[i] * b[i];
     }
     sum
 }

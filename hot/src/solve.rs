@@ -8,7 +8,7 @@
 use crate::chance::ln;
 use crate::levels::Levels;
 use crate::moments::{HARMONICS_MAX, Moments};
-use crate::normal::{Normal, Rows, UNKNOWNS, dot, less_products};
+use crate::normal::{Normal, Rows, UNKNOWNS, Vector, dot_all, less_products};
 use crate::nuisance::Nuisances;
 use crate::settings::TAXELS;
 use crate::waves::{Wave, Weight};
@@ -87,6 +87,33 @@ pub struct Solution {
     pub offset: [f32; HARMONICS_MAX],
     /// Standard deviation of that.
     pub offset_sigma: [f32; HARMONICS_MAX],
+    room: Room,
+}
+
+/// Waves of the harmonics: a cosine and a sine each.
+const WAVES: usize = 2 * HARMONICS_MAX;
+
+/// Where [`Solution::solve`] works; kept, because it need not be emptied every time: what is read has been written
+/// before, and the rest counts for nothing.
+#[derive(Clone, Debug)]
+struct Room {
+    normal: Normal,
+    /// What each of the derivative's functions has in common with the model's own.
+    across: [Vector; WAVES],
+    /// What it has in common with what the solution leaves of each channel.
+    pulls: [Values; WAVES],
+    /// What it is taken times, and the same weighted.
+    factors: [Values; WAVES],
+    weighted: [Values; WAVES],
+}
+
+impl Room {
+    #[inline(always)]
+    const fn new() -> Self {
+        let rows = [[0.0; TAXELS]; WAVES];
+        let across = [[0.0; UNKNOWNS]; WAVES];
+        Self { normal: Normal::new(0), across, pulls: rows, factors: rows, weighted: rows }
+    }
 }
 
 impl Solution {
@@ -109,10 +136,12 @@ fn floor(squares: f32, frames: f32) -> f32 {
 }
 
 /// Fills the lower triangle of the normal equations.
+#[inline(never)]
 fn fill(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &Shape) {
     let sums = &moments.trigonometric;
+    let first = shape.first_wave();
     for (i, row) in normal.lower.iter_mut().enumerate().take(shape.unknowns()) {
-        for (j, place) in row.iter_mut().enumerate().take(i + 1) {
+        for (j, place) in row.iter_mut().enumerate().take((i + 1).min(first)) {
             *place = match (shape.function(i), shape.function(j)) {
                 (Function::Wave(a), Function::Wave(b)) => sums.product(Weight::One, a, b),
                 (Function::Slope, Function::Wave(a)) | (Function::Wave(a), Function::Slope) => {
@@ -127,6 +156,16 @@ fn fill(normal: &mut Normal, moments: &Moments, nuisances: &Nuisances, shape: &S
                     Wave::Sin(h) => moments.sin[h - 1][TAXELS + k],
                 },
             };
+        }
+    }
+    // Harmonics with each other, two rows at a time; of a harmonic with itself one place above the diagonal too, which
+    // nobody reads.
+    let rows = normal.lower.get_mut(first..).unwrap_or_default();
+    for (h, [cos, sin]) in rows.as_chunks_mut().0.iter_mut().enumerate().take(shape.harmonics) {
+        let cos = cos.get_mut(first..).unwrap_or_default().as_chunks_mut().0;
+        let sin = sin.get_mut(first..).unwrap_or_default().as_chunks_mut().0;
+        for (k, (cos, sin)) in cos.iter_mut().zip(sin).enumerate().take(h + 1) {
+            [*cos, *sin] = sums.products(h + 1, k + 1);
         }
     }
 }
@@ -192,27 +231,14 @@ pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &S
     Some(left(levels, &rows, normal.size))
 }
 
-/// What noise of variance 1 makes of the fundamental's factors: variance of the cosine's and of the sine's, and their
-/// covariance. The same in every channel. None if the unknowns cannot be told apart.
-#[inline(never)]
-pub fn fundamental_covariance(moments: &Moments, nuisances: &Nuisances, shape: &Shape) -> Option<[f32; 3]> {
-    let mut normal = Normal::new(shape.unknowns());
-    fill(&mut normal, moments, nuisances, shape);
-    normal.factor()?;
-    // Half ways to the columns of the inverse: their products are its elements.
-    let column = |index: usize| {
-        let mut column = [0.0; UNKNOWNS];
-        *column.get_mut(index)? = 1.0;
-        normal.forward(&mut column);
-        Some(column)
-    };
-    let (cos, sin) = (column(shape.first_wave())?, column(shape.first_wave() + 1)?);
-    Some([dot(&cos, &cos), dot(&sin, &sin), dot(&cos, &sin)])
-}
-
 impl Solution {
     /// None yet; `const`, so that it can live in a static.
     pub const fn new() -> Self {
+        Self::NONE
+    }
+
+    /// All of it zero: in its place that is emptied, where what a function makes would be copied.
+    pub const NONE: Self = {
         let lines = [0.0; HARMONICS_MAX];
         Self {
             nu: 0.0,
@@ -224,7 +250,22 @@ impl Solution {
             power: lines,
             offset: lines,
             offset_sigma: lines,
+            room: Room::new(),
         }
+    };
+
+    /// What noise of variance 1 makes of the fundamental's factors: variance of the cosine's and of the sine's, and
+    /// their covariance. The same in every channel. None before there is a solution with a wave.
+    #[inline(never)]
+    pub fn fundamental_covariance(&self) -> Option<[f32; 3]> {
+        // Half ways to the columns of the inverse: their products are its elements.
+        let mut columns = [[0.0; UNKNOWNS]; 2];
+        for (column, index) in columns.iter_mut().zip(self.shape.first_wave()..) {
+            *column.get_mut(index)? = 1.0;
+            self.room.normal.forward(column);
+        }
+        let [cos, sin] = &columns;
+        Some([dot_all(cos, cos), dot_all(sin, sin), dot_all(cos, sin)])
     }
 
     /// Solves at the frequency `nu` of `moments`, which without harmonics there is none of. None if the unknowns
@@ -240,10 +281,10 @@ impl Solution {
     ) -> Option<()> {
         let sums = &moments.trigonometric;
         let (size, frames) = (shape.unknowns(), levels.frames as f32);
-        let mut normal = Normal::new(size);
-        fill(&mut normal, moments, nuisances, &shape);
+        let Self { unknowns: rows, room: Room { normal, across, pulls, factors, weighted }, .. } = self;
+        normal.size = size.min(UNKNOWNS);
+        fill(normal, moments, nuisances, &shape);
         normal.factor()?;
-        let Self { unknowns: rows, .. } = self;
         right_sides(rows, moments, levels, nuisances, &shape);
         normal.forward_rows(rows);
         let rest = left(levels, rows, size);
@@ -252,14 +293,12 @@ impl Solution {
             weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
         }
 
-        // d model / d nu is a mixture of u cos(h theta) and u sin(h theta); `across[d]` is what each
-        // of those has in common with the model's own functions, `pulls[d]` what it has in common with what the
-        // solution leaves of each channel.
+        // d model / d nu is a mixture of u cos(h theta) and u sin(h theta).
         let waves = 2 * shape.harmonics.min(HARMONICS_MAX);
-        let mut across = [[0.0; UNKNOWNS]; 2 * HARMONICS_MAX];
-        let mut pulls = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
         for d in 0..waves {
             let along = if d % 2 == 0 { &moments.u_cos[d / 2] } else { &moments.u_sin[d / 2] };
+            // Zero behind the last: products of these take all.
+            across[d] = [0.0; UNKNOWNS];
             for (i, across) in across[d].iter_mut().enumerate().take(size) {
                 *across = match shape.function(i) {
                     Function::Wave(b) => sums.product(Weight::U, wave(d), b),
@@ -283,22 +322,20 @@ impl Solution {
         }
         let mut line_pull = [0.0; HARMONICS_MAX];
         let mut line_information = [0.0; HARMONICS_MAX];
-        // What each of the derivative's functions is taken times, and the same weighted.
-        let mut factors = [[0.0; TAXELS]; 2 * HARMONICS_MAX];
-        let mut weighted = factors;
+        let first = shape.first_wave();
         for d in 0..waves {
-            let (cos, sin) = self.harmonic(d / 2);
+            let (cos, sin) = (&rows[first + d / 2 * 2], &rows[first + d / 2 * 2 + 1]);
             let turn = 2.0 * PI * (d / 2 + 1) as f32;
             let (turn, amplitude) = if d % 2 == 0 { (turn, sin) } else { (-turn, cos) };
             for c in 0..TAXELS {
                 factors[d][c] = turn * amplitude[c];
                 weighted[d][c] = weight[c] * factors[d][c];
             }
-            line_pull[d / 2] += dot(&weighted[d], &pulls[d]);
+            line_pull[d / 2] += dot_all(&weighted[d], &pulls[d]);
             for e in 0..=d {
-                let common = dot(&across[d][..size], &across[e][..size]);
+                let common = dot_all(&across[d], &across[e]);
                 let spread = sums.product(Weight::UU, wave(d), wave(e)) - common;
-                let product = dot(&weighted[d], &factors[e]);
+                let product = dot_all(&weighted[d], &factors[e]);
                 let part = if e < d { 2.0 } else { 1.0 } * product * spread;
                 self.information += part;
                 if d / 2 == e / 2 {

@@ -16,7 +16,7 @@ pub fn residuals(stretch: &mut Stretch, levels: &Levels, nuisances: &Nuisances, 
     let (mut waves, mut columns) = (Waves::new(), [[0.0; NUISANCES_MAX]; BLOCK]);
     let mut sums = [0f32; TAXELS];
     stretch.blocks(&levels.offset, &mut |block| {
-        oscillator.fill(block.at, &mut waves);
+        oscillator.fill(&block, &mut waves);
         nuisances.fill(&block, &waves.u, &mut columns);
         for c in 0..TAXELS {
             if levels.usable & 1 << c != 0 {

@@ -12,6 +12,7 @@ mod flawless;
 mod one_by_one;
 
 use crate::settings::{SCAN, TAXELS};
+use crate::window::Values;
 use ads1258::{Channel, Conversion, reading};
 
 /// One conversion with the time of its DRDY edge.
@@ -43,6 +44,24 @@ impl Frame {
     pub fn taxels(&self) -> &[i32; TAXELS] {
         // Always there.
         self.codes.first_chunk().unwrap_or(&[0; TAXELS])
+    }
+
+    /// Puts the codes of the taxels that can be trusted, less their references, in their places in `values`.
+    // Not in the caller, which is compiled for size.
+    #[inline(never)]
+    pub fn put(&self, reference: &Values, values: &mut Values) {
+        let codes = self.taxels();
+        // Exact: codes have 24 bits.
+        let value = |c: usize| codes[c] as f32 - reference[c];
+        if self.good == u16::MAX {
+            for c in 0..TAXELS {
+                values[c] = value(c);
+            }
+        } else {
+            for c in (0..TAXELS).filter(|c| self.good & 1 << c != 0) {
+                values[c] = value(c);
+            }
+        }
     }
 }
 

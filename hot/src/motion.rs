@@ -161,8 +161,10 @@ impl Motion {
         // twice and a second one six times that.
         let frames = BLOCK_FRAMES as f32;
         let [within, before, short, long] = self.compared;
-        let [before, short, long] = if forgotten { [0.0; 3] } else { [before / 2.0, short / 6.0, long / 6.0] };
-        self.compared = [within, before * frames, short * frames, long * frames];
+        self.compared = match forgotten {
+            true => [within, 0.0, 0.0, 0.0],
+            false => [within, before * (frames / 2.0), short * (frames / 6.0), long * (frames / 6.0)],
+        };
         let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
         let now = over(0, JUMPING) || over(1, MOVING);
         Some(Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING), off: self.off, other: self.other })
@@ -170,19 +172,18 @@ impl Motion {
 
     #[inline(always)]
     fn evaluate_share(&mut self, turn: usize, idle: &Values, other: Option<&Values>, of_late: bool) {
-        let [first, second] = &self.frames;
-        let (block, [.., before]) = if self.under_way == 0 { (second, first) } else { (first, second) };
-        let mut previous = *share(before, turn);
+        let [one, other_one] = &self.frames;
+        let (block, [.., before]) = if self.under_way == 0 { (other_one, one) } else { (one, other_one) };
         let weights = *share(&self.noise.weights, turn);
+        let [before, first, second, third, fourth] =
+            [before, &block[0], &block[1], &block[2], &block[3]].map(|frame| *share(frame, turn));
         let (mut sum, mut squares) = ([0.0; SHARE], [0.0; SHARE]);
-        for (number, frame) in block.iter().enumerate() {
-            let frame = share(frame, turn);
-            for c in 0..SHARE {
-                let change = frame[c] - previous[c];
-                sum[c] = if number == 0 { frame[c] } else { sum[c] + frame[c] };
-                squares[c] += change * change;
-            }
-            previous = *frame;
+        // Frame after frame in one line: around a loop the compiler copies them.
+        for c in 0..SHARE {
+            let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
+            sum[c] = first[c] + second[c] + third[c] + fourth[c];
+            squares[c] =
+                changes[0] * changes[0] + changes[1] * changes[1] + changes[2] * changes[2] + changes[3] * changes[3];
         }
         let mean = sum.map(|sum| sum * (1.0 / BLOCK_FRAMES as f32));
         let back = |back: usize| *share(self.past.back(back), turn);
@@ -201,11 +202,12 @@ impl Motion {
         }
         let second = |distance_blocks: usize| {
             let (near, far) = (back(distance_blocks - 1), back(2 * distance_blocks - 1));
-            let mut bend = [0.0; SHARE];
+            // From twice the near one to the sum of the others: what a channel is off a straight course.
+            let (mut outer, mut inner) = ([0.0; SHARE], [0.0; SHARE]);
             for c in 0..SHARE {
-                bend[c] = 2.0 * near[c] - far[c];
+                (outer[c], inner[c]) = (mean[c] + far[c], 2.0 * near[c]);
             }
-            distance(&weights, &mean, &bend)
+            distance(&weights, &outer, &inner)
         };
         if self.known >= 2 * SHORT {
             short = second(SHORT);

@@ -6,7 +6,7 @@ use crate::waves::legendre;
 use crate::window::Values;
 
 /// Frames that are added up before they meet `u`, and of which means are made.
-pub(crate) const QUAD: usize = 4;
+pub const QUAD: usize = 4;
 
 /// Level and slope of every channel, and which of them can be used.
 #[derive(Clone, Debug)]
@@ -112,6 +112,52 @@ struct OfQuads {
     yy: Values,
 }
 
+const _: () = assert!(BLOCK / QUAD == 4, "a column is added in four quads");
+
+/// Sums of one channel over a block, values less `zero`.
+struct Column {
+    zero: f32,
+    sum: f32,
+    /// Of the quads' numbers times their sums.
+    along: f32,
+    /// Of what the last frame of a quad has more than the first.
+    outer: f32,
+    /// Of what the third has more than the second.
+    inner: f32,
+    squares: f32,
+    quad_squares: f32,
+    /// Third differences squared.
+    rough: f32,
+}
+
+impl Column {
+    #[inline(always)]
+    fn new(zero: f32) -> Self {
+        let none = 0.0;
+        Self { zero, sum: none, along: none, outer: none, inner: none, squares: none, quad_squares: none, rough: none }
+    }
+
+    /// Adds quad `q` of taxel `c`; gives its sum.
+    #[inline(always)]
+    fn add(&mut self, block: &Block, q: usize, c: usize) -> f32 {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| block.values[QUAD * q + i][c] - self.zero);
+        let (outer, inner) = (d - a, c - b);
+        let third = outer - 3.0 * inner;
+        let quad = a + b + (c + d);
+        self.squares += a * a;
+        self.squares += b * b;
+        self.squares += c * c;
+        self.squares += d * d;
+        self.outer += outer;
+        self.inner += inner;
+        self.rough += third * third;
+        self.sum += quad;
+        self.along += q as f32 * quad;
+        self.quad_squares += quad * quad;
+        quad
+    }
+}
+
 /// Sums over a stretch, values less `zero`.
 struct Sums {
     zero: Values,
@@ -141,26 +187,16 @@ impl Sums {
         let whole = if block.whole { 1.0 } else { 0.0 };
         self.quads += if block.whole { (BLOCK / QUAD) as u32 } else { 0 };
         for c in 0..TAXELS {
-            let zero = self.zero[c];
-            let (mut sum, mut along, mut within, mut squares, mut rough) = (0.0, 0.0, 0.0, 0.0, 0.0);
-            let mut quad_squares = 0.0;
-            for q in 0..BLOCK / QUAD {
-                let y: [f32; QUAD] = core::array::from_fn(|i| block.values[QUAD * q + i][c] - zero);
-                let quad = y[0] + y[1] + y[2] + y[3];
-                // Frames from the quad's second one, and quads from the first.
-                within += y[2] - y[0] + y[3] + y[3];
-                along += q as f32 * quad;
-                quad_squares += quad * quad;
-                for y in y {
-                    squares += y * y;
-                }
-                let third = y[3] - y[0] + 3.0 * (y[1] - y[2]);
-                rough += third * third;
-                quads[q][c] = quad;
-                sum += quad;
-            }
+            let mut column = Column::new(self.zero[c]);
+            // One by one: the compiler would make a loop of a loop.
+            quads[0][c] = column.add(block, 0, c);
+            quads[1][c] = column.add(block, 1, c);
+            quads[2][c] = column.add(block, 2, c);
+            quads[3][c] = column.add(block, 3, c);
+            let Column { sum, along, outer, inner, squares, quad_squares, rough, .. } = column;
             self.y[c] += sum;
-            self.uy[c] += (from + step) * sum + step * (QUAD as f32 * along + within);
+            // Frames are half of one and of three from their quad's centre, which is one and a half from its first.
+            self.uy[c] += (from + 1.5 * step) * sum + step * (QUAD as f32 * along + 1.5 * outer + 0.5 * inner);
             self.yy[c] += squares;
             self.rough[c] += whole * rough;
             (of_quads.y[c], of_quads.along[c], of_quads.yy[c]) = (sum, along, quad_squares);
@@ -223,7 +259,7 @@ impl Sums {
 
 /// Sums of groups of frames, relative to the first frame that counts: a stretch in a fraction of its frames. They are
 /// means in another measure.
-pub(crate) struct Means<'a> {
+pub struct Means<'a> {
     /// Frames of a group, a multiple of [`QUAD`].
     by: u32,
     /// As many as there are whole groups.
@@ -307,7 +343,7 @@ impl<'a> Means<'a> {
 
 /// First pass: levels, and which taxels and frames count; makes means on the way. None if the frames were
 /// overwritten.
-pub(crate) fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
+pub fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
     stretch.taxels = reliable_taxels(stretch)?;
     let zero = stretch.first_counted()?.unwrap_or_default();
     let mut sums = Sums::new(zero);

@@ -53,6 +53,17 @@ pub(crate) fn legendre(u: f32) -> [f32; 2] {
 }
 
 impl Trigonometric {
+    /// Sums of the products of cosine and sine of harmonic `h` (rows) with those of harmonic `k`, at most `h`.
+    #[inline(always)]
+    pub fn products(&self, h: usize, k: usize) -> [[f32; 2]; 2] {
+        let (cos, sin) = (&self.cos[Weight::One as usize], &self.sin[Weight::One as usize]);
+        let (apart, together) = (h.saturating_sub(k).min(ORDERS - 1), (h + k).min(ORDERS - 1));
+        [
+            [0.5 * (cos[apart] + cos[together]), 0.5 * (sin[together] - sin[apart])],
+            [0.5 * (sin[together] + sin[apart]), 0.5 * (cos[apart] - cos[together])],
+        ]
+    }
+
     /// Sum of weight x a x b.
     #[inline(always)]
     pub fn product(&self, weight: Weight, a: Wave, b: Wave) -> f32 {
@@ -93,22 +104,23 @@ pub(crate) struct Oscillator<'a> {
 /// Frames on either side of a block's centre.
 pub(crate) const WING: usize = BLOCK / 2;
 
-/// A function of the distance from a block's centre: half a frame, one and a half ...
-pub(crate) type Wing = [f32; WING];
+/// What even (or odd) parts of columns meet at one distance from a block's centre - half a frame, one and a half
+/// ... - for each harmonic: the wave, and the other wave times the distance.
+pub(crate) type Meets = [[f32; 2]; HARMONICS_MAX];
 
-/// The harmonics about a block's centre, the same in every block: cosines are even, sines are odd.
+/// The harmonics about a block's centre, the same in every block: cosines are even, sines are odd, and times the
+/// distance it is the other way round.
 pub(crate) struct Wings {
-    pub cos: [Wing; HARMONICS_MAX],
-    pub sin: [Wing; HARMONICS_MAX],
-    /// The same times the distance in `u`: odd and even.
-    pub far_cos: [Wing; HARMONICS_MAX],
-    pub far_sin: [Wing; HARMONICS_MAX],
+    /// Cosine, and distance in `u` times sine.
+    pub even: [Meets; WING],
+    /// Sine, and distance times cosine.
+    pub odd: [Meets; WING],
 }
 
 impl Wings {
     const fn new() -> Self {
-        let none = [[0.0; WING]; HARMONICS_MAX];
-        Self { cos: none, sin: none, far_cos: none, far_sin: none }
+        let none = [[[0.0; 2]; HARMONICS_MAX]; WING];
+        Self { even: none, odd: none }
     }
 }
 
@@ -122,6 +134,11 @@ pub(crate) struct Centre {
 impl Centre {
     pub const fn new() -> Self {
         Self { u: 0.0, harmonics: 0, turn: [(1.0, 0.0); ORDERS] }
+    }
+
+    /// Cosine and sine of harmonic `h`, 0 the fundamental.
+    pub fn turn(&self, h: usize) -> (f32, f32) {
+        self.turn[(h + 1).min(ORDERS - 1)]
     }
 
     /// Cosine and sine of the harmonics.
@@ -148,13 +165,14 @@ fn multiples((c1, s1): (f32, f32), most: usize, mut visit: impl FnMut(usize, f32
 }
 
 impl<'a> Oscillator<'a> {
+    #[inline(always)]
     pub fn new(stretch: &Stretch<'a>, nu: f32, harmonics: usize) -> Self {
         let harmonics = harmonics.clamp(1, HARMONICS_MAX);
         let u_step = 2.0 / stretch.frames.max(1) as f32;
         let step = from_turns(nu * u_step);
         // Phase zero at the centre, which lies half way between two frames if their number is even.
         let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
-        let mut out = Self {
+        Self {
             harmonics,
             nu,
             frames: stretch.frames,
@@ -167,25 +185,29 @@ impl<'a> Oscillator<'a> {
             even: [0.0; ORDERS],
             odd: [0.0; ORDERS],
             spread: [0.0; ORDERS],
-        };
-        if !stretch.is_in_time() {
-            return out;
         }
-        for i in 0..WING {
+    }
+
+    /// Finds the harmonics about a block's centre; in time only. Apart from `new`, whose result would be copied with
+    /// them.
+    #[inline(never)]
+    pub fn find_wings(&mut self) {
+        let Some(u_step) = self.abscissa.step() else { return };
+        let (step, harmonics) = (self.step as u64, self.harmonics.min(HARMONICS_MAX));
+        let Self { even, odd, spread, wings, .. } = self;
+        for (i, (with_even, with_odd)) in wings.even.iter_mut().zip(&mut wings.odd).enumerate() {
             let far = (i as f32 + 0.5) * u_step;
-            let angle = cos_sin((step as u64 * (2 * i as u64 + 1) / 2) as u32);
+            let angle = cos_sin((step * (2 * i as u64 + 1) / 2) as u32);
             multiples(angle, 2 * harmonics, |k, c, s| {
-                out.even[k] += 2.0 * c;
-                out.odd[k] += 2.0 * far * s;
-                out.spread[k] += 2.0 * far * far * c;
+                even[k] += 2.0 * c;
+                odd[k] += 2.0 * far * s;
+                spread[k] += 2.0 * far * far * c;
                 if k >= 1 && k <= harmonics {
-                    let wings = &mut out.wings;
-                    (wings.cos[k - 1][i], wings.sin[k - 1][i]) = (c, s);
-                    (wings.far_cos[k - 1][i], wings.far_sin[k - 1][i]) = (far * c, far * s);
+                    with_even[k - 1] = [c, far * s];
+                    with_odd[k - 1] = [s, far * c];
                 }
             });
         }
-        out
     }
 
     /// The centre of the block that begins with frame `at`.
@@ -195,12 +217,13 @@ impl<'a> Oscillator<'a> {
         multiples(cos_sin(phase), 2 * self.harmonics.min(HARMONICS_MAX), |k, c, s| centre.turn[k] = (c, s));
     }
 
-    /// The harmonics frame by frame.
-    pub fn fill(&self, at: u32, waves: &mut Waves) {
+    /// The harmonics frame by frame, of those of a block that count.
+    pub fn fill(&self, block: &Block, waves: &mut Waves) {
+        let at = block.at;
         waves.u = self.abscissa.block(at, self.frames);
         let in_time = matches!(self.abscissa, Abscissa::Time { .. });
         let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at));
-        for i in 0..BLOCK {
+        for i in (0..BLOCK).filter(|i| block.valid[*i] != 0) {
             let (c1, s1) = cos_sin(match in_time {
                 true => phase.wrapping_add(self.step.wrapping_mul(i as u32)),
                 false => from_turns(self.nu * waves.u[i]),
@@ -222,6 +245,7 @@ impl Waves {
 
 impl Trigonometric {
     /// Empty sums.
+    #[inline(always)]
     pub(crate) const fn new() -> Self {
         Self { cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
     }

@@ -4,12 +4,11 @@
 //! the speed varies, the finger's place on the surface. A frequency is `nu`, cycles per unit of `u`, that
 //! is half the cycles in the stretch. Frames that do not count are left out of every sum.
 
-use crate::settings::TAXELS;
 use crate::window::{FrameSource, Values};
 
 /// Frames read at a time: the time the ring is locked, and the stretch over which the harmonics are taken
 /// from one table.
-pub(crate) const BLOCK: usize = 16;
+pub const BLOCK: usize = 16;
 
 /// Frames from one place to the next that count for the length of a path.
 const STRIDE: u32 = 8;
@@ -19,11 +18,11 @@ pub struct Stretch<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
     /// Frames in it.
-    pub(crate) frames: u32,
+    pub frames: u32,
     /// Taxels that a frame must have valid values of to count; found by [`crate::levels::levels`].
-    pub(crate) taxels: u16,
+    pub taxels: u16,
     /// An interferer's cycles per frame.
-    pub(crate) interferer: Option<f32>,
+    pub interferer: Option<f32>,
     abscissa: Abscissa<'a>,
 }
 
@@ -137,14 +136,14 @@ impl<'a> Stretch<'a> {
     }
 
     /// The `frames` frames from its frame `from` on; in time only.
-    pub(crate) fn part(&mut self, from: u32, frames: u32) -> Stretch<'_> {
+    pub fn part(&mut self, from: u32, frames: u32) -> Stretch<'_> {
         let Self { taxels, interferer, .. } = *self;
         let first = self.first.wrapping_add(from);
         Stretch { source: &mut *self.source, first, frames, taxels, interferer, abscissa: Abscissa::time(frames) }
     }
 
     /// Means of every `by` frames of this stretch, in `source`.
-    pub(crate) fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> Stretch<'b> {
+    pub fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> Stretch<'b> {
         let interferer = self.interferer.map(|cycles| cycles * by as f32);
         Stretch { source, first: 0, frames: count, taxels: self.taxels, interferer, abscissa: Abscissa::time(count) }
     }
@@ -155,7 +154,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// Whether `u` is the frame's place in time.
-    pub(crate) fn is_in_time(&self) -> bool {
+    pub fn is_in_time(&self) -> bool {
         matches!(self.abscissa, Abscissa::Time { .. })
     }
 
@@ -183,7 +182,8 @@ impl<'a> Stretch<'a> {
     /// A block with gaps, at the end of the stretch, or cut by the end of a ring.
     #[inline(never)]
     fn broken_block(&mut self, at: u32, most: usize, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        let (mut some, mut mask, mut shown) = ([[0.0; TAXELS]; BLOCK], [0; BLOCK], 0);
+        let mut some = [*instead; BLOCK];
+        let (mut mask, mut shown) = ([0; BLOCK], 0);
         let taxels = self.taxels;
         while shown < most {
             let from = shown;
@@ -195,7 +195,7 @@ impl<'a> Stretch<'a> {
                 mask[from..from + count].copy_from_slice(&valid[..count]);
             })?;
         }
-        for (place, mask) in some.iter_mut().zip(&mut mask) {
+        for (place, mask) in some.iter_mut().zip(&mut mask).take(most) {
             if !counts(*mask, taxels) {
                 (*place, *mask) = (*instead, 0);
             }
@@ -234,7 +234,7 @@ impl<'a> Stretch<'a> {
     /// `nu` from which harmonics are too close to half the frame rate to be told from their images; along a
     /// path, at its mean speed.
     #[inline(never)]
-    pub(crate) fn nu_most(&self) -> f32 {
+    pub fn nu_most(&self) -> f32 {
         let way = match self.abscissa {
             Abscissa::Time { .. } => 2.0,
             // There and back is the path twice, and takes twice the frames.

@@ -15,6 +15,8 @@ const STATUSES: [u8; PLACES] = {
     }
     statuses
 };
+/// Fours of statuses that a scan reaches into.
+const WORDS: usize = SLOTS.div_ceil(4) as usize;
 /// Time from the first to the last conversion of a scan, at most, for none in between to be later than
 /// [`GAP_US`]: the nominal one and half of that.
 const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US / 2;
@@ -22,7 +24,7 @@ const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US
 impl Assembler {
     /// Takes what waits as a frame, if it is a whole scan without a flaw that follows the one before it. False,
     /// with nothing done, if it is not.
-    #[inline(always)]
+    #[inline(never)]
     pub fn whole(&mut self) -> bool {
         let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
         let (passed_us, scans) = match self.latest {
@@ -37,7 +39,7 @@ impl Assembler {
             return false;
         }
         let (mut odd, mut ends) = (0, 0);
-        for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0) {
+        for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0).take(WORDS) {
             odd |= u32::from_ne_bytes(*statuses) ^ u32::from_ne_bytes(*whole);
         }
         for code in self.frame.taxels() {

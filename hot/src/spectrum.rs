@@ -104,14 +104,18 @@ fn copy(
     let size = out.len() / taxels.len().max(1);
     let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
     let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
+    // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
+    let mut weights = [0.0; TAXELS];
+    for c in taxels {
+        weights[*c] = 1.0 / libm::sqrtf(levels.about_line[*c]);
+    }
     stretch.blocks(&levels.offset, &mut |block| {
         let u = abscissa.block(block.at, frames);
         if baseline.len() > 2 {
             nuisances.fill(&block, &u, &mut columns);
         }
         for (out, c) in out.chunks_exact_mut(size.max(1)).zip(taxels) {
-            // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
-            let weight = 1.0 / libm::sqrtf(levels.about_line[*c]);
+            let weight = weights[*c];
             let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
             let mut rest: [f32; BLOCK] = core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
             for (k, factors) in baseline[2..].iter().enumerate() {
@@ -185,7 +189,9 @@ fn add_power(signal: &mut [f32], power: &mut [f32]) {
     #[cfg(feature = "long-windows")]
     let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024,
         2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
-    for (power, bin) in power.iter_mut().zip(bins).skip(1) {
+    let [_, bins @ ..] = bins else { return };
+    let Some((_, power)) = power.split_first_mut() else { return };
+    for (power, bin) in power.iter_mut().zip(bins) {
         *power += bin.re * bin.re + bin.im * bin.im;
     }
 }
