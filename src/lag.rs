@@ -51,9 +51,8 @@ impl Sum {
 fn column(fitted: &Fitted, taxels: u16) -> Sum {
     let mut sum = Sum::default();
     for taxel in 0..TAXELS {
-        let sigma_rad = fitted.fit.channels[taxel].phase_sigma_rad;
+        let weight = 1.0 / fitted.fit.channels[taxel].phase_variance;
         // Neither zero nor infinite, nor NaN.
-        let weight = 1.0 / (sigma_rad * sigma_rad);
         if taxels & 1 << taxel != 0 && weight > 0.0 && weight < f32::INFINITY {
             let (cos, sin) = cos_sin(from_turns(fitted.turns(taxel)));
             sum.add(cos, sin, weight);
