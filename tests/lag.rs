@@ -97,6 +97,8 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
         ("20 dB", WAVE),
         ("6 dB, backward", Wave { noise: 354.0, backward: true, ..WAVE }),
         ("0.4 s", short),
+        ("C1", Wave { speed_mm_s: 15.0, period_mm: 3.6, ..WAVE }),
+        ("one and a half cycles", Wave { frames: 75, speed_mm_s: 15.0, ..WAVE }),
         ("a dead and a noisy channel", Wave { damaged: true, ..WAVE }),
     ] {
         let (runs, mut covered, mut squares) = (1000, [0; 2], [0.0; 2]);
