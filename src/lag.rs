@@ -2,8 +2,8 @@
 //!
 //! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond alike (the same one of
 //! every unit) see the same wave in both columns, earlier or later: the difference of their phases is the wave's, while
-//! that of unlike ones is mostly their own. So phases are averaged among the alike ones of each column, each weighted by
-//! the inverse of its variance, and the columns' differences are averaged in turn. With Gaussian noise that is the
+//! that of unlike ones is mostly their own. So phases are averaged among the alike ones of each column, each weighted
+//! by the inverse of its variance, and the columns' differences are averaged in turn. With Gaussian noise that is the
 //! maximum of the likelihood; a dead or noisy channel has next to no weight.
 
 use crate::abscissa::Fitted;

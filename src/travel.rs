@@ -4,8 +4,8 @@
 //! turns by which the contact's ends pull the columns together ([`Array::pull_rad`]). Of that the phases tell the
 //! fraction of a turn: n turns more or less look the same, and so does a wave the other way that is late by what is
 //! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
-//! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between one
-//! pitch and two have a single answer each, and those above too where the direction is known; a shorter one, which
+//! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between
+//! one pitch and two have a single answer each, and those above too where the direction is known; a shorter one, which
 //! aliases, has another among the longer ones.
 //!
 //! What else could tell, and why it is not asked: the overtones are late by whole multiples of the same turns and know
