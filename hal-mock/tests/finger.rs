@@ -133,6 +133,25 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     }
 }
 
+/// The figures that the crate's documentation tells.
+#[test]
+fn the_pull_is_as_strong_as_documented() {
+    for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
+        let (mut weakest, mut strongest) = (f64::MAX, 0f64);
+        for period_mm in [2.6, 3.1, 3.6, 4.1] {
+            let finger = Some(Finger { contact_mm, ..Finger::default() });
+            let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+            let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
+            for input in 0..4 {
+                let pull = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+                (weakest, strongest) = (weakest.min(pull), strongest.max(pull));
+            }
+        }
+        assert!(weakest > least && strongest < most, "{contact_mm} mm: {weakest} to {strongest}");
+        assert!(strongest > most - 0.01, "{contact_mm} mm: {strongest}");
+    }
+}
+
 #[test]
 fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
     for (speed_mm_s, period_mm) in TABLE_2 {
