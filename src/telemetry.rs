@@ -103,6 +103,79 @@ pub enum Abscissa {
     Place,
 }
 
+/// Whether spatial period, speed and direction are known, and from what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// There is no tone, or it is not in two channels that respond alike in both columns of units.
+    Nothing,
+    /// The phases allow one answer within the periods that are possible.
+    Unique,
+    /// They allow more than one, or one at the edge of what is possible.
+    Ambiguous,
+    /// They allow none.
+    OutOfRange,
+    /// Speed, and with it the period, are by the host's word, and the phases agree.
+    Told,
+    /// Speed and period are by the host's word, and the phases say otherwise.
+    Contradicted,
+}
+
+/// Which way the grating goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Direction {
+    /// Not known.
+    Unknown,
+    /// Along +x: towards the column in front ([`crate::settings::Array::front`]).
+    Forward,
+    /// Back.
+    Backward,
+}
+
+impl Direction {
+    /// The other way.
+    pub const fn reversed(self) -> Self {
+        match self {
+            Self::Unknown => Self::Unknown,
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+        }
+    }
+}
+
+/// Spatial period, speed and direction; zeros where there are none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Travel {
+    /// Whether to believe it.
+    pub verdict: Verdict,
+    /// Which way.
+    pub direction: Direction,
+    /// Spatial period of the grating, millimetres.
+    pub spatial_period_mm: f32,
+    /// Its standard deviation, millimetres.
+    pub spatial_period_sigma_mm: f32,
+    /// Speed over the surface, millimetres per second, not negative.
+    pub speed_mm_s: f32,
+    /// Its standard deviation, millimetres per second; zero where the host told it.
+    pub speed_sigma_mm_s: f32,
+}
+
+impl Travel {
+    /// Nothing is known.
+    pub const NONE: Self = Self {
+        verdict: Verdict::Nothing,
+        direction: Direction::Unknown,
+        spatial_period_mm: 0.0,
+        spatial_period_sigma_mm: 0.0,
+        speed_mm_s: 0.0,
+        speed_sigma_mm_s: 0.0,
+    };
+
+    /// Whether there are a period and a speed.
+    pub const fn is_known(&self) -> bool {
+        matches!(self.verdict, Verdict::Unique | Verdict::Told | Verdict::Contradicted)
+    }
+}
+
 /// One fit over all valid channels of a window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
@@ -126,6 +199,8 @@ pub struct Estimate {
     /// Frames of the window that were left out: missing, or without a valid value of a taxel that has
     /// them otherwise.
     pub frames_missing: u16,
+    /// Spatial period, speed and direction.
+    pub travel: Travel,
     /// The valid channels.
     pub channels: Vec<Channel, TAXELS>,
 }

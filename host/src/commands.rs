@@ -1,9 +1,10 @@
 //! The commands: arguments in, output out.
 
 use crate::bench::{BenchArgs, Report};
-use crate::cli::Senseless;
+use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
     Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, ReproduceArgs, SceneArgs,
+    Senseless,
 };
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
@@ -30,6 +31,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Fit(args) => fit(&args),
         Command::Replay(args) => run_replay(&args),
+        Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
@@ -79,6 +81,11 @@ fn run_replay(args: &ReplayArgs) -> Result<()> {
     let outcome = outcome?;
     line_quality(outcome.received, outcome.missing, outcome.damaged);
     Ok(())
+}
+
+fn run_calibrate(args: &CalibrateArgs) -> Result<()> {
+    let found = calibrate::run(args.gratings()?, args.nominal)?;
+    if args.json { output::line(&serde_json::to_string(&found)?) } else { output::line(found.to_string().trim_end()) }
 }
 
 fn emulate(args: &EmulateArgs) -> Result<()> {

@@ -5,6 +5,7 @@
 //! | a recording through the fit alone | [`grid`], [`table_fit`], [`fit_report`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
+//! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
@@ -20,6 +21,7 @@
 mod axis;
 pub mod bench;
 pub mod bound;
+pub mod calibrate;
 pub mod cli;
 pub mod commands;
 pub mod demo;
