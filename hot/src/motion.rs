@@ -122,8 +122,9 @@ impl Motion {
     pub fn push(&mut self, values: &Values) -> bool {
         if !self.begun {
             self.begun = true;
-            // Nothing before it that it could differ from.
-            self.frames = [[*values; BLOCK_FRAMES as usize]; 2];
+            // Nothing before it that it could differ from. Of the block before it only this is ever looked at.
+            let [.., before] = &mut self.frames[(self.under_way ^ 1) % 2];
+            *before = *values;
         }
         self.frames[self.under_way % 2][self.count % SHARES] = *values;
         self.count += 1;
