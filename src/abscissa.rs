@@ -7,6 +7,7 @@ use crate::sine_fit::{Fit, Fitter};
 use crate::stretch::Stretch;
 use crate::telemetry::Abscissa;
 use crate::window::{FrameSource, Window};
+use core::f32::consts::PI;
 
 /// The middle of a scan, in slots from its first: by place all taxels of a frame count as read there. What
 /// that is wrong by while the speed changes has the opposite sign in the first taxels and in the last.
@@ -31,6 +32,16 @@ impl Fitted {
     /// By how many turns a taxel's phase is ahead, for its slot comes later in the scan.
     pub fn ahead(&self, taxel: usize) -> f32 {
         self.fit.frequency * self.per_slot * (taxel as f32 - self.slot)
+    }
+
+    /// A taxel's phase as if all of a scan were read at once, turns.
+    pub fn turns(&self, taxel: usize) -> f32 {
+        self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - self.ahead(taxel)
+    }
+
+    /// Millimetres from one frame to the next, by the speed profile; by time, of which nothing is told, frames.
+    pub fn per_frame(&self) -> f32 {
+        self.per_slot * SLOTS as f32
     }
 }
 

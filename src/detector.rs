@@ -1,14 +1,16 @@
 //! The first half of the pipeline: conversions in, news and due windows out.
 
 mod health;
+mod imaging;
 mod teller;
 
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use crate::telemetry::{Hello, News, PROTOCOL};
+use crate::telemetry::{Hello, Image, News, PROTOCOL};
 use crate::window::{Ring, Values, Window};
 use health::Checkup;
+use imaging::Imaging;
 use teller::Teller;
 pub use teller::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 
@@ -34,6 +36,7 @@ pub struct Detector {
     assembler: Assembler,
     rest: Rest,
     checkup: Checkup,
+    imaging: Imaging,
 }
 
 /// What takes the assembler's frames.
@@ -60,12 +63,13 @@ impl Detector {
                 teller: Teller::new(&settings),
             },
             checkup: Checkup::new(),
+            imaging: Imaging::new(),
         }
     }
 
     /// The greeting to send before anything else.
     #[inline(never)]
-    pub fn hello(&self) -> News {
+    pub fn hello(&self) -> News<'static> {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
         News::Hello(Hello {
             protocol: PROTOCOL,
@@ -77,6 +81,11 @@ impl Detector {
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
         })
+    }
+
+    /// The image that was told last.
+    pub const fn image(&self) -> &Image {
+        self.imaging.image()
     }
 
     /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`.
@@ -110,6 +119,8 @@ impl Detector {
         // A frame in which something is dated has enough to do.
         if self.checkup.is_due(self.rest.teller.latest.0) && !self.rest.contact.is_busy() {
             self.check(counters, emit);
+        } else if self.rest.contact.has_time_for_image() {
+            self.picture(ring, emit);
         }
     }
 
@@ -131,6 +142,7 @@ impl Detector {
         let Rest { contact, teller, .. } = &mut self.rest;
         contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
         teller.give_whole(ring, due);
+        while self.rest.contact.has_image() && self.picture(ring, emit) {}
         self.checkup.finish(&self.assembler, &self.rest.teller, counters, emit);
     }
 }
@@ -155,6 +167,9 @@ impl Rest {
         }
         // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
         frame.put(&teller.reference, &mut self.values);
+        if complete && frame.good != u16::MAX {
+            self.contact.doubt_all_but(frame.good);
+        }
         // A frame counts only whole: the fit needs one abscissa for all channels.
         let valid = if complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);

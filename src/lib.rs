@@ -21,6 +21,7 @@
 //! | [`solve`], [`descent`] | the least-squares solution at one frequency, and the steps towards a better one |
 //! | [`residuals`], [`chance`] | what a solution leaves, sample by sample; what noise alone would reach |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
+//! | [`lag`], [`travel`] | how far the tone of one column of units is behind the other's; from that the spatial period, speed and direction |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
@@ -47,6 +48,7 @@ pub mod detector;
 pub mod few_cycles;
 pub mod fundamental;
 pub mod intake;
+pub mod lag;
 pub mod load;
 pub mod model;
 pub mod outbox;
@@ -57,6 +59,7 @@ pub mod search;
 pub mod sine_fit;
 pub mod tally;
 pub mod telemetry;
+pub mod travel;
 pub mod window;
 pub mod workload;
 

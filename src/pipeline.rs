@@ -8,10 +8,12 @@
 use crate::abscissa::{Fitted, by_place, in_time};
 pub use crate::detector::{Counters, Detector};
 use crate::frame::TimedConversion;
+use crate::lag::lag;
 use crate::profile::Profile;
-use crate::settings::{Settings, TAXELS};
+use crate::settings::{Array, Settings, SlideRule, TAXELS};
 use crate::sine_fit::Fitter;
-use crate::telemetry::{Channel, Estimate, Event, Span, Status};
+use crate::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, Verdict};
+use crate::travel;
 use crate::window::{FrameSource, Ring, Values, Window, reached};
 use ads1258::reading;
 use core::f32::consts::PI;
@@ -27,6 +29,9 @@ pub struct Estimator {
     accuracy: f32,
     interferer_hz: f32,
     window_s: f32,
+    array: Array,
+    /// Speed by the protocol, if that is known, millimetres per second.
+    speed_mm_s: Option<f32>,
     /// Frame behind the latest estimate that was accurate enough.
     told: u32,
 }
@@ -34,10 +39,14 @@ pub struct Estimator {
 impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
-        let Settings { accuracy, interferer_hz, window_s, .. } = settings;
+        let Settings { accuracy, interferer_hz, window_s, array, .. } = settings;
+        let speed_mm_s = match settings.slide {
+            SlideRule::Found => None,
+            SlideRule::Protocol { speed_mm_s, .. } => Some(speed_mm_s),
+        };
         let fitter = Fitter::new(settings.harmonics);
         let volts_per_code = reading::volts(1, settings.vref_v);
-        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, told: 0 }
+        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, array, speed_mm_s, told: 0 }
     }
 
     /// Fits a window. None if its frames were overwritten before they were read; the inner None says that it
@@ -86,6 +95,7 @@ impl Estimator {
             sigma: fit.sigma * fitted.per_unit,
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
+            travel: self.travel(&fitted, window),
             channels: heapless::Vec::new(),
         };
         for taxel in 0..TAXELS {
@@ -97,9 +107,28 @@ impl Estimator {
         Some(estimate)
     }
 
+    fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
+        let (fit, array) = (&fitted.fit, &self.array);
+        match fit.status {
+            Status::Good => {}
+            Status::Ambiguous => return Travel { verdict: Verdict::Ambiguous, ..Travel::NONE },
+            _ => return Travel::NONE,
+        }
+        let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
+        let frequency = fit.frequency * fitted.per_unit;
+        let told = match (fitted.abscissa, self.speed_mm_s) {
+            (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
+            (Abscissa::Time, Some(speed_mm_s)) => (speed_mm_s / frequency, speed_mm_s),
+            (Abscissa::Time, None) => return travel::found(lag, array, (frequency, relative * frequency)),
+        };
+        let (period_mm, speed_mm_s) = told;
+        let way = if speed_mm_s < 0.0 { Direction::Backward } else { Direction::Forward };
+        travel::told(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
+    }
+
     fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
         let channel = &fitted.fit.channels[taxel];
-        let turns = channel.phase_rad / (2.0 * PI) - fitted.ahead(taxel);
+        let turns = fitted.turns(taxel);
         let phase_rad = 2.0 * PI * (turns - libm::roundf(turns));
         Channel {
             taxel: taxel as u8,

@@ -40,6 +40,8 @@ pub struct ChannelFit {
     pub amplitude: f32,
     /// Phase of the fundamental at the window's centre, radians, -pi to pi: amplitude x cos(theta + phase).
     pub phase_rad: f32,
+    /// Variance of that phase, radians squared; of a channel without any tone not finite.
+    pub phase_variance: f32,
     /// Standard deviation of what the fit leaves.
     pub residual: f32,
 }
@@ -249,15 +251,21 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
         channels: [ChannelFit::default(); TAXELS],
     };
     let (cos, sin) = best.harmonic(0);
+    let [of_cos, of_sin, of_both] = best.fundamental_covariance()?;
     for c in 0..TAXELS {
         if levels.usable & 1 << c == 0 {
             continue;
         }
+        let power = cos[c] * cos[c] + sin[c] * sin[c];
+        // Across the fundamental's phasor.
+        let across = of_cos * sin[c] * sin[c] + of_sin * cos[c] * cos[c] - 2.0 * of_both * cos[c] * sin[c];
+        let noise = rest[c] / (frames - unknowns).max(1.0);
         fit.channels[c] = ChannelFit {
             offset: levels.offset[c] + best.unknowns[0][c],
-            amplitude: libm::sqrtf(cos[c] * cos[c] + sin[c] * sin[c]),
+            amplitude: libm::sqrtf(power),
             phase_rad: libm::atan2f(-sin[c], cos[c]),
-            residual: libm::sqrtf(rest[c] / (frames - unknowns).max(1.0)),
+            phase_variance: noise * (across / power) / power,
+            residual: libm::sqrtf(noise),
         };
     }
     Some(fit)

@@ -5,7 +5,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 2;
+pub const PROTOCOL: u8 = 3;
 
 /// First message after start-up, and again about every ten seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -103,6 +103,79 @@ pub enum Abscissa {
     Place,
 }
 
+/// Whether spatial period, speed and direction are known, and from what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Verdict {
+    /// There is no tone, or it is not in two channels that respond alike in both columns of units.
+    Nothing,
+    /// The phases allow one answer within the periods that are possible.
+    Unique,
+    /// They allow more than one, or one at the edge of what is possible.
+    Ambiguous,
+    /// They allow none.
+    OutOfRange,
+    /// Speed, and with it the period, are by the host's word, and the phases agree.
+    Told,
+    /// Speed and period are by the host's word, and the phases say otherwise.
+    Contradicted,
+}
+
+/// Which way the grating goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Direction {
+    /// Not known.
+    Unknown,
+    /// Along +x: towards the column in front ([`crate::settings::Array::front`]).
+    Forward,
+    /// Back.
+    Backward,
+}
+
+impl Direction {
+    /// The other way.
+    pub const fn reversed(self) -> Self {
+        match self {
+            Self::Unknown => Self::Unknown,
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+        }
+    }
+}
+
+/// Spatial period, speed and direction; zeros where there are none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Travel {
+    /// Whether to believe it.
+    pub verdict: Verdict,
+    /// Which way.
+    pub direction: Direction,
+    /// Spatial period of the grating, millimetres.
+    pub spatial_period_mm: f32,
+    /// Its standard deviation, millimetres.
+    pub spatial_period_sigma_mm: f32,
+    /// Speed over the surface, millimetres per second, not negative.
+    pub speed_mm_s: f32,
+    /// Its standard deviation, millimetres per second; zero where the host told it.
+    pub speed_sigma_mm_s: f32,
+}
+
+impl Travel {
+    /// Nothing is known.
+    pub const NONE: Self = Self {
+        verdict: Verdict::Nothing,
+        direction: Direction::Unknown,
+        spatial_period_mm: 0.0,
+        spatial_period_sigma_mm: 0.0,
+        speed_mm_s: 0.0,
+        speed_sigma_mm_s: 0.0,
+    };
+
+    /// Whether there are a period and a speed.
+    pub const fn is_known(&self) -> bool {
+        matches!(self.verdict, Verdict::Unique | Verdict::Told | Verdict::Contradicted)
+    }
+}
+
 /// One fit over all valid channels of a window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
@@ -126,8 +199,47 @@ pub struct Estimate {
     /// Frames of the window that were left out: missing, or without a valid value of a taxel that has
     /// them otherwise.
     pub frames_missing: u16,
+    /// Spatial period, speed and direction.
+    pub travel: Travel,
     /// The valid channels.
     pub channels: Vec<Channel, TAXELS>,
+}
+
+/// Which hold of a touch (paper, section 3.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Hold {
+    /// Phase B: between the contact spike and the first slide.
+    BeforeSlide,
+    /// Phase D: since a slide.
+    AfterSlide,
+}
+
+/// What a hold does to one taxel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pressed {
+    /// Taxel, 0 to 15.
+    pub taxel: u8,
+    /// Mean over the hold less the level before the touch, volts.
+    pub level_v: f32,
+    /// Its standard deviation by the noise of the taxel's frames, in the hold and before the touch, volts.
+    pub sigma_v: f32,
+}
+
+/// The static image: what a hold does to every taxel. It is told when the hold is over; a hold in which nothing moves
+/// for less than 0.1 s on end has none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Image {
+    /// Device time of the first frame that it is the mean of, microseconds.
+    pub start_us: u64,
+    /// Device time of the end of the last one, microseconds.
+    pub end_us: u64,
+    /// Frames that it is the mean of, without those that are missing.
+    pub frames: u32,
+    /// Which hold it is.
+    pub hold: Hold,
+    /// The taxels that are alive: dead ones had an untrustworthy conversion in the hold, or have no noise and the very
+    /// code that they had before the touch.
+    pub taxels: Vec<Pressed, TAXELS>,
 }
 
 /// Counters and readings, about once a second.
@@ -180,11 +292,13 @@ pub enum Event {
     Release(Release),
     /// Counters and readings.
     Health(Health),
+    /// What a hold does to the taxels.
+    Image(Image),
 }
 
-/// What the detector tells: the events but for estimates, which are ten times as large and come from the fit.
+/// What the detector tells: the events but for estimates, which come from the fit; what is large by reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum News {
+pub enum News<'a> {
     /// After start-up.
     Hello(Hello),
     /// The contact spike.
@@ -195,9 +309,11 @@ pub enum News {
     Release(Release),
     /// Counters and readings.
     Health(Health),
+    /// What a hold does to the taxels.
+    Image(&'a Image),
 }
 
-impl From<News> for Event {
+impl From<News<'_>> for Event {
     #[inline(never)]
     fn from(news: News) -> Self {
         match news {
@@ -206,6 +322,7 @@ impl From<News> for Event {
             News::Slide(slide) => Self::Slide(slide),
             News::Release(release) => Self::Release(release),
             News::Health(health) => Self::Health(health),
+            News::Image(image) => Self::Image(image.clone()),
         }
     }
 }

@@ -15,7 +15,9 @@
 use crate::frame::TimedConversion;
 use crate::settings::TAXELS;
 use crate::sine_fit::Fit;
-use crate::telemetry::{Abscissa, Channel, Estimate, Event, Packet, Span, Status, WIRE_MAX, encode};
+use crate::telemetry::{
+    Abscissa, Channel, Direction, Estimate, Event, Packet, Span, Status, Travel, Verdict, WIRE_MAX, encode,
+};
 use crate::window::Values;
 use ads1258::Conversion;
 use core::fmt;
@@ -141,6 +143,14 @@ pub fn longest_packet() -> Packet {
         sigma: 1e-3,
         harmonics: 5,
         frames_missing: u16::MAX,
+        travel: Travel {
+            verdict: Verdict::Contradicted,
+            direction: Direction::Backward,
+            spatial_period_mm: 3.6,
+            spatial_period_sigma_mm: 1e-3,
+            speed_mm_s: 30.0,
+            speed_sigma_mm_s: 1e-2,
+        },
         channels: (0..TAXELS as u8).map(channel).collect(),
     };
     Packet { sequence: u16::MAX, event: Event::Estimate(estimate) }

@@ -160,3 +160,16 @@ fn a_slide_ends_with_the_touch_even_if_something_shakes_the_finger_for_good() {
     assert!(found.iter().any(|(name, at)| *name == "contact" && (8.9..9.2).contains(at)), "{found:?}");
     assert_eq!(last[0], "release", "{found:?}");
 }
+
+/// A knock shakes the finger for 100 ms, less than any slide: in the hold before the slide and in the one after it.
+#[test]
+fn a_knock_during_a_hold_is_no_slide_and_moves_no_end() {
+    let found = changes(8.0, 20.0, |t, sign, lag| {
+        let knock =
+            |from_s: f64| if (from_s..from_s + 0.1).contains(&t) { (TAU * 40.0 * (t - from_s)).sin() } else { 0.0 };
+        let tone = if load(t, 7.0) == 0.0 { 0.0 } else { (TAU * (3.1 * (t - 3.0).clamp(0.0, 2.0) + lag)).sin() };
+        sign * (load(t, 7.0) + 500.0 * (tone + knock(2.0) + knock(6.0)))
+    });
+    let expected = [("contact", 1.0), ("start", 3.0), ("end", 5.0), ("release", 7.0)];
+    assert_told(&found, &expected, 0.02);
+}

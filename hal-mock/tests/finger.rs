@@ -108,6 +108,50 @@ fn under_a_long_contact_the_lag_is_that_of_the_pitch() {
     }
 }
 
+/// Under pressure p(s) cos(k s) a sensor at s sees a wave of the complex number k - i p'/p. A cover of the response R(k)
+/// makes a phase of that, d ln R / dk times p'/p; under a parabola of half width a the units, half a pitch b from its
+/// middle, have 4 b / (a^2 - b^2) of p'/p between them. R of normal strain is (1 + 3 k z) exp(-k z), of shear
+/// k z exp(-k z). To first order: the ends themselves, which the units see too, count as the length to the power of -4.
+#[test]
+fn the_pull_of_the_contacts_ends_is_the_closed_form() {
+    for (contact_mm, off_max) in [(16.0, 0.09), (30.0, 0.05), (60.0, 0.02)] {
+        for period_mm in [2.6, 3.1, 3.6, 4.1] {
+            let finger = Finger { friction: 0.0, lean_mm: 0.0, contact_mm, ..Finger::default() };
+            let (k, z, a, b) = (TAU / period_mm, 1.3, 0.5 * contact_mm, 1.15);
+            let apart = 4.0 * b / (a * a - b * b);
+            // The first piezoresistor alone feels shear; without its share of normal strain, nothing else.
+            for (input, normal_share, wanted) in
+                [(1, 0.5, apart * (z - 3.0 * z / (1.0 + 3.0 * k * z))), (0, 0.0, apart * (z - 1.0 / k))]
+            {
+                let finger = Some(Finger { normal_share, ..finger });
+                let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+                let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
+                let got = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+                assert!((got / wanted - 1.0).abs() < off_max, "{contact_mm}, {period_mm} mm: {got} for {wanted}");
+            }
+        }
+    }
+}
+
+/// The figures that the crate's documentation tells.
+#[test]
+fn the_pull_is_as_strong_as_documented() {
+    for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {
+        let (mut weakest, mut strongest) = (f64::MAX, 0f64);
+        for period_mm in [2.6, 3.1, 3.6, 4.1] {
+            let finger = Some(Finger { contact_mm, ..Finger::default() });
+            let scene = still(Sliding { period_mm, finger, ..Sliding::physical() });
+            let phase = |input: usize| scene.channels()[input].sliding.tone[0].phase_rad();
+            for input in 0..4 {
+                let pull = (phase(input + 4) - phase(input) + TAU * 2.3 / period_mm + PI).rem_euclid(TAU) - PI;
+                (weakest, strongest) = (weakest.min(pull), strongest.max(pull));
+            }
+        }
+        assert!(weakest > least && strongest < most, "{contact_mm} mm: {weakest} to {strongest}");
+        assert!(strongest > most - 0.01, "{contact_mm} mm: {strongest}");
+    }
+}
+
 #[test]
 fn opposite_piezoresistors_and_the_leading_edge_are_as_in_the_paper() {
     for (speed_mm_s, period_mm) in TABLE_2 {

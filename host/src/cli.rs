@@ -1,6 +1,11 @@
 //! The command line: what can be said, and the help that says so.
 
+mod array;
+
+pub use array::ArrayOptions;
+
 use crate::bench::BenchArgs;
+use crate::calibrate::CalibrateArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -28,10 +33,14 @@ pub enum Command {
     Fit(FitArgs),
     /// Run a recording or a scene through the library, behind a simulated ADS1258.
     Replay(ReplayArgs),
+    /// From recordings of gratings of known period: what turns phases between the units into periods.
+    Calibrate(CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(EmulateArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
+    /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
+    Reproduce(ReproduceArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy. `cargo xtask bench` builds what it
     /// needs.
     #[command(hide = true)]
@@ -159,6 +168,9 @@ pub struct SettingsOptions {
     /// By the protocol: length of the slide to use, mm.
     #[arg(long, value_name = "MM", default_value_t = 55.0, requires = "speed")]
     pub length: f32,
+    /// The units and the gratings.
+    #[command(flatten)]
+    pub array: ArrayOptions,
 }
 
 /// `replay`
@@ -263,6 +275,33 @@ pub struct SceneArgs {
     pub json: bool,
 }
 
+/// `reproduce`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Takes a minute or two, and some with --emulated. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
+
+Examples:
+  ridgetone reproduce --out paper
+  ridgetone reproduce --emulated --out paper
+  ridgetone reproduce --render --out paper")]
+pub struct ReproduceArgs {
+    /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
+    #[arg(long)]
+    pub emulated: bool,
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
+    /// Runs of each of the ten combinations, 1 to 4 as in the paper.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4))]
+    pub runs: u32,
+    /// Folder to write to.
+    #[arg(long, value_name = "FOLDER", default_value = "docs")]
+    pub out: PathBuf,
+    /// Measure nothing: write the documents anew from reproduction.json.
+    #[arg(long, conflicts_with_all = ["emulated", "runs"])]
+    pub render: bool,
+}
+
 /// A ratio of powers in decibels; none for no noise at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decibel(pub Option<f64>);
@@ -271,7 +310,8 @@ fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "not a number".into())
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+/// A number greater than zero.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     if value > 0.0 { Ok(value) } else { Err("must be greater than 0".into()) }
 }
@@ -359,7 +399,9 @@ impl SettingsOptions {
         // Asked for with zero they would be switched off: that is out of bounds.
         let asked = |value: Option<f32>| value.map_or(0.0, |value| if value == 0.0 { f32::NAN } else { value });
         let (accuracy, interferer_hz) = (asked(self.accuracy) / 100.0, asked(self.mains));
-        let settings = Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, slide, ..Settings::default() };
+        let array = self.array.array();
+        let settings =
+            Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, slide, array, ..Settings::default() };
         settings.validate().map_err(|error| Senseless(error.to_string()))?;
         Ok(settings)
     }

@@ -1,10 +1,15 @@
 //! The commands: arguments in, output out.
 
 use crate::bench::{BenchArgs, Report};
-use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, SceneArgs};
+use crate::calibrate::{self, CalibrateArgs};
+use crate::cli::{
+    Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, ReproduceArgs, SceneArgs,
+    Senseless,
+};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
+use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
@@ -26,8 +31,10 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.command {
         Command::Fit(args) => fit(&args),
         Command::Replay(args) => run_replay(&args),
+        Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
         Command::Demo(args) => run_demo(&args),
+        Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
         Command::Scene(args) => scene(&args),
     }
@@ -74,6 +81,11 @@ fn run_replay(args: &ReplayArgs) -> Result<()> {
     let outcome = outcome?;
     line_quality(outcome.received, outcome.missing, outcome.damaged);
     Ok(())
+}
+
+fn run_calibrate(args: &CalibrateArgs) -> Result<()> {
+    let found = calibrate::run(args.gratings()?, args.nominal)?;
+    if args.json { output::line(&serde_json::to_string(&found)?) } else { output::line(found.to_string().trim_end()) }
 }
 
 fn emulate(args: &EmulateArgs) -> Result<()> {
@@ -123,6 +135,19 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
         output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
     }
     output::line(demo.summary.to_string().trim_end())
+}
+
+fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    if args.render {
+        return Reproduction::render(&args.out);
+    }
+    if args.firmware.elf.is_some() && !args.emulated {
+        return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
+    }
+    let elf = args.emulated.then(|| image(&args.firmware)).transpose()?;
+    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(firmware(&args.firmware, elf)));
+    Reproduction::measure(args.runs, place)?.write(&args.out)?;
+    output::line(&format!("{}", args.out.join("reproduction.md").display()))
 }
 
 /// What was counted on the chip, and the trade.

@@ -4,9 +4,10 @@ use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::names::status_name;
 use crate::picture::{self, Recording};
+use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone::telemetry::{Contact, Estimate, Event, Health, Packet, Slide, Span};
+use ridgetone::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
 use std::fmt;
 
 /// A run of a scene.
@@ -35,6 +36,8 @@ pub struct Summary {
     pub slide: Option<Slide>,
     /// The fit over it.
     pub estimate: Option<Estimate>,
+    /// The latest static images, before a slide and after one.
+    pub images: [Option<Image>; 2],
     /// Greatest processor load, 0 to 1.
     pub load: f32,
     /// The last health report.
@@ -79,17 +82,22 @@ impl Demo {
     }
 }
 
+/// A truth whose times are told from a zero that is so much earlier, seconds.
+pub(crate) fn later(truth: Truth, by_s: f64) -> Truth {
+    Truth {
+        contact_s: truth.contact_s + by_s,
+        slide_start_s: truth.slide_start_s + by_s,
+        slide_end_s: truth.slide_end_s + by_s,
+        release_s: truth.release_s + by_s,
+        end_s: truth.end_s + by_s,
+        ..truth
+    }
+}
+
 fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
-    let truth = Truth {
-        contact_s: truth.contact_s + zero_s,
-        slide_start_s: truth.slide_start_s + zero_s,
-        slide_end_s: truth.slide_end_s + zero_s,
-        release_s: truth.release_s + zero_s,
-        end_s: truth.end_s + zero_s,
-        ..truth
-    };
+    let truth = later(truth, zero_s);
     let mut summary = Summary {
         speed_mm_s,
         period_mm,
@@ -97,6 +105,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
         contact: None,
         slide: None,
         estimate: None,
+        images: [None, None],
         load: 0.0,
         health: None,
         conversions: (outcome.conversions_served, outcome.conversions_lost),
@@ -107,6 +116,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
             Event::Contact(contact) => summary.contact = Some(*contact),
             Event::Slide(slide) if slide.end_us.is_some() => summary.slide = Some(*slide),
             Event::Estimate(estimate) if estimate.span == Span::Slide => summary.estimate = Some(estimate.clone()),
+            Event::Image(image) => summary.images[(image.hold == Hold::AfterSlide) as usize] = Some(image.clone()),
             Event::Health(health) => {
                 summary.load = summary.load.max(health.load);
                 summary.health = Some(*health);
@@ -145,6 +155,15 @@ impl fmt::Display for Summary {
             }
             Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
+        }
+        let map = |image: &Option<Image>| match image {
+            Some(image) => static_image::text(image, ""),
+            None => "not found\n\n\n\n".into(),
+        };
+        let [before, after] = self.images.each_ref().map(map);
+        writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
+        for (before, after) in before.lines().zip(after.lines()) {
+            writeln!(f, "{before:<44}{after}")?;
         }
         writeln!(f)?;
         if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {

@@ -5,18 +5,23 @@
 //! | a recording through the fit alone | [`grid`], [`table_fit`], [`fit_report`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
+//! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | packets as text and as JSON | [`events`] |
+//! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
 //! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
+//! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
 #![forbid(unsafe_code)]
 
+mod axis;
 pub mod bench;
 pub mod bound;
+pub mod calibrate;
 pub mod cli;
 pub mod commands;
 pub mod demo;
@@ -25,13 +30,17 @@ pub mod events;
 pub mod fit_report;
 pub mod grid;
 pub mod input;
+mod markdown;
 mod names;
 pub mod output;
+mod parallel;
 pub mod picture;
 pub mod replay;
+pub mod reproduce;
 pub mod setting;
 pub mod simulated;
 pub mod speed;
+pub mod static_image;
 mod svg;
 pub mod table_fit;
 mod tone;

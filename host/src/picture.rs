@@ -2,7 +2,7 @@
 //!
 //! Channels are told apart by place and label, data from fit by dots and line; colour only helps.
 
-mod layout;
+pub(crate) mod layout;
 mod recording;
 
 pub use recording::Recording;

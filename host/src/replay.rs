@@ -15,7 +15,7 @@ use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 ///
 /// Any whole microsecond gives the same numbers as the emulated board, whose START rises at a whole one too: then the
 /// DRDY edges fall on the same microseconds after it, and device time begins with the first of them.
-const START_US: u32 = 20_100;
+pub const START_US: u32 = 20_100;
 
 /// Conversions between two reports of progress.
 const PROGRESS_EVERY: u64 = 2048;
@@ -48,6 +48,21 @@ pub fn run(
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
+    run_watched(input, settings, profile, sink, progress, &mut |_| {})
+}
+
+/// As [`run`]; `watch` sees every conversion, with the board's time of its DRDY edge.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_watched(
+    input: Opened,
+    settings: Settings,
+    profile: Option<Profile>,
+    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+    watch: &mut dyn FnMut(TimedConversion),
+) -> Result<Outcome> {
     let end_s = input.end_s;
     let mut wire = Wire::new(sink);
     let mut pipeline = Box::new(Pipeline::new(settings));
@@ -55,6 +70,7 @@ pub fn run(
     wire.send(pipeline.hello());
     let mut count = 0;
     conversions(input, &mut |timed| {
+        watch(timed);
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
         count += 1;

@@ -66,6 +66,13 @@ impl Svg {
         ));
     }
 
+    /// A filled rectangle, so opaque from 0 to 1.
+    pub fn shade(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str, opacity: f64) {
+        self.push(&format!(
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\" fill-opacity=\"{opacity:.2}\"/>"
+        ));
+    }
+
     /// A line through points.
     pub fn path(&mut self, points: &[(f64, f64)], class: &str) {
         self.any_path(points, "class", class);

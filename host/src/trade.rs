@@ -7,13 +7,12 @@ mod chart;
 mod contender;
 mod document;
 mod grid;
-mod parallel;
 mod tables;
 mod text;
 
 pub use accuracy::{Accuracy, Answer, Error, Sample};
 pub use bars::{Bars, Cell, Found, Windows};
-pub use contender::Contender;
+pub use contender::{Contender, fit};
 pub use document::{advice, with_advice};
 pub use grid::Row;
 

@@ -3,12 +3,14 @@
 //! The spike is found as in the paper's equations 2 and 3, over all taxels and as the data come: the
 //! taxel whose deviation from its idle level is the greatest tells the time. The slide comes either
 //! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
-//! begin to change and ends when they stop, both dated back to the frame where it happened.
+//! begin to change and ends when they stop, both dated back to the frame where it happened: the end along the creep of
+//! the skin, which goes on when nothing moves any more.
 //!
 //! A block of frames is dealt with while the next one comes, a share of the taxels with each frame; what a decision
 //! needs is summed up in the same way, with the block after it. What is to be dated is told when it is: a slide's
-//! end and a release up to a fifth of a second later.
+//! end and a release up to a quarter of a second later.
 
+mod held;
 mod settling;
 mod slide;
 mod sought;
@@ -18,6 +20,7 @@ use crate::dating::Search;
 use crate::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::settings::{SlideRule, TAXELS};
 use crate::window::{Ring, Values};
+pub use held::{Held, Imprint};
 use settling::After;
 use sought::Sought;
 use spike::Spike;
@@ -32,6 +35,9 @@ const TOUCHED: f32 = 100.0;
 const SPIKE_FRAMES: u32 = 72;
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
+/// Latest blocks that are no part of the level that was held: that in which a motion is noticed, and the one before it,
+/// which may hold the first of it already.
+const HELD_BACK: usize = 2;
 /// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
 const BACK_AT_IDLE: f32 = 0.1;
 
@@ -101,9 +107,13 @@ pub struct ContactDetector {
     before: Option<Values>,
     /// By how much nearer to it the idle level is than the block of the first touch, as far as it is summed up.
     crept: f32,
+    /// Mean over the latest hold, or where the taxels came to before there was one.
     loaded: Values,
-    /// Whether the loaded level is to become that of the latest block.
-    loaded_follows: bool,
+    /// How far the loaded level is to follow the block that is [`HELD_BACK`] back.
+    loaded_follows: f32,
+    held: Held,
+    /// Whether that hold is over and its image not told yet.
+    image_due: bool,
     /// Squared distance of the loaded level from idle, in units of the latest noise.
     load: f32,
     spike: Spike,
@@ -139,7 +149,9 @@ impl ContactDetector {
             before: None,
             crept: 0.0,
             loaded: [0.0; TAXELS],
-            loaded_follows: false,
+            loaded_follows: 0.0,
+            held: Held::new(false),
+            image_due: false,
             load: 0.0,
             spike: Spike::new(),
             touched: 0,
@@ -176,6 +188,9 @@ impl ContactDetector {
         for turn in self.motion.turn()..BLOCK_FRAMES as usize {
             self.evaluate(turn, ring, changed);
         }
+        if matches!(self.phase, Phase::Hold | Phase::Moving { .. }) {
+            self.end_hold();
+        }
         if let Phase::Slide(start) = self.phase {
             let end = if self.planned.is_some() { number } else { self.moving_until };
             self.enter(Phase::Hold);
@@ -189,7 +204,7 @@ impl ContactDetector {
     #[inline(never)]
     fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         if self.idle_follows > 0.0 {
-            self.motion.approach(&mut self.idle, turn, self.idle_follows);
+            self.motion.approach(&mut self.idle, turn, self.idle_follows, 0);
         }
         match self.phase {
             Phase::Spike(since) => self.follow_spike(turn, since, ring),
@@ -197,14 +212,14 @@ impl ContactDetector {
             Phase::Moving { .. } if self.level_due => self.sum_up_held(turn),
             _ => {}
         }
-        if self.loaded_follows {
-            self.motion.copy(&mut self.loaded, turn);
+        if self.loaded_follows > 0.0 {
+            self.motion.approach(&mut self.loaded, turn, self.loaded_follows, HELD_BACK);
         }
         // While something slides the noise is not learned, and the load stays what it is.
         let holding = matches!(self.phase, Phase::Hold | Phase::Moving { .. });
         let (other, sliding) = (holding.then_some(&self.loaded), matches!(self.phase, Phase::Slide(_)));
         let Some(block) = self.motion.evaluate(turn, &self.idle, other, sliding) else { return };
-        (self.idle_follows, self.loaded_follows) = (0.0, false);
+        (self.idle_follows, self.loaded_follows) = (0.0, 0.0);
         if holding {
             self.load = block.other;
         }
@@ -246,7 +261,8 @@ impl ContactDetector {
                 false
             }
             Phase::Settling(after, over) => {
-                self.settled(after, over, ring, changed) && self.hold(number, block, ring, changed)
+                self.settled(after, over, ring, changed);
+                false
             }
             Phase::Hold => self.hold(number, block, ring, changed),
             Phase::Moving { quick, any } => {

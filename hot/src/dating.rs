@@ -3,6 +3,7 @@
 //! That something moves is known a few blocks late; the ring still holds the frames. They are looked
 //! at a few at a time, so that no frame's work is much more than another's.
 
+use crate::motion::{SHARES, share, share_mut};
 use crate::settings::TAXELS;
 use crate::window::{Ring, Values, reached};
 
@@ -17,6 +18,8 @@ pub const LOOK: u32 = 2;
 #[derive(Clone, Debug)]
 pub struct Search {
     level: Values,
+    /// How much the level rises in [`SHARES`] frames.
+    creep: Values,
     /// As the noise was when the search began.
     weights: Values,
     aim: Aim,
@@ -48,6 +51,7 @@ impl Search {
     pub const fn new() -> Self {
         Self {
             level: [0.0; TAXELS],
+            creep: [0.0; TAXELS],
             weights: [0.0; TAXELS],
             aim: Aim::Ahead,
             frame: 0,
@@ -72,7 +76,23 @@ impl Search {
     pub fn arrival(&mut self, weights: &Values, level: &Values, number: u32) {
         // One more than is searched: a border is known by the frame before it.
         self.begin(Aim::Arrival, weights, level, number, SEARCH_FRAMES + 1);
+        self.creep = [0.0; TAXELS];
         self.was_off = false;
+    }
+
+    /// Level and creep for the next [`Self::creeping_arrival`], to be filled in while nothing is searched for: the latter
+    /// is how much the level rises in [`SHARES`] frames.
+    pub fn line(&mut self) -> (&mut Values, &mut Values) {
+        (&mut self.level, &mut self.creep)
+    }
+
+    /// As [`Self::arrival`], at the level of [`Self::line`] in frame `number` and creeping before it; the taxels came
+    /// there no earlier than in frame `earliest`.
+    pub fn creeping_arrival(&mut self, weights: &Values, number: u32, earliest: u32) {
+        self.weights = *weights;
+        (self.aim, self.frame, self.result, self.over, self.was_off) = (Aim::Arrival, number, earliest, false, false);
+        // Two more than are searched: two frames off the level tell a border.
+        self.left = number.wrapping_sub(earliest).min(SEARCH_FRAMES) + 2;
     }
 
     #[inline(never)]
@@ -151,9 +171,21 @@ impl Search {
                 } else {
                     self.was_off = off;
                     self.frame = self.frame.wrapping_sub(1);
+                    if self.aim == Aim::Arrival {
+                        self.creep_back();
+                    }
                     self.over = self.left == 0;
                 }
             }
+        }
+    }
+
+    /// The level one frame earlier: of a share of the taxels, the others' turn comes with the next frames.
+    fn creep_back(&mut self) {
+        let turn = self.left as usize % SHARES;
+        let creep = share(&self.creep, turn);
+        for (level, creep) in share_mut(&mut self.level, turn).iter_mut().zip(creep) {
+            *level -= creep;
         }
     }
 

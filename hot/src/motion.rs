@@ -29,6 +29,10 @@ const LONG: usize = 8;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 267 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
+/// Most blocks that a mean of four can leave out.
+pub const SKIP_MAX: usize = HISTORY - 5;
+/// Least distance of two means of four blocks that tells a creep, blocks: less and they share some.
+const CREEP_BLOCKS: usize = 4;
 /// A comparison of sixteen taxels above this is motion: a chi-square's mean of 16 and eight of its
 /// standard deviations of 5.7. A day has 5 million blocks.
 const MOVING: f32 = 61.0;
@@ -118,8 +122,9 @@ impl Motion {
     pub fn push(&mut self, values: &Values) -> bool {
         if !self.begun {
             self.begun = true;
-            // Nothing before it that it could differ from.
-            self.frames = [[*values; BLOCK_FRAMES as usize]; 2];
+            // Nothing before it that it could differ from. Of the block before it only this is ever looked at.
+            let [.., before] = &mut self.frames[(self.under_way ^ 1) % 2];
+            *before = *values;
         }
         self.frames[self.under_way % 2][self.count % SHARES] = *values;
         self.count += 1;
@@ -244,18 +249,13 @@ impl Motion {
         self.noise.teaches = true;
     }
 
-    /// Moves one share of a level by so much of the way to the mean of the latest block.
-    pub fn approach(&self, level: &mut Values, turn: usize, by: f32) {
-        let (mut moved, mean) = (*share(level, turn), share(self.past.back(0), turn));
+    /// Moves one share of a level by so much of the way to the mean of a block, the `skip` latest left out.
+    pub fn approach(&self, level: &mut Values, turn: usize, by: f32, skip: usize) {
+        let (mut moved, mean) = (*share(level, turn), share(self.past.back(skip), turn));
         for c in 0..SHARE {
             moved[c] += by * (mean[c] - moved[c]);
         }
         put(level, turn, moved);
-    }
-
-    /// Sets one share of a level to the mean of the latest block.
-    pub fn copy(&self, level: &mut Values, turn: usize) {
-        put(level, turn, *share(self.past.back(0), turn));
     }
 
     /// Mean of the latest block.
@@ -274,6 +274,20 @@ impl Motion {
         let mean = self.past.mean_of_four(turn, skip);
         put(level, turn, mean);
         distance(share(&self.noise.weights, turn), &mean, share(from, turn))
+    }
+
+    /// Sets one share of `creep` to what the blocks say it is: from the mean of four blocks, the `skip` latest left
+    /// out, to `later`, that of the four latest, divided by the blocks between them. Gives the earlier mean to `level`.
+    /// Too few blocks tell nothing: then the level stays.
+    pub fn creep(&self, level: &mut Values, creep: &mut Values, later: &Values, turn: usize, skip: usize) {
+        let (earlier, later) = (self.past.mean_of_four(turn, skip), share(later, turn));
+        put(level, turn, earlier);
+        let per_block = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / skip as f32 };
+        let mut rise = [0.0; SHARE];
+        for c in 0..SHARE {
+            rise[c] = (later[c] - earlier[c]) * per_block;
+        }
+        put(creep, turn, rise);
     }
 
     /// One over the variance of each taxel's frames.

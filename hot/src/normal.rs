@@ -61,6 +61,7 @@ impl Normal {
 
     /// Solves the factor's own equations for one right-hand side, in place: half way to the solution. Its
     /// product with another such is that of the one's solution with the other.
+    #[inline(never)]
     pub fn forward(&self, x: &mut Vector) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
             x[i] = (x[i] - dot(&row[..i], &x[..i])) * row[i];

@@ -1,5 +1,6 @@
 //! What a user may set, with units, bounds and where each default comes from.
 
+use core::f32::consts::PI;
 use serde::{Deserialize, Serialize};
 
 /// Taxels: analog inputs AIN0 to AIN15, one piezoresistor each.
@@ -32,6 +33,51 @@ pub enum SlideRule {
     },
 }
 
+/// Where the piezoresistors are, and what is known of the gratings: what turns phases into a spatial period.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Array {
+    /// From one column of units to the other along the motion, millimetres, as the phases have it: turns of lag over
+    /// cycles per millimetre. That is the units' pitch under a contact much longer than it. See
+    /// [`Self::pull_rad`].
+    pub pitch_mm: f32,
+    /// By how much the contact's ends pull the columns' phases together, radians. The lag is 2 pi `pitch_mm` / period -
+    /// `pull_rad`; both come from gratings of known period.
+    pub pull_rad: f32,
+    /// Standard deviation of what that straight line leaves of true lags, radians.
+    pub pull_sigma_rad: f32,
+    /// Shortest spatial period that is possible, millimetres.
+    pub period_least_mm: f32,
+    /// Longest spatial period that is possible, millimetres.
+    pub period_most_mm: f32,
+    /// Whether the grating may go along +x.
+    pub may_go_forward: bool,
+    /// Whether it may go back. Where only one way is possible, every period from one pitch on has an answer of its own.
+    pub may_go_backward: bool,
+    /// Bit k: taxel k is in the column in front, the one further along +x.
+    pub front: u16,
+    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in none has no say.
+    pub alike: [u16; 4],
+}
+
+impl Array {
+    /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
+    /// 2 and 4 are in front. The units' pitch is 2.3 mm; what a contact 8 mm long makes of it was measured on the
+    /// simulated finger, with gratings that are not the paper's (`host/tests/calibrate.rs`). **Measure it on your own
+    /// finger**: it changes with the contact's length, hence with the force. Periods are those of the paper's gratings
+    /// and a little more, as far as there is but one answer.
+    pub const DEFAULT: Self = Self {
+        pitch_mm: 2.364,
+        pull_rad: 0.41,
+        pull_sigma_rad: 0.01,
+        period_least_mm: 2.3,
+        period_most_mm: 4.2,
+        may_go_forward: true,
+        may_go_backward: true,
+        front: 0xf0f0,
+        alike: [0x1111, 0x2222, 0x4444, 0x8888],
+    };
+}
+
 /// Everything a user may set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -49,8 +95,10 @@ pub struct Settings {
     pub interferer_hz: f32,
     /// Reference voltage of the ADC, volts.
     pub vref_v: f32,
-    /// Where the sliding phase comes from.
+    /// Where the sliding phase comes from. By the protocol its speed gives the spatial period too.
     pub slide: SlideRule,
+    /// Where the piezoresistors are.
+    pub array: Array,
 }
 
 impl Default for Settings {
@@ -93,6 +141,7 @@ impl Settings {
         interferer_hz: 0.0,
         vref_v: 4.096,
         slide: SlideRule::Found,
+        array: Array::DEFAULT,
     };
 
     /// Checks every bound; the first field outside is told.
@@ -123,6 +172,12 @@ impl Settings {
             check("speed_mm_s", speed_mm_s, 0.1, 2000.0)?;
             check("length_mm", length_mm, 0.1, 2000.0)?;
         }
+        let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
+        check("pitch_mm", pitch_mm, 0.1, 100.0)?;
+        check("pull_rad", pull_rad, -PI, PI)?;
+        check("pull_sigma_rad", pull_sigma_rad, 0.0, PI)?;
+        check("period_least_mm", period_least_mm, 0.1, 100.0)?;
+        check("period_most_mm", period_most_mm, period_least_mm, 100.0)?;
         Ok(())
     }
 }
@@ -140,6 +195,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_is_named() {
+        let with = |array| Settings { array, ..Settings::DEFAULT };
         for (settings, field) in [
             (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
             (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
@@ -149,6 +205,11 @@ mod tests {
             (Settings { accuracy: f32::NAN, ..Settings::DEFAULT }, "accuracy"),
             (Settings { interferer_hz: -50.0, ..Settings::DEFAULT }, "interferer_hz"),
             (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
+            (with(Array { pitch_mm: 0.0, ..Array::DEFAULT }), "pitch_mm"),
+            (with(Array { pull_rad: 4.0, ..Array::DEFAULT }), "pull_rad"),
+            (with(Array { pull_sigma_rad: f32::NAN, ..Array::DEFAULT }), "pull_sigma_rad"),
+            (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
+            (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },

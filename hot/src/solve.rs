@@ -280,6 +280,20 @@ impl Solution {
         }
     }
 
+    /// What noise of variance 1 makes of the fundamental's factors: variance of the cosine's and of the sine's, and
+    /// their covariance. The same in every channel. None before there is a solution with a wave.
+    #[inline(never)]
+    pub fn fundamental_covariance(&self) -> Option<[f32; 3]> {
+        // Half ways to the columns of the inverse: their products are its elements.
+        let mut columns = [[0.0; UNKNOWNS]; 2];
+        for (column, index) in columns.iter_mut().zip(self.shape.first_wave()..) {
+            *column.get_mut(index)? = 1.0;
+            self.room.normal.forward(column);
+        }
+        let [cos, sin] = &columns;
+        Some([dot_all(cos, cos), dot_all(sin, sin), dot_all(cos, sin)])
+    }
+
     /// Solves at the frequency `nu` of `moments`, which without harmonics there is none of. None if the unknowns
     /// cannot be told apart there.
     #[inline(never)]

@@ -12,8 +12,8 @@ use ads1258::reading;
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;
 /// Most frames of a window. Until a slide's end is noticed the ring goes on for 20 blocks of 4 frames, for one more
-/// until it is known what came after, and for about 13 until it is dated; 24 frames more, 0.1 s, are left for the fit
-/// to read the oldest of them.
+/// until it is known what came after, and for up to 9 until it is dated; 40 frames more, 0.17 s, are left for the fit to
+/// read the oldest of them.
 pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
 
 /// Frames that the ring may take in before the fit has read its oldest, 66 ms.
@@ -22,7 +22,7 @@ const READING_FRAMES: u32 = 16;
 /// Knows when frames were and which windows are wanted.
 #[derive(Clone, Debug)]
 pub(super) struct Teller {
-    volts_per_code: f32,
+    pub volts_per_code: f32,
     /// Code of every taxel in the first complete frame: what the ring's values are relative to.
     pub reference: Values,
     window_frames: u32,
@@ -138,7 +138,7 @@ impl Teller {
     /// Device time of a frame's first slot. Frames that the ring does not hold are reckoned at the
     /// nominal rate.
     #[inline(never)]
-    fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
+    pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
         let (number, t_us) = self.latest;
         match ring.t_us(frame) {
             Some(low) => t_us.wrapping_sub((t_us as u32).wrapping_sub(low) as u64),

@@ -3,7 +3,7 @@
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::settings::{Settings, SlideRule};
+use ridgetone::settings::{Array, Settings, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and bytes that nobody ordered.
 #[test]
@@ -29,8 +29,19 @@ fn any_settings_are_refused_or_run() {
             interferer_hz: if n % 7 < 4 { 0.0 } else { between(5.0, 1000.0) },
             vref_v: between(0.5, 5.5),
             slide: if n % 2 == 0 { SlideRule::Found } else { protocol },
+            array: Array {
+                pitch_mm: between(0.1, 100.0),
+                pull_rad: between(-3.1, 3.1),
+                pull_sigma_rad: between(0.0, 3.1),
+                period_least_mm: between(0.1, 4.0),
+                period_most_mm: between(4.0, 100.0),
+                may_go_forward: n % 3 > 0,
+                may_go_backward: n % 3 < 2,
+                front: 0xf0f0,
+                alike: [0x1111, 0x2222, 0xcccc, 0],
+            },
         };
-        let mut room = [0; 64];
+        let mut room = [0; 128];
         let bytes = postcard::to_slice(&settings, &mut room).unwrap();
         for _ in 0..n % 3 {
             let at = rng.next_u32() as usize % bytes.len();

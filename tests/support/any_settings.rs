@@ -32,7 +32,10 @@ pub fn try_settings(bytes: &[u8]) -> bool {
 fn look_at(event: &Event) {
     if let Event::Estimate(fit) = event {
         let channels = fit.channels.iter().flat_map(|c| [c.offset_v, c.amplitude_v, c.phase_rad, c.residual_v]);
-        let all = [fit.window_s, fit.frequency, fit.sigma].into_iter().chain(channels);
+        let travel = &fit.travel;
+        let period = [travel.spatial_period_mm, travel.spatial_period_sigma_mm];
+        let speed = [travel.speed_mm_s, travel.speed_sigma_mm_s];
+        let all = [fit.window_s, fit.frequency, fit.sigma].into_iter().chain(channels).chain(period).chain(speed);
         assert!(all.into_iter().all(f32::is_finite), "{fit:?}");
         assert!(fit.status != Status::Good || fit.sigma > 0.0 && fit.frequency > 0.0, "{fit:?}");
     }

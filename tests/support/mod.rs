@@ -22,9 +22,18 @@ pub fn run_along(
     scene: impl Scene + 'static,
     settings: Settings,
     profile: Option<Profile>,
+    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
+) -> Vec<Event> {
+    run_on(Rig::new(scene, Options::default()), settings, profile, keep)
+}
+
+/// The same on a rig of one's own.
+pub fn run_on(
+    rig: Rig,
+    settings: Settings,
+    profile: Option<Profile>,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    let rig = Rig::new(scene, Options::default());
     let mut adc = ads1258::Ads1258::new(rig.spi());
     let mut start = rig.start_pin();
     adc.stop(&mut start).unwrap();
@@ -87,6 +96,8 @@ pub struct Outcome {
     pub slide_fits: Vec<ridgetone::telemetry::Estimate>,
     /// Fits over windows.
     pub window_fits: Vec<ridgetone::telemetry::Estimate>,
+    /// Static images.
+    pub images: Vec<ridgetone::telemetry::Image>,
     /// The last health message.
     pub health: ridgetone::telemetry::Health,
 }
@@ -105,6 +116,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) if fit.span == ridgetone::telemetry::Span::Slide => out.slide_fits.push(fit.clone()),
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
+            Event::Image(image) => out.images.push(image.clone()),
             Event::Hello(_) => {}
         }
     }

@@ -7,8 +7,11 @@ use anyhow::{Context, Result};
 use std::fs;
 use std::path::Path;
 
-/// Installs what is missing, builds, runs, and tells where the picture is.
-pub fn run(svg: &Path) -> Result<()> {
+/// Installs what is missing, builds, runs a scene file or else the default scene, and tells where the picture is.
+pub fn run(svg: &Path, scene: Option<&Path>) -> Result<()> {
+    // Before anything that takes long.
+    let absolute = |path: &Path| fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()));
+    let scene = scene.map(absolute).transpose()?;
     setup::qemu()?;
     let (elf, _) = images::build(Board::Emulated.image())?;
     let svg = root().join(svg);
@@ -21,7 +24,11 @@ pub fn run(svg: &Path) -> Result<()> {
     tell("sliding a grating over the emulated finger");
     let mut demo = clean("cargo");
     demo.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "demo"]);
-    tools::run(demo.arg("--elf").arg(elf).arg("--svg").arg(&svg))?;
+    demo.arg("--elf").arg(elf).arg("--svg").arg(&svg);
+    if let Some(scene) = scene {
+        demo.arg("--scene").arg(scene);
+    }
+    tools::run(&mut demo)?;
     println!("picture         {}", svg.display());
     Ok(())
 }

@@ -31,13 +31,16 @@ enum Task {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
         svg: PathBuf,
+        /// A scene file in place of the default grating, such as scenes/c1.toml.
+        #[arg(long, value_name = "FILE")]
+        scene: Option<PathBuf>,
     },
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet.
     Bench(bench::BenchArguments),
     /// Runs every test, those of the emulated firmware included.
     Test,
-    /// Finds or installs what the firmware needs: the core library for Cortex-M, the emulator.
+    /// Finds or installs what the firmware and its tests need: the core library for Cortex-M, the emulator, a browser.
     Setup,
     /// Builds the firmware images, checks that there is code in them, tells their sizes.
     Firmware {
@@ -53,7 +56,7 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Demo { svg } => demo::run(&svg),
+        Task::Demo { svg, scene } => demo::run(&svg, scene.as_deref()),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Test => test::run(),
         Task::LintFirmware => images::lint(),

@@ -1,10 +1,16 @@
-//! `setup`: all that the firmware and its emulator need.
+//! `setup`: all that the firmware, its emulator and the tests need.
 
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
+
+/// Programs of the browser that a test looks at the reproduction's page with; the first is Debian's.
+const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
+
+/// What Debian has a browser in, and letters for it.
+const BROWSER_PACKAGES: [&str; 2] = ["chromium", "fonts-dejavu-core"];
 
 /// The emulator's program.
 const QEMU: &str = "qemu-system-arm";
@@ -23,6 +29,10 @@ pub fn run() -> Result<()> {
     let qemu = qemu()?;
     let version = output_of(clean(&qemu).arg("--version"))?;
     println!("emulator: {}", version.lines().next().unwrap_or_default());
+    match browser() {
+        Ok(path) => println!("browser: {}", path.display()),
+        Err(error) => println!("browser: not there ({error:#}); needed for one of the tests only"),
+    }
     match find("probe-rs") {
         Some(path) => println!("probe-rs: {}", path.display()),
         None => println!("probe-rs: not there; needed for `flash` only, see https://probe.rs"),
@@ -41,4 +51,13 @@ pub fn qemu() -> Result<PathBuf> {
         bail!("{} does not know the machine {MACHINE}", path.display());
     }
     Ok(path)
+}
+
+/// A browser, installed if there is none.
+pub fn browser() -> Result<PathBuf> {
+    let there = || BROWSERS.into_iter().find_map(find);
+    if there().is_none() {
+        install::debian(&BROWSER_PACKAGES).context("a browser is missing")?;
+    }
+    there().with_context(|| format!("none of {} is in PATH", BROWSERS.join(", ")))
 }

@@ -5,9 +5,10 @@ use crate::setup;
 use crate::tools::{self, clean, tell};
 use anyhow::{Context, Result};
 
-/// Runs the tests that need no emulator, then those that do, on an image built from this tree.
+/// Runs the tests that need no emulator, then those that do, on an image built from this tree, and the one that needs a browser.
 pub fn run() -> Result<()> {
     setup::qemu()?;
+    let browser = setup::browser()?;
     images::build(Board::Emulated.image())?;
     let (bench, _) = images::build(images::BENCH)?;
     let (rivals, _) = images::build(images::RIVALS)?;
@@ -17,6 +18,10 @@ pub fn run() -> Result<()> {
     let mut emulated = clean("cargo");
     emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--", "--ignored"]);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
+    tell("the test of the reproduction's page in a browser");
+    let mut page = clean("cargo");
+    page.args(["test", "--package", "ridgetone-host", "--test", "page", "--", "--ignored", "--test-threads=1"]);
+    tools::run(page.env("RIDGETONE_BROWSER", browser)).context("the test of the page")?;
     tell("the test of the benchmark");
     let mut counted = clean("cargo");
     counted.args(["test", "--package", "ridgetone-host", "--test", "bench", "--", "--ignored"]);

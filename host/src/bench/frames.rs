@@ -8,7 +8,7 @@ use hal_mock::Truth;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::pipeline::{Counters, Detector};
 use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Event, Packet, WIRE_MAX};
+use ridgetone::telemetry::{Event, News, Packet, WIRE_MAX};
 use ridgetone::window::Ring;
 use ridgetone::workload::{Measured, Wire};
 use serde::Serialize;
@@ -63,7 +63,7 @@ impl Frames {
         for scan in self.conversions.chunks(SLOTS as usize) {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
-                let mut emit = |news| events.push(Event::from(news));
+                let mut emit = |news: News| events.push(Event::from(news));
                 detector.push(*conversion, &mut ring, &Counters::default(), &mut emit, &mut |_| due += 1);
             }
             for event in events {

@@ -1,9 +1,9 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use crate::names::{span_name, status_name};
+use crate::names::{direction_name, hold_name, span_name, status_name, verdict_name};
 use crate::tone::{JsonTone, abscissa_name, period_f32};
-use ridgetone::settings::{Settings, SlideRule};
-use ridgetone::telemetry::{Channel, Event, Packet};
+use ridgetone::settings::{Array, Settings, SlideRule};
+use ridgetone::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
 
 #[derive(Serialize)]
@@ -40,6 +40,8 @@ enum Body<'a> {
         status: &'static str,
         harmonics: u8,
         frames_missing: u16,
+        #[serde(flatten)]
+        travel: JsonTravel,
         channels: &'a [Channel],
     },
     Release {
@@ -63,6 +65,15 @@ enum Body<'a> {
         offset_v: f32,
         gain: f32,
     },
+    Image {
+        sequence: u16,
+        t_s: f64,
+        start_s: f64,
+        end_s: f64,
+        hold: &'static str,
+        frames: u32,
+        taxels: &'a [Pressed],
+    },
 }
 
 #[derive(Serialize)]
@@ -74,6 +85,32 @@ struct JsonSettings {
     interferer_hz: f32,
     vref_v: f32,
     slide: JsonSlide,
+    array: Array,
+}
+
+/// Spatial period, speed and direction; null where they are not known.
+#[derive(Serialize)]
+struct JsonTravel {
+    travel: &'static str,
+    direction: Option<&'static str>,
+    spatial_period_mm: Option<f32>,
+    spatial_period_sigma_mm: Option<f32>,
+    speed_mm_s: Option<f32>,
+    speed_sigma_mm_s: Option<f32>,
+}
+
+impl From<&Travel> for JsonTravel {
+    fn from(travel: &Travel) -> Self {
+        let known = |value| travel.is_known().then_some(value);
+        Self {
+            travel: verdict_name(travel.verdict),
+            direction: direction_name(travel.direction),
+            spatial_period_mm: known(travel.spatial_period_mm),
+            spatial_period_sigma_mm: known(travel.spatial_period_sigma_mm),
+            speed_mm_s: known(travel.speed_mm_s),
+            speed_sigma_mm_s: known(travel.speed_sigma_mm_s),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -98,6 +135,7 @@ impl From<&Settings> for JsonSettings {
                     JsonSlide::Protocol { delay_s, speed_mm_s, length_mm }
                 }
             },
+            array: settings.array,
         }
     }
 }
@@ -138,6 +176,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             status: status_name(e.status),
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,
+            travel: (&e.travel).into(),
             channels: &e.channels,
         },
         Event::Release(e) => Body::Release { sequence, t_s: seconds(e.t_us) },
@@ -158,6 +197,15 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             offset_v: e.offset_v,
             gain: e.gain,
         },
+        Event::Image(e) => Body::Image {
+            sequence,
+            t_s: seconds(e.end_us),
+            start_s: seconds(e.start_us),
+            end_s: seconds(e.end_us),
+            hold: hold_name(e.hold),
+            frames: e.frames,
+            taxels: &e.taxels,
+        },
     };
     serde_json::to_string(&body)
 }
@@ -165,7 +213,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Abscissa, Contact, Estimate, Slide, Span, Status};
+    use ridgetone::telemetry::{Abscissa, Contact, Direction, Estimate, Hold, Image, Slide, Span, Status, Verdict};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -181,6 +229,17 @@ mod tests {
     }
 
     #[test]
+    fn an_image_has_the_taxels_that_are_alive() {
+        let taxels = [0, 2].map(|taxel| Pressed { taxel, level_v: 0.5, sigma_v: 0.25 }).into_iter().collect();
+        let image = Image { start_us: 3_500_000, end_us: 4_500_000, frames: 240, hold: Hold::AfterSlide, taxels };
+        let line = json(&Packet { sequence: 9, event: Event::Image(image) }).unwrap();
+        assert_eq!(
+            line,
+            r#"{"type":"image","sequence":9,"t_s":4.5,"start_s":3.5,"end_s":4.5,"hold":"after_slide","frames":240,"taxels":[{"taxel":0,"level_v":0.5,"sigma_v":0.25},{"taxel":2,"level_v":0.5,"sigma_v":0.25}]}"#
+        );
+    }
+
+    #[test]
     fn no_tone_no_frequency() {
         let estimate = Estimate {
             t_us: 2_000_000,
@@ -192,12 +251,13 @@ mod tests {
             sigma: 0.0,
             harmonics: 0,
             frames_missing: 2,
+            travel: Travel::NONE,
             channels: Default::default(),
         };
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         assert_eq!(
             line,
-            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"channels":[]}"#
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
         );
     }
 
@@ -213,11 +273,21 @@ mod tests {
             sigma: 0.0625,
             harmonics: 1,
             frames_missing: 0,
+            travel: Travel {
+                verdict: Verdict::Told,
+                direction: Direction::Backward,
+                spatial_period_mm: 4.0,
+                spatial_period_sigma_mm: 1.0,
+                speed_mm_s: 30.0,
+                speed_sigma_mm_s: 0.0,
+            },
             channels: Default::default(),
         };
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"status""#;
         assert!(line.contains(tone), "{line}");
+        let travel = r#""travel":"told","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
+        assert!(line.contains(travel), "{line}");
     }
 
     #[test]

@@ -1,11 +1,14 @@
-//! One line a packet: time, what, and its values with units.
+//! One line a packet: time, what, and its values with units. A static image has its map behind it.
 
-use crate::names::status_name;
+use crate::names::{direction_name, status_name, verdict_name};
+use crate::static_image;
 use crate::tone::period_f32;
 use ridgetone::settings::SlideRule;
-use ridgetone::telemetry::{Abscissa, Channel, Estimate, Event, Health, Hello, Packet, Span};
+use ridgetone::telemetry::{
+    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, Verdict,
+};
 
-/// A packet as one line, without its end.
+/// A packet as one line, without its end; an image as five.
 pub fn text(packet: &Packet) -> String {
     match &packet.event {
         Event::Hello(e) => format!("{:>10}  hello     {}", "", hello(e)),
@@ -22,6 +25,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Estimate(e) => line(e.t_us, "estimate", &estimate(e)),
         Event::Release(e) => line(e.t_us, "release", "the finger is off"),
         Event::Health(e) => line(e.t_us, "health", &health(e)),
+        Event::Image(e) => line(e.end_us, "image", &image(e)),
     }
 }
 
@@ -78,10 +82,39 @@ fn estimate(e: &Estimate) -> String {
             out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
         }
     }
+    if e.travel.verdict != Verdict::Nothing {
+        out += &format!("; {}", travel(&e.travel));
+    }
     if e.frames_missing > 0 {
         out += &format!(", {} frames missing", e.frames_missing);
     }
     out
+}
+
+fn image(e: &Image) -> String {
+    let when = match e.hold {
+        Hold::BeforeSlide => "before the slide",
+        Hold::AfterSlide => "after the slide",
+    };
+    let sigma = match static_image::greatest_sigma_v(e) {
+        Some(sigma_v) => format!("mV +- {:.4} mV at most", 1e3 * sigma_v),
+        None => "every taxel is dead".into(),
+    };
+    let length_s = seconds(e.end_us) - seconds(e.start_us);
+    let map = static_image::text(e, &format!("{:22}", ""));
+    format!("{when}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}", seconds(e.start_us), map.trim_end())
+}
+
+fn travel(e: &Travel) -> String {
+    let name = verdict_name(e.verdict);
+    if !e.is_known() {
+        return format!("period {name}");
+    }
+    let direction = direction_name(e.direction).unwrap_or("either way");
+    let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = e;
+    format!(
+        "period {spatial_period_mm:.4} mm +- {spatial_period_sigma_mm:.4} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({name})"
+    )
 }
 
 fn health(e: &Health) -> String {

@@ -44,7 +44,7 @@ impl Recording {
                 Event::Slide(e) => recording.slides_s.extend(e.end_us.map(|end| (seconds(e.start_us), seconds(end)))),
                 Event::Release(e) => recording.releases_s.push(seconds(e.t_us)),
                 Event::Estimate(e) if e.span == Span::Slide => recording.slide_fit = Some(e.clone()),
-                Event::Estimate(_) | Event::Health(_) => {}
+                Event::Estimate(_) | Event::Health(_) | Event::Image(_) => {}
             }
         }
         let (mut t_us, mut before_us) = (0, conversions.first().map_or(0, |first| first.t_us));

@@ -1,8 +1,9 @@
 //! The bars of accuracy: what is measured for them, and whether they are met.
 
+use super::Verdict;
 use super::accuracy::{Accuracy, rounded};
 use super::contender::{Contender, fit, samples};
-use super::{Verdict, parallel};
+use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
 use hal_mock::TABLE_2;
@@ -272,7 +273,7 @@ fn noise(windows: u32) -> Result<Vec<Found>> {
         };
         let seeds: Vec<u64> = (0..u64::from(windows)).map(|run| NOISE_SEED + run).collect();
         let found = parallel::map("noise alone", &seeds, |seed| {
-            let fit = fit(&setting.noise(window_s, *seed)?, HARMONICS, TAXELS as u8)?;
+            let fit = fit(&setting.noise(window_s, *seed)?.values, HARMONICS, TAXELS as u8)?;
             Ok(fit.status.has_tone())
         })?;
         Ok(Found { length: Some(length), windows, found: found.into_iter().map(u32::from).sum() })

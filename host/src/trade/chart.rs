@@ -7,6 +7,7 @@ mod place;
 
 use super::Trade;
 use super::grid::Row;
+use crate::axis::Axis;
 use crate::bench::{HARMONICS, SNR_DB, WINDOWS_S};
 use crate::fit_report::significant;
 use crate::svg::{Anchor, Svg};
@@ -27,34 +28,6 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 930.0;
 const TOP: f64 = 96.0;
 const BOTTOM: f64 = 610.0;
-
-/// An axis of powers of ten.
-struct Axis {
-    /// Its least and its greatest power.
-    powers: (f64, f64),
-    /// Where they are, pixels.
-    at: (f64, f64),
-}
-
-impl Axis {
-    /// Whole decades around all values.
-    fn around(values: impl Iterator<Item = f64>, at: (f64, f64)) -> Self {
-        let range = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), value| (value.min(a), value.max(b)));
-        let (least, most) = if range.0 > 0.0 && range.1.is_finite() { range } else { (1.0, 10.0) };
-        let from = least.log10().floor();
-        Self { powers: (from, most.log10().ceil().max(from + 1.0)), at }
-    }
-
-    fn place(&self, value: f64) -> f64 {
-        let (from, to) = self.powers;
-        self.at.0 + (self.at.1 - self.at.0) * (value.log10() - from) / (to - from)
-    }
-
-    /// Its powers of ten.
-    fn ticks(&self) -> impl Iterator<Item = i32> {
-        self.powers.0 as i32..=self.powers.1 as i32
-    }
-}
 
 /// A method's line: its name, and what it costs and brings by window.
 struct Line<'a> {
@@ -182,17 +155,4 @@ fn axes(svg: &mut Svg, x: &Axis, y: &Axis) {
     svg.text(24.0, TOP - 16.0, Anchor::Start, "head", "RMS error, % of the frequency");
     let middle = 0.5 * (LEFT + RIGHT);
     svg.text(middle, BOTTOM + 44.0, Anchor::Middle, "head", "instructions on the Cortex-M4F, costliest window");
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_axis_holds_its_values_in_whole_decades() {
-        let axis = Axis::around([0.03, 4.0].into_iter(), (0.0, 300.0));
-        assert_eq!(axis.ticks().collect::<Vec<_>>(), [-2, -1, 0, 1]);
-        assert!((axis.place(1.0) - 200.0).abs() < 1e-9);
-        assert_eq!(Axis::around([].into_iter(), (0.0, 1.0)).ticks().count(), 2);
-    }
 }

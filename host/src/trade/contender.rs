@@ -9,7 +9,7 @@ use ridgetone::settings::TAXELS;
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::stretch::Stretch;
 use ridgetone::telemetry::Status;
-use ridgetone::window::Table;
+use ridgetone::window::{Table, Values};
 use rivals::{Method, Scratch};
 
 /// An estimator and what it may use.
@@ -44,7 +44,7 @@ impl Contender {
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone { harmonics, channels } => {
-                let fit = fit(window, harmonics, channels)?;
+                let fit = fit(&window.values, harmonics, channels)?;
                 let to_hz = |per_frame: f32| f64::from(per_frame) * window.frame_rate_hz;
                 let answer = Answer {
                     hz: to_hz(fit.frequency),
@@ -70,13 +70,13 @@ impl Contender {
     }
 }
 
-/// Ridgetone's fit of a window.
+/// Ridgetone's fit of the first `channels` channels of a window's frames.
 ///
 /// # Errors
 /// The fit found frames overwritten, which cannot be in a table.
-pub fn fit(window: &Simulated, harmonics: u8, channels: u8) -> Result<Fit> {
-    let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); window.values.len()];
-    let mut table = Table { values: &window.values, valid: &valid };
+pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
+    let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
+    let mut table = Table { values, valid: &valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
     let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
     fit.context("a table loses no frames")

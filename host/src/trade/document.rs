@@ -6,6 +6,7 @@
 use super::grid::Row;
 use super::{Trade, Verdict, tables};
 use crate::bench::{HARMONICS, grouped};
+use crate::markdown::filled;
 use anyhow::{Context, Result, bail};
 use ridgetone::settings::TAXELS;
 
@@ -20,12 +21,8 @@ pub fn document(trade: &Trade) -> Result<String> {
     let (text, reasons) = TEMPLATE.split_once(REASONS).context("the template has no place for reasons")?;
     let verdicts = trade.verdicts();
     let windows = trade.bars.windows;
-    let mut document = String::new();
-    let mut parts = text.split("{{");
-    document += parts.next().unwrap_or_default();
-    for part in parts {
-        let (name, rest) = part.split_once("}}").context("the template has a {{ without its }}")?;
-        document += &match name {
+    filled(text, |name| {
+        Ok(match name {
             "advice" => advice(trade)?,
             "ridgetone" => tables::ridgetone(trade),
             "harmonics" => tables::harmonics(trade),
@@ -37,10 +34,8 @@ pub fn document(trade: &Trade) -> Result<String> {
             "bar_windows" => grouped(windows.accuracy.into()),
             "noise_windows" => grouped(windows.noise.into()),
             other => bail!("the template asks for {other}"),
-        };
-        document += rest;
-    }
-    Ok(document)
+        })
+    })
 }
 
 /// What to choose: the sentences that the README has too.

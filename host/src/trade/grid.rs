@@ -2,8 +2,8 @@
 
 use super::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
-use super::parallel;
 use crate::bench::{self, CHANNELS, HARMONICS, RIVALS_CARRIED, Report, SNR_DB, WINDOWS_S};
+use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
 use rivals::Method;

@@ -5,29 +5,11 @@ use super::grid::{RIDGETONE, Row};
 use super::{Trade, Verdict};
 use crate::bench::{CHANNELS, HARMONICS, RIVALS_CARRIED, WINDOWS_S, grouped};
 use crate::fit_report::significant;
+use crate::markdown::Table;
 use crate::setting::Setting;
 use hal_mock::TABLE_2;
 use ridgetone::settings::TAXELS;
 use rivals::Method;
-
-/// A table in Markdown, figures to the right.
-struct Table(String);
-
-impl Table {
-    /// With these headings, the first `left` of them over text.
-    fn new(left: usize, headings: &[&str]) -> Self {
-        let rule = (0..headings.len()).map(|column| if column < left { "---" } else { "---:" });
-        Self(format!("| {} |\n|{}|\n", headings.join(" | "), rule.collect::<Vec<_>>().join("|")))
-    }
-
-    fn row(&mut self, cells: &[String]) {
-        self.0 += &format!("| {} |\n", cells.join(" | "));
-    }
-
-    fn end(self) -> String {
-        self.0.trim_end().to_owned()
-    }
-}
 
 /// A figure, or a dash where there is none.
 fn or_dash(figure: Option<String>) -> String {

@@ -1,8 +1,12 @@
 //! After something: where the taxels are by then decides what it was and what comes next.
 
-use super::{Change, ContactDetector, Phase, Sought, back_at_idle, is_load};
-use crate::motion::SHARES;
+use super::{Change, ContactDetector, Held, Phase, Sought, back_at_idle, is_load};
+use crate::motion::{BLOCK_FRAMES, SHARES, SKIP_MAX};
 use crate::window::Ring;
+
+/// Blocks after the one in which a slide is last known to have moved, until the mean of four that says where the taxels
+/// were soon after it: a slow tone in noise may go on for one of them unnoticed.
+const SOON_BLOCKS: u32 = 2;
 
 /// What was over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +24,8 @@ impl ContactDetector {
     pub(super) fn settle_after(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         self.free_level(ring, changed);
         self.off = 0.0;
+        // The loaded level is about to be another hold's.
+        self.image_told();
         self.enter(Phase::Settling(after, over));
     }
 
@@ -30,11 +36,33 @@ impl ContactDetector {
             self.sum_up_spike(turn, over, ring);
         }
         self.off += self.motion.settle(&mut self.level, &self.idle, turn, 0);
+        if let After::Slide(..) = after {
+            let skip = self.blocks_since(over);
+            // The slide's start is told: nothing is searched for.
+            let (soon, creep) = self.search.line();
+            self.motion.creep(soon, creep, &self.level, turn, skip);
+        }
     }
 
-    /// The level is summed up, one block after. True if the finger still touches, and holds.
+    /// Blocks between the mean of four soon after the slide and that of the four up to frame `over`, by which it was
+    /// known to be over.
+    fn blocks_since(&self, over: u32) -> usize {
+        let still = over.wrapping_sub(self.moving_until) / BLOCK_FRAMES;
+        (still.saturating_sub(SOON_BLOCKS + 4) as usize).min(SKIP_MAX)
+    }
+
+    /// Begins to search for the end of a slide: back from the middle of the mean soon after it, along the creep.
     #[inline(never)]
-    pub(super) fn settled(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
+    pub(super) fn search_end(&mut self, over: u32) {
+        let middle = over.wrapping_sub(self.blocks_since(over) as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
+        // That block differs from the one before it, where the change may have been.
+        let earliest = self.moving_until.wrapping_sub(BLOCK_FRAMES);
+        self.search.creeping_arrival(self.motion.weights(), middle, earliest);
+    }
+
+    /// The level is summed up, one block after.
+    #[inline(never)]
+    pub(super) fn settled(&mut self, after: After, over: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         let released = match after {
             After::Hold => true,
             After::Slide(..) => back_at_idle(self.off, self.load),
@@ -42,7 +70,7 @@ impl ContactDetector {
                 let off_again = back_at_idle(self.off, self.spike.height);
                 if off_again && self.spike.is_faint() {
                     self.enter(Phase::Idle);
-                    return false;
+                    return;
                 }
                 self.tell_contact(ring, changed);
                 off_again
@@ -58,13 +86,13 @@ impl ContactDetector {
             self.idle = self.level;
             self.planned = None;
             self.enter(Phase::Idle);
-            return false;
+            return;
         }
         if after == After::Spike || is_load(self.off, self.load) {
             (self.loaded, self.load) = (self.level, self.off);
         }
+        self.held = Held::new(matches!(after, After::Slide(..)));
         self.phase = Phase::Hold;
-        true
     }
 
     /// There will be no block after: settles at once.

@@ -1,17 +1,16 @@
 //! The slide: from the held levels on, until they are still again or the protocol says so.
 
-use super::{After, Change, ContactDetector, Phase, STILL_BLOCKS, Sought, back_at_idle, is_load};
+use super::{After, Change, ContactDetector, HELD_BACK, Held, Phase, STILL_BLOCKS, Sought, back_at_idle};
 use crate::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, SHORT_BLOCKS};
 use crate::settings::SlideRule;
 use crate::window::{Ring, reached};
 
-/// Blocks with quick changes after which a motion is a slide and not a step: 150 ms.
-const SLIDE_BLOCKS: u32 = 9;
-/// Blocks with slow changes after which it is one: longer than a step stays in the comparison.
-const SLOW_SLIDE_BLOCKS: u32 = 22;
-/// Latest blocks that are no part of the level that was held: that in which a motion is noticed, and the one before it,
-/// which may hold the first of it already.
-const HELD_BACK: usize = 2;
+/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
+const LASTING_BLOCKS: u32 = 11;
+/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
+const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with slow changes after which it is one.
+const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
 
 impl ContactDetector {
     /// One block further while nothing moves. True if that still holds.
@@ -21,7 +20,7 @@ impl ContactDetector {
             return false;
         }
         if !(block.quick || block.slow) {
-            self.loaded_follows = is_load(block.off, self.load);
+            self.hold_on(number, block);
             return true;
         }
         if self.rule == SlideRule::Found {
@@ -46,6 +45,7 @@ impl ContactDetector {
         if released {
             self.forget_start();
             self.settle_after(After::Hold, number, ring, changed);
+            self.end_hold();
         }
         released
     }
@@ -85,6 +85,7 @@ impl ContactDetector {
             let start = if reached(left, self.touched) { left } else { self.touched };
             self.moving_until = start;
             self.phase = Phase::Slide(start);
+            self.end_hold();
             self.tell(Change::SlideStart(start), ring, changed);
         } else if still {
             self.forget_start();
@@ -136,10 +137,12 @@ impl ContactDetector {
         match self.phase {
             Phase::Hold if reached(number, start) => {
                 self.phase = Phase::Slide(start);
+                self.end_hold();
                 self.tell(Change::SlideStart(start), ring, changed);
             }
             Phase::Slide(_) if reached(number, end) => {
                 self.planned = None;
+                self.held = Held::new(true);
                 self.enter(Phase::Hold);
                 self.tell(Change::SlideEnd(start, end), ring, changed);
             }

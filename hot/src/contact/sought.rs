@@ -5,8 +5,10 @@ use crate::dating::LOOK;
 use crate::motion::BLOCK_FRAMES;
 use crate::window::Ring;
 
-/// A search's work with each frame of a block: the first and the last have most else to do.
-const WORK: [u32; BLOCK_FRAMES as usize] = [LOOK, 2 * LOOK, 2 * LOOK, LOOK];
+/// A search's work with each frame of a block: a look, or two if half of the taxels do; the last has enough else to do.
+const WORK: [u32; BLOCK_FRAMES as usize] = [LOOK + LOOK / 2, LOOK + LOOK / 2, LOOK + LOOK / 2, 0];
+/// Frame of a block with which what was found is told, because others have more to do; other news with that or the one before it.
+const TELLING: usize = 1;
 
 /// What a search is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,16 +26,20 @@ impl ContactDetector {
     pub(super) fn seek(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         match self.sought {
             Some(sought) if self.search.is_over() => {
-                // A start is told when it is known to be a slide's; a frame that ends a block has enough to do.
-                if sought != Sought::Start && turn + 1 < BLOCK_FRAMES as usize {
+                // A start is told when it is known to be a slide's.
+                if sought != Sought::Start && turn == TELLING {
                     self.tell_found(sought, changed);
                 }
             }
             // A spike is work enough.
             Some(_) if matches!(self.phase, Phase::Spike(_)) => {}
             Some(_) => self.search.look(WORK[turn % WORK.len()], ring),
-            None => match self.news.take() {
-                Some(change) => changed(change),
+            None => match self.news {
+                Some(change) if turn <= TELLING => {
+                    self.news = None;
+                    changed(change);
+                }
+                Some(_) => {}
                 None => self.begin_search(),
             },
         }
@@ -54,7 +60,8 @@ impl ContactDetector {
         let (weights, level) = (self.motion.weights(), &self.level);
         match sought {
             Sought::Start => self.search.departure(weights, level, frame, self.touched),
-            Sought::End(..) | Sought::Release => self.search.arrival(weights, level, frame),
+            Sought::End(..) => self.search_end(frame),
+            Sought::Release => self.search.arrival(weights, level, frame),
         }
         (self.sought, self.waiting) = (Some(sought), None);
     }

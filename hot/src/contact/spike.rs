@@ -117,6 +117,9 @@ impl ContactDetector {
     #[inline(never)]
     pub(super) fn follow_spike(&mut self, turn: usize, since: u32, ring: &Ring) {
         let weights = self.motion.weights();
+        // While it rises it is work enough.
+        let rises = self.block_end.wrapping_sub(since) <= 2 * BLOCK_FRAMES;
+        let looks = if rises { BLOCK_FRAMES } else { LOOKS };
         if self.spike.new {
             self.spike.begin(turn, since.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK));
             self.spike.new = turn + 1 < SHARES;
@@ -127,7 +130,7 @@ impl ContactDetector {
                 self.crept += distance(weights, mean, before) - distance(weights, idle, before);
             }
         }
-        self.spike.track(turn, LOOKS, self.block_end, &self.idle, weights, ring);
+        self.spike.track(turn, looks, self.block_end, &self.idle, weights, ring);
     }
 
     /// Looks at what is left of one share of the spike up to frame `over`, and sums it up.

@@ -1,0 +1,234 @@
+//! What a reproduction leaves: figures of every run, of the windows, and the curves of the pictures.
+
+use serde::{Deserialize, Serialize};
+
+/// A combination of speed and spatial period.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Combination {
+    /// Speed that the stimulator is told, mm/s.
+    pub speed_mm_s: f64,
+    /// Spatial period, mm.
+    pub period_mm: f64,
+    /// Its runs.
+    pub runs: Vec<Run>,
+    /// Figure 7: shorter windows, all runs together.
+    pub windows: Vec<Windows>,
+    /// Equation 11 for piezoresistor 1 of units 1 and 2; none for a single run.
+    pub repeatability: Option<[f64; 2]>,
+}
+
+impl Combination {
+    /// The frequency that is expected: speed over period, hertz.
+    pub fn nominal_hz(&self) -> f64 {
+        self.speed_mm_s / self.period_mm
+    }
+
+    /// RMS over the runs of what an estimate differs from the nominal frequency (equation 10), hertz. None if a run has
+    /// no estimate.
+    pub fn rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
+        rms(self.runs.iter().map(|run| Some(estimate(run)? - self.nominal_hz())))
+    }
+
+    /// The same against the true frequency of each run, hertz.
+    pub fn own_rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
+        rms(self.runs.iter().map(|run| Some(estimate(run)? - run.true_hz)))
+    }
+}
+
+/// Root of the mean square; none of none, or if one is missing.
+pub fn rms(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+    let values: Option<Vec<f64>> = values.collect();
+    let values = values.filter(|values| !values.is_empty())?;
+    Some((values.iter().map(|x| x * x).sum::<f64>() / values.len() as f64).sqrt())
+}
+
+/// A run. Frequencies in hertz, times in seconds of device time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Run {
+    /// Number of the data series, 1 to 40 for four runs of each combination.
+    pub series: usize,
+    /// The true frequency: the stimulator's mean speed over the period.
+    pub true_hz: f64,
+    /// Beginning and end of the slide, in truth.
+    pub true_slide_s: (f64, f64),
+    /// The paper's estimates over its 55 mm, for its two pairs of channels.
+    pub pairs: [Pair; 2],
+    /// The mean of all channels' highest lines, over the same 55 mm.
+    pub all_fft_hz: Option<f64>,
+    /// Our fit of all channels over the same 55 mm, and its standard deviation.
+    pub all_fit_hz: Option<(f64, f64)>,
+    /// What the firmware told by itself, without knowing the speed.
+    pub firmware: Option<Firmware>,
+    /// Static images before and after the slide as the firmware told them, volts above idle by taxel.
+    pub images_v: [Vec<f64>; 2],
+}
+
+/// Estimates from two channels, hertz.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pair {
+    /// Naive Fourier analysis.
+    pub fft_hz: Option<f64>,
+    /// Least squares, by the paper's gradient descent.
+    pub least_squares_hz: Option<f64>,
+}
+
+/// The firmware's own account of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Firmware {
+    /// Time of the contact.
+    pub contact_s: f64,
+    /// Beginning and end of the slide as it found them.
+    pub slide_s: (f64, f64),
+    /// Frequency over the whole slide, and its standard deviation, hertz; none if it told no tone.
+    pub tone_hz: Option<(f64, f64)>,
+}
+
+/// RMS errors of all windows of a length, hertz, in all runs of a combination.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Windows {
+    /// Length, seconds.
+    pub window_s: f64,
+    /// How many.
+    pub windows: u32,
+    /// Naive Fourier analysis of the paper's first pair, against the nominal frequency.
+    pub fft_hz: f64,
+    /// The paper's least squares on it, against the nominal frequency.
+    pub least_squares_hz: f64,
+    /// The same against the true frequency.
+    pub own_least_squares_hz: f64,
+    /// Our fit of all channels, against the nominal frequency, where it told one.
+    pub all_hz: Option<f64>,
+    /// The same against the true frequency.
+    pub own_all_hz: Option<f64>,
+    /// Windows in which it told one.
+    pub all_told: u32,
+}
+
+/// Errors with a part of the imperfections only, over all combinations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cause {
+    /// What was imperfect.
+    pub name: String,
+    /// RMS of the relative error of the paper's least squares against the nominal frequency, percent, over 55 mm.
+    pub least_squares_percent: f64,
+    /// Of our fit of all channels.
+    pub all_percent: f64,
+}
+
+/// Table 2: what a perfect stimulator makes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expected {
+    /// Speed, mm/s.
+    pub speed_mm_s: f64,
+    /// Spatial period, mm.
+    pub period_mm: f64,
+    /// What our fit of all channels finds in the paper's 55 mm, hertz.
+    pub hz: Option<f64>,
+    /// What the firmware finds over the slide that it has found by itself, hertz.
+    pub firmware_hz: Option<f64>,
+    /// By how much it finds the slide's end too late, seconds.
+    pub end_late_s: Option<f64>,
+}
+
+/// A curve, evenly sampled.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Curve {
+    /// Time of its first sample, seconds.
+    pub from_s: f64,
+    /// From sample to sample, seconds.
+    pub step_s: f64,
+    /// Millivolts above the idle level, to a hundredth.
+    pub mv: Vec<f64>,
+}
+
+impl Curve {
+    /// Of some samples: time and volts.
+    pub fn new(samples: &[(f64, f64)]) -> Self {
+        let from_s = samples.first().map_or(0.0, |sample| sample.0);
+        let last_s = samples.last().map_or(0.0, |sample| sample.0);
+        let step_s = (last_s - from_s) / (samples.len().max(2) - 1) as f64;
+        Self { from_s, step_s, mv: samples.iter().map(|(_, volts)| (1e5 * volts).round() / 100.0).collect() }
+    }
+
+    /// Its points: seconds and millivolts.
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        self.mv.iter().enumerate().map(|(n, mv)| (self.from_s + n as f64 * self.step_s, *mv)).collect()
+    }
+}
+
+/// Figure 3: a run, where its contact is, and what is cut out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Number of the data series.
+    pub series: usize,
+    /// Taxels.
+    pub taxels: [usize; 2],
+    /// Their curves.
+    pub curves: [Curve; 2],
+    /// The spike, seconds.
+    pub spike_s: f64,
+    /// What the paper's equations cut out, seconds.
+    pub cut_s: (f64, f64),
+    /// The true slide, seconds.
+    pub slide_s: (f64, f64),
+    /// The slide that the firmware found, seconds.
+    pub found_s: Option<(f64, f64)>,
+}
+
+/// Figures 4 and 5: a stretch of a channel, and its periodogram.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spectrum {
+    /// Number of the data series.
+    pub series: usize,
+    /// Taxel.
+    pub taxel: usize,
+    /// Its curve.
+    pub curve: Curve,
+    /// Nominal frequency, hertz.
+    pub nominal_hz: f64,
+    /// Line k + 1 is at so many hertz times k + 1.
+    pub line_hz: f64,
+    /// Amplitudes of the lines from the first on, millivolts, to a thousandth.
+    pub mv: Vec<f64>,
+}
+
+/// Figure 6: two channels with the fitted sines.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Overlay {
+    /// Number of the data series.
+    pub series: usize,
+    /// Taxels.
+    pub taxels: [usize; 2],
+    /// Their curves.
+    pub curves: [Curve; 2],
+    /// The common frequency, hertz.
+    pub hz: f64,
+    /// Offset, cosine and sine of each channel, millivolts, from its curve's first sample on.
+    pub sines_mv: [[f64; 3]; 2],
+}
+
+/// Figure 10: two channels while they slide.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Opposite {
+    /// Number of the data series.
+    pub series: usize,
+    /// Taxels.
+    pub taxels: [usize; 2],
+    /// Their curves.
+    pub curves: [Curve; 2],
+    /// Pearson's correlation of the two.
+    pub correlation: f64,
+}
+
+/// What the pictures are drawn from; what the runs did not include is missing.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pictures {
+    /// Figure 3.
+    pub contacts: Vec<Contact>,
+    /// Figures 4 and 5.
+    pub spectra: Vec<Spectrum>,
+    /// Figure 6.
+    pub overlay: Option<Overlay>,
+    /// Figure 10.
+    pub opposite: Option<Opposite>,
+}

@@ -1,0 +1,67 @@
+//! `ridgetone calibrate`, and the defaults that come from it.
+
+mod common;
+
+use common::{assert_one_line, directory, file, json_lines, run, stdout};
+use ridgetone::settings::Array;
+
+/// The simulated finger under gratings that are none of the paper's, by the number of millimetres.
+fn gratings(folder: &tempfile::TempDir, speed_mm_s: f64, more: &str) -> Vec<String> {
+    let scene = |period_mm: f64| {
+        let text = format!("speed_mm_s = {speed_mm_s}\nperiod_mm = {period_mm}\n{more}");
+        let path = file(folder.path(), &format!("{period_mm}.toml"), &text);
+        format!("{period_mm}={}", path.display())
+    };
+    [2.5, 3.0, 3.5, 4.0].map(scene).into()
+}
+
+fn calibrate(gratings: &[String], more: &[&str]) -> std::process::Output {
+    let gratings: Vec<&str> = gratings.iter().map(String::as_str).collect();
+    run(&[&["calibrate"], &gratings[..], more].concat())
+}
+
+#[test]
+fn the_defaults_are_the_simulated_fingers() {
+    let folder = directory();
+    // At any speed, either way: the slots of the scan are accounted for.
+    for (speed_mm_s, way) in [(15.0, ""), (28.0, "reverse = true\n")] {
+        let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
+        let number = |name: &str| found[name].as_f64().expect("a number");
+        let told = Array::DEFAULT;
+        assert!((number("pitch_mm") - f64::from(told.pitch_mm)).abs() < 0.002, "{found}");
+        assert!((number("pull_rad") - f64::from(told.pull_rad)).abs() < 0.005, "{found}");
+        assert!((number("pull_sigma_rad") - f64::from(told.pull_sigma_rad)).abs() < 0.001, "{found}");
+    }
+}
+
+/// Under a contact 30 mm long the lag is the units' own pitch and nothing else.
+#[test]
+fn under_a_long_contact_the_pitch_is_the_units_own() {
+    let folder = directory();
+    let long = "[finger]\ncontact_mm = 30\n";
+    let found = &json_lines(&calibrate(&gratings(&folder, 15.0, long), &["--json"]))[0];
+    assert!((found["pitch_mm"].as_f64().unwrap() - 2.3).abs() < 0.01, "{found}");
+    assert!(found["pull_rad"].as_f64().unwrap().abs() < 0.03, "{found}");
+}
+
+#[test]
+fn it_is_told_as_options() {
+    let folder = directory();
+    let said = stdout(&calibrate(&gratings(&folder, 28.0, ""), &[]));
+    assert!(
+        said.contains("--pitch 2.36") && said.contains("--pull 0.4") && said.contains("--pull-sigma 0.0"),
+        "{said}"
+    );
+}
+
+#[test]
+fn what_is_no_calibration_is_told_in_a_line() {
+    let folder = directory();
+    let gratings = gratings(&folder, 28.0, "");
+    assert_one_line(&calibrate(&gratings[..2], &[]), 1, &["2 gratings: 3 at least"]);
+    assert_one_line(&run(&["calibrate", "a.csv"]), 2, &["MM=FILE"]);
+    assert_one_line(&run(&["calibrate", "0=a.csv"]), 2, &["greater than 0"]);
+    let wrong = gratings[2].replace("3.5=", "2.9=");
+    let three = [gratings[0].clone(), gratings[1].clone(), wrong];
+    assert_one_line(&calibrate(&three, &[]), 1, &["3.5.toml", "do not fit a period of 2.9 mm"]);
+}

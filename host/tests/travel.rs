@@ -1,0 +1,69 @@
+//! Spatial period, speed and direction on the command line.
+
+mod common;
+
+use common::{assert_one_line, json_lines, run, stdout};
+use serde_json::Value;
+
+/// C1 of the paper: 3.6 mm at 15 mm/s, towards units 1 and 3.
+const C1: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/c1.toml");
+
+fn estimates(more: &[&str]) -> Vec<Value> {
+    let events = json_lines(&run(&[&["replay", "--scene", C1, "--json"], more].concat()));
+    events.into_iter().filter(|event| event["type"] == "estimate").collect()
+}
+
+#[test]
+fn period_speed_and_direction_are_told_with_their_uncertainties() {
+    let found = estimates(&[]);
+    assert!(found.len() > 2);
+    for estimate in found {
+        assert_eq!((&estimate["travel"], &estimate["direction"]), (&"unique".into(), &"backward".into()), "{estimate}");
+        let number = |name: &str| estimate[name].as_f64().expect("a number");
+        let (period_sigma, speed_sigma) = (number("spatial_period_sigma_mm"), number("speed_sigma_mm_s"));
+        assert!((number("spatial_period_mm") / 3.6 - 1.0).abs() < 0.01 && period_sigma > 0.0, "{estimate}");
+        assert!((number("speed_mm_s") / 15.0 - 1.0).abs() < 0.015 && speed_sigma > 0.0, "{estimate}");
+        let speed = number("frequency_hz") * number("spatial_period_mm");
+        assert!((number("speed_mm_s") / speed - 1.0).abs() < 1e-6, "{estimate}");
+    }
+    let said = stdout(&run(&["replay", "--scene", C1]));
+    assert!(said.contains("; period 3.6") && said.contains(" mm, backward at 15.0"), "{said}");
+}
+
+#[test]
+fn what_is_possible_is_the_users_to_say() {
+    // The phase of 3.6 mm backward is that of 5 mm forward.
+    for (options, verdict) in [
+        (&["--direction", "forward"][..], "out_of_range"),
+        (&["--direction", "backward", "--period-most", "9"], "unique"),
+        (&["--period-most", "9"], "ambiguous"),
+        (&["--period-least", "1.2"], "ambiguous"),
+        (&["--period-least", "3.7"], "out_of_range"),
+        (&["--pull-sigma", "1"], "ambiguous"),
+    ] {
+        for estimate in estimates(options) {
+            assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
+            assert_eq!(estimate["spatial_period_mm"].is_null(), verdict != "unique", "{estimate}");
+        }
+    }
+    assert_one_line(
+        &run(&["replay", "--period-least", "5", "--period-most", "4"]),
+        2,
+        &["period_most_mm = 4", "5 to 100"],
+    );
+    assert_one_line(&run(&["replay", "--pitch", "0"]), 2, &["pitch_mm = 0"]);
+}
+
+#[test]
+fn a_speed_that_is_told_gives_the_period() {
+    // Too slow a speed would make the protocol's slide longer than the true one.
+    for (speed, verdict) in [("15", "told"), ("18", "contradicted")] {
+        let speed_mm_s: f64 = speed.parse().expect("a number");
+        for estimate in estimates(&["--speed", speed]) {
+            assert_eq!(estimate["travel"], verdict, "{estimate}");
+            assert_eq!(estimate["speed_mm_s"].as_f64(), Some(speed_mm_s), "{estimate}");
+            let period_mm = estimate["spatial_period_mm"].as_f64().expect("a number");
+            assert!((period_mm * 15.0 / speed_mm_s / 3.6 - 1.0).abs() < 0.002, "{estimate}");
+        }
+    }
+}
