@@ -279,7 +279,7 @@ impl ContactDetector {
         }
     }
 
-    #[inline(never)]
+    #[inline]
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
