@@ -89,6 +89,8 @@ pub struct ContactDetector {
     block_end: u32,
     /// What is known and not told yet.
     news: Option<Change>,
+    /// The latest block's end when something was told last, low byte: by a chance repeat an image waits for one block.
+    told: u8,
     /// What is being dated, and how.
     sought: Option<Sought>,
     search: Search,
@@ -137,6 +139,7 @@ impl ContactDetector {
             motion: Motion::new(),
             block_end: 0,
             news: None,
+            told: 0,
             sought: None,
             search: Search::new(),
             waiting: None,
@@ -276,7 +279,7 @@ impl ContactDetector {
         }
     }
 
-    #[inline(never)]
+    #[inline]
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();

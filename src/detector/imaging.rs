@@ -13,8 +13,8 @@ const IDLE_FRAMES: f32 = 4.0 * 31.0;
 /// (1/12), which is the least that [`crate::motion`] takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// Taxels that one step deals with.
-const STEP_TAXELS: usize = 2;
+/// Taxels that one step deals with: two would be too much for one frame.
+const STEP_TAXELS: usize = 1;
 
 /// An image in the making.
 #[derive(Clone, Debug)]

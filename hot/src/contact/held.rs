@@ -74,10 +74,11 @@ impl ContactDetector {
         self.image_due
     }
 
-    /// Whether an image is due and the latest frame has time for some of it: the one of a block in which nothing is told.
+    /// Whether an image is due and the latest frame has time for some of it: the two in the middle of a block, unless
+    /// something was told while it came.
     pub fn has_time_for_image(&self) -> bool {
-        let turn = self.motion.turn();
-        self.image_due && turn == BLOCK_FRAMES as usize - 1 && self.sought.is_none() && !self.is_busy()
+        let middle = matches!(self.motion.turn(), 2 | 3);
+        self.image_due && middle && self.told != self.block_end as u8 && self.sought.is_none() && !self.is_busy()
     }
 
     /// Only these taxels of the next frame are to be trusted.

@@ -37,10 +37,13 @@ impl ContactDetector {
             None => match self.news {
                 Some(change) if turn <= TELLING => {
                     self.news = None;
+                    self.told = self.block_end as u8;
                     changed(change);
                 }
                 Some(_) => {}
-                None => self.begin_search(),
+                // Not with the first two: they have more to do with what the block before decided.
+                None if turn > TELLING => self.begin_search(),
+                None => {}
             },
         }
     }
@@ -69,6 +72,7 @@ impl ContactDetector {
     /// Tells the next of what was searched for.
     fn tell_found(&mut self, sought: Sought, changed: &mut dyn FnMut(Change)) {
         let frame = self.search.result();
+        self.told = self.block_end as u8;
         self.sought = None;
         match sought {
             Sought::Start => {}
