@@ -6,29 +6,19 @@
 //! their likelihoods, and where two tones are about as likely it is left open which of them it is.
 
 use crate::chance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
-use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Problem, Work};
+use crate::descent::{CYCLES_FOR_SLOPE, Problem, Work};
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::model::{Model, promise};
-use crate::moments::HARMONICS_MAX;
-use crate::nuisance::{CURVE, Curve, Nuisances};
+use crate::nuisance::{Curve, Nuisances};
 use crate::relaxing::relax;
 use crate::search::{Line, Place};
 use crate::solve::{Shape, gain, over_noise};
-use crate::spectrum::strongest;
 use crate::stretch::Stretch;
+use crate::survey::Survey;
 
-/// Rates of a baseline that relaxes, per half window: time constants of a half of the window, and less by
-/// the factor from one to the next.
-const RATE_FIRST: f32 = 1.5;
-const RATE_FACTOR: f32 = 3.0;
-const RATES: usize = 2;
-/// Cycles up to which a periodogram's peak is not to be relied on at all.
-const FEW: f32 = 2.6;
 /// Cycles from which on harmonics may be missing below a line.
 const MANY: f32 = 5.0;
-/// From one frequency to the next, cycles per half window.
-const NEXT: f32 = 0.1;
 /// Two tones are different if their frequencies are, by this share.
 const DIFFERENT: f32 = 0.1;
 /// Normal deviate up to which what more unknowns gain is chance.
@@ -50,143 +40,6 @@ const OPTIMISM: f32 = 4.0;
 /// truth is none of them.
 const MISFIT: f32 = 3.0;
 
-/// Kinds of baselines: level, slope, bend, relaxation.
-const KINDS: usize = 4;
-
-/// The likeliest models.
-#[derive(Default)]
-struct Survey {
-    /// Of each kind of baseline without a tone.
-    without: [Option<Model>; KINDS],
-    /// Of each kind with one.
-    tones: [[Option<Model>; HARMONICS_MAX]; KINDS],
-}
-
-/// Puts `model` in its place if it is likelier.
-#[inline(never)]
-fn keep(place: &mut Option<Model>, levels: &Levels, model: &Model) {
-    if place.as_ref().is_none_or(|place| model.is_likelier_than(place, levels)) {
-        *place = Some(*model);
-    }
-}
-
-impl Survey {
-    #[inline(never)]
-    fn add(&mut self, levels: &Levels, model: &Model) {
-        let kind = match model.curve {
-            Curve::None => model.shape.slope as usize,
-            Curve::Bent => 2,
-            Curve::Relaxing(_) => 3,
-        };
-        if model.shape.harmonics == 0 {
-            return keep(&mut self.without[kind], levels, model);
-        }
-        keep(&mut self.tones[kind][model.shape.harmonics - 1], levels, model);
-    }
-
-    /// All models without a rate at a summit.
-    #[inline(never)]
-    fn look_at_summit(
-        &mut self,
-        stretch: &mut Stretch,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        nu: f32,
-    ) -> Option<()> {
-        let bent = Nuisances::new(stretch, levels, Curve::Bent)?;
-        self.look_at(stretch, levels, work, core::slice::from_ref(&bent), nu, most)
-    }
-
-    /// All models of few cycles.
-    // This and what follows are apart, so that their nuisances are off the stack when they are done.
-    #[inline(never)]
-    fn look_around(
-        &mut self,
-        stretch: &mut Stretch,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        line: f32,
-    ) -> Option<()> {
-        let (mut nuisances, mut rate) = (<[Nuisances; 1 + RATES]>::default(), RATE_FIRST);
-        nuisances[0] = Nuisances::new(stretch, levels, Curve::Bent)?;
-        for nuisances in &mut nuisances[1..] {
-            *nuisances = Nuisances::new(stretch, levels, Curve::Relaxing(rate))?;
-            rate *= RATE_FACTOR;
-        }
-        let mut nu = 0.5 * CYCLES_MIN;
-        while 2.0 * nu < FEW {
-            self.look_at(stretch, levels, work, &nuisances, nu, most)?;
-            nu += NEXT;
-        }
-        if line > nu {
-            self.look_at(stretch, levels, work, &nuisances, line, most)?;
-        }
-        Some(())
-    }
-
-    /// All models at the strongest line on a drift like `curve`.
-    #[inline(never)]
-    fn look_on_drift(
-        &mut self,
-        stretch: &mut Stretch,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        place: Place,
-        curve: Curve,
-    ) -> Option<()> {
-        let mut nuisances = <[Nuisances; 2]>::default();
-        for (nuisances, curve) in nuisances.iter_mut().zip([Curve::Bent, curve]) {
-            *nuisances = Nuisances::new(stretch, levels, curve)?;
-        }
-        let [bent, drift] = &nuisances;
-        let Place { channels, points, power } = place;
-        let peak = strongest(stretch, levels, drift, CYCLES_FOR_SLOPE, channels, points, power)?;
-        let likely = if matches!(curve, Curve::Relaxing(_)) { &nuisances[..] } else { core::slice::from_ref(bent) };
-        match peak.filter(|peak| 2.0 * peak >= CYCLES_FOR_SLOPE) {
-            Some(peak) => self.look_at(stretch, levels, work, likely, peak, most),
-            None => Some(()),
-        }
-    }
-
-    /// All models at `nu`.
-    fn look_at(
-        &mut self,
-        stretch: &mut Stretch,
-        levels: &Levels,
-        work: &mut Work,
-        nuisances: &[Nuisances],
-        nu: f32,
-        most: usize,
-    ) -> Option<()> {
-        let harmonics = harmonics_below_nyquist(stretch, nu, most);
-        for (k, nuisances) in nuisances.iter().enumerate() {
-            let Work { sums, solution } = &mut *work;
-            match k {
-                0 => sums.collect(stretch, levels, nuisances, nu, harmonics)?,
-                _ => sums.exchange(stretch, levels, nuisances, nu, harmonics)?,
-            }
-            let straight = nuisances.count() - CURVE;
-            let shapes: &[_] = match nuisances.curve {
-                Curve::Relaxing(_) => &[(true, 1)],
-                _ => &[(false, 0), (true, 0), (true, CURVE)],
-            };
-            for (slope, curve) in shapes {
-                let shape = Shape { harmonics, slope: *slope, nuisances: straight + curve };
-                let curve = if *curve > 0 { nuisances.curve } else { Curve::None };
-                solution.rests(sums, levels, nuisances, &shape, &mut |harmonics, rest| {
-                    let nu = if harmonics > 0 { nu } else { 0.0 };
-                    let model = Model { nu, curve, shape: Shape { harmonics, ..shape }, rest: *rest, climbed: false };
-                    self.add(levels, &model);
-                });
-            }
-        }
-        Some(())
-    }
-}
-
 /// The strongest line where the periodogram's peak is a low one, or where there is nothing but a drift. The
 /// inner None says that there is none. `line` is that peak, or another line that there may be. None if frames were
 /// overwritten.
@@ -201,7 +54,7 @@ pub fn few_cycles(
     let mut survey = Survey::default();
     survey.look_around(stretch, levels, work, most, line)?;
     let mut drift = None;
-    survey.without.iter().flatten().for_each(|without| keep(&mut drift, levels, without));
+    survey.without.iter().flatten().for_each(|without| Model::keep(&mut drift, levels, without));
     for without in survey.without.iter().flatten() {
         climb(stretch, levels, work, without, &mut drift)?;
     }
@@ -211,7 +64,7 @@ pub fn few_cycles(
     }
     // From the likeliest on, so that most others are seen not to be worth the way.
     let mut first = None;
-    survey.tones.as_flattened().iter().flatten().for_each(|tone| keep(&mut first, levels, tone));
+    survey.tones.as_flattened().iter().flatten().for_each(|tone| Model::keep(&mut first, levels, tone));
     let mut best = None;
     if let Some(first) = first {
         climb(stretch, levels, work, &first, &mut best)?;
@@ -301,7 +154,7 @@ fn climb(
             _ => Some((model, 0.0)),
         };
         let Some((next, promised)) = ahead else { break };
-        keep(&mut top, levels, &model);
+        Model::keep(&mut top, levels, &model);
         let behind = best.as_ref().map_or(0.0, |best| best.odds(levels, &model));
         if promised < ARRIVED || behind + OPTIMISM * promised < -OPEN {
             break;
@@ -309,7 +162,7 @@ fn climb(
         (model.nu, model.curve) = (next.nu, next.curve);
     }
     if let Some(top) = &top {
-        keep(best, levels, top);
+        Model::keep(best, levels, top);
     }
     Some(top)
 }

@@ -17,7 +17,7 @@
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
 //! | [`detector`] | composes the rooms so far: conversions give events and windows that are due |
 //! | [`stretch`], [`levels`], [`nuisance`], [`waves`], [`moments`] | a window block by block; one pass over it each: all that the fit needs to know of it |
-//! | [`spectrum`], [`search`], [`few_cycles`], [`model`], [`relaxing`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
+//! | [`spectrum`], [`search`], [`few_cycles`], [`survey`], [`model`], [`relaxing`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
 //! | [`solve`], [`descent`] | the least-squares solution at one frequency, and the steps towards a better one |
 //! | [`residuals`], [`chance`] | what a solution leaves, sample by sample; what noise alone would reach |
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
@@ -57,6 +57,7 @@ pub mod profile;
 pub mod relaxing;
 pub mod search;
 pub mod sine_fit;
+pub mod survey;
 pub mod tally;
 pub mod telemetry;
 pub mod travel;

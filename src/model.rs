@@ -34,9 +34,12 @@ impl Model {
         gain(levels, &self.rest, &other.rest, own.max(others)) - paid
     }
 
-    /// Whether it is likelier than `other` by them.
-    pub fn is_likelier_than(&self, other: &Self, levels: &Levels) -> bool {
-        other.odds(levels, self) > 0.0
+    /// Puts it in its place if it is likelier than what is there.
+    #[inline(never)]
+    pub fn keep(place: &mut Option<Self>, levels: &Levels, model: &Self) {
+        if place.as_ref().is_none_or(|place| place.odds(levels, model) > 0.0) {
+            *place = Some(*model);
+        }
     }
 }
 
