@@ -74,6 +74,8 @@ impl Bench<'_> {
         self.files.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
     }
 
+    // Apart: its events are off the stack when a fit is measured.
+    #[inline(never)]
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
         let mut sequence = 0;
         for _ in 0..conversions / SLOTS {
