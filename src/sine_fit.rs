@@ -134,6 +134,8 @@ impl Fitter {
     }
 
     /// Where a long window has a tone too fast for its means: the means of its middle may be short enough.
+    // Apart: its levels and means are off the stack when it is done.
+    #[inline(never)]
     fn search_middle(&mut self, stretch: &mut Stretch, work: &mut Work) -> Option<Option<Start>> {
         let all = stretch.frames;
         if all <= MIDDLE_FRAMES || !stretch.is_in_time() {

@@ -29,6 +29,12 @@ fn main() -> ! {
     Files::run(|files| Bench { files, counter: Counter::start(), ring: RING }.all(FITTER, DETECTOR))
 }
 
+/// Apart: what it is copied from is off the stack when a fit is measured.
+#[inline(never)]
+fn anew(detector: &mut Detector) {
+    *detector = Detector::new(Settings::DEFAULT);
+}
+
 struct Bench<'a> {
     files: &'a Files,
     counter: Counter,
@@ -45,7 +51,7 @@ impl Bench<'_> {
                     self.fit(fitter, frames)?;
                 }
                 Job::Detect { conversions } => {
-                    *detector = Detector::new(Settings::DEFAULT);
+                    anew(detector);
                     self.detect(detector, conversions)?;
                 }
                 Job::Encode => self.encode(&longest_packet())?,
@@ -74,8 +80,6 @@ impl Bench<'_> {
         self.files.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
     }
 
-    // Apart: its events are off the stack when a fit is measured.
-    #[inline(never)]
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
         let mut sequence = 0;
         for _ in 0..conversions / SLOTS {
