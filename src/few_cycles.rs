@@ -28,8 +28,10 @@ const OPEN: f32 = 8.0;
 
 /// Gauss-Newton steps to the summit of a model's likelihood at the most.
 const STEPS: usize = 6;
-/// How often what is plainer at the likeliest summit is looked for.
+/// How often all that there may be is looked at at the likeliest summits.
 const ROUNDS: usize = 2;
+/// Of baselines without a curve.
+const PLAIN_KINDS: usize = 2;
 /// Share of a frequency by which summits of several models are one.
 const SAME: f32 = 0.02;
 /// Log-likelihood that is not worth another one.
@@ -69,19 +71,29 @@ pub fn few_cycles(
     if let Some(first) = first {
         climb(stretch, levels, work, &first, &mut best)?;
     }
-    // What is at another summit there has not been compared with what is plainer at this one.
+    // What is at another summit there has not been compared with the rest at this one.
+    let mut known = [0.0; 1 + PLAIN_KINDS];
     for _ in 0..ROUNDS {
-        let nu = best.map_or(0.0, |best| best.nu);
-        if nu > 0.0 {
-            survey.look_at_summit(stretch, levels, work, most, nu)?;
+        for (k, known) in known.iter_mut().enumerate() {
+            let mut likeliest = best;
+            if let Some(plain) = k.checked_sub(1).and_then(|plain| survey.tones.get(plain)) {
+                likeliest = None;
+                plain
+                    .iter()
+                    .flatten()
+                    .filter(|tone| tone.climbed)
+                    .for_each(|tone| Model::keep(&mut likeliest, levels, tone));
+            }
+            let Some(Model { nu, .. }) = likeliest else { continue };
+            if (nu - *known).abs() > SAME * nu {
+                *known = nu;
+                survey.look_at_summit(stretch, levels, work, most, nu)?;
+            }
         }
         for place in survey.tones.as_flattened_mut() {
             if let Some(tone) = place.filter(|tone| !tone.climbed) {
                 *place = climb(stretch, levels, work, &tone, &mut best)?;
             }
-        }
-        if best.is_some_and(|best| (best.nu - nu).abs() < SAME * nu) {
-            break;
         }
     }
     let Some(best) = best else { return Some(None) };
