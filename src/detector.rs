@@ -117,7 +117,10 @@ impl Detector {
             self.one_by_one(false, ring, emit, due);
         }
         // A frame in which something is dated has enough to do.
-        if self.checkup.is_due(self.rest.teller.latest.0) && !self.rest.contact.is_busy() {
+        if self.rest.contact.is_busy() {
+            return;
+        }
+        if self.checkup.is_due(self.rest.teller.latest.0) {
             self.check(counters, emit);
         } else if self.rest.contact.has_time_for_image() {
             self.picture(ring, emit);

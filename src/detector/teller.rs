@@ -31,6 +31,8 @@ pub(super) struct Teller {
     hop_frames: u32,
     /// Frame behind the window that falls due next.
     next_end: u32,
+    /// When the latest slide began, as it was told: by its end the ring may not hold its start any more.
+    slide_start_us: u64,
     /// A slide that is over and falls due as a whole: first frame, frames.
     whole: Option<(u32, u32)>,
     /// Frame and time from which the rate is measured, once there is one.
@@ -60,6 +62,7 @@ impl Teller {
             growing: settings.accuracy > 0.0,
             hop_frames: frames_in(settings.hop_s, u32::MAX),
             next_end: 0,
+            slide_start_us: 0,
             whole: None,
             rate_from: None,
             latest: (0, 0),
@@ -96,7 +99,8 @@ impl Teller {
 
     /// Gives the slide that is over, as a whole: with the frame after its end was told.
     pub fn give_whole(&mut self, ring: &Ring, due: &mut dyn FnMut(Window)) {
-        if let Some((first, frames)) = self.whole.take() {
+        if let Some((first, frames)) = self.whole {
+            self.whole = None;
             self.window(first, frames, Span::Slide, ring, due);
         }
     }
@@ -113,11 +117,12 @@ impl Teller {
             Change::SlideStart(start) => {
                 let first = if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames };
                 self.next_end = start.wrapping_add(first);
-                emit(News::Slide(Slide { start_us: self.time_us(start, ring), end_us: None }));
+                self.slide_start_us = self.time_us(start, ring);
+                emit(News::Slide(Slide { start_us: self.slide_start_us, end_us: None }));
             }
             Change::SlideEnd(start, end) => {
                 let end_us = Some(self.time_us(end, ring));
-                emit(News::Slide(Slide { start_us: self.time_us(start, ring), end_us }));
+                emit(News::Slide(Slide { start_us: self.slide_start_us, end_us }));
                 let first = start.wrapping_add(TRIM_FRAMES);
                 let last = end.wrapping_sub(TRIM_FRAMES);
                 if reached(last, first) {
