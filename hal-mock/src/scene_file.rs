@@ -69,12 +69,17 @@ pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding
     }
     let truth = match SlidingScene::new(scene.clone()) {
         Ok(made) => made.truth(),
-        Err(error) => return Err(SceneFileError::Parameter { file, place: place(error.name), error }),
+        Err(error) => {
+            // Where the key at fault has its default, the one that limits it is in the file.
+            let place = error.keys().map(place).find(|place| !place.is_empty()).unwrap_or_default();
+            return Err(SceneFileError::Parameter { file, place, error });
+        }
     };
     let (frequency_hz, period_mm) = (truth.frequency_hz, scene.period_mm);
     if frequency_hz >= 0.5 * frame_rate_hz {
         let least_mm = frequency_hz * period_mm / (0.5 * frame_rate_hz);
-        let place = place("period_mm");
+        let keys = ["period_mm", "speed_mm_s", "peak_mm_s"].into_iter();
+        let place = keys.map(place).find(|place| !place.is_empty()).unwrap_or_default();
         return Err(SceneFileError::TooFine { file, place, period_mm, frequency_hz, frame_rate_hz, least_mm });
     }
     Ok(scene)
@@ -106,8 +111,15 @@ fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
     find(table.get_ref(), &|name, _, _| name == key).map(|(_, span)| span)
 }
 
-/// The key whose value is at a place, where the message does not name it.
+/// The key whose value is at a place, where the message does not name it; a key that is there twice is itself there.
 fn key_of(text: &str, at: &Range<usize>) -> String {
-    let Ok(table) = DeTable::parse(text) else { return String::new() };
-    find(table.get_ref(), &|_, _, value| value == at).map_or_else(String::new, |(key, _)| format!("{key}: "))
+    let key = match DeTable::parse(text) {
+        Ok(table) => find(table.get_ref(), &|_, _, value| value == at).map(|(key, _)| key),
+        Err(_) => text.get(at.clone()).filter(|key| is_key(key)).map(str::to_owned),
+    };
+    key.map_or_else(String::new, |key| format!("{key}: "))
+}
+
+fn is_key(text: &str) -> bool {
+    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }

@@ -69,14 +69,21 @@ fn what_is_wrong_is_told_by_key_and_line() {
     let kind = error("period_mm = 3\n\n[finger]\ndepth_mm = \"thick\"");
     assert!(kind.starts_with("a.toml: line 4: depth_mm: invalid type: string \"thick\""), "{kind}");
     assert!(error("period_mm = ").starts_with("a.toml: line 1: "));
-    assert!(error("reverse = true\nreverse = true").starts_with("a.toml: line 2: "));
+    let twice = error("reverse = true\nreverse = true");
+    assert!(twice.starts_with("a.toml: line 2: reverse: duplicate key"), "{twice}");
 
     assert_eq!(error("speed_mm_s = -3"), "a.toml: line 1: speed_mm_s = -3: must be finite and greater than 0");
     assert!(error("period_mm = nan").contains("period_mm = NaN"));
     let ridge = error("\nridge_mm = 4");
     assert_eq!(ridge, "a.toml: line 2: ridge_mm = 4: must be finite and less than 3.6 = period_mm");
-    // Where the key at fault has its default, the file has no line for it.
-    assert_eq!(error("period_mm = 0.5"), "a.toml: ridge_mm = 0.6: must be finite and less than 0.5 = period_mm");
+    // Where the key at fault has its default, the line is that of the one which limits it.
+    let ridge = error("\nperiod_mm = 0.5");
+    assert_eq!(ridge, "a.toml: line 2: ridge_mm = 0.6: must be finite and less than 0.5 = period_mm");
+    let contact = error("[finger]\ncontact_mm = 1");
+    assert!(
+        contact.starts_with("a.toml: line 2: period_mm = 3.6: ") && contact.contains("= contact_mm + "),
+        "{contact}"
+    );
     assert!(error("period_mm = 12").contains("contact_mm + ridge_mm"));
     assert!(error("[finger]\ndepth_mm = 0").starts_with("a.toml: line 2: depth_mm = 0: "));
     assert!(error("[finger]\nrelaxation_s = 4").contains("from 0 to 3.0000 = creep_s"));
@@ -97,6 +104,7 @@ fn a_grating_finer_than_the_scan_can_follow() {
     );
     assert!(parse_scene("a.toml", "speed_mm_s = 48\nperiod_mm = 0.4\nridge_mm = 0.1", FRAME_RATE_HZ).is_ok());
     assert!(error("period_mm = 1.5\n[hand]").contains("makes 131.3 Hz"));
+    assert!(error("reverse = true\nspeed_mm_s = 1000").starts_with("a.toml: line 2: period_mm = 3.6: makes 277.8 Hz"));
 }
 
 #[test]

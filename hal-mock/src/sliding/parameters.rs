@@ -155,15 +155,17 @@ pub(super) enum Range {
 
 fn check_all(rules: &[(&'static str, f64, Range)]) -> Result<(), ParameterError> {
     let broken = rules.iter().find_map(|&(name, value, ref range)| {
-        let (fits, wanted) = match *range {
-            Range::Any => (true, "a number".into()),
-            Range::Positive => (value > 0.0, "greater than 0".into()),
-            Range::NotNegative => (value >= 0.0, "not negative".into()),
-            Range::Between(low, high) => ((low..=high).contains(&value), format!("from {low} to {high}")),
-            Range::UpTo(limit, what) => ((0.0..=limit).contains(&value), format!("from 0 to {limit:.4} = {what}")),
-            Range::Below(limit, what) => (value < limit, format!("less than {limit} = {what}")),
+        let (fits, wanted, limit) = match *range {
+            Range::Any => (true, "a number".into(), ""),
+            Range::Positive => (value > 0.0, "greater than 0".into(), ""),
+            Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
+            Range::Between(low, high) => ((low..=high).contains(&value), format!("from {low} to {high}"), ""),
+            Range::UpTo(limit, what) => {
+                ((0.0..=limit).contains(&value), format!("from 0 to {limit:.4} = {what}"), what)
+            }
+            Range::Below(limit, what) => (value < limit, format!("less than {limit} = {what}"), what),
         };
-        (!(fits && value.is_finite())).then_some(ParameterError { name, value, wanted })
+        (!(fits && value.is_finite())).then_some(ParameterError { name, value, wanted, limit })
     });
     broken.map_or(Ok(()), Err)
 }
@@ -177,4 +179,13 @@ pub struct ParameterError {
     /// Its value.
     pub value: f64,
     wanted: String,
+    /// The expression of other fields that limits it, or nothing.
+    limit: &'static str,
+}
+
+impl ParameterError {
+    /// The fields that it is about: the one out of its range, then those that limit it.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
+        [self.name].into_iter().chain(self.limit.split(' '))
+    }
 }
