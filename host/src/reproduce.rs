@@ -7,6 +7,7 @@ mod document;
 mod estimate;
 mod figures;
 mod findings;
+mod fourier;
 mod maps;
 mod measure;
 mod page;

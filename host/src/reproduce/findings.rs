@@ -2,7 +2,8 @@
 
 use super::Reproduction;
 use super::charts::number;
-use super::paper::{GRATINGS_MM, LENGTH_MM, REPEATABILITY, TABLE_3};
+use super::fourier;
+use super::paper::{GRATINGS_MM, REPEATABILITY, TABLE_3};
 use super::protocol::Line;
 use super::results::{Combination, Expected, Run, rms};
 use super::tables::{all_fit, at, percent};
@@ -39,9 +40,8 @@ fn found(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
     let combinations = &all.combinations;
     let paper = TABLE_3[0].least_squares.percent;
     let two = |run: &Run| run.pairs[0].least_squares_hz;
-    let of_two = |c: &Combination| percent(c.rms_hz(two), c);
-    let here: Vec<f64> = combinations.iter().filter_map(of_two).collect();
-    let apart = || combinations.iter().filter_map(|c| Some((c, of_two(c)? - paper[number(c)?])));
+    let here: Vec<f64> = combinations.iter().filter_map(|c| percent(c.rms_hz(two), c)).collect();
+    let apart = |pair| least_squares_apart(combinations, pair);
     let two_digits = |value: f64| significant(value, 2);
     let decimals = |value: Option<f64>, count: usize| value.map(|value| format!("{value:.count$}"));
     let ideal = all.causes.first();
@@ -50,19 +50,20 @@ fn found(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
         "ls_most" => decimals(ends(&here).map(|e| e.1), 2),
         "paper_ls_least" => decimals(ends(&paper).map(|e| e.0), 2),
         "paper_ls_most" => decimals(ends(&paper).map(|e| e.1), 2),
-        "ls_apart_rms" => decimals(rms(apart().map(|(_, off)| Some(off))), 2),
-        "ls_apart_most" => decimals(greatest(apart().map(|(c, off)| (c, off.abs()))).map(|most| most.1), 2),
-        "ls_apart_where" => greatest(apart().map(|(c, off)| (c, off.abs()))).map(|most| name(most.0)),
+        "ls_apart_rms_1" => decimals(rms(apart(0).map(|(_, off)| Some(off))), 2),
+        "ls_apart_rms_2" => decimals(rms(apart(1).map(|(_, off)| Some(off))), 2),
+        "ls_apart_most_1" => greatest(apart(0)).map(|(c, off)| format!("{off:.2} % ({})", name(c))),
+        "ls_apart_most_2" => greatest(apart(1)).map(|(c, off)| format!("{off:.2} % ({})", name(c))),
         "ideal_two" => ideal.map(|cause| two_digits(cause.least_squares_percent)),
         "ideal_all" => ideal.map(|cause| two_digits(cause.all_percent)),
         "own_two" => own(combinations, two).map(two_digits),
         "own_all" => own(combinations, all_fit).map(two_digits),
-        "fft_close" => {
-            Some(fourier(combinations).filter(|(_, off, line_hz)| off.abs() < 0.2 * line_hz).count().to_string())
-        }
-        "fft_worst" => fourier_worst(combinations).map(name),
-        "fft_worst_here" => decimals(fourier_worst(combinations).and_then(|c| c.rms_hz(|run| run.pairs[0].fft_hz)), 3),
-        "fft_worst_paper" => decimals(fourier_worst(combinations).and_then(number).map(|c| TABLE_3[0].fft.hz[c]), 3),
+        "fft_close_1" => Some(fourier_close(combinations, 0)),
+        "fft_close_2" => Some(fourier_close(combinations, 1)),
+        "fft_worst_1" => fourier_worst(combinations, 0),
+        "fft_worst_2" => fourier_worst(combinations, 1),
+        "fft_off_lines" => decimals(fourier::off_lines_hz(0.0), 3),
+        "fft_off_lines_less" => decimals(fourier::off_lines_hz(1.0), 3),
         "ls_at_04" => decimals(ends(&at(combinations, 0.4, &|w| Some(w.least_squares_hz))).map(|e| e.1), 1),
         "fft_at_04" => decimals(ends(&at(combinations, 0.4, &|w| Some(w.fft_hz))).map(|e| e.1), 0),
         "r1_least" => decimals(repeatability(combinations, 0).map(|e| e.0), 2),
@@ -87,22 +88,31 @@ fn found(all: &Reproduction, wanted: &str) -> Result<Option<String>> {
     })
 }
 
+/// By how much least squares on a pair of channels differ from the paper's errors, percent of the nominal frequency.
+fn least_squares_apart(combinations: &[Combination], pair: usize) -> impl Iterator<Item = (&Combination, f64)> {
+    combinations.iter().filter_map(move |c| {
+        let here = percent(c.rms_hz(|run| run.pairs[pair].least_squares_hz), c)?;
+        Some((c, (here - TABLE_3[pair].least_squares.percent[number(c)?]).abs()))
+    })
+}
+
 /// RMS over all runs of a method's error against the true frequency, percent.
 fn own(combinations: &[Combination], of: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
     rms(combinations.iter().flat_map(|c| &c.runs).map(|run| Some(100.0 * (of(run)? / run.true_hz - 1.0))))
 }
 
-/// By how much naive Fourier analysis errs more than the paper's, and how far lines are apart; hertz.
-fn fourier(combinations: &[Combination]) -> impl Iterator<Item = (&Combination, f64, f64)> {
-    combinations.iter().filter_map(|c| {
-        let off = c.rms_hz(|run| run.pairs[0].fft_hz)? - TABLE_3[0].fft.hz[number(c)?];
-        Some((c, off, c.speed_mm_s / LENGTH_MM))
-    })
+/// In how many combinations naive Fourier analysis is within a fifth of a line's distance of the paper's error.
+fn fourier_close(combinations: &[Combination], pair: usize) -> String {
+    fourier::errors(combinations, pair).filter(|errors| errors.apart_lines() < 0.2).count().to_string()
 }
 
-/// The combination in which naive Fourier analysis differs most from the paper's, by lines.
-fn fourier_worst(combinations: &[Combination]) -> Option<&Combination> {
-    greatest(fourier(combinations).map(|(c, off, line_hz)| (c, off.abs() / line_hz))).map(|(c, _)| c)
+/// The combination in which naive Fourier analysis differs most from the paper's, by lines, and both errors.
+fn fourier_worst(combinations: &[Combination], pair: usize) -> Option<String> {
+    let most = greatest(fourier::errors(combinations, pair).map(|errors| (errors, errors.apart_lines())));
+    most.map(|(errors, _)| {
+        let fourier::Errors { combination, here_hz, paper_hz } = errors;
+        format!("{} by {here_hz:.3} Hz here and by {paper_hz:.3} Hz in the paper", name(combination))
+    })
 }
 
 fn repeatability(combinations: &[Combination], channel: usize) -> Option<(f64, f64)> {

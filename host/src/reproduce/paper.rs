@@ -70,6 +70,8 @@ pub const TABLE_3: [PairErrors; 2] = [
 /// of unit 1 and of unit 2 (section 4, "Repeatability").
 pub const REPEATABILITY: [(f64, f64); 2] = [(0.87, 0.97), (0.80, 0.89)];
 
+/// Readings of each channel a second (section 2.3).
+pub const FRAME_RATE_HZ: f64 = 241.0;
 /// Time before which the contact spike is looked for, seconds: t_init (equation 2).
 pub const SPIKE_BEFORE_S: f64 = 0.8;
 /// From the spike to the slide, seconds: delta t (equation 4).
