@@ -1,6 +1,7 @@
 //! `demo`: a scene through the emulated firmware, and what it found beside the truth.
 
 use crate::emulator::{self, Options, Outcome};
+use crate::fit_report::{decimals, with_sigma};
 use crate::input::{Input, Source};
 use crate::names::status_name;
 use crate::picture::{self, Recording};
@@ -143,15 +144,11 @@ impl fmt::Display for Summary {
         row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
         match &self.estimate {
             Some(e) if e.status.has_tone() => {
-                let found = format!("{:.4} +- {:.4} Hz", e.frequency, e.sigma);
-                row("tone", found, format!("{:.4} Hz", truth.frequency_hz))?;
+                let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
+                row("tone", format!("{hz} +- {sigma_hz} Hz"), format!("{:.4} Hz", truth.frequency_hz))?;
                 let period_mm = speed_mm_s / f64::from(e.frequency);
-                let sigma_mm = period_mm * f64::from(e.sigma / e.frequency);
-                row(
-                    "spatial period",
-                    format!("{period_mm:.4} +- {sigma_mm:.4} mm"),
-                    format!("{:.4} mm", self.period_mm),
-                )?;
+                let (mm, sigma_mm) = with_sigma(period_mm, period_mm * f64::from(e.sigma / e.frequency));
+                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{:.4} mm", self.period_mm))?;
             }
             Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
@@ -167,9 +164,10 @@ impl fmt::Display for Summary {
         }
         writeln!(f)?;
         if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {
+            let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency), 3);
             writeln!(
                 f,
-                "error           {error:+.3} % of the frequency, from {} channels and {:.3} s of sliding",
+                "error           {error:+.decimals$} % of the frequency, from {} channels and {:.3} s of sliding",
                 e.channels.len(),
                 e.window_s
             )?;

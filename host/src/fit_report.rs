@@ -144,9 +144,32 @@ pub fn significant(value: f64, digits: usize) -> String {
     }
 }
 
+/// So many decimals that an uncertainty has a digit other than 0, as many as `least` at least.
+pub fn decimals(sigma: f64, least: usize) -> usize {
+    // From half a unit of the last one on it is rounded up; single precision has no more than nine to show.
+    if sigma > 0.0 { (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize } else { least }
+}
+
+/// A value and its uncertainty of the same [`decimals`], four of them or more.
+pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
+    let decimals = decimals(sigma, 4);
+    (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_uncertainty_is_never_told_as_0() {
+        let told = |value, sigma| with_sigma(value, sigma);
+        assert_eq!(told(8.33342, 0.00023), ("8.3334".into(), "0.0002".into()));
+        assert_eq!(told(3.60002, 6e-5), ("3.6000".into(), "0.0001".into()));
+        assert_eq!(told(4.1666667, 2.6e-6), ("4.166667".into(), "0.000003".into()));
+        assert_eq!(told(4.1666667, 1e-6), ("4.166667".into(), "0.000001".into()));
+        assert_eq!(told(31.25, 12.0), ("31.2500".into(), "12.0000".into()));
+        assert_eq!((told(1.0, 0.0).1, told(1.0, f64::NAN).1), ("0.0000".into(), "NaN".into()));
+    }
 
     #[test]
     fn significant_digits() {

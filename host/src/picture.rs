@@ -7,7 +7,7 @@ mod recording;
 
 pub use recording::Recording;
 
-use crate::fit_report::significant;
+use crate::fit_report::{decimals, significant, with_sigma};
 use crate::names::status_name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
@@ -69,12 +69,14 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     if !fit.status.has_tone() {
         return ("Sixteen taxels".into(), format!("The whole slide gave no tone: {}.", status_name(fit.status)));
     }
-    let title = format!("Sixteen taxels, one tone: {:.4} \u{b1} {:.4} Hz", fit.frequency, fit.sigma);
+    let (hz, sigma_hz) = with_sigma(fit.frequency.into(), fit.sigma.into());
+    let title = format!("Sixteen taxels, one tone: {hz} \u{b1} {sigma_hz} Hz");
     let mut subtitle =
         format!("Least squares over {} channels and {:.2} s of sliding", fit.channels.len(), fit.window_s);
     if let Some(nominal_hz) = nominal_hz {
         let error = 100.0 * (f64::from(fit.frequency) / nominal_hz - 1.0);
-        subtitle += &format!("; nominal {nominal_hz:.4} Hz, error {error:+.3} %");
+        let decimals = decimals(100.0 * f64::from(fit.sigma / fit.frequency), 3);
+        subtitle += &format!("; nominal {nominal_hz:.4} Hz, error {error:+.decimals$} %");
     }
     (title, subtitle)
 }

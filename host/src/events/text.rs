@@ -1,5 +1,6 @@
 //! One line a packet: time, what, and its values with units. A static image has its map behind it.
 
+use crate::fit_report::with_sigma;
 use crate::names::{direction_name, status_name, verdict_name};
 use crate::static_image;
 use crate::tone::period_f32;
@@ -70,7 +71,8 @@ fn estimate(e: &Estimate) -> String {
         Abscissa::Place => ("mm", period_f32((e.frequency, e.sigma))),
     };
     let tone = if e.status.has_tone() {
-        format!("{:>9.4} {unit} +- {:.4} {unit}", found.0, found.1)
+        let (value, sigma) = with_sigma(found.0.into(), found.1.into());
+        format!("{value:>9} {unit} +- {sigma} {unit}")
     } else {
         format!("{:>9} {unit}", "-")
     };
