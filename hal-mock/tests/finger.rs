@@ -1,6 +1,9 @@
 //! The physical finger against line loads summed up one by one, and against what the paper saw.
 
-use hal_mock::{Finger, Hand, Scene, Sliding, SlidingScene, Stimulator, TABLE_2};
+mod common;
+
+use common::{next, write};
+use hal_mock::{Ads1258, Finger, Hand, Options, Scene, Sliding, SlidingScene, Stimulator, TABLE_2};
 use std::f64::consts::{PI, TAU};
 
 fn exact(finger: Finger) -> Finger {
@@ -204,6 +207,54 @@ fn the_hold_creeps_and_the_filter_takes_its_share() {
     // A human finger creeps by more.
     let (_, held, ..) = record(Finger { relaxation_s: 1.42, creep_s: 2.14, ..finger });
     assert!((0.75..0.85).contains(&held), "{held}");
+}
+
+/// Read by the chip's scan, what is faster than half the frame rate comes back at the difference to it, with what the
+/// filter of the board leaves of it.
+#[test]
+fn what_is_too_fast_for_the_scan_aliases() {
+    let (true_hz, frame_rate_hz) = (190.0, 15_728_640.0 / 3106.0 / 21.0);
+    let scene = still(Sliding {
+        speed_mm_s: true_hz * 3.6,
+        period_mm: 3.6,
+        slide_mm: 1.2 * true_hz * 3.6,
+        ..Sliding::physical()
+    });
+    let (truth, tone_v) = (scene.truth(), scene.channels()[0].amplitude_v());
+    let mut chip = Ads1258::new(Box::new(scene), Options { noise: false, ..Options::default() });
+    // The firmware's scan: DRATE 1, DLY 3, AIN0-15 and five internal readings.
+    write(&mut chip, 0, 0, &[0x02, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D]);
+    chip.set_start(0, true);
+    let mut readings = Vec::new();
+    loop {
+        let (edge_ns, status, code) = next(&mut chip);
+        let t_s = edge_ns as f64 * 1e-9;
+        if t_s > truth.slide_end_s - 0.05 {
+            break;
+        }
+        // AIN0 is 08h.
+        if status & 0x1F == 0x08 && t_s > truth.slide_start_s + 0.15 {
+            readings.push((t_s, f64::from(code) * 4.096 / 7_864_320.0));
+        }
+    }
+    let count = readings.len() as f64;
+    let mean_v = readings.iter().map(|(_, volts)| volts).sum::<f64>() / count;
+    // Under Hann's window a line is nothing to others some of its widths away.
+    let amplitude_v = |hz: f64| {
+        let (mut cos_v, mut sin_v) = (0.0, 0.0);
+        for (n, (t_s, volts)) in (0..).zip(&readings) {
+            let hann = 1.0 - (TAU * (f64::from(n) + 0.5) / count).cos();
+            let (sin, cos) = (TAU * hz * t_s).sin_cos();
+            cos_v += hann * (volts - mean_v) * cos;
+            sin_v += hann * (volts - mean_v) * sin;
+        }
+        2.0 / count * f64::hypot(cos_v, sin_v)
+    };
+    // 95 % of a deformation come at once, and the pole is at 388.2 Hz.
+    let wanted_v = 0.95 * tone_v / (true_hz / 388.2).hypot(1.0);
+    let got_v = amplitude_v(frame_rate_hz - true_hz);
+    assert!((got_v / wanted_v - 1.0).abs() < 5e-3, "{got_v} V instead of {wanted_v} V");
+    assert!(amplitude_v(frame_rate_hz - true_hz + 15.0) < 0.01 * wanted_v);
 }
 
 #[test]

@@ -113,9 +113,10 @@ fn travel(e: &Travel) -> String {
         return format!("period {name}");
     }
     let direction = direction_name(e.direction).unwrap_or("either way");
-    let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = e;
+    let (period_mm, period_sigma_mm) = with_sigma(e.spatial_period_mm.into(), e.spatial_period_sigma_mm.into());
+    let Travel { speed_mm_s, speed_sigma_mm_s, .. } = e;
     format!(
-        "period {spatial_period_mm:.4} mm +- {spatial_period_sigma_mm:.4} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({name})"
+        "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({name})"
     )
 }
 
