@@ -37,10 +37,10 @@ fn replayed(input: &Input) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind in their order, but for the processor's load, which a PC has none of.
+/// The events of each kind in their order, but for the processor's load and stack, which a PC has none of.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 7] {
-    let mut kinds = [const { Vec::new() }; 7];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
+    let mut kinds = [const { Vec::new() }; 10];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -50,10 +50,13 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 7] {
             Event::Estimate(_) => 3,
             Event::Release(_) => 4,
             Event::Health(health) => {
-                health.load = 0.0;
+                (health.load, health.stack_used_bytes, health.stack_bytes) = (0.0, 0, 0);
                 5
             }
             Event::Image(_) => 6,
+            Event::Fault(_) => 7,
+            Event::Reply(_) => 8,
+            Event::Raw(_) => 9,
         };
         kinds[kind].push(event);
     }
