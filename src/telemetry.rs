@@ -428,14 +428,18 @@ pub struct Decoder {
     pub damaged: u32,
     /// Protocol of the device, if it is another than [`PROTOCOL`]: its packets are not given.
     pub foreign: Option<u8>,
-    /// Packets that never came, by their sequence numbers.
+    /// Packets that never came, by their sequence numbers: of a gap of 32,768 and more only the rest beyond whole
+    /// multiples of 65,536, if that is less.
     pub missing: u32,
+    /// Times that the numbers went back: the line repeated itself, or the device started anew and its first greeting was
+    /// lost.
+    pub stepped_back: u32,
 }
 
 impl Decoder {
     /// A decoder that has seen nothing; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, foreign: None, missing: 0 }
+        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, foreign: None, missing: 0, stepped_back: 0 }
     }
 
     /// Takes one byte; gives a packet when it was the last of one.
@@ -458,7 +462,13 @@ impl Decoder {
                 }
                 _ => 0,
             };
-            self.missing = self.missing.saturating_add(gap as u32);
+            // More than half the numbers ahead is taken for so much less back: were it a gap, a repetition would be
+            // sixty thousand losses.
+            if gap <= u16::MAX / 2 {
+                self.missing = self.missing.saturating_add(gap as u32);
+            } else {
+                self.stepped_back = self.stepped_back.saturating_add(1);
+            }
             self.expected = Some(packet.sequence.wrapping_add(1));
             if let Event::Hello(hello) = &packet.event {
                 self.foreign = (hello.protocol != PROTOCOL).then_some(hello.protocol);
@@ -527,6 +537,18 @@ mod tests {
             }
         }
         assert_eq!((decoder.damaged, decoder.missing), (0, 3));
+    }
+
+    #[test]
+    fn a_repetition_and_an_unheard_restart_are_no_losses() {
+        let mut decoder = Decoder::new();
+        for sequence in [40_000, 40_000, 40_001, 2, 3, 7] {
+            for byte in sent(sequence, Event::Release(Release { t_us: 5 })) {
+                decoder.push(byte);
+            }
+        }
+        // 2 is 25,537 numbers ahead of 40,002, which a gap may be; 4 to 6 are lost.
+        assert_eq!((decoder.damaged, decoder.missing, decoder.stepped_back), (0, 25_536 + 3, 1));
     }
 
     #[test]

@@ -93,6 +93,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     let input = open(&args.input, Settings::DEFAULT.window_s, "")?;
     let mut options = firmware(&args.firmware, &elf);
     options.keep_conversions = args.svg.is_some();
+    options.keep_serial = args.serial_out.is_some();
     let mut progress = Progress::default();
     let mut print = printer(args.json);
     let mut packets = Vec::new();
