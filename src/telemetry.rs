@@ -439,7 +439,15 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that has seen nothing; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, foreign: None, missing: 0, stepped_back: 0 }
+        Self {
+            buffer: Vec::new(),
+            overlong: false,
+            expected: None,
+            damaged: 0,
+            foreign: None,
+            missing: 0,
+            stepped_back: 0,
+        }
     }
 
     /// Takes one byte; gives a packet when it was the last of one.
