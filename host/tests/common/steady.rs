@@ -1,10 +1,15 @@
 //! The same touch over and over on the emulated chip: nothing may drift, leak or get lost.
 
+#[path = "../../../tests/support/memory.rs"]
+mod memory;
+
 use hal_mock::{Options, Scene, Sliding, SlidingScene};
+use memory::resident_bytes;
 use ridgetone::settings::SCAN;
 use ridgetone::telemetry::{Event, Health, Packet, Span, Status};
 use ridgetone_host::emulator;
 use ridgetone_host::input::Opened;
+use ridgetone_host::output::Progress;
 use std::time::Instant;
 
 /// A touch every so many seconds: longer than one lasts.
@@ -92,8 +97,12 @@ pub fn run(end_s: f64) {
         }
         Ok(())
     };
-    let begun = Instant::now();
-    let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |_, _| {}).expect("a run");
+    let (begun, mut progress) = (Instant::now(), Progress::default());
+    let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |done_s, all_s| {
+        progress.tell(done_s, all_s)
+    });
+    progress.end();
+    let outcome = outcome.expect("a run");
     println!("{end_s} s of virtual time in {:.1} s of wall time", begun.elapsed().as_secs_f64());
 
     // One greeting at the start and one after ten healths each: no second start.
@@ -154,12 +163,6 @@ impl Seen {
             self.resident = Some((from, bytes));
         }
     }
-}
-
-/// Resident memory of this process, where the system tells (proc(5), statm: the second number, in pages of 4 KiB).
-fn resident_bytes() -> Option<u64> {
-    let pages = std::fs::read_to_string("/proc/self/statm").ok()?;
-    Some(pages.split_ascii_whitespace().nth(1)?.parse::<u64>().ok()? * 4096)
 }
 
 /// How far times are from the truth, at least and at most, seconds.
