@@ -19,7 +19,7 @@ fn what_comes_through_is_read_and_nothing_else_is() {
         all.damaged += tried.damaged;
         all.forged += tried.forged;
     }
-    // Of eleven things that may happen to a frame four leave it whole, one of them twice over.
-    assert!(all.whole > 100_000 && all.damaged > 100_000, "{all:?}");
+    // Neither is rare.
+    assert!(all.whole > 80_000 && all.damaged > 80_000, "{all:?}");
     assert_eq!(all.forged, 0, "{all:?}");
 }
