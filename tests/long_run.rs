@@ -3,7 +3,7 @@
 //!
 //! What the normal tests skip: of the 30 days only a touch around every wrap of the board's microseconds is played, 604 of
 //! them, and a scan every twenty minutes in between. That nothing happens in what lies between is the ignored test's to
-//! say, which plays all 13 thousand million conversions: `cargo test --release --test long_run -- --ignored --nocapture`.
+//! say, which plays all 13 thousand million conversions: `cargo test --test long_run -- --ignored --nocapture`.
 
 #[path = "support/memory.rs"]
 mod memory;
@@ -20,8 +20,6 @@ use touch::{SCANS, TONE_HZ, scan};
 
 /// A scan's period, nanoseconds.
 const SCAN_NS: u64 = SLOTS as u64 * CONVERSION_NS;
-/// From the touch's first scan to its slide's end, microseconds.
-const SLIDE_END_US: u64 = 2_800_000;
 const DAY_S: u64 = 86_400;
 /// Microseconds from one wrap of the board's counter to the next: 71.6 minutes.
 const WRAP_US: u64 = 1 << 32;
@@ -48,14 +46,23 @@ fn times_us(event: &Event) -> Vec<u64> {
     }
 }
 
-/// An estimate of the touch that began with scan number `begin` is right, and the same as `plain`.
-fn assert_same(fit: &Estimate, begin: u64, plain: &Estimate) {
+/// The scans of a touch: with its last hold a second longer, and 0.9 s of rest behind it, so that its end is told before
+/// the next begins.
+fn touched() -> impl Iterator<Item = u64> + Clone {
+    let hold = (0..4).flat_map(|_| HOLD);
+    let rest = (0..3).flat_map(|_| 0..70);
+    (0..HOLD.end).chain(hold).chain(HOLD.end..SCANS).chain(rest)
+}
+
+/// Scans of the hold behind the slide, from 2.82 to 3.07 s.
+const HOLD: std::ops::Range<u64> = 680..740;
+/// Scans of [`touched`].
+const LENGTH: u64 = SCANS + 4 * (HOLD.end - HOLD.start) + 3 * 70;
+
+/// An estimate is that of the touch, and the same as `plain`.
+fn assert_same(fit: &Estimate, plain: &Estimate) {
     assert_eq!((fit.status, fit.span, fit.harmonics), (Status::Good, plain.span, plain.harmonics), "{fit:?}");
-    // The release comes too soon after the slide for its end to be noticed: later windows, and the slide as a whole, hold
-    // a part of the hold behind it.
-    if fit.span == Span::Window && fit.t_us <= scan_us(begin) + SLIDE_END_US {
-        assert!((f64::from(fit.frequency) - TONE_HZ).abs() < 5.0 * f64::from(fit.sigma), "{fit:?}");
-    }
+    assert!((f64::from(fit.frequency) - TONE_HZ).abs() < 5.0 * f64::from(fit.sigma), "{fit:?}");
     assert!((fit.frequency - plain.frequency).abs() < 0.1 * plain.sigma, "{fit:?}, and at first {plain:?}");
 }
 
@@ -70,20 +77,20 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         events
     };
     let told = |event: &Event| !matches!(event, Event::Health(_) | Event::Hello(_));
-    let mut plain: Vec<Event> = play(&mut (0..SCANS).flat_map(|n| scan(n, n, 0)));
+    let mut plain: Vec<Event> = play(&mut touched().zip(0..).flat_map(|(n, number)| scan(n, number, 0)));
     plain.retain(told);
     let windows = plain.iter().filter(|event| matches!(event, Event::Estimate(_))).count();
     assert!(windows > 5, "{windows}");
 
-    let (mut next, mut given, mut healths) = (SCANS, SCANS, 0);
+    let (mut next, mut given, mut healths) = (LENGTH, LENGTH, 0);
     for wrap in 1..=30 * DAY_S * 1_000_000 / WRAP_US {
         // The wrap comes at another place of the touch each time.
-        let begin = scan_at(wrap * WRAP_US) - wrap * 137 % SCANS;
+        let begin = scan_at(wrap * WRAP_US) - wrap * 137 % LENGTH;
         let rest = (next..begin).step_by(scan_at(20 * 60_000_000) as usize).skip(1);
-        let touched = (0..SCANS).flat_map(|n| scan(n, begin + n, 0));
-        given += SCANS + rest.clone().count() as u64;
-        next = begin + SCANS;
-        let mut events = play(&mut rest.flat_map(|number| scan(0, number, 0)).chain(touched));
+        let touch = touched().zip(begin..).flat_map(|(n, number)| scan(n, number, 0));
+        given += LENGTH + rest.clone().count() as u64;
+        next = begin + LENGTH;
+        let mut events = play(&mut rest.flat_map(|number| scan(0, number, 0)).chain(touch));
         for event in &events {
             let Event::Health(health) = event else { continue };
             healths += 1;
@@ -99,16 +106,18 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             assert!((f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
         }
         events.retain(told);
-        assert_eq!(events.len(), plain.len(), "wrap {wrap}: {events:?}");
+        assert_eq!(events.len(), plain.len(), "wrap {wrap}: {:?}", events.iter().map(times_us).collect::<Vec<_>>());
         for (event, plain) in events.iter().zip(&plain) {
             assert_eq!(std::mem::discriminant(event), std::mem::discriminant(plain), "wrap {wrap}");
             for (t_us, plain_us) in times_us(event).into_iter().zip(times_us(plain)) {
-                // The scan's number is right, and its time to the last microsecond.
-                let number = begin + (plain_us * 1000).div_ceil(SCAN_NS);
-                assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}, and at first {plain:?}");
+                // Its time is that of a scan to the last microsecond. Which one may depend on where blocks of four began.
+                let number = (t_us * 1000).div_ceil(SCAN_NS);
+                assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}");
+                let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
+                assert!(number.abs_diff(expected) < 4, "wrap {wrap}: {event:?}, and at first {plain:?}");
             }
             if let (Event::Estimate(fit), Event::Estimate(plain)) = (event, plain) {
-                assert_same(fit, begin, plain);
+                assert_same(fit, plain);
             }
         }
     }
@@ -127,8 +136,8 @@ struct Played {
 
 /// Plays touches one behind the other for `length_s`, every conversion of them.
 fn play(length_s: u64) -> Played {
-    let touch: Vec<TimedConversion> = (0..SCANS).flat_map(|n| scan(n, n, 0)).collect();
-    let touches = scan_at(length_s * 1_000_000) / SCANS;
+    let touch: Vec<TimedConversion> = touched().flat_map(|n| scan(n, n, 0)).collect();
+    let touches = scan_at(length_s * 1_000_000) / LENGTH;
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     let (mut t_ns, mut first, mut last) = (0u64, Vec::new(), Vec::<Estimate>::new());
     let (mut health, mut resident) = (None, None);
@@ -139,7 +148,7 @@ fn play(length_s: u64) -> Played {
         if number == 1 {
             resident = resident_bytes();
         }
-        let begin = number * SCANS;
+        let begin = number * LENGTH;
         heard.clear();
         last.clear();
         let mut emit = |event| match event {
@@ -154,7 +163,7 @@ fn play(length_s: u64) -> Played {
                 health = Some(told);
             }
             Event::Estimate(fit) => {
-                assert_same(&fit, begin, first.get(last.len()).unwrap_or(&fit));
+                assert_same(&fit, first.get(last.len()).unwrap_or(&fit));
                 last.push(fit);
             }
             _ => {}
@@ -168,7 +177,9 @@ fn play(length_s: u64) -> Played {
             first.clone_from(&last);
         }
         assert_eq!(last.len(), first.len(), "touch {number}");
-        let heard: [u64; 4] = heard.as_slice().try_into().expect("contact, start, end, release");
+        let Ok(heard) = <[u64; 4]>::try_from(heard.as_slice()) else {
+            panic!("touch {number}, from {} us on: {heard:?} is not contact, start, end, release", scan_us(begin));
+        };
         let scans = heard.map(|t_us| {
             let number = (t_us * 1000).div_ceil(SCAN_NS);
             assert_eq!(t_us, scan_us(number), "touch {number}");
@@ -183,12 +194,9 @@ fn assert_steady(played: &Played) {
     let Played { touches, first, last, health, resident } = played;
     println!("{touches} touches; last health {health:?}; resident bytes {resident:?}");
     assert!(first.len() > 5 && first.len() == last.len() && last.iter().any(|fit| fit.span == Span::Slide));
-    let (begun, ended) = (u64::from(health.frames), touches * SCANS);
+    let (begun, ended) = (u64::from(health.frames), touches * LENGTH);
     assert!((0..=2 * FRAME_RATE_HZ as u64).contains(&(ended - begun)), "the last health is a second old at most");
     assert!((f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
-    if let Some((from, to)) = resident {
-        assert!(to.saturating_sub(*from) < 1 << 20, "memory grows from {from} to {to} bytes");
-    }
 }
 
 #[test]
@@ -197,9 +205,13 @@ fn touch_after_touch_for_three_hours_is_the_same() {
 }
 
 #[test]
-#[ignore = "every conversion of 30 days: minutes with --release"]
+#[ignore = "every conversion of 30 days: a quarter of an hour, and Linux"]
 fn touch_after_touch_for_thirty_days_is_the_same() {
-    assert_steady(&play(30 * DAY_S));
+    let played = play(30 * DAY_S);
+    assert_steady(&played);
+    // Nothing else runs beside it: `--ignored` asks for it alone.
+    let (from, to) = played.resident.expect("Linux tells");
+    assert!(to.saturating_sub(from) < 1 << 20, "memory grows from {from} to {to} bytes");
 }
 
 /// Messages of 30 days, one a second, with bursts that the line is too slow for and frames that it loses: the PC's count

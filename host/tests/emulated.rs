@@ -228,7 +228,7 @@ fn two_runs_give_the_same_bytes() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
-    steady::run(60.0);
+    steady::run(60.0, false);
 }
 
 /// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`

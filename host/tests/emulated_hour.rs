@@ -8,5 +8,5 @@ mod steady;
 #[test]
 #[ignore = "75 minutes of virtual time"]
 fn an_hour_and_a_quarter_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
-    steady::run(4500.0);
+    steady::run(4500.0, true);
 }
