@@ -8,7 +8,7 @@ use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
@@ -251,13 +251,13 @@ number, by its port's name. Ctrl-C ends it.
 Examples:
   ridgetone listen --port /dev/ttyUSB0
   ridgetone listen --usb-serial A50285BI --json > events.jsonl")]
-#[group(id = "board", required = true, multiple = false, args = ["port", "usb_serial"])]
+#[command(group(ArgGroup::new("board").required(true)))]
 pub struct ListenArgs {
     /// The serial port's name.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", group = "board")]
     pub port: Option<String>,
     /// The USB serial number of the board, or of the adapter on its line.
-    #[arg(long, value_name = "NUMBER")]
+    #[arg(long, value_name = "NUMBER", group = "board")]
     pub usb_serial: Option<String>,
     /// One JSON object a line instead of text.
     #[arg(long)]

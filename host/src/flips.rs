@@ -93,7 +93,7 @@ fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> Flips {
             damage(&mut frame, rng);
         }
         flips.sent += 1;
-        let mut lengths = frame.split(|byte| *byte == 0).filter_map(passing);
+        let lengths = frame.split(|byte| *byte == 0).filter_map(passing);
         let (empty, filled) = lengths.fold((false, false), |(e, f), length| (e || length == 0, f || length > 0));
         (flips.empty, flips.checksum_passed) =
             (flips.empty + u64::from(empty), flips.checksum_passed + u64::from(filled));

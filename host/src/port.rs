@@ -119,6 +119,7 @@ impl std::error::Error for PortError {}
 
 /// Something that happened on a link.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly all of them are packets")]
 pub enum Happening {
     /// The board is there, at this port.
     Came(String),
