@@ -12,7 +12,8 @@ use std::process::Stdio;
 
 #[test]
 fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
-    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+    // Not for the command: as long as it had this end too, the board would never be gone.
+    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
     unlockpt(&end).expect("unlocked");
     let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
@@ -25,7 +26,7 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
         .expect("the command runs");
     let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
-    let mut next =
+    let next =
         |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
     assert_eq!(next(&mut said), format!("ridgetone: {name}: the board is there"));
 
