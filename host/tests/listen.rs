@@ -26,8 +26,7 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
         .expect("the command runs");
     let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
-    let next =
-        |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
+    let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
     assert_eq!(next(&mut said), format!("ridgetone: {name}: the board is there"));
 
     // The middle of a frame first, as when a board has been running for long.

@@ -156,8 +156,8 @@ impl Seen {
         let number = (u128::from(health.t_us) * clock_hz + ticks * 500_000) / (ticks * 1_000_000);
         let exact_us = number * ticks * 1_000_000 / clock_hz;
         assert!(exact_us.abs_diff(health.t_us.into()) <= 1, "{health:?} is not the time of conversion {number}");
-        assert_eq!(number % 21, 20, "told with a scan's last conversion: {health:?}");
-        assert_eq!(number / 21 + 1, health.frames.into(), "{health:?}");
+        // Scans are counted from their first conversion on: the last health comes in the middle of one.
+        assert_eq!(number / SCAN.slots() as u128 + 1, health.frames.into(), "{health:?}");
         if let Some(bytes) = resident_bytes() {
             // From the second touch on: the first one allocates what all of them need.
             let from = self.resident.filter(|_| self.healths > 12).map_or(bytes, |(from, _)| from);
