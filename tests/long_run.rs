@@ -205,7 +205,7 @@ fn touch_after_touch_for_three_hours_is_the_same() {
 }
 
 #[test]
-#[ignore = "every conversion of 30 days: a quarter of an hour, and Linux"]
+#[ignore = "every conversion of 30 days: six minutes and more, on Linux"]
 fn touch_after_touch_for_thirty_days_is_the_same() {
     let played = play(30 * DAY_S);
     assert_steady(&played);

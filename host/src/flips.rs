@@ -65,7 +65,7 @@ impl Flips {
 
 /// Sends `frames` frames of telemetry, each with flipped bits: 1 to 16 anywhere in it, its delimiter included, or a
 /// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same flips, on however
-/// many threads. Ten million take about a minute.
+/// many threads. Ten million take half a minute on two cores.
 ///
 /// # Errors
 /// The touch cannot be replayed.
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "ten million frames: a minute with --release"]
+    #[ignore = "ten million frames: half a minute"]
     fn of_ten_million_flipped_frames_none_is_taken() {
         let touch = Input::default().open().unwrap();
         let flips = count(touch, 10_000_000, 2).unwrap();
