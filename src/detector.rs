@@ -4,6 +4,7 @@ mod health;
 mod imaging;
 mod teller;
 
+use crate::boot::{Boot, SettingsSource};
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
@@ -80,6 +81,8 @@ impl Detector {
             ],
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
+            source: SettingsSource::Default,
+            boot: Boot::default(),
         })
     }
 

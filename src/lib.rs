@@ -25,6 +25,8 @@
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
+//! What goes wrong is named in [`fault`], how a run began in [`boot`], what a PC may ask for in [`command`].
+//!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
 //! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
@@ -42,9 +44,12 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod abscissa;
+pub mod boot;
 pub mod bridge;
+pub mod command;
 pub mod descent;
 pub mod detector;
+pub mod fault;
 pub mod few_cycles;
 pub mod fundamental;
 pub mod intake;

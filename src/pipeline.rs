@@ -7,6 +7,7 @@
 
 use crate::abscissa::{Fitted, by_place, in_time};
 pub use crate::detector::{Counters, Detector};
+use crate::fault::Doubts;
 use crate::frame::TimedConversion;
 use crate::lag::lag;
 use crate::profile::Profile;
@@ -95,6 +96,7 @@ impl Estimator {
             sigma: fit.sigma * fitted.per_unit,
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
+            doubts: Doubts::NONE,
             travel: self.travel(&fitted, window),
             channels: heapless::Vec::new(),
         };

@@ -4,6 +4,8 @@
 //! from knot to knot, and is computed as that and not as a sum of steps. With places instead of times the
 //! fit gives cycles per millimetre, whatever the speed does meanwhile ([`crate::stretch::Stretch::along`]).
 
+use serde::{Deserialize, Serialize};
+
 /// Most knots of a profile.
 pub const KNOTS_MAX: usize = 32;
 
@@ -11,7 +13,7 @@ pub const KNOTS_MAX: usize = 32;
 pub const SPEED_MAX_MM_S: f32 = 2000.0;
 
 /// A speed at a time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Knot {
     /// Device time, microseconds, up to 71 minutes; what comes later is [`After`].
     pub t_us: u32,
@@ -20,7 +22,7 @@ pub struct Knot {
 }
 
 /// What happens after the last knot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum After {
     /// The last knot's speed goes on; before the first knot, the first one's does.
     Hold,

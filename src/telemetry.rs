@@ -1,14 +1,17 @@
 //! The wire types and framing, used by both ends.
 
+use crate::boot::{Boot, SettingsSource};
+use crate::command::Reply;
+use crate::fault::{Doubts, Fault, KINDS};
 use crate::settings::{Settings, TAXELS};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 3;
+pub const PROTOCOL: u8 = 4;
 
 /// First message after start-up, and again about every ten seconds.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// [`PROTOCOL`].
     pub protocol: u8,
@@ -18,6 +21,10 @@ pub struct Hello {
     pub frame_rate_hz: f32,
     /// Settings in force.
     pub settings: Settings,
+    /// Where they come from.
+    pub source: SettingsSource,
+    /// How this run began.
+    pub boot: Boot,
 }
 
 /// The contact spike (paper, equations 2 and 3).
@@ -60,12 +67,14 @@ pub enum Status {
     Nothing,
     /// Two readings an octave (or another harmonic step) apart explain the window about equally well.
     Ambiguous,
+    /// A common tone, but in a window in which something was wrong that may have changed it: see [`Estimate::doubts`].
+    Doubtful,
 }
 
 impl Status {
     /// Whether an estimate of this status has a frequency.
     pub const fn has_tone(self) -> bool {
-        matches!(self, Self::Good | Self::Ambiguous)
+        matches!(self, Self::Good | Self::Ambiguous | Self::Doubtful)
     }
 }
 
@@ -199,6 +208,8 @@ pub struct Estimate {
     /// Frames of the window that were left out: missing, or without a valid value of a taxel that has
     /// them otherwise.
     pub frames_missing: u16,
+    /// What was wrong while it came.
+    pub doubts: Doubts,
     /// Spatial period, speed and direction.
     pub travel: Travel,
     /// The valid channels.
@@ -260,6 +271,14 @@ pub struct Health {
     /// Times the ADC was set up anew because its registers were not what they should be, or could not
     /// be set up.
     pub chip_restarts: u32,
+    /// Times that each kind of fault was seen, by [`crate::fault::FaultKind::ALL`].
+    pub faults: [u32; KINDS],
+    /// Orders of the PC that were damaged on their way.
+    pub orders_damaged: u32,
+    /// The most of the stack that was in use since start-up, bytes; zero where nothing measures it (PC).
+    pub stack_used_bytes: u32,
+    /// The stack's size, bytes; zero where nothing measures it.
+    pub stack_bytes: u32,
     /// True frame rate by the board's clock, hertz; zero until measured.
     pub frame_rate_hz: f32,
     /// Share of time the processor was not idle, 0 to 1; zero where nothing measures it (PC).
@@ -274,6 +293,21 @@ pub struct Health {
     pub offset_v: f32,
     /// Gain by the chip's own reading, ideally 1.
     pub gain: f32,
+}
+
+/// One frame as it was read, on request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Raw {
+    /// Device time of its first slot, microseconds.
+    pub t_us: u64,
+    /// Its number since start-up, counting those that were lost.
+    pub number: u32,
+    /// Bit k: taxel k was converted and read.
+    pub present: u16,
+    /// Bit k: its conversion can be trusted.
+    pub good: u16,
+    /// Codes of the taxels; of those that are not present anything.
+    pub codes: [i32; TAXELS],
 }
 
 /// A message.
@@ -294,10 +328,16 @@ pub enum Event {
     Health(Health),
     /// What a hold does to the taxels.
     Image(Image),
+    /// Something is wrong, or is right again.
+    Fault(Fault),
+    /// The answer to an order.
+    Reply(Reply),
+    /// A frame as it was read.
+    Raw(Raw),
 }
 
 /// What the detector tells: the events but for estimates, which come from the fit; what is large by reference.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum News<'a> {
     /// After start-up.
     Hello(Hello),
@@ -311,6 +351,10 @@ pub enum News<'a> {
     Health(Health),
     /// What a hold does to the taxels.
     Image(&'a Image),
+    /// Something is wrong, or is right again.
+    Fault(Fault),
+    /// A frame as it was read.
+    Raw(Raw),
 }
 
 impl From<News<'_>> for Event {
@@ -323,6 +367,8 @@ impl From<News<'_>> for Event {
             News::Release(release) => Self::Release(release),
             News::Health(health) => Self::Health(health),
             News::Image(image) => Self::Image(image.clone()),
+            News::Fault(fault) => Self::Fault(fault),
+            News::Raw(raw) => Self::Raw(raw),
         }
     }
 }
@@ -382,14 +428,26 @@ pub struct Decoder {
     pub damaged: u32,
     /// Protocol of the device, if it is another than [`PROTOCOL`]: its packets are not given.
     pub foreign: Option<u8>,
-    /// Packets that never came, by their sequence numbers.
+    /// Packets that never came, by their sequence numbers: of a gap of 32,768 and more only the rest beyond whole
+    /// multiples of 65,536, if that is less.
     pub missing: u32,
+    /// Times that the numbers went back: the line repeated itself, or the device started anew and its first greeting was
+    /// lost.
+    pub stepped_back: u32,
 }
 
 impl Decoder {
     /// A decoder that has seen nothing; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { buffer: Vec::new(), overlong: false, expected: None, damaged: 0, foreign: None, missing: 0 }
+        Self {
+            buffer: Vec::new(),
+            overlong: false,
+            expected: None,
+            damaged: 0,
+            foreign: None,
+            missing: 0,
+            stepped_back: 0,
+        }
     }
 
     /// Takes one byte; gives a packet when it was the last of one.
@@ -412,7 +470,13 @@ impl Decoder {
                 }
                 _ => 0,
             };
-            self.missing = self.missing.saturating_add(gap as u32);
+            // More than half the numbers ahead is taken for so much less back: were it a gap, a repetition would be
+            // sixty thousand losses.
+            if gap <= u16::MAX / 2 {
+                self.missing = self.missing.saturating_add(gap as u32);
+            } else {
+                self.stepped_back = self.stepped_back.saturating_add(1);
+            }
             self.expected = Some(packet.sequence.wrapping_add(1));
             if let Event::Hello(hello) = &packet.event {
                 self.foreign = (hello.protocol != PROTOCOL).then_some(hello.protocol);
@@ -484,10 +548,22 @@ mod tests {
     }
 
     #[test]
+    fn a_repetition_and_an_unheard_restart_are_no_losses() {
+        let mut decoder = Decoder::new();
+        for sequence in [40_000, 40_000, 40_001, 2, 3, 7] {
+            for byte in sent(sequence, Event::Release(Release { t_us: 5 })) {
+                decoder.push(byte);
+            }
+        }
+        // 2 is 25,537 numbers ahead of 40,002, which a gap may be; 4 to 6 are lost.
+        assert_eq!((decoder.damaged, decoder.missing, decoder.stepped_back), (0, 25_536 + 3, 1));
+    }
+
+    #[test]
     fn another_protocol_is_told_and_not_taken_for_ours() {
         let hello = |protocol| {
-            let settings = Settings::DEFAULT;
-            Event::Hello(Hello { protocol, version: [0, 1, 0], frame_rate_hz: 241.14, settings })
+            let (settings, source, boot) = (Settings::DEFAULT, SettingsSource::Default, Boot::default());
+            Event::Hello(Hello { protocol, version: [0, 1, 0], frame_rate_hz: 241.14, settings, source, boot })
         };
         let mut decoder = Decoder::new();
         let given = |decoder: &mut Decoder, sequence, event| {

@@ -12,6 +12,7 @@
 //! The file `results` has one line of text for each [`Measured`], in the order of the jobs: a word
 //! that says what it is, then its numbers, those of floats as their bits in hexadecimal.
 
+use crate::fault::Doubts;
 use crate::frame::TimedConversion;
 use crate::settings::TAXELS;
 use crate::sine_fit::Fit;
@@ -143,6 +144,7 @@ pub fn longest_packet() -> Packet {
         sigma: 1e-3,
         harmonics: 5,
         frames_missing: u16::MAX,
+        doubts: Doubts::NONE,
         travel: Travel {
             verdict: Verdict::Contradicted,
             direction: Direction::Backward,

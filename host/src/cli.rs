@@ -8,7 +8,7 @@ use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgGroup, Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
@@ -37,6 +37,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(EmulateArgs),
+    /// What a board on a serial line says. When it is unplugged it is waited for.
+    Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
     /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
@@ -235,6 +237,28 @@ pub struct EmulateArgs {
     /// Draw the channels and what was found in them here.
     #[arg(long, value_name = "FILE.svg")]
     pub svg: Option<PathBuf>,
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `listen`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+A board that is unplugged is picked up again by its USB serial number, whatever its port is called then; one without a
+number, by its port's name. Ctrl-C ends it.
+
+Examples:
+  ridgetone listen --port /dev/ttyUSB0
+  ridgetone listen --usb-serial A50285BI --json > events.jsonl")]
+#[command(group(ArgGroup::new("board").required(true)))]
+pub struct ListenArgs {
+    /// The serial port's name.
+    #[arg(long, value_name = "NAME", group = "board")]
+    pub port: Option<String>,
+    /// The USB serial number of the board, or of the adapter on its line.
+    #[arg(long, value_name = "NUMBER", group = "board")]
+    pub usb_serial: Option<String>,
     /// One JSON object a line instead of text.
     #[arg(long)]
     pub json: bool,

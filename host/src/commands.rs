@@ -3,17 +3,18 @@
 use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ReplayArgs, ReproduceArgs, SceneArgs,
-    Senseless,
+    Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ListenArgs, ReplayArgs, ReproduceArgs,
+    SceneArgs, Senseless,
 };
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
+use crate::port::{Link, System, Wanted};
 use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, events, fit_report, picture, replay};
+use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::profile::After;
@@ -33,6 +34,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
+        Command::Listen(args) => run_listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
@@ -93,6 +95,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     let input = open(&args.input, Settings::DEFAULT.window_s, "")?;
     let mut options = firmware(&args.firmware, &elf);
     options.keep_conversions = args.svg.is_some();
+    options.keep_serial = args.serial_out.is_some();
     let mut progress = Progress::default();
     let mut print = printer(args.json);
     let mut packets = Vec::new();
@@ -117,6 +120,15 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     }
     line_quality(outcome.received, outcome.missing, outcome.damaged);
     Ok(())
+}
+
+fn run_listen(args: ListenArgs) -> Result<()> {
+    let wanted = match (args.port, args.usb_serial) {
+        (Some(name), _) => Wanted::Name(name),
+        (None, Some(number)) => Wanted::UsbSerial(number),
+        (None, None) => return Err(Senseless("say which board: --port or --usb-serial".into()).into()),
+    };
+    listen::run(Link::open(System, wanted)?, &mut printer(args.json))
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {

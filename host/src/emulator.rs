@@ -38,19 +38,21 @@ pub struct Options<'a> {
     pub silence: Duration,
     /// Whether [`Outcome::conversions`] is wanted.
     pub keep_conversions: bool,
+    /// Whether [`Outcome::serial`] is wanted.
+    pub keep_serial: bool,
 }
 
 impl<'a> Options<'a> {
-    /// Half a minute of silence at the most; conversions are not kept.
+    /// Half a minute of silence at the most; nothing is kept that grows with the run.
     pub fn new(elf: &'a Path) -> Self {
-        Self { elf, silence: Duration::from_secs(30), keep_conversions: false }
+        Self { elf, silence: Duration::from_secs(30), keep_conversions: false, keep_serial: false }
     }
 }
 
 /// What came of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Every byte of the telemetry line.
+    /// Every byte of the telemetry line, if [`Options::keep_serial`].
     pub serial: Vec<u8>,
     /// What the firmware and the emulator said beside it, line by line.
     pub messages: String,
@@ -94,7 +96,7 @@ pub fn run(
         chip,
         incoming: Vec::new(),
         decoder: Decoder::new(),
-        serial: Vec::new(),
+        serial: options.keep_serial.then(Vec::new),
         received: 0,
         messages: Vec::new(),
         open: [true; 3],
@@ -115,7 +117,7 @@ struct Session {
     /// Bytes of requests that have not come in full.
     incoming: Vec<u8>,
     decoder: Decoder,
-    serial: Vec<u8>,
+    serial: Option<Vec<u8>>,
     received: u64,
     /// What the emulator said on its standard error.
     messages: Vec<u8>,
@@ -197,7 +199,9 @@ impl Session {
                 self.answer()?;
             }
             SERIAL => {
-                self.serial.extend_from_slice(bytes);
+                if let Some(serial) = &mut self.serial {
+                    serial.extend_from_slice(bytes);
+                }
                 for byte in bytes {
                     if let Some(packet) = self.decoder.push(*byte) {
                         self.received += 1;
@@ -246,7 +250,7 @@ impl Session {
         }
         let (conversions_served, conversions_lost) = self.chip.served_and_lost();
         Ok(Outcome {
-            serial: self.serial,
+            serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
             received: self.received,
             missing: self.decoder.missing,

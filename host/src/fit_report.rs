@@ -128,6 +128,7 @@ pub fn meaning(status: Status) -> &'static str {
         Status::TooShort => "too little of a cycle in this part, or steps and drifts outweigh it; try --from and --to",
         Status::Nothing => "no usable channel, or fewer than 16 rows",
         Status::Ambiguous => "a reading a harmonic step away explains the window about equally well",
+        Status::Doubtful => "a common tone, but something was wrong while the window came",
     }
 }
 

@@ -8,6 +8,8 @@
 //! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
+//! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | packets as text and as JSON | [`events`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
@@ -28,13 +30,16 @@ pub mod demo;
 pub mod emulator;
 pub mod events;
 pub mod fit_report;
+pub mod flips;
 pub mod grid;
 pub mod input;
+pub mod listen;
 mod markdown;
 mod names;
 pub mod output;
 mod parallel;
 pub mod picture;
+pub mod port;
 pub mod replay;
 pub mod reproduce;
 pub mod setting;

@@ -1,5 +1,7 @@
 //! Words for what the library has enums for, the same in every output.
 
+use ridgetone::boot::{Death, ResetCause, SettingsSource};
+use ridgetone::fault::FaultKind;
 use ridgetone::telemetry::{Direction, Hold, Span, Status, Verdict};
 
 /// Name of a status in JSON and text.
@@ -10,6 +12,7 @@ pub fn status_name(status: Status) -> &'static str {
         Status::TooShort => "too_short",
         Status::Nothing => "nothing",
         Status::Ambiguous => "ambiguous",
+        Status::Doubtful => "doubtful",
     }
 }
 
@@ -47,5 +50,53 @@ pub fn hold_name(hold: Hold) -> &'static str {
     match hold {
         Hold::BeforeSlide => "before_slide",
         Hold::AfterSlide => "after_slide",
+    }
+}
+
+/// Name of a kind of fault in JSON and text.
+pub fn fault_name(kind: FaultKind) -> &'static str {
+    match kind {
+        FaultKind::Lost => "lost",
+        FaultKind::Repeated => "repeated",
+        FaultKind::Bus => "bus",
+        FaultKind::BusDead => "bus_dead",
+        FaultKind::Channel => "channel",
+        FaultKind::Silent => "silent",
+        FaultKind::Storm => "storm",
+        FaultKind::Registers => "registers",
+        FaultKind::NoAnswer => "no_answer",
+        FaultKind::Supply => "supply",
+        FaultKind::Reference => "reference",
+        FaultKind::Clock => "clock",
+        FaultKind::Overload => "overload",
+    }
+}
+
+/// Name of what a run began with in JSON and text.
+pub fn cause_name(cause: ResetCause) -> &'static str {
+    match cause {
+        ResetCause::Unknown => "unknown",
+        ResetCause::Power => "power",
+        ResetCause::Pin => "pin",
+        ResetCause::Software => "software",
+        ResetCause::Watchdog => "watchdog",
+    }
+}
+
+/// Name of how a run ended in JSON and text.
+pub fn death_name(death: Death) -> &'static str {
+    match death {
+        Death::Panic => "panic",
+        Death::HardFault => "hard_fault",
+    }
+}
+
+/// Name of where settings come from in JSON and text.
+pub fn source_name(source: SettingsSource) -> &'static str {
+    match source {
+        SettingsSource::Default => "default",
+        SettingsSource::Stored => "stored",
+        SettingsSource::Sent => "sent",
+        SettingsSource::Damaged => "damaged",
     }
 }

@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "common/steady.rs"]
+mod steady;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone::settings::Settings;
@@ -15,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
     let elf = emulator::image::find().expect("an image");
-    let options = Options { keep_conversions, ..Options::new(&elf) };
+    let options = Options { keep_conversions, keep_serial: true, ..Options::new(&elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -37,10 +39,10 @@ fn replayed(input: &Input) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind in their order, but for the processor's load, which a PC has none of.
+/// The events of each kind in their order, but for the processor's load and stack, which a PC has none of.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 7] {
-    let mut kinds = [const { Vec::new() }; 7];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
+    let mut kinds = [const { Vec::new() }; 10];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -50,10 +52,13 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 7] {
             Event::Estimate(_) => 3,
             Event::Release(_) => 4,
             Event::Health(health) => {
-                health.load = 0.0;
+                (health.load, health.stack_used_bytes, health.stack_bytes) = (0.0, 0, 0);
                 5
             }
             Event::Image(_) => 6,
+            Event::Fault(_) => 7,
+            Event::Reply(_) => 8,
+            Event::Raw(_) => 9,
         };
         kinds[kind].push(event);
     }
@@ -210,12 +215,20 @@ fn a_physical_finger_is_the_same_on_the_chip_and_on_the_pc() {
 fn two_runs_give_the_same_bytes() {
     let (first, packets) = emulate(&Input::default(), true);
     let (second, _) = emulate(&Input::default(), false);
+    assert!(!first.serial.is_empty());
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
     assert_eq!((first.missing, first.damaged, first.conversions_lost), (0, 0, 0));
     assert_eq!(first.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
     assert!(second.conversions.is_empty());
+}
+
+/// The short sister of the hour in `tests/emulated_hour.rs`.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
+    steady::run(60.0, false);
 }
 
 /// The README's picture and figures are those of `cargo xtask demo`. With `RIDGETONE_OVERWRITE=1`

@@ -90,7 +90,8 @@ impl Ring {
     fn place(&self, number: u32) -> Option<usize> {
         let age = self.next.wrapping_sub(number);
         let back = age as usize;
-        let at = if back <= self.head { self.head - back } else { self.head + RING_FRAMES - back };
+        // Of a frame that is far from what the ring holds, as after a gap, it is no place at all.
+        let at = if back <= self.head { self.head - back } else { (self.head + RING_FRAMES).wrapping_sub(back) };
         (age >= 1 && age <= self.filled).then_some(at)
     }
 

@@ -1,6 +1,7 @@
 //! `health` once a second: converted a reading a frame, so that no frame has much of it to do.
 
 use super::{Counters, Detector, Teller};
+use crate::fault::KINDS;
 use crate::frame::{Assembler, OWN, Readings};
 use crate::settings::FRAME_RATE_HZ;
 use crate::telemetry::{Health, News};
@@ -85,6 +86,10 @@ impl Checkup {
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,
             chip_restarts: counters.chip_restarts,
+            faults: [0; KINDS],
+            orders_damaged: 0,
+            stack_used_bytes: 0,
+            stack_bytes: 0,
             frame_rate_hz: self.frame_rate_hz,
             load: counters.load,
             supply_v,

@@ -79,7 +79,14 @@ impl Teller {
     pub fn frame_rate_hz(&self) -> f32 {
         match self.rate_from {
             Some((frame, t_us)) if self.latest.1 > t_us => {
-                self.latest.0.wrapping_sub(frame) as f32 * 1e6 / (self.latest.1 - t_us) as f32
+                /// So many frames are 206 days: then their numbers wrap.
+                const WRAP_FRAMES: f32 = 4_294_967_296.0;
+                let passed_us = (self.latest.1 - t_us) as f32;
+                let beyond_wraps = self.latest.0.wrapping_sub(frame) as f32;
+                // The time says how often they have wrapped; the nominal rate is good enough for that.
+                let nominal = passed_us * (FRAME_RATE_HZ * 1e-6);
+                let wraps = ((nominal - beyond_wraps) / WRAP_FRAMES + 0.5) as u32 as f32;
+                (beyond_wraps + wraps * WRAP_FRAMES) * 1e6 / passed_us
             }
             _ => 0.0,
         }

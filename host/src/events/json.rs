@@ -1,10 +1,16 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
-use crate::names::{direction_name, hold_name, span_name, status_name, verdict_name};
+use crate::names::{
+    cause_name, death_name, direction_name, fault_name, hold_name, source_name, span_name, status_name, verdict_name,
+};
 use crate::tone::{JsonTone, abscissa_name, period_f32};
+use ridgetone::boot::Record;
+use ridgetone::command::Outcome;
+use ridgetone::fault::{Doubts, FaultKind};
 use ridgetone::settings::{Array, Settings, SlideRule};
 use ridgetone::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 #[derive(Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
@@ -15,6 +21,9 @@ enum Body<'a> {
         version: String,
         frame_rate_hz: f32,
         settings: JsonSettings,
+        settings_source: &'static str,
+        reset_cause: &'static str,
+        record: Option<JsonRecord<'a>>,
     },
     Contact {
         sequence: u16,
@@ -40,6 +49,7 @@ enum Body<'a> {
         status: &'static str,
         harmonics: u8,
         frames_missing: u16,
+        doubts: Vec<&'static str>,
         #[serde(flatten)]
         travel: JsonTravel,
         channels: &'a [Channel],
@@ -57,6 +67,10 @@ enum Body<'a> {
         hops_skipped: u32,
         messages_dropped: u32,
         chip_restarts: u32,
+        faults: BTreeMap<&'static str, u32>,
+        orders_damaged: u32,
+        stack_used_bytes: u32,
+        stack_bytes: u32,
         frame_rate_hz: f32,
         load: f32,
         supply_v: f32,
@@ -74,6 +88,81 @@ enum Body<'a> {
         frames: u32,
         taxels: &'a [Pressed],
     },
+    Fault {
+        sequence: u16,
+        t_s: f64,
+        kind: &'static str,
+        state: &'static str,
+        from_s: f64,
+        until_s: Option<f64>,
+        count: u32,
+    },
+    Reply {
+        sequence: u16,
+        number: u16,
+        #[serde(flatten)]
+        outcome: JsonOutcome<'a>,
+    },
+    Raw {
+        sequence: u16,
+        t_s: f64,
+        number: u32,
+        present: u16,
+        good: u16,
+        codes: &'a [i32],
+    },
+}
+
+/// What a run before this one died of.
+#[derive(Serialize)]
+struct JsonRecord<'a> {
+    death: &'static str,
+    board_time_s: f64,
+    pc: String,
+    lr: String,
+    file: &'a str,
+    line: u32,
+}
+
+impl<'a> From<&'a Record> for JsonRecord<'a> {
+    fn from(record: &'a Record) -> Self {
+        Self {
+            death: death_name(record.death),
+            board_time_s: seconds(record.t_us.into()),
+            pc: format!("{:#010x}", record.pc),
+            lr: format!("{:#010x}", record.lr),
+            file: &record.file,
+            line: record.line,
+        }
+    }
+}
+
+#[derive(Serialize)]
+#[serde(tag = "outcome", rename_all = "snake_case")]
+enum JsonOutcome<'a> {
+    Done,
+    Setting { field: &'a str, value: f32, least: f32, greatest: f32 },
+    Profile,
+    NotStored,
+    Busy,
+}
+
+impl<'a> From<&'a Outcome> for JsonOutcome<'a> {
+    fn from(outcome: &'a Outcome) -> Self {
+        match outcome {
+            Outcome::Done => Self::Done,
+            Outcome::Setting { field, value, least, greatest } => {
+                Self::Setting { field, value: *value, least: *least, greatest: *greatest }
+            }
+            Outcome::Profile => Self::Profile,
+            Outcome::NotStored => Self::NotStored,
+            Outcome::Busy => Self::Busy,
+        }
+    }
+}
+
+fn names(doubts: Doubts) -> Vec<&'static str> {
+    doubts.iter().map(fault_name).collect()
 }
 
 #[derive(Serialize)]
@@ -157,6 +246,9 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             version: e.version.map(|part| part.to_string()).join("."),
             frame_rate_hz: e.frame_rate_hz,
             settings: (&e.settings).into(),
+            settings_source: source_name(e.source),
+            reset_cause: cause_name(e.boot.cause),
+            record: e.boot.record.as_ref().map(Into::into),
         },
         Event::Contact(e) => Body::Contact { sequence, t_s: seconds(e.t_us), taxel: e.taxel, height_v: e.height_v },
         Event::Slide(e) => Body::Slide {
@@ -176,6 +268,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             status: status_name(e.status),
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,
+            doubts: names(e.doubts),
             travel: (&e.travel).into(),
             channels: &e.channels,
         },
@@ -189,6 +282,10 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             hops_skipped: e.hops_skipped,
             messages_dropped: e.messages_dropped,
             chip_restarts: e.chip_restarts,
+            faults: FaultKind::ALL.map(fault_name).into_iter().zip(e.faults).collect(),
+            orders_damaged: e.orders_damaged,
+            stack_used_bytes: e.stack_used_bytes,
+            stack_bytes: e.stack_bytes,
             frame_rate_hz: e.frame_rate_hz,
             load: e.load,
             supply_v: e.supply_v,
@@ -205,6 +302,24 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             hold: hold_name(e.hold),
             frames: e.frames,
             taxels: &e.taxels,
+        },
+        Event::Fault(e) => Body::Fault {
+            sequence,
+            t_s: seconds(e.until_us.unwrap_or(e.from_us)),
+            kind: fault_name(e.kind),
+            state: if e.until_us.is_some() { "end" } else { "start" },
+            from_s: seconds(e.from_us),
+            until_s: e.until_us.map(seconds),
+            count: e.count,
+        },
+        Event::Reply(e) => Body::Reply { sequence, number: e.number, outcome: (&e.outcome).into() },
+        Event::Raw(e) => Body::Raw {
+            sequence,
+            t_s: seconds(e.t_us),
+            number: e.number,
+            present: e.present,
+            good: e.good,
+            codes: &e.codes,
         },
     };
     serde_json::to_string(&body)
@@ -251,13 +366,14 @@ mod tests {
             sigma: 0.0,
             harmonics: 0,
             frames_missing: 2,
+            doubts: Doubts::NONE.with(FaultKind::Lost),
             travel: Travel::NONE,
             channels: Default::default(),
         };
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         assert_eq!(
             line,
-            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"doubts":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
         );
     }
 
@@ -273,6 +389,7 @@ mod tests {
             sigma: 0.0625,
             harmonics: 1,
             frames_missing: 0,
+            doubts: Doubts::NONE,
             travel: Travel {
                 verdict: Verdict::Told,
                 direction: Direction::Backward,

@@ -1,9 +1,12 @@
 //! One line a packet: time, what, and its values with units. A static image has its map behind it.
 
 use crate::fit_report::with_sigma;
-use crate::names::{direction_name, status_name, verdict_name};
+use crate::names::{cause_name, death_name, direction_name, fault_name, source_name, status_name, verdict_name};
 use crate::static_image;
 use crate::tone::period_f32;
+use ridgetone::boot::{ResetCause, SettingsSource};
+use ridgetone::command::{Outcome, Reply};
+use ridgetone::fault::{Fault, FaultKind};
 use ridgetone::settings::SlideRule;
 use ridgetone::telemetry::{
     Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, Verdict,
@@ -27,6 +30,9 @@ pub fn text(packet: &Packet) -> String {
         Event::Release(e) => line(e.t_us, "release", "the finger is off"),
         Event::Health(e) => line(e.t_us, "health", &health(e)),
         Event::Image(e) => line(e.end_us, "image", &image(e)),
+        Event::Fault(e) => line(e.until_us.unwrap_or(e.from_us), "fault", &fault(e)),
+        Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
+        Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
     }
 }
 
@@ -55,8 +61,20 @@ fn hello(e: &Hello) -> String {
         0.0 => String::new(),
         hz => format!(", interferer of {hz} Hz"),
     };
+    let source = match e.source {
+        SettingsSource::Default => String::new(),
+        source => format!(", settings {}", source_name(source)),
+    };
+    let cause = match e.boot.cause {
+        ResetCause::Unknown => String::new(),
+        cause => format!(", started by {}", cause_name(cause)),
+    };
+    let record = e.boot.record.as_ref().map_or_else(String::new, |r| {
+        let name = death_name(r.death);
+        format!(", after a {name} in {} line {}, pc {:#010x}, lr {:#010x}", r.file, r.line, r.pc, r.lr)
+    });
     format!(
-        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}",
+        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{record}",
         e.protocol, e.frame_rate_hz, s.window_s, s.hop_s, s.harmonics, s.vref_v
     )
 }
@@ -86,6 +104,10 @@ fn estimate(e: &Estimate) -> String {
     }
     if e.travel.verdict != Verdict::Nothing {
         out += &format!("; {}", travel(&e.travel));
+    }
+    if !e.doubts.is_none() {
+        let names: Vec<_> = e.doubts.iter().map(fault_name).collect();
+        out += &format!(", doubts: {}", names.join(", "));
     }
     if e.frames_missing > 0 {
         out += &format!(", {} frames missing", e.frames_missing);
@@ -120,10 +142,42 @@ fn travel(e: &Travel) -> String {
     )
 }
 
+fn fault(e: &Fault) -> String {
+    let name = fault_name(e.kind);
+    match e.until_us {
+        None => format!("{name} begins; seen {} times since start-up", e.count),
+        Some(until_us) => {
+            let length_s = seconds(until_us) - seconds(e.from_us);
+            format!("{name} is over; {length_s:.3} s since {:.3} s; seen {} times", seconds(e.from_us), e.count)
+        }
+    }
+}
+
+fn reply(e: &Reply) -> String {
+    let outcome = match &e.outcome {
+        Outcome::Done => "done".to_owned(),
+        Outcome::Setting { field, value, least, greatest } => {
+            format!("refused: {field} = {value}: choose a value from {least} to {greatest}")
+        }
+        Outcome::Profile => {
+            "refused: the speed profile's knots are out of order, too many, too fast, or some miss".into()
+        }
+        Outcome::NotStored => "in force, but not stored: the flash refuses".into(),
+        Outcome::Busy => "refused: busy with another order; ask again".into(),
+    };
+    format!("order {}: {outcome}", e.number)
+}
+
 fn health(e: &Health) -> String {
     let load = if e.load > 0.0 { format!(", load {:.1} %", 100.0 * e.load) } else { String::new() };
+    let stack = match e.stack_bytes {
+        0 => String::new(),
+        bytes => format!(", stack {} of {bytes} bytes", e.stack_used_bytes),
+    };
+    let seen = FaultKind::ALL.into_iter().zip(e.faults).filter(|(_, count)| *count > 0);
+    let faults: String = seen.map(|(kind, count)| format!(", {} {count} times", fault_name(kind))).collect();
     format!(
-        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{load}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
+        "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,
         e.frame_rate_hz,
         e.conversions_lost,

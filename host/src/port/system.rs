@@ -1,0 +1,52 @@
+//! The serial ports of this computer.
+
+use super::{Found, Ports, Usb};
+use serialport::{SerialPort, SerialPortType};
+use std::io;
+use std::time::Duration;
+
+/// Speed of the telemetry line, bits per second (the firmware's is in `src/board/line.rs`); 8 data bits, no parity, 1 stop bit.
+pub const BAUD: u32 = 921_600;
+
+/// The longest that a read waits.
+const READ_WAIT: Duration = Duration::from_millis(100);
+
+/// Where Linux lists its terminals.
+#[cfg(target_os = "linux")]
+pub(super) const TERMINALS: &str = "/sys/class/tty";
+
+/// The ports of this computer, opened at [`BAUD`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct System;
+
+impl Ports for System {
+    type Line = Box<dyn SerialPort>;
+
+    fn list(&self) -> io::Result<Vec<Found>> {
+        // The library panics where there is no such directory, as in some containers.
+        #[cfg(target_os = "linux")]
+        std::fs::read_dir(TERMINALS).map_err(|error| io::Error::new(error.kind(), format!("{TERMINALS}: {error}")))?;
+        let ports = serialport::available_ports()?;
+        let mut found: Vec<Found> = ports
+            .into_iter()
+            .map(|port| Found {
+                name: port.port_name,
+                usb: match port.port_type {
+                    SerialPortType::UsbPort(usb) => Some(Usb {
+                        serial_number: usb.serial_number,
+                        product: usb.product,
+                        vendor_id: usb.vid,
+                        product_id: usb.pid,
+                    }),
+                    _ => None,
+                },
+            })
+            .collect();
+        found.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(found)
+    }
+
+    fn open(&self, name: &str) -> io::Result<Self::Line> {
+        Ok(serialport::new(name, BAUD).timeout(READ_WAIT).open()?)
+    }
+}

@@ -1,0 +1,181 @@
+//! A board that moves from one pseudo-terminal to another.
+
+use super::*;
+use ridgetone::telemetry::{Event, Release, WIRE_MAX, encode};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use std::cell::RefCell;
+use std::fs::File;
+use std::rc::Rc;
+
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// The board's end of a line. Dropped it is unplugged.
+struct Plugged {
+    end: File,
+    name: String,
+}
+
+impl Plugged {
+    fn new() -> Self {
+        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+        grantpt(&end).unwrap();
+        unlockpt(&end).unwrap();
+        let name = ptsname(&end, Vec::new()).unwrap().into_string().unwrap();
+        Self { end: end.into(), name }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.end.write_all(bytes).unwrap();
+    }
+}
+
+/// Real terminals, listed as the test says.
+#[derive(Clone, Default)]
+struct Bench(Rc<RefCell<Vec<Found>>>);
+
+impl Bench {
+    fn has(&self, ports: &[(&str, Option<&str>)]) {
+        let found = ports.iter().map(|(name, number)| {
+            let usb = number.map(|number| Usb { serial_number: Some(number.to_owned()), ..Usb::default() });
+            Found { name: (*name).to_owned(), usb }
+        });
+        *self.0.borrow_mut() = found.collect();
+    }
+}
+
+impl Ports for Bench {
+    type Line = <System as Ports>::Line;
+
+    fn list(&self) -> io::Result<Vec<Found>> {
+        Ok(self.0.borrow().clone())
+    }
+
+    fn open(&self, name: &str) -> io::Result<Self::Line> {
+        System.open(name)
+    }
+}
+
+fn frame(sequence: u16) -> Vec<u8> {
+    let packet = Packet { sequence, event: Event::Release(Release { t_us: 1 << 40 | u64::from(sequence) }) };
+    let mut wire = [0; WIRE_MAX];
+    let used = encode(&packet, &mut wire).unwrap();
+    wire[..used].to_vec()
+}
+
+fn came<P: Ports>(link: &mut Link<P>) -> String {
+    match link.next(PATIENCE) {
+        Some(Happening::Came(name)) => name,
+        other => panic!("{other:?} instead of a board"),
+    }
+}
+
+fn went<P: Ports>(link: &mut Link<P>) -> String {
+    match link.next(PATIENCE) {
+        Some(Happening::Went(name, _)) => name,
+        other => panic!("{other:?} instead of an unplugged board"),
+    }
+}
+
+fn numbers<P: Ports>(link: &mut Link<P>, count: usize) -> Vec<u16> {
+    let number = |happening| match happening {
+        Some(Happening::Packet(packet)) => packet.sequence,
+        other => panic!("{other:?} instead of a packet"),
+    };
+    (0..count).map(|_| number(link.next(PATIENCE))).collect()
+}
+
+/// Sends 0 to 9 and half of 10, is unplugged until half of 20, and sends up to 29 at another terminal.
+fn moves(wanted: impl FnOnce(&str) -> Wanted) {
+    let bench = Bench::default();
+    let mut first = Plugged::new();
+    bench.has(&[("/dev/none", None), (&first.name, Some("R-7")), ("/dev/other", Some("R-8"))]);
+    let mut link = Link::open(bench.clone(), wanted(&first.name)).unwrap();
+    assert_eq!(came(&mut link), first.name);
+    (0..10).for_each(|number| first.send(&frame(number)));
+    first.send(&frame(10)[..7]);
+    assert_eq!(numbers(&mut link, 10), (0..10).collect::<Vec<_>>());
+    // That the half frame was read too: nothing more comes.
+    assert!(link.next(Duration::from_millis(300)).is_none());
+
+    let old_name = first.name.clone();
+    // As long as one end is open the system gives the name to nobody else.
+    drop(first);
+    assert_eq!(went(&mut link), old_name);
+    assert_eq!(link.send(b"x").unwrap_err().kind(), ErrorKind::NotConnected);
+    // Another board at the old name is not ours.
+    let stranger = Plugged::new();
+    bench.has(&[(&stranger.name, Some("R-8"))]);
+    assert!(link.next(3 * LOOK_EVERY).is_none());
+
+    let mut second = Plugged::new();
+    assert_ne!(second.name, stranger.name);
+    bench.has(&[(&stranger.name, Some("R-8")), (&second.name, Some("R-7"))]);
+    assert_eq!(came(&mut link), second.name);
+    second.send(&frame(20)[9..]);
+    (21..30).for_each(|number| second.send(&frame(number)));
+    assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
+    // Both halves, and what was sent in between.
+    assert_eq!((link.decoder().damaged, link.decoder().missing), (2, 11));
+
+    link.send(b"to the board").unwrap();
+    let mut heard = [0; 12];
+    second.end.read_exact(&mut heard).unwrap();
+    assert_eq!(&heard, b"to the board");
+}
+
+#[test]
+fn a_board_known_by_its_serial_number_is_followed_to_another_name() {
+    moves(|_| Wanted::UsbSerial("R-7".into()));
+}
+
+#[test]
+fn a_board_opened_by_name_is_followed_by_its_serial_number() {
+    moves(|name| Wanted::Name(name.into()));
+}
+
+#[test]
+fn without_a_serial_number_it_is_the_name_that_counts() {
+    let (folder, bench) = (tempfile::tempdir().unwrap(), Bench::default());
+    let link_name = folder.path().join("finger");
+    let name = link_name.to_str().unwrap();
+    let plug = |board: &Plugged| std::os::unix::fs::symlink(&board.name, &link_name).unwrap();
+    let mut first = Plugged::new();
+    plug(&first);
+    // Two adapters with one number, as cheap ones have: it says nothing.
+    bench.has(&[(&first.name, Some("0001")), ("/dev/other", Some("0001"))]);
+    let mut link = Link::open(bench.clone(), Wanted::Name(name.into())).unwrap();
+    assert_eq!(came(&mut link), name);
+    first.send(&frame(65_535));
+    assert_eq!(numbers(&mut link, 1), [65_535]);
+    std::fs::remove_file(&link_name).unwrap();
+    drop(first);
+    assert_eq!(went(&mut link), name);
+    assert!(link.next(3 * LOOK_EVERY).is_none());
+    let mut second = Plugged::new();
+    plug(&second);
+    assert_eq!(came(&mut link), name);
+    second.send(&frame(2));
+    assert_eq!((numbers(&mut link, 1), link.decoder().missing, link.decoder().damaged), (vec![2], 2, 0));
+}
+
+#[test]
+fn what_is_not_there_is_told_with_what_is() {
+    let bench = Bench::default();
+    let open = |wanted| Link::open(bench.clone(), wanted).map(|_| ()).unwrap_err().to_string();
+    let number = || Wanted::UsbSerial("R-9".into());
+    assert_eq!(open(number()), "no serial port has the USB serial number R-9: there is no serial port");
+    bench.has(&[("/dev/none-a", Some("R-8")), ("/dev/none-b", None)]);
+    let told = open(number());
+    assert!(told.ends_with("there are /dev/none-a (USB, serial number R-8), /dev/none-b"), "{told}");
+    assert!(open(Wanted::Name("/dev/none-a".into())).starts_with("/dev/none-a: "));
+    bench.has(&[("/dev/none-a", Some("R-9")), ("/dev/none-b", Some("R-9"))]);
+    assert!(open(number()).starts_with("more than one port has the USB serial number R-9, choose with --port"));
+}
+
+#[test]
+fn the_ports_of_this_computer_can_be_listed_or_it_is_told_why_not() {
+    match System.list() {
+        Ok(found) => assert!(found.iter().all(|port| port.name.starts_with("/dev/")), "{found:?}"),
+        Err(error) => assert!(error.to_string().contains(system::TERMINALS), "{error}"),
+    }
+}

@@ -1,0 +1,198 @@
+//! The same touch over and over on the emulated chip: nothing may drift, leak or get lost.
+
+#[path = "../../../tests/support/memory.rs"]
+mod memory;
+
+use hal_mock::{Options, Scene, Sliding, SlidingScene};
+use memory::resident_bytes;
+use ridgetone::settings::{FRAME_RATE_HZ, SCAN};
+use ridgetone::telemetry::{Event, Health, Packet, Span, Status};
+use ridgetone_host::emulator;
+use ridgetone_host::input::Opened;
+use ridgetone_host::output::Progress;
+use std::time::Instant;
+
+/// A touch every so many seconds: longer than one lasts.
+const EVERY_S: f64 = 6.0;
+
+/// What a contact, a slide and a frequency may be off: the bars of `emulated.rs`.
+const OFF_S: f64 = 0.020;
+const OFF: f64 = 0.002;
+
+/// Bytes by which the memory of this process may grow: what the allocator keeps in reserve.
+const GROWTH_BYTES: u64 = 4 << 20;
+
+/// Bytes by which the stack may be deeper later: an interrupt at a deeper moment.
+const STACK_GROWTH_BYTES: u32 = 512;
+
+/// A touch that begins again and again.
+struct Again {
+    touch: SlidingScene,
+    end_s: f64,
+}
+
+impl Scene for Again {
+    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
+        self.touch.volts(input, t_s.max(0.0) % EVERY_S)
+    }
+
+    fn end_s(&self) -> f64 {
+        self.end_s
+    }
+}
+
+/// What came, without keeping it.
+#[derive(Default)]
+struct Seen {
+    hellos: u64,
+    contacts: u64,
+    slides: u64,
+    estimates: u64,
+    releases: u64,
+    healths: u64,
+    first: Option<Health>,
+    last: Option<Health>,
+    /// After two touches, when all has happened once.
+    settled: Option<Health>,
+    /// Resident bytes then, and at the latest health.
+    resident: Option<(u64, u64)>,
+}
+
+/// Runs touches for `end_s` seconds of virtual time and checks all of them; `alone` in its process also that this does not
+/// grow.
+pub fn run(end_s: f64, alone: bool) {
+    let elf = emulator::image::find().expect("an image");
+    let scene = SlidingScene::new(Sliding::default()).expect("a scene");
+    let truth = scene.truth();
+    assert!(truth.end_s < EVERY_S);
+    let input = Opened {
+        scene: Box::new(Again { touch: scene, end_s }),
+        options: Options { power_up_cycles: ads1258::POWER_UP_TICKS.into(), ..Options::default() },
+        end_s,
+        truth: None,
+        warning: None,
+    };
+    // When the scene began is not known before the run is over: its times are compared then, by their extremes.
+    let [mut contact_off, mut start_off, mut end_off] = [Spread::default(); 3];
+    let mut seen = Seen::default();
+    let mut sink = |packet: &Packet| {
+        match &packet.event {
+            Event::Hello(_) => seen.hellos += 1,
+            Event::Contact(contact) => {
+                contact_off.take(contact.t_us, seen.contacts, truth.contact_s);
+                seen.contacts += 1;
+            }
+            Event::Slide(slide) => {
+                if let Some(end_us) = slide.end_us {
+                    start_off.take(slide.start_us, seen.slides, truth.slide_start_s);
+                    end_off.take(end_us, seen.slides, truth.slide_end_s);
+                    seen.slides += 1;
+                }
+            }
+            Event::Estimate(fit) => {
+                assert_eq!(fit.status, Status::Good, "{fit:?}");
+                if fit.span == Span::Slide {
+                    let off = f64::from(fit.frequency) / truth.frequency_hz - 1.0;
+                    assert!(off.abs() < OFF, "{fit:?}");
+                    seen.estimates += 1;
+                }
+            }
+            Event::Release(_) => seen.releases += 1,
+            Event::Health(health) => seen.health(*health),
+            _ => {}
+        }
+        Ok(())
+    };
+    let (begun, mut progress) = (Instant::now(), Progress::default());
+    let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |done_s, all_s| {
+        progress.tell(done_s, all_s)
+    });
+    progress.end();
+    let outcome = outcome.expect("a run");
+    println!("{end_s} s of virtual time in {:.1} s of wall time", begun.elapsed().as_secs_f64());
+
+    // One greeting at the start and one after ten healths each: no second start.
+    assert_eq!(seen.hellos, 1 + seen.healths / 10, "a restart would greet once more");
+    let touches = (end_s / EVERY_S).floor() as u64;
+    let found = [seen.contacts, seen.slides, seen.estimates, seen.releases];
+    assert_eq!(found, [touches; 4], "contacts, slides, estimates of them and releases");
+    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+
+    // Device time begins with the first result, the scene when START rises.
+    let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
+    for (what, spread) in [("contacts", contact_off), ("starts of slides", start_off), ("ends of slides", end_off)] {
+        println!("{what}: off by {:.6} to {:.6} s", spread.least_s + zero_s, spread.most_s + zero_s);
+        assert!(spread.least_s + zero_s > -OFF_S && spread.most_s + zero_s < OFF_S, "{what}: {spread:?}");
+    }
+
+    let (first, last) = (seen.first.expect("health"), seen.last.expect("health"));
+    println!("first and last health:\n{first:?}\n{last:?}\n{}", outcome.messages);
+    // One a second, and one at the end.
+    let seconds = u64::from(last.frames) / FRAME_RATE_HZ as u64;
+    assert!(seen.healths.abs_diff(seconds + 1) <= 1, "{} healths in {seconds} s", seen.healths);
+    let quiet = |health: &Health| {
+        let lost = health.conversions_lost + health.conversions_doubtful;
+        lost + health.hops_skipped + health.messages_dropped + health.chip_restarts
+    };
+    assert_eq!(quiet(&last), 0, "{last:?}");
+    // Measured since the start, so within a microsecond of both ends.
+    let rate_hz = f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks());
+    assert!((f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6, "{last:?}");
+    // After two touches nothing goes much deeper.
+    let settled = seen.settled.expect("two touches").stack_used_bytes;
+    println!("stack: {settled} bytes after two touches, {} at last, of {}", last.stack_used_bytes, last.stack_bytes);
+    assert!(last.stack_used_bytes.abs_diff(settled) < STACK_GROWTH_BYTES, "{settled} bytes, then {last:?}");
+    // The end of the time stamps beside the chip's own count of results: what came after the last health is missing.
+    let told_s = last.t_us as f64 / 1e6;
+    let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks()) / f64::from(SCAN.clock_hz);
+    assert!((0.0..1.1).contains(&(served_s - told_s)), "{told_s} s told, {served_s} s of conversions read");
+    let board_us = outcome.end_us - outcome.first_edge_us;
+    assert!(board_us.abs_diff((served_s * 1e6) as u64) < 20_000, "{board_us} us, {served_s} s");
+    if let Some((from, to)) = seen.resident.filter(|_| alone) {
+        println!("resident memory of this process: {from} bytes at first, {to} at last");
+        assert!(to.saturating_sub(from) < GROWTH_BYTES, "{from} to {to} bytes");
+    }
+}
+
+impl Seen {
+    fn health(&mut self, health: Health) {
+        self.healths += 1;
+        self.first.get_or_insert(health);
+        self.last = Some(health);
+        // The latest conversion's time is a whole number of the chip's periods after the first, by exact arithmetic.
+        let (ticks, clock_hz) = (u128::from(SCAN.conversion_ticks()), u128::from(SCAN.clock_hz));
+        let number = (u128::from(health.t_us) * clock_hz + ticks * 500_000) / (ticks * 1_000_000);
+        let exact_us = number * ticks * 1_000_000 / clock_hz;
+        assert!(exact_us.abs_diff(health.t_us.into()) <= 1, "{health:?} is not the time of conversion {number}");
+        // Whole scans: the last health comes in the middle of one.
+        assert_eq!((number + 1) / SCAN.slots() as u128, health.frames.into(), "{health:?}");
+        if (health.t_us as f64) < 2e6 * EVERY_S {
+            return;
+        }
+        self.settled.get_or_insert(health);
+        if let Some(bytes) = resident_bytes() {
+            self.resident = Some((self.resident.map_or(bytes, |(from, _)| from), bytes));
+        }
+    }
+}
+
+/// How far times are from the truth, at least and at most, seconds.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    least_s: f64,
+    most_s: f64,
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        Self { least_s: f64::INFINITY, most_s: f64::NEG_INFINITY }
+    }
+}
+
+impl Spread {
+    /// Device time `t_us` of touch `number`, which was at `truth_s` in its scene.
+    fn take(&mut self, t_us: u64, number: u64, truth_s: f64) {
+        let off_s = t_us as f64 / 1e6 - (number as f64 * EVERY_S + truth_s);
+        (self.least_s, self.most_s) = (self.least_s.min(off_s), self.most_s.max(off_s));
+    }
+}

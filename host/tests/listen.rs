@@ -1,0 +1,61 @@
+//! `listen`, at a pseudo-terminal.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use ridgetone::telemetry::{Contact, Event, Packet, WIRE_MAX, encode};
+use ridgetone_host::events;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+
+#[test]
+fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
+    // Not for the command: as long as it had this end too, the board would never be gone.
+    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    grantpt(&end).expect("granted");
+    unlockpt(&end).expect("unlocked");
+    let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+    let mut board = File::from(end);
+    let mut child = common::ridgetone()
+        .args(["listen", "--json", "--port", &name])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+    let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
+    assert_eq!(next(&mut said), format!("ridgetone: {name}: the board is there"));
+
+    // The middle of a frame first, as when a board has been running for long.
+    board.write_all(&[17, 4, 0]).expect("written");
+    for sequence in [7, 8, 11] {
+        let contact = Contact { t_us: 1_500_000 + u64::from(sequence), taxel: 3, height_v: 0.02 };
+        let packet = Packet { sequence, event: Event::Contact(contact) };
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&packet, &mut wire).expect("it fits");
+        board.write_all(&wire[..used]).expect("written");
+        assert_eq!(next(&mut out), events::json(&packet).expect("JSON"));
+    }
+    assert_eq!(next(&mut said), "ridgetone: 2 packets lost, 1 damaged so far");
+    drop(board);
+    let gone = next(&mut said);
+    assert!(gone.starts_with(&format!("ridgetone: {name}: ")) && gone.ends_with("; waiting for the board"), "{gone}");
+    assert!(child.try_wait().expect("a child").is_none(), "it waits");
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+}
+
+#[test]
+fn a_board_that_is_not_there_is_told_on_one_line() {
+    let folder = common::directory();
+    let name = folder.path().join("none");
+    common::assert_one_line(&common::run(&["listen", "--port", common::text(&name)]), 1, &[common::text(&name)]);
+    let nobody = common::run(&["listen", "--usb-serial", "no such number"]);
+    common::assert_one_line(&nobody, 1, &["port"]);
+    common::assert_one_line(&common::run(&["listen"]), 2, &["--port", "--usb-serial"]);
+    let both = common::run(&["listen", "--port", "a", "--usb-serial", "b"]);
+    common::assert_one_line(&both, 2, &["--port"]);
+}

@@ -1,0 +1,146 @@
+//! A line that damages what it carries, in front of the decoder. Which frames came through is known from the bytes:
+//! what is between two zeros is, byte for byte, a frame that was sent, or it is damaged.
+
+#[allow(dead_code, reason = "a part of it is used here")]
+#[path = "touch.rs"]
+mod touch;
+
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+use std::collections::HashMap;
+use std::sync::OnceLock;
+
+/// What a line did.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Tried {
+    /// Frames that came through.
+    pub whole: u32,
+    /// Stretches between two zeros that were no frame that was sent.
+    pub damaged: u32,
+    /// Of those, the ones that were given as packets: undamaged frames that nobody sent. A fuzzer may make them; chance
+    /// does once in four thousand million.
+    pub forged: u32,
+}
+
+/// What is sent: the telemetry of one touch, from the greeting to the release.
+fn telemetry() -> &'static [Event] {
+    static EVENTS: OnceLock<Vec<Event>> = OnceLock::new();
+    EVENTS.get_or_init(|| {
+        let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+        let mut events = vec![pipeline.hello()];
+        for conversion in (0..touch::SCANS).flat_map(|scan| touch::scan(scan, scan, 0)) {
+            pipeline.push(conversion, &mut |event| events.push(event));
+        }
+        pipeline.finish(&mut |event| events.push(event));
+        events
+    })
+}
+
+/// Frames as they are numbered and sent, and what is on the line.
+#[derive(Default)]
+struct Sent {
+    frames: HashMap<Vec<u8>, Packet>,
+    line: Vec<u8>,
+    number: u16,
+    /// Whether a frame came twice or too early: by their numbers that looks like a loss, or like a new start.
+    shuffled: bool,
+}
+
+impl Sent {
+    /// The next frame, its delimiter included.
+    fn frame(&mut self, which: u8) -> Vec<u8> {
+        let events = telemetry();
+        // From 1 on: a greeting of number 0 is a new start.
+        self.number += 1;
+        let packet = Packet { sequence: self.number, event: events[usize::from(which) % events.len()].clone() };
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&packet, &mut wire).expect("every event fits the wire");
+        self.frames.insert(wire[..used - 1].to_vec(), packet);
+        wire[..used].to_vec()
+    }
+
+    /// Does what the next bytes say; false when there are none.
+    fn step(&mut self, bytes: &mut impl Iterator<Item = u8>) -> bool {
+        let (Some(what), Some(which)) = (bytes.next(), bytes.next()) else { return false };
+        let mut frame = self.frame(which);
+        let mut at = || bytes.next().map_or(0, |byte| usize::from(byte) << 1 | usize::from(which & 1));
+        match what % 11 {
+            // Cut behind, and in front.
+            0 => frame.truncate(at() % frame.len()),
+            1 => drop(frame.drain(..at() % frame.len())),
+            // A hole.
+            2 => {
+                let (from, length) = (at() % frame.len(), 1 + at() % 40);
+                drop(frame.drain(from..frame.len().min(from + length)));
+            }
+            // Merged with the next: its delimiter is lost, or was made another byte.
+            3 => drop(frame.pop()),
+            4 => frame.last_mut().into_iter().for_each(|last| *last = which | 1),
+            // Flipped bits.
+            5 | 6 => {
+                for _ in 0..=what / 64 {
+                    let place = at() % frame.len();
+                    frame[place] ^= 1 << (at() % 8);
+                }
+            }
+            // Twice.
+            7 => {
+                self.shuffled = true;
+                frame = frame.repeat(2);
+            }
+            // In front of the one before.
+            8 => {
+                self.shuffled = true;
+                let next = self.frame(which.wrapping_add(1));
+                frame = [next, frame].concat();
+            }
+            // Anything in front of it.
+            9 => {
+                let length = at() % (2 * WIRE_MAX);
+                let filler = bytes.take(1 + length % 16).collect::<Vec<_>>();
+                frame = [filler.into_iter().cycle().take(length).collect(), frame].concat();
+            }
+            _ => {}
+        }
+        self.line.extend(frame);
+        true
+    }
+}
+
+/// Sends what `bytes` say and damages it as they say; panics if the decoder gives, counts or loses anything wrong.
+pub fn try_line(bytes: &[u8]) -> Tried {
+    let mut sent = Sent::default();
+    let mut bytes = bytes.iter().copied();
+    while sent.step(&mut bytes) {}
+    let mut decoder = Decoder::new();
+    let (mut tried, mut numbers) = (Tried::default(), Vec::new());
+    for stretch in sent.line.split_inclusive(|byte| *byte == 0) {
+        let given: Vec<Packet> = stretch.iter().filter_map(|byte| decoder.push(*byte)).collect();
+        // The last one may have no end yet.
+        let Some((0, content)) = stretch.split_last() else {
+            assert!(given.is_empty());
+            continue;
+        };
+        match sent.frames.get(content) {
+            Some(packet) => {
+                assert_eq!(given, std::slice::from_ref(packet), "a frame that came through is read");
+                tried.whole += 1;
+                numbers.push(packet.sequence);
+            }
+            None if given.is_empty() => tried.damaged += u32::from(!content.is_empty()),
+            None => {
+                let mut wire = [0; WIRE_MAX];
+                let used = encode(&given[0], &mut wire).expect("it fitted");
+                assert!(given.len() == 1 && wire[..used] == *stretch, "{given:?} out of {stretch:?}");
+                tried.forged += 1;
+            }
+        }
+    }
+    assert_eq!(decoder.damaged, tried.damaged);
+    if let (Some(first), Some(last), false, 0) = (numbers.first(), numbers.last(), sent.shuffled, tried.forged) {
+        assert_eq!(decoder.missing, u32::from(last - first) + 1 - tried.whole, "{numbers:?}");
+    }
+    assert!(decoder.missing <= u32::from(sent.number) * 2, "{} missing of {}", decoder.missing, sent.number);
+    tried
+}
