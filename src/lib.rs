@@ -28,7 +28,7 @@
 //! What goes wrong is named in [`fault`], how a run began in [`boot`], what a PC may ask for in [`command`].
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
-//! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
+//! share ([`outbox`], [`tally`], [`load`], [`stack_depth`], [`vitals`]), what a dying run leaves ([`crash`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
@@ -47,6 +47,7 @@ pub mod abscissa;
 pub mod boot;
 pub mod bridge;
 pub mod command;
+pub mod crash;
 pub mod descent;
 pub mod detector;
 pub mod fault;
@@ -62,10 +63,12 @@ pub mod profile;
 pub mod relaxing;
 pub mod search;
 pub mod sine_fit;
+pub mod stack_depth;
 pub mod survey;
 pub mod tally;
 pub mod telemetry;
 pub mod travel;
+pub mod vitals;
 pub mod window;
 pub mod workload;
 
