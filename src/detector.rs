@@ -4,7 +4,7 @@ mod health;
 mod imaging;
 mod teller;
 
-use crate::boot::{Boot, SettingsSource};
+use crate::boot::{Boot, ResetCause, SettingsSource};
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
@@ -28,12 +28,15 @@ pub struct Counters {
     pub chip_restarts: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
+    /// The most of the stack that was in use since start-up, and its size, bytes.
+    pub stack: [u32; 2],
 }
 
 /// Frames, contact and windows: the middle task.
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
+    boot: Boot,
     assembler: Assembler,
     rest: Rest,
     checkup: Checkup,
@@ -56,6 +59,7 @@ impl Detector {
     pub const fn new(settings: Settings) -> Self {
         Self {
             settings,
+            boot: Boot { cause: ResetCause::Unknown, record: None },
             assembler: Assembler::new(settings.vref_v),
             rest: Rest {
                 contact: ContactDetector::new(settings.slide),
@@ -66,6 +70,11 @@ impl Detector {
             checkup: Checkup::new(),
             imaging: Imaging::new(),
         }
+    }
+
+    /// How this run began, to be said in every greeting: who listens in later learns it too.
+    pub fn set_boot(&mut self, boot: Boot) {
+        self.boot = boot;
     }
 
     /// The greeting to send before anything else.
@@ -82,7 +91,7 @@ impl Detector {
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
             source: SettingsSource::Default,
-            boot: Boot::default(),
+            boot: self.boot.clone(),
         })
     }
 
