@@ -5,23 +5,26 @@
 use crate::boot::{Death, FILE_BYTES, Record};
 use crate::telemetry::CHECKSUM;
 
-/// Bytes of the checksum, which comes first.
-const CHECKSUM_BYTES: usize = 4;
+/// Words of RAM for one record: checksum, kind of death, time, two addresses, line, and the file's name, filled up with
+/// zeros. By hand and in words: to read postcard back takes a kilobyte of flash that nothing else needs.
+pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
-/// Bytes that a record takes at most: in postcard a number of 32 bits takes up to five, a text its length and itself.
-const CONTENT_BYTES: usize = 1 + 3 * 5 + 1 + FILE_BYTES + 5;
+/// What stands for a panic and a HardFault.
+const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
 
-/// Bytes of RAM for one record.
-pub const STORED_BYTES: usize = (CHECKSUM_BYTES + CONTENT_BYTES).next_multiple_of(4);
+/// The RAM, as start-up finds it.
+pub type Stored = [u32; STORED_WORDS];
 
 impl Record {
-    /// A panic at `t_us` on the board's counter, in a line of a source file.
+    /// A panic at `t_us` on the board's counter, in a line of a source file. What is not ASCII in its name becomes `?`.
     pub fn of_panic(t_us: u32, file: &str, line: u32) -> Self {
-        let from = file.len().saturating_sub(FILE_BYTES);
-        // A character takes at most four bytes, so one of these is where one begins.
-        let end = (from..from + 4).find_map(|from| file.get(from..)).unwrap_or_default();
-        let file = heapless::String::try_from(end).unwrap_or_default();
-        Self { death: Death::Panic, t_us, pc: 0, lr: 0, file, line }
+        let mut end = heapless::String::new();
+        let skipped = file.len().saturating_sub(FILE_BYTES);
+        for byte in file.bytes().skip(skipped) {
+            // It has room for as many.
+            let _ = end.push(if byte.is_ascii() { char::from(byte) } else { '?' });
+        }
+        Self { death: Death::Panic, t_us, pc: 0, lr: 0, file: end, line }
     }
 
     /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`, in what was called from `lr`.
@@ -30,23 +33,39 @@ impl Record {
     }
 
     /// Puts it into RAM that outlives a reset.
-    pub fn store(&self, ram: &mut [u8; STORED_BYTES]) {
-        *ram = [0; STORED_BYTES];
-        let (checksum, content) = ram.split_at_mut(CHECKSUM_BYTES);
-        // It fits, see above; if it did not, the checksum of what is there would not be stored.
-        if postcard::to_slice(self, content).is_ok() {
-            checksum.copy_from_slice(&CHECKSUM.checksum(content).to_le_bytes());
+    pub fn store(&self, ram: &mut Stored) {
+        let [_, death, t_us, pc, lr, line, file @ ..] = ram;
+        (*death, *t_us, *pc, *lr, *line) = (self.death as u32, self.t_us, self.pc, self.lr, self.line);
+        let mut bytes = self.file.bytes();
+        for word in file {
+            *word = u32::from_le_bytes(core::array::from_fn(|_| bytes.next().unwrap_or(0)));
         }
+        ram[0] = checksum_of(ram);
     }
 
     /// Takes it out of there; none if there is none. The next time there is none.
-    pub fn take(ram: &mut [u8; STORED_BYTES]) -> Option<Self> {
-        let (checksum, content) = ram.split_at(CHECKSUM_BYTES);
-        let whole = checksum == CHECKSUM.checksum(content).to_le_bytes();
-        let record = if whole { postcard::from_bytes(content).ok() } else { None };
-        *ram = [0; STORED_BYTES];
-        record
+    pub fn take(ram: &mut Stored) -> Option<Self> {
+        let found = *ram;
+        *ram = [0; STORED_WORDS];
+        let [checksum, death, t_us, pc, lr, line, words @ ..] = found;
+        let death = *DEATHS.get(death as usize).filter(|_| checksum == checksum_of(&found))?;
+        let mut file = heapless::String::new();
+        for byte in words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0) {
+            // It has room for as many.
+            let _ = file.push(char::from(byte));
+        }
+        Some(Self { death, t_us, pc, lr, file, line })
     }
+}
+
+/// Of all but the first word, which holds it.
+#[inline(never)]
+fn checksum_of(ram: &Stored) -> u32 {
+    let mut digest = CHECKSUM.digest();
+    for word in ram.iter().skip(1) {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
 }
 
 #[cfg(test)]
@@ -61,7 +80,7 @@ mod tests {
 
     #[test]
     fn the_longest_record_comes_back_once() {
-        let mut ram = [0xa5; STORED_BYTES];
+        let mut ram = [0xa5a5_a5a5; STORED_WORDS];
         longest().store(&mut ram);
         assert_eq!(longest().file, "etone/hot/src/moments.rs");
         assert_eq!(Record::take(&mut ram), Some(longest()));
@@ -74,22 +93,26 @@ mod tests {
     #[test]
     fn whatever_lies_in_the_ram_after_power_up_is_no_record() {
         for byte in 0..=u8::MAX {
-            assert_eq!(Record::take(&mut [byte; STORED_BYTES]), None, "{byte:#04x} everywhere");
+            let mut ram = [u32::from_le_bytes([byte; 4]); STORED_WORDS];
+            assert_eq!(Record::take(&mut ram), None, "{byte:#04x} everywhere");
         }
-        for place in 0..STORED_BYTES {
-            for bit in 0..8 {
-                let mut ram = [0; STORED_BYTES];
+        for place in 0..STORED_WORDS {
+            for bit in 0..32 {
+                let mut ram = [0; STORED_WORDS];
                 longest().store(&mut ram);
                 ram[place] ^= 1 << bit;
-                assert_eq!(Record::take(&mut ram), None, "bit {bit} of byte {place} fell over");
+                assert_eq!(Record::take(&mut ram), None, "bit {bit} of word {place} fell over");
             }
         }
     }
 
     #[test]
-    fn a_files_end_begins_with_a_whole_character() {
-        let record = Record::of_panic(0, "ordner/straßenäääääääääääää.rs", 1);
-        assert!(record.file.len() <= FILE_BYTES && record.file.ends_with("äää.rs"), "{}", record.file);
+    fn a_files_name_keeps_its_end_and_is_ascii() {
+        let record = Record::of_panic(0, "ordner/straße.rs", 1);
+        assert_eq!(record.file, "ordner/stra??e.rs");
+        let mut ram = [0; STORED_WORDS];
+        record.store(&mut ram);
+        assert_eq!(Record::take(&mut ram), Some(record));
         assert_eq!(Record::of_panic(0, "", 1).file, "");
     }
 }

@@ -5,10 +5,10 @@ use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use cortex_m_rt::ExceptionFrame;
 use ridgetone::boot::Record;
-use ridgetone::crash::STORED_BYTES;
+use ridgetone::crash::{STORED_WORDS, Stored};
 
 /// Only the start, before tasks run, and the end, when none runs any more, touch it.
-struct Ram(UnsafeCell<MaybeUninit<[u8; STORED_BYTES]>>);
+struct Ram(UnsafeCell<MaybeUninit<Stored>>);
 
 // SAFETY: see above; there is one core.
 unsafe impl Sync for Ram {}
@@ -18,14 +18,17 @@ unsafe impl Sync for Ram {}
 static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// The RAM, with whatever it holds.
-fn ram() -> &'static mut [u8; STORED_BYTES] {
-    // SAFETY: bytes may hold anything, and a volatile read makes them something to the compiler. Nobody else has a
-    // reference: see `Ram`.
-    unsafe {
-        let place = RAM.0.get();
-        place.write_volatile(place.read_volatile());
-        (*place).assume_init_mut()
+fn ram() -> &'static mut Stored {
+    let first = RAM.0.get().cast::<u32>();
+    for at in 0..STORED_WORDS {
+        // SAFETY: within RAM. A word may hold anything; read and written once, it is something to the compiler too.
+        unsafe {
+            let word = first.add(at);
+            word.write_volatile(word.read_volatile());
+        }
     }
+    // SAFETY: all words are initialized, and nobody else has a reference: see `Ram`.
+    unsafe { (*RAM.0.get()).assume_init_mut() }
 }
 
 /// What the run before died of. To be asked once, before tasks run.

@@ -108,6 +108,7 @@ fn suffer(mishap: Mishap) {
 
 /// Takes 256 bytes of the stack, again and again.
 #[inline(never)]
+#[allow(unconditional_recursion)]
 fn deepen(depth: u32) -> u32 {
     let bytes = core::hint::black_box([depth; 64]);
     deepen(depth.wrapping_add(1)).wrapping_add(core::hint::black_box(bytes)[0])
