@@ -37,6 +37,18 @@
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
+// A panic resets the finger: only tests may.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
 #![forbid(unsafe_code)]
 // Taxels and unknowns are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]

@@ -16,6 +16,14 @@
 //! What is big - ring, estimator, queues - lives in statics from the start.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
+#![deny(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    clippy::todo,
+    clippy::unimplemented
+)]
 
 #[cfg(all(target_os = "none", feature = "feather-f405", feature = "emulated"))]
 compile_error!("choose one board: the feature `feather-f405` or the feature `emulated`, not both");

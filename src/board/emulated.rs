@@ -145,6 +145,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
     let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
         Ok(tx) => tx,
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),

@@ -147,6 +147,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     pin.enable_interrupt(&mut exti);
 
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
     let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
         Ok(tx) => tx,
         // Not met at run time: the divider of a fixed baud rate from a fixed clock.

@@ -74,7 +74,12 @@ pub fn open(mut alarm: SYST, kept: Option<Kept>) {
     let now_us = super::now_us();
     FED_US.store(now_us, Relaxed);
     let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0, heartbeat_us: now_us };
-    critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
+    critical_section::with(|cs| {
+        // Nobody has it before it is there.
+        if let Ok(mut place) = LINK.borrow(cs).try_borrow_mut() {
+            *place = Some(link);
+        }
+    });
 }
 
 /// Puts off the reset by the watchdog.

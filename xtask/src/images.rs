@@ -1,6 +1,7 @@
 //! The firmware images: building, checking, flashing.
 
 use crate::inspect::{self, Interrupt, Sizes};
+use crate::panics;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, run, target_dir, tell};
 use anyhow::{Context, Result, bail};
@@ -27,6 +28,9 @@ pub const BENCH: Image = Image { package: "ridgetone", name: "bench", binary: "r
 /// The benchmark of the methods that the fit is compared with.
 pub const RIVALS: Image = Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", interrupts: &[] };
 
+/// The firmware's binary.
+const FIRMWARE: &str = "ridgetone-firmware";
+
 /// The chip's name at probe-rs.
 const CHIP: &str = "STM32F405RGTx";
 
@@ -50,7 +54,7 @@ impl Board {
             Self::Emulated => "emulated",
         };
         // DRDY's interrupt is what the firmware is about.
-        Image { package: "ridgetone", name, binary: "ridgetone-firmware", interrupts: &[inspect::DRDY] }
+        Image { package: "ridgetone", name, binary: FIRMWARE, interrupts: &[inspect::DRDY] }
     }
 }
 
@@ -70,6 +74,10 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     fs::copy(&built, &image).with_context(|| format!("cannot copy {}", built.display()))?;
     let sizes = sizes(&image, interrupts)?;
+    if binary == FIRMWARE {
+        let bytes = fs::read(&image).with_context(|| format!("cannot read {}", image.display()))?;
+        panics::check(&bytes).with_context(|| format!("{} is not fit to run", image.display()))?;
+    }
     Ok((image, sizes))
 }
 
