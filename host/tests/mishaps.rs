@@ -9,13 +9,13 @@ use ridgetone::telemetry::{Event, Health, Hello, Packet, Span, Status};
 use ridgetone::vitals::WATCHDOG_S;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
+use std::path::{Path, PathBuf};
 
 /// Board time at which it happens, microseconds.
 const AT_US: u64 = 200_000;
 
-fn run(scene: Sliding, mishap: Option<Mishap>) -> (Outcome, Vec<Packet>) {
-    let elf = emulator::image::find().expect("an image");
-    let options = Options { mishap: mishap.map(|mishap| (AT_US, mishap)), ..Options::new(&elf) };
+fn run(elf: &Path, scene: Sliding, mishap: Option<Mishap>) -> (Outcome, Vec<Packet>) {
+    let options = Options { mishap: mishap.map(|mishap| (AT_US, mishap)), ..Options::new(elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -40,10 +40,11 @@ fn greetings(packets: &[Packet]) -> Vec<&Hello> {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
+    let elf = emulator::image::find().expect("an image");
     for mishap in Mishap::ALL {
         // The touch is well after the watchdog, which takes longest.
         let idle_s = if mishap == Mishap::Hang { f64::from(WATCHDOG_S) + 1.5 } else { 0.8 };
-        let (outcome, packets) = run(Sliding { idle_s, ..Sliding::default() }, Some(mishap));
+        let (outcome, packets) = run(&elf, Sliding { idle_s, ..Sliding::default() }, Some(mishap));
         assert_eq!(outcome.damaged, 0, "{mishap:?}");
         let hellos = greetings(&packets);
         let [before, after] = hellos[..] else { panic!("{mishap:?}: {hellos:?}") };
@@ -88,7 +89,8 @@ fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_stack_s_depth_is_told_once_a_second() {
-    let (outcome, packets) = run(Sliding::default(), None);
+    let elf = emulator::image::find().expect("an image");
+    let (outcome, packets) = run(&elf, Sliding::default(), None);
     let healths: Vec<&Health> = packets
         .iter()
         .filter_map(|packet| match &packet.event {
@@ -106,4 +108,21 @@ fn the_stack_s_depth_is_told_once_a_second() {
     // The last is sent with the end of the slide, before its fit; but windows like it were fitted before.
     let last = told[told.len() - 1];
     assert!(last <= deepest && last + 1024 > deepest, "{last} told, {deepest} at the end");
+}
+
+/// Of the release image arithmetic wraps silently; of this one it panics. A touch gives the same to the last bit.
+#[test]
+#[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
+fn no_arithmetic_overflows_in_a_touch() {
+    let told = |elf: &Path| {
+        let (outcome, packets) = run(elf, Sliding::default(), None);
+        assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+        // Health says how busy the processor is, which differs; and a slower fit is overtaken by other news.
+        let events = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
+        let (fits, others): (Vec<_>, Vec<_>) = events.partition(|event| matches!(event, Event::Estimate(_)));
+        assert!(fits.len() > 1 && !others.is_empty());
+        (fits, others)
+    };
+    let checked = PathBuf::from(std::env::var_os("RIDGETONE_CHECKED_ELF").expect("RIDGETONE_CHECKED_ELF"));
+    assert_eq!(told(&checked), told(&emulator::image::find().expect("an image")));
 }
