@@ -64,7 +64,15 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        "2: b {handle}",
+        // The registers of the FPU that are still to be stacked lazily must not go where there is no memory: that would
+        // be a fault within a fault (Armv7-M, FPCCR.LSPACT).
+        "2:",
+        "movw r2, #0xef34",
+        "movt r2, #0xe000",
+        "ldr r3, [r2]",
+        "bic r3, r3, #1",
+        "str r3, [r2]",
+        "b {handle}",
         handle = sym handle_hard_fault,
     )
 }
@@ -72,7 +80,7 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
 /// `frame`: where the processor has put its registers, or would have if the stack had not overflowed.
 unsafe extern "C" fn handle_hard_fault(frame: *const ExceptionFrame) -> ! {
     let (pc, lr) = if stack::holds(frame) {
-        // SAFETY: it lies in the stack, where the processor has put it; the trampoline's caller left it in place.
+        // SAFETY: it lies in the stack, where the processor has put it; nothing has been put over it.
         unsafe { ((*frame).pc(), (*frame).lr()) }
     } else {
         (0, 0)

@@ -87,12 +87,17 @@ pub fn feed_watchdog() {
     FED_US.store(super::now_us(), Relaxed);
 }
 
-/// Starts the board anew if the PC has asked for what happened.
+/// Resets the processor; the bridge and the time go on.
+pub fn restart(cause: ResetCause) -> ! {
+    let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
+    Kept { request, reply, now_us: super::now_us(), cause }.put();
+    SCB::sys_reset()
+}
+
+/// The same if the PC has asked for what happened.
 pub fn restart_if_asked(cause: ResetCause) {
     if RESTARTS.load(Relaxed) {
-        let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
-        Kept { request, reply, now_us: super::now_us(), cause }.put();
-        SCB::sys_reset()
+        restart(cause);
     }
 }
 
@@ -107,7 +112,7 @@ fn suffer(mishap: Mishap) {
             deepen(0);
         }
         Mishap::Hang => NVIC::mask(Interrupt::CAN1_RX0),
-        Mishap::Restart => restart_if_asked(ResetCause::Software),
+        Mishap::Restart => restart(ResetCause::Software),
     }
 }
 
