@@ -4,7 +4,7 @@ mod health;
 mod imaging;
 mod teller;
 
-use crate::boot::{Boot, ResetCause, SettingsSource};
+use crate::boot::{Boot, SettingsSource};
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
@@ -36,7 +36,6 @@ pub struct Counters {
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
-    boot: Boot,
     assembler: Assembler,
     rest: Rest,
     checkup: Checkup,
@@ -59,7 +58,6 @@ impl Detector {
     pub const fn new(settings: Settings) -> Self {
         Self {
             settings,
-            boot: Boot { cause: ResetCause::Unknown, record: None },
             assembler: Assembler::new(settings.vref_v),
             rest: Rest {
                 contact: ContactDetector::new(settings.slide),
@@ -72,12 +70,7 @@ impl Detector {
         }
     }
 
-    /// How this run began, to be said in every greeting: who listens in later learns it too.
-    pub fn set_boot(&mut self, boot: Boot) {
-        self.boot = boot;
-    }
-
-    /// The greeting to send before anything else.
+    /// The greeting to send before anything else. How the run began is for who knows it to fill in.
     #[inline(never)]
     pub fn hello(&self) -> News<'static> {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
@@ -91,7 +84,7 @@ impl Detector {
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
             source: SettingsSource::Default,
-            boot: self.boot.clone(),
+            boot: Boot::default(),
         })
     }
 

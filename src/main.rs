@@ -48,6 +48,7 @@ mod app {
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
+    use ridgetone::boot::Boot;
     use ridgetone::frame::TimedConversion;
     use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
@@ -101,6 +102,7 @@ mod app {
     #[local]
     struct Local {
         detector: Detector,
+        boot: Boot,
         estimator: Estimator,
         chip: Chip,
         drdy: board::Drdy,
@@ -130,9 +132,6 @@ mod app {
         let (samples_in, samples_out) = cx.local.samples.split();
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
-        // Not a static with an initial value: that would take its size of flash too.
-        let mut detector = Detector::new(SETTINGS);
-        detector.set_boot(boot);
         // The greeting goes out even if the chip is silent.
         rtic::pend(DETECT);
         (
@@ -146,7 +145,9 @@ mod app {
                 sending: AtomicBool::new(false),
             },
             Local {
-                detector,
+                // Not statics with an initial value: that would take their size of flash too.
+                detector: Detector::new(SETTINGS),
+                boot,
                 estimator: Estimator::new(SETTINGS),
                 chip,
                 drdy,
@@ -203,13 +204,19 @@ mod app {
     #[task(
         binds = CAN1_RX0,
         priority = 3,
-        local = [detector, samples_out, windows_in, greeted: bool = false],
+        local = [detector, boot, samples_out, windows_in, greeted: bool = false],
         shared = [ring, outbox, &tally, &vitals, &finished],
     )]
     fn detect(mut cx: detect::Context) {
-        let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
+        let detect::LocalResources { detector, boot, samples_out, windows_in, greeted, .. } = cx.local;
         let (tally, vitals) = (cx.shared.tally, cx.shared.vitals);
-        let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
+        let mut emit = |mut news: News| {
+            // In every greeting: who listens in later learns it too.
+            if let News::Hello(hello) = &mut news {
+                hello.boot.clone_from(boot);
+            }
+            post(&mut cx.shared.outbox, tally, news.into());
+        };
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
