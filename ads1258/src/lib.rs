@@ -82,18 +82,6 @@
 //! What the datasheet leaves open this driver does not rely on.
 
 #![no_std]
-// A panic resets the finger: only tests may.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable,
-        clippy::todo,
-        clippy::unimplemented
-    )
-)]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 // Nothing in here may panic: it runs in interrupts of machines that nobody watches.
