@@ -21,6 +21,28 @@ pub enum ResetCause {
     Watchdog,
 }
 
+impl ResetCause {
+    /// By RCC_CSR's flags (RM0090, 7.3.21). The pin NRST is pulled by every reset, so it counts only alone.
+    pub const fn from_flags(csr: u32) -> Self {
+        const PIN: u32 = 1 << 26;
+        const BROWN_OUT_OR_POWER: u32 = 1 << 25 | 1 << 27;
+        const SOFTWARE: u32 = 1 << 28;
+        const WATCHDOGS: u32 = 1 << 29 | 1 << 30;
+        // A supply that went away explains whatever else happened then.
+        if csr & BROWN_OUT_OR_POWER != 0 {
+            Self::Power
+        } else if csr & WATCHDOGS != 0 {
+            Self::Watchdog
+        } else if csr & SOFTWARE != 0 {
+            Self::Software
+        } else if csr & PIN != 0 {
+            Self::Pin
+        } else {
+            Self::Unknown
+        }
+    }
+}
+
 /// How the firmware died.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Death {
@@ -37,7 +59,7 @@ pub struct Record {
     pub death: Death,
     /// The board's microsecond counter then; it wraps after 71.6 minutes.
     pub t_us: u32,
-    /// Address of the instruction (HardFault), 0 otherwise.
+    /// Address of the instruction (HardFault), 0 otherwise, and 0 if the stack overflowed: then nothing could keep it.
     pub pc: u32,
     /// Address it was called from (HardFault), 0 otherwise.
     pub lr: u32,
@@ -68,4 +90,28 @@ pub struct Boot {
     pub cause: ResetCause,
     /// What the run before died of, if it did.
     pub record: Option<Record>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What an STM32F405 has in the top byte of RCC_CSR (RM0090, 7.3.21): LPWR, WWDG, IWDG, SFT, POR, PIN, BOR, RMVF.
+    #[test]
+    fn the_cause_is_read_from_the_flags() {
+        let cases = [
+            (0b0000_1110, ResetCause::Power),
+            (0b0000_0110, ResetCause::Power),
+            (0b0000_0100, ResetCause::Pin),
+            (0b0001_0100, ResetCause::Software),
+            (0b0010_0100, ResetCause::Watchdog),
+            (0b0100_0100, ResetCause::Watchdog),
+            (0b1000_0000, ResetCause::Unknown),
+            (0, ResetCause::Unknown),
+        ];
+        for (flags, cause) in cases {
+            // The bits below are the oscillator's.
+            assert_eq!(ResetCause::from_flags(flags << 24 | 3), cause, "{flags:08b}");
+        }
+    }
 }

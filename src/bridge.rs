@@ -33,6 +33,27 @@ pub enum Operation {
     Reset = 3,
 }
 
+/// What the PC may have happen to the emulated board, for a test of what comes after. After any of them it starts anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mishap {
+    /// A panic.
+    Panic = 1,
+    /// An instruction that is none: a HardFault.
+    HardFault = 2,
+    /// The stack overflows: a HardFault without a stack.
+    StackOverflow = 3,
+    /// Detection is not served any more, until the watchdog bites.
+    Hang = 4,
+    /// A reset by software, nothing having gone wrong.
+    Restart = 5,
+}
+
+impl Mishap {
+    /// Every one.
+    pub const ALL: [Self; 5] = [Self::Panic, Self::HardFault, Self::StackOverflow, Self::Hang, Self::Restart];
+}
+
 /// From the emulated board to the PC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
@@ -55,6 +76,8 @@ pub struct Reply {
     pub ended: bool,
     /// Payload bytes that follow: the request's own length.
     pub length: u8,
+    /// What is to happen to the board now.
+    pub mishap: Option<Mishap>,
     /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the first.
     pub drdy_us: u32,
     /// Microseconds from `now_us` to the next falling edge, or [`NEVER`].
@@ -92,15 +115,33 @@ impl Reply {
         let d = self.drdy_us.to_le_bytes();
         let n = self.next_drdy_us.to_le_bytes();
         let flags = self.drdy_high as u8 | (self.ended as u8) << 1;
-        [flags, self.length, 0, 0, d[0], d[1], d[2], d[3], n[0], n[1], n[2], n[3]]
+        [
+            flags,
+            self.length,
+            self.mishap.map_or(0, |mishap| mishap as u8),
+            0,
+            d[0],
+            d[1],
+            d[2],
+            d[3],
+            n[0],
+            n[1],
+            n[2],
+            n[3],
+        ]
     }
 
-    /// Reads a header back; `None` if the payload is too long.
+    /// Reads a header back; `None` if the payload is too long or the mishap unknown.
     pub fn decode(b: &[u8; REPLY_BYTES]) -> Option<Self> {
+        let mishap = match b[2] {
+            0 => None,
+            number => Some(*Mishap::ALL.iter().find(|mishap| **mishap as u8 == number)?),
+        };
         (b[1] as usize <= PAYLOAD_MAX).then_some(Self {
             drdy_high: b[0] & 1 != 0,
             ended: b[0] & 2 != 0,
             length: b[1],
+            mishap,
             drdy_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
             next_drdy_us: u32::from_le_bytes([b[8], b[9], b[10], b[11]]),
         })
@@ -115,8 +156,10 @@ mod tests {
     fn headers_survive_the_wire() {
         let request = Request { operation: Operation::Transfer, level: true, length: 5, now_us: 0xfedc_ba98 };
         assert_eq!(Request::decode(&request.encode()), Some(request));
-        let reply = Reply { drdy_high: true, ended: true, length: 5, drdy_us: 7, next_drdy_us: NEVER };
-        assert_eq!(Reply::decode(&reply.encode()), Some(reply));
+        for mishap in Mishap::ALL.map(Some).into_iter().chain([None]) {
+            let reply = Reply { drdy_high: true, ended: true, length: 5, mishap, drdy_us: 7, next_drdy_us: NEVER };
+            assert_eq!(Reply::decode(&reply.encode()), Some(reply));
+        }
     }
 
     #[test]
@@ -125,6 +168,8 @@ mod tests {
         assert_eq!(Request::decode(&[1, 0, 200, 0, 0, 0, 0, 0]), None);
         let mut reply = [0; REPLY_BYTES];
         reply[1] = 200;
+        assert_eq!(Reply::decode(&reply), None);
+        (reply[1], reply[2]) = (5, 6);
         assert_eq!(Reply::decode(&reply), None);
     }
 }

@@ -28,6 +28,8 @@ pub struct Counters {
     pub chip_restarts: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
+    /// The most of the stack that was in use since start-up, and its size, bytes.
+    pub stack: [u32; 2],
 }
 
 /// Frames, contact and windows: the middle task.
@@ -68,7 +70,7 @@ impl Detector {
         }
     }
 
-    /// The greeting to send before anything else.
+    /// The greeting to send before anything else. How the run began is for who knows it to fill in.
     #[inline(never)]
     pub fn hello(&self) -> News<'static> {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));

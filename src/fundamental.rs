@@ -88,7 +88,7 @@ fn share_between(comb: &Solution, part: usize) -> f32 {
     let (mut between, mut all) = (0.0, 0.0);
     for (h, power) in comb.power.iter().enumerate().take(comb.shape.harmonics) {
         all += power;
-        if (h + 1) % part != 0 {
+        if !(h + 1).is_multiple_of(part) {
             between += power;
         }
     }

@@ -28,7 +28,7 @@
 //! What goes wrong is named in [`fault`], how a run began in [`boot`], what a PC may ask for in [`command`].
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
-//! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
+//! share ([`outbox`], [`tally`], [`load`], [`stack_depth`], [`vitals`]), what a dying run leaves ([`crash`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
@@ -37,6 +37,18 @@
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
+// A panic resets the finger: only tests may.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
 #![forbid(unsafe_code)]
 // Taxels and unknowns are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
@@ -47,6 +59,7 @@ pub mod abscissa;
 pub mod boot;
 pub mod bridge;
 pub mod command;
+pub mod crash;
 pub mod descent;
 pub mod detector;
 pub mod fault;
@@ -62,10 +75,12 @@ pub mod profile;
 pub mod relaxing;
 pub mod search;
 pub mod sine_fit;
+pub mod stack_depth;
 pub mod survey;
 pub mod tally;
 pub mod telemetry;
 pub mod travel;
+pub mod vitals;
 pub mod window;
 pub mod workload;
 

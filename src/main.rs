@@ -6,9 +6,9 @@
 //! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
-//! | `watch` | 1 | TIM4, twice a second | has `drdy` check the chip's registers |
+//! | `watch` | 2 | TIM4, twice a second | has `drdy` check the chip's registers, feeds the watchdog if all tasks live |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` | spectrum and sine fit |
-//! | `idle` | 0 | | sleeps and measures the load |
+//! | `idle` | 0 | | sleeps, measures the load and the stack |
 //!
 //! `detect`, `report` and `fit` are interrupts that only software pends. Unlike a spawned task a
 //! pended interrupt cannot be lost while its handler runs, so no conversion is left lying in a queue.
@@ -16,6 +16,14 @@
 //! What is big - ring, estimator, queues - lives in statics from the start.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
+#![deny(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unreachable,
+    clippy::todo,
+    clippy::unimplemented
+)]
 
 #[cfg(all(target_os = "none", feature = "feather-f405", feature = "emulated"))]
 compile_error!("choose one board: the feature `feather-f405` or the feature `emulated`, not both");
@@ -40,14 +48,17 @@ mod app {
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
+    use ridgetone::boot::Boot;
     use ridgetone::frame::TimedConversion;
     use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
     use ridgetone::settings::Settings;
+    use ridgetone::stack_depth::DepthMeter;
     use ridgetone::tally::Tally;
     use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
+    use ridgetone::vitals::{Feeder, Vitals};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
@@ -79,6 +90,7 @@ mod app {
         ring: &'static mut Ring,
         outbox: Outbox<PACKETS>,
         tally: Tally,
+        vitals: Vitals,
         /// The registers are to be checked with the next conversion.
         check: AtomicBool,
         /// The signal is over, and the last window is in its queue.
@@ -90,6 +102,7 @@ mod app {
     #[local]
     struct Local {
         detector: Detector,
+        boot: Boot,
         estimator: Estimator,
         chip: Chip,
         drdy: board::Drdy,
@@ -109,7 +122,7 @@ mod app {
         bytes: Queue<u8, BYTES> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Board { spi, start, reset, drdy, line } = board::init(cx.device, cx.core);
+        let Board { spi, start, reset, drdy, line, boot } = board::init(cx.device, cx.core);
         let mut chip = Chip { adc: Ads1258::new(spi), start, reset };
         Wait.delay_us(POWER_UP_US);
         if !chip.set_up() {
@@ -126,6 +139,7 @@ mod app {
                 ring: cx.local.ring,
                 outbox: Outbox::new(),
                 tally: Tally::new(),
+                vitals: Vitals::new(),
                 check: AtomicBool::new(false),
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
@@ -133,6 +147,7 @@ mod app {
             Local {
                 // Not statics with an initial value: that would take their size of flash too.
                 detector: Detector::new(SETTINGS),
+                boot,
                 estimator: Estimator::new(SETTINGS),
                 chip,
                 drdy,
@@ -148,7 +163,7 @@ mod app {
     }
 
     /// DRDY has fallen: one read, one push.
-    #[task(binds = EXTI4, priority = 5, local = [chip, drdy, samples_in], shared = [&tally, &check])]
+    #[task(binds = EXTI4, priority = 5, local = [chip, drdy, samples_in], shared = [&tally, &vitals, &check])]
     fn drdy(cx: drdy::Context) {
         let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
         let tally = cx.shared.tally;
@@ -161,6 +176,7 @@ mod app {
             tally.chip_restarted();
             chip.set_up();
         }
+        cx.shared.vitals.acquired();
         rtic::pend(DETECT);
     }
 
@@ -188,17 +204,25 @@ mod app {
     #[task(
         binds = CAN1_RX0,
         priority = 3,
-        local = [detector, samples_out, windows_in, greeted: bool = false],
-        shared = [ring, outbox, &tally, &finished],
+        local = [detector, boot, samples_out, windows_in, greeted: bool = false],
+        shared = [ring, outbox, &tally, &vitals, &finished],
     )]
     fn detect(mut cx: detect::Context) {
-        let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
-        let tally = cx.shared.tally;
-        let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
+        let detect::LocalResources { detector, boot, samples_out, windows_in, greeted, .. } = cx.local;
+        let (tally, vitals) = (cx.shared.tally, cx.shared.vitals);
+        let mut emit = |mut news: News| {
+            // In every greeting: who listens in later learns it too.
+            if let News::Hello(hello) = &mut news {
+                hello.boot.clone_from(boot);
+            }
+            post(&mut cx.shared.outbox, tally, news.into());
+        };
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
-            if !wanted || windows_in.enqueue(window).is_err() {
+            if wanted && windows_in.enqueue(window).is_ok() {
+                vitals.fit_due();
+            } else {
                 tally.hop_skipped();
             }
             rtic::pend(FIT);
@@ -217,6 +241,7 @@ mod app {
             cx.shared.ring.lock(|ring| detector.finish(ring, &counters, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
+        vitals.detected();
     }
 
     /// Encodes packets while the line has room.
@@ -245,10 +270,14 @@ mod app {
         }
     }
 
-    /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since.
-    #[task(binds = TIM4, priority = 1, shared = [&check])]
+    /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since. Feeds the watchdog, above
+    /// `fit`, so that a busy fit does not keep it from being fed.
+    #[task(binds = TIM4, priority = 2, local = [feeder: Feeder = Feeder::new()], shared = [&check, &vitals])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
+        if cx.local.feeder.feeds(cx.shared.vitals) {
+            board::feed_watchdog();
+        }
         if cx.shared.check.swap(true, Relaxed) {
             rtic::pend(DRDY);
         }
@@ -259,11 +288,13 @@ mod app {
         binds = CAN1_RX1,
         priority = 1,
         local = [estimator, windows_out],
-        shared = [ring, outbox, &tally],
+        shared = [ring, outbox, &tally, &vitals],
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
-            let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None) {
+            let outcome = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None);
+            cx.shared.vitals.fit_done();
+            let estimate = match outcome {
                 Some(Some(estimate)) => estimate,
                 Some(None) => continue,
                 None => {
@@ -276,7 +307,7 @@ mod app {
     }
 
     /// Sleeps, measures the load, and leaves when all is done.
-    #[idle(local = [meter: LoadMeter = LoadMeter::new()], shared = [outbox, &tally, &finished, &sending])]
+    #[idle(local = [meter: LoadMeter = LoadMeter::new(), depth: DepthMeter = DepthMeter::new()], shared = [outbox, &tally, &finished, &sending])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
             // With interrupts masked the processor still wakes up, but serves them only after the
@@ -289,6 +320,7 @@ mod app {
             if let Some(load) = load {
                 cx.shared.tally.set_load(load);
             }
+            cx.shared.tally.set_stack(board::look_at_stack(cx.local.depth), board::stack_bytes());
             // Here no interrupt is pending, so no window is being fitted.
             let finished = cx.shared.finished.load(Relaxed) && !cx.shared.sending.load(Relaxed);
             if finished && cx.shared.outbox.lock(|outbox| outbox.is_empty()) {

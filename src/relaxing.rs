@@ -59,10 +59,10 @@ pub fn relax(
 fn step(problem: &mut Problem, shape: Shape) -> Option<(f32, f32)> {
     // Behind level, slope and an interferer's.
     let of = 1 + shape.nuisances;
-    let (factors, rest) = (problem.solution().unknowns[of], problem.solution().rest);
+    let (factors, rest) = (*problem.solution().unknowns.get(of)?, problem.solution().rest);
     problem.step(Shape { nuisances: shape.nuisances + 1, ..shape })?;
     // The channels' own wishes, by what each knows.
-    let changes = &problem.solution().unknowns[of + 1];
+    let changes = problem.solution().unknowns.get(of + 1)?;
     let (mut common, mut squares) = (0.0, 0.0);
     let mut left = problem.levels.usable;
     while left != 0 {

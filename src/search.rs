@@ -150,10 +150,10 @@ pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<
         return Some((levels(stretch, None)?, None));
     }
     let (mut by, mut valid) = (QUAD as u32, [0; MEANS_MAX]);
-    while stretch.frames / by > MEANS_MAX as u32 {
+    while stretch.frames.checked_div(by)? > MEANS_MAX as u32 {
         by *= 2;
     }
-    let count = (stretch.frames / by) as usize;
+    let count = stretch.frames.checked_div(by)? as usize;
     let (values, _) = scratch.points.as_chunks_mut();
     let mut means = Means::new(by, values.get_mut(..count)?, valid.get_mut(..count)?);
     let all = levels(stretch, Some(&mut means))?;

@@ -41,10 +41,14 @@ impl Survey {
             Curve::Bent => 2,
             Curve::Relaxing(_) => 3,
         };
-        if model.shape.harmonics == 0 {
-            return Model::keep(&mut self.without[kind], levels, model);
+        let place = match model.shape.harmonics.checked_sub(1) {
+            None => self.without.get_mut(kind),
+            Some(more) => self.tones.get_mut(kind).and_then(|tones| tones.get_mut(more)),
+        };
+        // There always is one.
+        if let Some(place) = place {
+            Model::keep(place, levels, model);
         }
-        Model::keep(&mut self.tones[kind][model.shape.harmonics - 1], levels, model);
     }
 
     /// All models without a rate at a summit.

@@ -11,6 +11,7 @@ pub struct Tally {
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
     load_bits: AtomicU32,
+    stack: [AtomicU32; 2],
 }
 
 impl Tally {
@@ -22,6 +23,7 @@ impl Tally {
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
+            stack: [const { AtomicU32::new(0) }; 2],
         }
     }
 
@@ -50,6 +52,13 @@ impl Tally {
         self.load_bits.store(load.to_bits(), Relaxed);
     }
 
+    /// The most of the stack that was in use since start-up, and its size, bytes.
+    pub fn set_stack(&self, used_bytes: u32, size_bytes: u32) {
+        let [used, size] = &self.stack;
+        used.store(used_bytes, Relaxed);
+        size.store(size_bytes, Relaxed);
+    }
+
     /// All of it, as the detector reports it.
     pub fn counters(&self) -> Counters {
         Counters {
@@ -58,6 +67,7 @@ impl Tally {
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
             load: f32::from_bits(self.load_bits.load(Relaxed)),
+            stack: self.stack.each_ref().map(|bytes| bytes.load(Relaxed)),
         }
     }
 }
@@ -75,7 +85,9 @@ mod tests {
         tally.message_dropped();
         tally.chip_restarted();
         tally.set_load(0.25);
-        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load: 0.25 };
+        tally.set_stack(1234, 32768);
+        let (load, stack) = (0.25, [1234, 32768]);
+        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load, stack };
         assert_eq!(tally.counters(), expected);
     }
 }

@@ -389,7 +389,7 @@ pub const WIRE_MAX: usize = 512;
 const CHECKSUM_BYTES: usize = 4;
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
-const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The packet could not be encoded: it is longer than [`WIRE_MAX`] allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,7 +13,7 @@ pub use process::QEMU;
 use crate::input::Opened;
 use anyhow::{Context, Result, bail};
 use process::Emulator;
-use ridgetone::bridge::{PAYLOAD_MAX, REQUEST_BYTES, Request};
+use ridgetone::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
 use ridgetone::frame::TimedConversion;
 use ridgetone::telemetry::{Decoder, PROTOCOL, Packet};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -40,12 +40,15 @@ pub struct Options<'a> {
     pub keep_conversions: bool,
     /// Whether [`Outcome::serial`] is wanted.
     pub keep_serial: bool,
+    /// What is to happen to the board, and at what time of its, microseconds.
+    pub mishap: Option<(u64, Mishap)>,
 }
 
 impl<'a> Options<'a> {
-    /// Half a minute of silence at the most; nothing is kept that grows with the run.
+    /// Half a minute of silence at the most; nothing is kept that grows with the run, and nothing happens to the board.
     pub fn new(elf: &'a Path) -> Self {
-        Self { elf, silence: Duration::from_secs(30), keep_conversions: false, keep_serial: false }
+        let silence = Duration::from_secs(30);
+        Self { elf, silence, keep_conversions: false, keep_serial: false, mishap: None }
     }
 }
 
@@ -89,7 +92,10 @@ pub fn run(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let image = image::check(options.elf)?;
-    let chip = ChipEnd::new(input, options.keep_conversions);
+    let mut chip = ChipEnd::new(input, options.keep_conversions);
+    if let Some((at_us, mishap)) = options.mishap {
+        chip.arrange(at_us, mishap);
+    }
     let emulator = Emulator::start(&image)?;
     let mut session = Session {
         emulator,
@@ -242,6 +248,7 @@ impl Session {
             Some(0) => bail!("the firmware left before the end of the input{said}"),
             // The statuses the firmware leaves with; see its board/semihost.rs.
             Some(3) => bail!("the firmware faulted{said}"),
+            Some(4) => bail!("the firmware stood still{said}"),
             Some(101) => bail!("the firmware panicked{said}"),
             _ => bail!("{QEMU} failed: {status}{said}"),
         }

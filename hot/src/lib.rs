@@ -4,6 +4,18 @@
 //! size: that is how both the image's flash and the fit's instructions stay within their bars. The crate
 //! `ridgetone` re-exports these modules under their own names.
 #![no_std]
+// A panic resets the finger: only tests may.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
 #![forbid(unsafe_code)]
 // Taxels and unknowns are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]

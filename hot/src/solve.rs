@@ -119,7 +119,7 @@ impl Room {
 impl Solution {
     /// Factors of cosine and sine of harmonic `h`, 0 the fundamental, for every taxel.
     pub fn harmonic(&self, h: usize) -> (&Values, &Values) {
-        let first = self.shape.first_wave() + 2 * h.min(HARMONICS_MAX - 1);
+        let first = (self.shape.first_wave() + 2 * h).min(UNKNOWNS - 2);
         (&self.unknowns[first], &self.unknowns[first + 1])
     }
 }

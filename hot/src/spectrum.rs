@@ -57,7 +57,10 @@ pub fn strongest(
     // As many channels at a time as there is room for.
     let together = (points.len() / size).clamp(1, TAXELS);
     let mut taxels = heapless::Vec::<usize, TAXELS>::new();
-    taxels.extend((0..TAXELS).filter(|taxel| channels & levels.usable & 1 << taxel != 0));
+    for taxel in (0..TAXELS).filter(|taxel| channels & levels.usable & 1 << taxel != 0) {
+        // It has room for all.
+        let _ = taxels.push(taxel);
+    }
     for taxels in taxels.chunks(together) {
         let points = points.get_mut(..taxels.len() * size)?;
         copy(stretch, levels, nuisances, &baseline[..2 + count], taxels, points)?;

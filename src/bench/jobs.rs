@@ -125,6 +125,8 @@ fn kept(news: News) -> Option<News<'static>> {
         News::Release(release) => Some(News::Release(release)),
         News::Health(health) => Some(News::Health(health)),
         News::Image(_) => None,
+        News::Fault(fault) => Some(News::Fault(fault)),
+        News::Raw(raw) => Some(News::Raw(raw)),
     }
 }
 

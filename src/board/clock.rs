@@ -14,6 +14,13 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
+/// Has the counter go on from `now_us`.
+#[cfg(feature = "emulated")]
+pub fn set_us(now_us: u32) {
+    // SAFETY: TIM2 exists for ever, and any value may be counted on from.
+    unsafe { (*TIM2::ptr()).cnt().write(|w| w.bits(now_us)) };
+}
+
 /// Starts the interrupt TIM4, every half second. `ticks_per_us`: as above, at most 130.
 #[cfg(feature = "feather-f405")]
 pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {

@@ -6,20 +6,20 @@
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Board, Line, line::LINE_BAUD, link};
+use super::{Board, Line, crash, kept::Kept, line::LINE_BAUD, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
-use cortex_m_rt::{ExceptionFrame, exception};
 use defmt_rtt as _;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
+use ridgetone::boot::{Boot, Death, Record, ResetCause};
 use ridgetone::bridge::{Operation, PAYLOAD_MAX};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial;
 
-pub use link::ended;
+pub use link::{ended, feed_watchdog};
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
 pub const POWER_UP_US: u32 = 20_000;
@@ -136,20 +136,28 @@ impl Drdy {
 /// Sets the board up.
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
+    let kept = Kept::take();
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
+    if let Some(kept) = &kept {
+        // The other end knows one time only.
+        super::clock::set_us(kept.now_us);
+    }
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
     let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
         Ok(tx) => tx,
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
-    link::open(core.SYST);
+    let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
+    let boot = Boot { cause, record: crash::take_record() };
+    link::open(core.SYST, kept);
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
-    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx) }
+    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx), boot }
 }
 
 /// Waits until an interrupt is pending, masked or not.
@@ -178,19 +186,29 @@ pub fn sleep() {
 
 /// Ends the emulator: all is done. Tells how deep the stack has been.
 pub fn leave() {
-    let (deepest, size) = super::stack::use_bytes();
+    let (deepest, size) = (super::stack::use_bytes(), super::stack_bytes());
     semihost::say(format_args!("stack: {deepest} of {size} bytes used at most"));
     semihost::exit(Exit::Done)
 }
 
-#[panic_handler]
-fn panic(info: &core::panic::PanicInfo) -> ! {
-    semihost::say(format_args!("firmware {info}"));
-    semihost::exit(Exit::Panic)
+/// Keeps what is known of the end and starts anew, if the PC has asked for that; else says it and ends the emulator.
+pub fn die(record: &Record) -> ! {
+    crash::keep(record);
+    link::restart_if_asked(ResetCause::Software);
+    let Record { death, pc, lr, .. } = record;
+    match death {
+        // Said by the panic handler, with its message.
+        Death::Panic => semihost::exit(Exit::Panic),
+        Death::HardFault => {
+            semihost::say(format_args!("hard fault at {pc:#010x}, called from {lr:#010x}"));
+            semihost::exit(Exit::Fault)
+        }
+    }
 }
 
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    semihost::say(format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()));
-    semihost::exit(Exit::Fault)
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    // Only here is there room for the message.
+    semihost::say(format_args!("firmware {info}"));
+    die(&crash::record_of(info))
 }

@@ -19,13 +19,15 @@
 //! (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
 use super::line::LINE_BAUD;
-use super::{Board, Line};
+use super::{Board, Line, crash};
 use core::convert::Infallible;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use ridgetone::boot::{Boot, Record, ResetCause};
+use ridgetone::vitals::WATCHDOG_S;
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA4, PC4, PC5, PC6, PinState, Pull, Speed};
-use stm32f4xx_hal::pac::{self, SPI1};
+use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, RCC, SPI1};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial;
@@ -97,6 +99,13 @@ impl Drdy {
 
 /// Sets the board up.
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
+    // First of all: a crystal that does not start is waited for without end.
+    start_watchdog(&device.IWDG, &device.DBGMCU);
+    let boot = Boot { cause: take_reset_cause(&device.RCC), record: crash::take_record() };
+    if let Some(Record { file, line, pc, .. }) = &boot.record {
+        defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
+    }
+
     let clocks = Config::hse(12.MHz()).sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz());
     let mut rcc = device.RCC.freeze(clocks);
 
@@ -138,22 +147,59 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     pin.enable_interrupt(&mut exti);
 
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
     let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
         Ok(tx) => tx,
         // Not met at run time: the divider of a fixed baud rate from a fixed clock.
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
-    Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx) }
+    Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx), boot }
 }
 
-/// Tells where, and stops; a debugger shows the rest. Formatting the message would take 9 KB of flash.
+/// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the processor.
+fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
+    /// Divides by 64: a tick takes 2 ms of the nominal 32 kHz.
+    const PRESCALER: u16 = 4;
+    const TICKS: u32 = 500 * WATCHDOG_S;
+    const { assert!(TICKS <= 4095, "the counter has 12 bits") };
+    debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+    // SAFETY: the keys that start it and open its registers.
+    watchdog.kr().write(|w| unsafe { w.bits(0xcccc) });
+    watchdog.kr().write(|w| unsafe { w.bits(0x5555) });
+    // SAFETY: 0 to 6 are allowed.
+    watchdog.pr().write(|w| unsafe { w.bits(PRESCALER) });
+    // SAFETY: 12 bits, see above.
+    watchdog.rlr().write(|w| unsafe { w.bits(TICKS as u16) });
+    // Both values take some of its ticks to arrive; fed before, it would start from the old one.
+    while watchdog.sr().read().bits() != 0 {}
+    feed_watchdog();
+}
+
+/// Puts off the reset by the watchdog.
+pub fn feed_watchdog() {
+    // SAFETY: the key that reloads; it does nothing else, so no owner can mind.
+    unsafe { (*IWDG::ptr()).kr().write(|w| w.bits(0xaaaa)) };
+}
+
+/// What the processor was reset by. The flags are cleared, or they would pile up.
+fn take_reset_cause(rcc: &RCC) -> ResetCause {
+    let flags = rcc.csr().read().bits();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    ResetCause::from_flags(flags)
+}
+
+/// Keeps what is known of the end for the next run's greeting and log, and starts that. Nothing is logged here: the panic
+/// may come from the log.
+pub fn die(record: &Record) -> ! {
+    crash::keep(record);
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Formatting the message would take 9 KB of flash.
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
-    defmt::error!("panicked at {=str}:{=u32}", file, line);
-    // probe-rs reads the log and reports the fault.
-    cortex_m::asm::udf()
+    die(&crash::record_of(info))
 }
 
 /// Sleeps until an interrupt is pending, masked or not.

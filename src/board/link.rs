@@ -4,14 +4,17 @@
 //! EXTI4, as the pin would. While no edge is in sight the chip is asked again every [`POLL_US`].
 //! SysTick, because it can be set for one shot; the emulator's TIM2 to TIM5 always go on.
 
+use super::kept::Kept;
 use super::semihost::{self, Exit, File};
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use ridgetone::bridge::{NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use ridgetone::boot::ResetCause;
+use ridgetone::bridge::{Mishap, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use ridgetone::vitals::WATCHDOG_S;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
 /// Longest time without asking the chip, microseconds.
@@ -23,8 +26,21 @@ const TICKS_PER_US: u32 = 168;
 /// Period of the interrupt TIM4, microseconds: half a second, as on the board.
 const HEARTBEAT_US: u32 = 500_000;
 
+/// Period of the watchdog, microseconds.
+const WATCHDOG_US: u32 = WATCHDOG_S * 1_000_000;
+
 static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
+
+/// The PC has asked for a mishap: after it the board starts anew instead of leaving.
+static RESTARTS: AtomicBool = AtomicBool::new(false);
+
+// The bridge's two files, for who finds the link borrowed.
+static REQUEST: AtomicU32 = AtomicU32::new(0);
+static REPLY: AtomicU32 = AtomicU32::new(0);
+
+/// When the watchdog was fed last. The emulator has none; here it is looked after whenever the chip is asked.
+static FED_US: AtomicU32 = AtomicU32::new(0);
 
 struct Link {
     request: File,
@@ -40,17 +56,72 @@ struct Link {
     heartbeat_us: u32,
 }
 
-/// Opens the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory and takes
-/// SysTick for the alarm. Waits until the PC has opened its ends.
-pub fn open(mut alarm: SYST) {
+/// Opens the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not kept them,
+/// and takes SysTick for the alarm. Waits until the PC has opened its ends.
+pub fn open(mut alarm: SYST, kept: Option<Kept>) {
     alarm.set_clock_source(SystClkSource::Core);
     alarm.enable_interrupt();
-    let (Some(request), Some(reply)) = (File::write_to(c"spi.request"), File::read_from(c"spi.reply")) else {
+    let files = match kept {
+        Some(kept) => Some((kept.request, kept.reply)),
+        None => File::write_to(c"spi.request").zip(File::read_from(c"spi.reply")),
+    };
+    let Some((request, reply)) = files else {
         semihost::say(format_args!("cannot open spi.request and spi.reply"));
         semihost::exit(Exit::Bridge)
     };
-    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0, heartbeat_us: 0 };
-    critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
+    REQUEST.store(request.handle(), Relaxed);
+    REPLY.store(reply.handle(), Relaxed);
+    let now_us = super::now_us();
+    FED_US.store(now_us, Relaxed);
+    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0, heartbeat_us: now_us };
+    critical_section::with(|cs| {
+        // Nobody has it before it is there.
+        if let Ok(mut place) = LINK.borrow(cs).try_borrow_mut() {
+            *place = Some(link);
+        }
+    });
+}
+
+/// Puts off the reset by the watchdog.
+pub fn feed_watchdog() {
+    FED_US.store(super::now_us(), Relaxed);
+}
+
+/// Resets the processor; the bridge and the time go on.
+pub fn restart(cause: ResetCause) -> ! {
+    let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
+    Kept { request, reply, now_us: super::now_us(), cause }.put();
+    SCB::sys_reset()
+}
+
+/// The same if the PC has asked for what happened.
+pub fn restart_if_asked(cause: ResetCause) {
+    if RESTARTS.load(Relaxed) {
+        restart(cause);
+    }
+}
+
+/// Has happen what the PC asks for.
+fn suffer(mishap: Mishap) {
+    RESTARTS.store(true, Relaxed);
+    match mishap {
+        #[allow(clippy::panic)]
+        Mishap::Panic => panic!("as the PC has asked"),
+        Mishap::HardFault => cortex_m::asm::udf(),
+        Mishap::StackOverflow => {
+            deepen(0);
+        }
+        Mishap::Hang => NVIC::mask(Interrupt::CAN1_RX0),
+        Mishap::Restart => restart(ResetCause::Software),
+    }
+}
+
+/// Takes 256 bytes of the stack, again and again.
+#[inline(never)]
+#[allow(unconditional_recursion)]
+fn deepen(depth: u32) -> u32 {
+    let bytes = core::hint::black_box([depth; 64]);
+    deepen(depth.wrapping_add(1)).wrapping_add(core::hint::black_box(bytes)[0])
 }
 
 /// Does something to the chip; a transfer's payload is replaced by what DOUT said.
@@ -104,6 +175,14 @@ impl Link {
         if now_us.wrapping_sub(self.heartbeat_us) >= HEARTBEAT_US {
             self.heartbeat_us = now_us;
             NVIC::pend(Interrupt::TIM4);
+        }
+        if now_us.wrapping_sub(FED_US.load(Relaxed)) >= WATCHDOG_US {
+            restart_if_asked(ResetCause::Watchdog);
+            semihost::say(format_args!("the watchdog bit at {now_us} us: a task stood still"));
+            semihost::exit(Exit::Watchdog);
+        }
+        if let Some(mishap) = reply.mishap {
+            suffer(mishap);
         }
         if reply.ended {
             ENDED.store(true, Relaxed);

@@ -20,6 +20,9 @@
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
+//! | `Board::boot` | what the processor was reset by, and what the run before died of ([`crash::take_record`]) |
+//! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
+//! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the HardFault handler in `crash.rs` calls it |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
@@ -29,25 +32,29 @@
 //! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
 //! `rtic::app`. Priorities need five levels.
 //!
-//! Panics: a board brings its own panic handler.
+//! Panics: a board brings its own panic handler, which calls `die` too.
+//!
+//! [`WATCHDOG_S`]: ridgetone::vitals::WATCHDOG_S
 
 // The only place of the firmware that may: a register read in `clock.rs`, host calls of the emulator.
 #![allow(unsafe_code)]
 
 mod chip;
 mod clock;
+mod crash;
 mod line;
+mod stack;
 
 #[cfg(feature = "emulated")]
 mod emulated;
 #[cfg(feature = "feather-f405")]
 mod feather_f405;
 #[cfg(feature = "emulated")]
+mod kept;
+#[cfg(feature = "emulated")]
 mod link;
 #[cfg(feature = "emulated")]
 mod semihost;
-#[cfg(feature = "emulated")]
-mod stack;
 
 #[cfg(feature = "emulated")]
 pub use emulated::*;
@@ -57,8 +64,10 @@ pub use feather_f405::*;
 pub use chip::Chip;
 pub use clock::{acknowledge_heartbeat, now_us};
 pub use line::Line;
+pub use stack::{look as look_at_stack, size_bytes as stack_bytes};
 
 use embedded_hal::delay::DelayNs;
+use ridgetone::boot::Boot;
 
 /// The board's parts that `main.rs` hands to its tasks.
 pub struct Board {
@@ -72,6 +81,8 @@ pub struct Board {
     pub drdy: Drdy,
     /// Telemetry.
     pub line: Line,
+    /// How this run began.
+    pub boot: Boot,
 }
 
 /// Waits by the microsecond counter.

@@ -33,6 +33,9 @@ pub enum Exit {
     Bridge = 2,
     /// The processor faulted.
     Fault = 3,
+    /// A task stood still until the watchdog bit.
+    #[cfg(feature = "emulated")]
+    Watchdog = 4,
     /// The firmware panicked; a Rust program's usual status.
     Panic = 101,
 }
@@ -50,6 +53,18 @@ impl File {
     /// Opens for writing.
     pub fn write_to(path: &'static core::ffi::CStr) -> Option<Self> {
         Self::open(path, WRITE_BINARY)
+    }
+
+    /// Its number on the host, which a reset of the processor does not change.
+    #[cfg(feature = "emulated")]
+    pub const fn handle(self) -> u32 {
+        self.0 as u32
+    }
+
+    /// An open file by its number.
+    #[cfg(feature = "emulated")]
+    pub const fn of(handle: u32) -> Self {
+        Self(handle as usize)
     }
 
     fn open(path: &'static core::ffi::CStr, mode: usize) -> Option<Self> {

@@ -1,7 +1,6 @@
-//! How deep the stack has been: start-up fills it with a pattern (cortex-m-rt's `paint-stack`).
+//! The stack's place in memory: start-up fills it with a pattern (cortex-m-rt's `paint-stack`).
 
-/// What start-up writes into every word of the stack.
-const PAINT: u32 = 0xcccc_cccc;
+use ridgetone::stack_depth::DepthMeter;
 
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.
@@ -10,14 +9,33 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// The most that was in use since start-up, and the stack's size, bytes.
-pub fn use_bytes() -> (usize, usize) {
-    let (low, high) = (&raw const _stack_end, &raw const _stack_start);
-    let size = (high as usize).saturating_sub(low as usize);
-    let mut word = low;
-    // SAFETY: from `low` up to `high` there is RAM, aligned to words; it is read only.
-    while word < high && unsafe { word.read_volatile() } == PAINT {
-        word = word.wrapping_add(1);
-    }
-    ((high as usize).saturating_sub(word as usize), size)
+/// Lowest address, and the first behind the highest.
+fn bounds() -> (usize, usize) {
+    (&raw const _stack_end as usize, &raw const _stack_start as usize)
+}
+
+/// The stack's size, bytes.
+pub fn size_bytes() -> u32 {
+    let (low, high) = bounds();
+    high.saturating_sub(low) as u32
+}
+
+/// Looks at a few more words of it; gives the most that was in use since start-up, bytes, as far as it is known.
+pub fn look(meter: &mut DepthMeter) -> u32 {
+    let words = size_bytes() as usize / 4;
+    // SAFETY: `at` is less than `words`, and from `_stack_end` on that many words are RAM, aligned; they are read only.
+    meter.step(words, |at| unsafe { (&raw const _stack_end).add(at).read_volatile() })
+}
+
+/// Whether all of what `place` points to lies in it.
+pub fn holds<T>(place: *const T) -> bool {
+    let (low, high) = bounds();
+    (low..=high.saturating_sub(size_of::<T>())).contains(&(place as usize)) && place.is_aligned()
+}
+
+/// The most that was in use since start-up, bytes: all of it looked at, at once.
+#[cfg(feature = "emulated")]
+pub fn use_bytes() -> u32 {
+    let mut meter = DepthMeter::new();
+    (0..size_bytes()).fold(0, |_, _| look(&mut meter))
 }

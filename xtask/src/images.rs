@@ -1,6 +1,7 @@
 //! The firmware images: building, checking, flashing.
 
 use crate::inspect::{self, Interrupt, Sizes};
+use crate::panics;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, run, target_dir, tell};
 use anyhow::{Context, Result, bail};
@@ -17,15 +18,28 @@ pub struct Image {
     name: &'static str,
     /// Its binary in the package's `Cargo.toml`.
     binary: &'static str,
+    /// Its profile in the workspace's `Cargo.toml`.
+    profile: &'static str,
     /// Interrupts that it is about.
     interrupts: &'static [Interrupt],
 }
 
 /// The benchmark in the emulator.
-pub const BENCH: Image = Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", interrupts: &[] };
+pub const BENCH: Image =
+    Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", profile: RELEASE, interrupts: &[] };
 
 /// The benchmark of the methods that the fit is compared with.
-pub const RIVALS: Image = Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", interrupts: &[] };
+pub const RIVALS: Image =
+    Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", profile: RELEASE, interrupts: &[] };
+
+/// The emulated board's firmware with every addition checked for overflow.
+pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board::Emulated.image() };
+
+/// The profile of all that is not for a test alone.
+const RELEASE: &str = "release";
+
+/// The firmware's binary.
+const FIRMWARE: &str = "ridgetone-firmware";
 
 /// The chip's name at probe-rs.
 const CHIP: &str = "STM32F405RGTx";
@@ -50,26 +64,32 @@ impl Board {
             Self::Emulated => "emulated",
         };
         // DRDY's interrupt is what the firmware is about.
-        Image { package: "ridgetone", name, binary: "ridgetone-firmware", interrupts: &[inspect::DRDY] }
+        Image { package: "ridgetone", name, binary: FIRMWARE, profile: RELEASE, interrupts: &[inspect::DRDY] }
     }
 }
 
 /// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and its
 /// sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
-    let Image { package, name, binary, interrupts } = image;
+    let Image { package, name, binary, profile, interrupts } = image;
     let toolchain = Toolchain::find_or_install()?;
     tell(format_args!("building the image {name}, which may take a minute the first time"));
     let mut cargo = toolchain.cargo("build");
-    cargo.args(["--quiet", "--release", "--package", package, "--bin", binary, "--features", name]);
+    cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);
     run(&mut cargo).with_context(|| format!("the image {name} does not build"))?;
 
-    let built = target_dir().join(TARGET).join("release").join(binary);
-    let folder = target_dir().join("firmware").join(name);
+    let built = target_dir().join(TARGET).join(profile).join(binary);
+    let folder = if profile == RELEASE { name.to_owned() } else { format!("{name}-{profile}") };
+    let folder = target_dir().join("firmware").join(folder);
     let image = folder.join(binary).with_extension("elf");
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     fs::copy(&built, &image).with_context(|| format!("cannot copy {}", built.display()))?;
     let sizes = sizes(&image, interrupts)?;
+    // Overflow checks are panics of their own.
+    if binary == FIRMWARE && profile == RELEASE {
+        let bytes = fs::read(&image).with_context(|| format!("cannot read {}", image.display()))?;
+        panics::check(&bytes).with_context(|| format!("{} is not fit to run", image.display()))?;
+    }
     Ok((image, sizes))
 }
 

@@ -5,6 +5,7 @@ mod demo;
 mod images;
 mod inspect;
 mod install;
+mod panics;
 mod setup;
 mod test;
 mod toolchain;
@@ -42,7 +43,7 @@ enum Task {
     Test,
     /// Finds or installs what the firmware and its tests need: the core library for Cortex-M, the emulator, a browser.
     Setup,
-    /// Builds the firmware images, checks that there is code in them, tells their sizes.
+    /// Builds the firmware images, checks that there is code in them and no panic that is not known, tells their sizes.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]

@@ -10,13 +10,15 @@ pub fn run() -> Result<()> {
     setup::qemu()?;
     let browser = setup::browser()?;
     images::build(Board::Emulated.image())?;
+    let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
     let (bench, _) = images::build(images::BENCH)?;
     let (rivals, _) = images::build(images::RIVALS)?;
     tell("tests that need no emulator");
     tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
-    emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--", "--ignored"]);
+    emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--test", "mishaps"]);
+    emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
     tell("the test of the reproduction's page in a browser");
     let mut page = clean("cargo");

@@ -3,7 +3,7 @@
 use crate::input::Opened;
 use ads1258::Conversion;
 use hal_mock::Ads1258;
-use ridgetone::bridge::{NEVER, Operation, Reply, Request};
+use ridgetone::bridge::{Mishap, NEVER, Operation, Reply, Request};
 use ridgetone::frame::TimedConversion;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).
@@ -24,6 +24,8 @@ pub struct ChipEnd {
     /// Of the first result that was read.
     first_edge_us: Option<u64>,
     ended: bool,
+    /// What is to happen to the board, and at what time of its, microseconds.
+    mishap: Option<(u64, Mishap)>,
     keep: bool,
     conversions: Vec<TimedConversion>,
     served: u64,
@@ -39,10 +41,16 @@ impl ChipEnd {
             start_us: None,
             first_edge_us: None,
             ended: false,
+            mishap: None,
             keep,
             conversions: Vec::new(),
             served: 0,
         }
+    }
+
+    /// Has something happen to the board with the first reply at or after `at_us` of its time, microseconds.
+    pub fn arrange(&mut self, at_us: u64, mishap: Mishap) {
+        self.mishap = Some((at_us, mishap));
     }
 
     /// Does what the board asks; `payload` becomes what DOUT said.
@@ -74,6 +82,7 @@ impl ChipEnd {
             drdy_high: self.chip.drdy_high(now_ns),
             ended: self.ended,
             length: payload.len() as u8,
+            mishap: self.mishap.take_if(|(at_us, _)| *at_us <= self.now_us).map(|(_, mishap)| mishap),
             drdy_us: self.edge_us(),
             next_drdy_us: next_us.unwrap_or(NEVER),
         }

@@ -1,0 +1,128 @@
+//! What comes after the emulated firmware died: it starts anew, says why in its greeting, and measures again.
+//! `cargo xtask test` builds the image and runs these.
+#![cfg(target_os = "linux")]
+
+use hal_mock::Sliding;
+use ridgetone::boot::{Death, ResetCause};
+use ridgetone::bridge::Mishap;
+use ridgetone::telemetry::{Event, Health, Hello, Packet, Span, Status};
+use ridgetone::vitals::WATCHDOG_S;
+use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::input::{Input, Source};
+use std::path::{Path, PathBuf};
+
+/// Board time at which it happens, microseconds.
+const AT_US: u64 = 200_000;
+
+fn run(elf: &Path, scene: Sliding, mishap: Option<Mishap>) -> (Outcome, Vec<Packet>) {
+    let options = Options { mishap: mishap.map(|mishap| (AT_US, mishap)), ..Options::new(elf) };
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let input = Input { source: Source::Scene(scene), ..Input::default() }.open().expect("an input");
+    let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
+    (outcome, packets)
+}
+
+/// The greetings that a run begins with.
+fn greetings(packets: &[Packet]) -> Vec<&Hello> {
+    let first = packets.iter().filter(|packet| packet.sequence == 0);
+    first
+        .map(|packet| match &packet.event {
+            Event::Hello(hello) => hello,
+            other => panic!("a run begins with {other:?}"),
+        })
+        .collect()
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
+    let elf = emulator::image::find().expect("an image");
+    for mishap in Mishap::ALL {
+        // The touch is well after the watchdog, which takes longest.
+        let idle_s = if mishap == Mishap::Hang { f64::from(WATCHDOG_S) + 1.5 } else { 0.8 };
+        let (outcome, packets) = run(&elf, Sliding { idle_s, ..Sliding::default() }, Some(mishap));
+        assert_eq!(outcome.damaged, 0, "{mishap:?}");
+        let hellos = greetings(&packets);
+        let [before, after] = hellos[..] else { panic!("{mishap:?}: {hellos:?}") };
+        assert_eq!((before.boot.cause, &before.boot.record), (ResetCause::Unknown, &None), "{mishap:?}");
+
+        let cause = if mishap == Mishap::Hang { ResetCause::Watchdog } else { ResetCause::Software };
+        assert_eq!(after.boot.cause, cause, "{mishap:?}");
+        let record = after.boot.record.as_ref();
+        let at_us = || u64::from(record.expect("a record").t_us);
+        match mishap {
+            Mishap::Panic => {
+                let record = record.expect("a record");
+                assert_eq!((record.death, record.file.as_str()), (Death::Panic, "src/board/link.rs"));
+                let source = include_str!("../../src/board/link.rs").lines().nth(record.line as usize - 1);
+                assert!(source.is_some_and(|line| line.contains("panic!(")), "{record:?}: {source:?}");
+                assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
+            }
+            Mishap::HardFault => {
+                let record = record.expect("a record");
+                assert_eq!(record.death, Death::HardFault);
+                // In flash, whose beginning the vector table is.
+                assert!((0x0800_0400..0x0810_0000).contains(&record.pc), "{record:?}");
+                assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
+            }
+            Mishap::StackOverflow => {
+                let record = record.expect("a record");
+                assert_eq!((record.death, record.pc, record.lr), (Death::HardFault, 0, 0));
+                assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
+            }
+            Mishap::Hang | Mishap::Restart => assert_eq!(record, None, "{mishap:?}: nothing was left to be kept"),
+        }
+
+        let good = packets.iter().filter(|packet| match &packet.event {
+            Event::Estimate(fit) => fit.span == Span::Slide && fit.status == Status::Good,
+            _ => false,
+        });
+        assert_eq!(good.count(), 1, "{mishap:?}: the touch after it is measured");
+    }
+}
+
+/// The stack's depth in `health` beside what the board finds when it leaves; a fit has been in between.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_stack_s_depth_is_told_once_a_second() {
+    let elf = emulator::image::find().expect("an image");
+    let (outcome, packets) = run(&elf, Sliding::default(), None);
+    let healths: Vec<&Health> = packets
+        .iter()
+        .filter_map(|packet| match &packet.event {
+            Event::Health(health) => Some(health),
+            _ => None,
+        })
+        .collect();
+    let said = outcome.messages.lines().find_map(|line| line.strip_prefix("stack: ")).expect("the stack's depth");
+    let (deepest, size) = said.split_once(" of ").expect("two numbers");
+    let deepest: u32 = deepest.parse().expect("a number");
+    assert!(size.starts_with("32768 bytes"), "{said}");
+    let told: Vec<u32> = healths.iter().map(|health| health.stack_used_bytes).collect();
+    assert!(told.is_sorted() && told[0] > 0, "{told:?}");
+    assert!(healths.iter().all(|health| health.stack_bytes == 32768));
+    // The last is sent with the end of the slide, before its fit; but windows like it were fitted before.
+    let last = told[told.len() - 1];
+    assert!(last <= deepest && last + 1024 > deepest, "{last} told, {deepest} at the end");
+}
+
+/// Of the release image arithmetic wraps silently; of this one it panics. A touch gives the same to the last bit.
+#[test]
+#[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
+fn no_arithmetic_overflows_in_a_touch() {
+    let told = |elf: &Path| {
+        let (outcome, packets) = run(elf, Sliding::default(), None);
+        assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+        // Health says how busy the processor is, which differs; and a slower fit is overtaken by other news.
+        let events = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
+        let (fits, others): (Vec<_>, Vec<_>) = events.partition(|event| matches!(event, Event::Estimate(_)));
+        assert!(fits.len() > 1 && !others.is_empty());
+        (fits, others)
+    };
+    let checked = PathBuf::from(std::env::var_os("RIDGETONE_CHECKED_ELF").expect("RIDGETONE_CHECKED_ELF"));
+    assert_eq!(told(&checked), told(&emulator::image::find().expect("an image")));
+}

@@ -1,0 +1,89 @@
+//! The end of a run: its record goes into RAM that start-up does not clear.
+
+use super::{now_us, stack};
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+use cortex_m_rt::ExceptionFrame;
+use ridgetone::boot::Record;
+use ridgetone::crash::{STORED_WORDS, Stored};
+
+/// Only the start, before tasks run, and the end, when none runs any more, touch it.
+struct Ram(UnsafeCell<MaybeUninit<Stored>>);
+
+// SAFETY: see above; there is one core.
+unsafe impl Sync for Ram {}
+
+// Not cleared by start-up (cortex-m-rt, link.x).
+#[unsafe(link_section = ".uninit.crash")]
+static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// The RAM, with whatever it holds.
+fn ram() -> &'static mut Stored {
+    let first = RAM.0.get().cast::<u32>();
+    for at in 0..STORED_WORDS {
+        // SAFETY: within RAM. A word may hold anything; read and written once, it is something to the compiler too.
+        unsafe {
+            let word = first.add(at);
+            word.write_volatile(word.read_volatile());
+        }
+    }
+    // SAFETY: all words are initialized, and nobody else has a reference: see `Ram`.
+    unsafe { (*RAM.0.get()).assume_init_mut() }
+}
+
+/// What the run before died of. To be asked once, before tasks run.
+pub fn take_record() -> Option<Record> {
+    Record::take(ram())
+}
+
+/// Keeps a record over the reset that must follow, and masks interrupts for good.
+pub fn keep(record: &Record) {
+    cortex_m::interrupt::disable();
+    record.store(ram());
+}
+
+/// The record of a panic.
+pub fn record_of(info: &core::panic::PanicInfo) -> Record {
+    let (file, line) = info.location().map_or(("", 0), |place| (place.file(), place.line()));
+    Record::of_panic(now_us(), file, line)
+}
+
+/// Entry of a HardFault. A stack that overflowed is no place to go on from: the handler gets the whole stack anew if less
+/// than 1 KiB of it is left. The frame that the processor has put there may then be overwritten only where the stack is
+/// all but empty, which it is not.
+#[unsafe(naked)]
+#[unsafe(export_name = "HardFault")]
+unsafe extern "C" fn enter_hard_fault() -> ! {
+    core::arch::naked_asm!(
+        "mrs r0, msp",
+        "movw r1, #:lower16:_stack_end",
+        "movt r1, #:upper16:_stack_end",
+        "add r1, r1, #1024",
+        "cmp r0, r1",
+        "bhs 2f",
+        "movw r1, #:lower16:_stack_start",
+        "movt r1, #:upper16:_stack_start",
+        "msr msp, r1",
+        // The registers of the FPU that are still to be stacked lazily must not go where there is no memory: that would
+        // be a fault within a fault (Armv7-M, FPCCR.LSPACT).
+        "2:",
+        "movw r2, #0xef34",
+        "movt r2, #0xe000",
+        "ldr r3, [r2]",
+        "bic r3, r3, #1",
+        "str r3, [r2]",
+        "b {handle}",
+        handle = sym handle_hard_fault,
+    )
+}
+
+/// `frame`: where the processor has put its registers, or would have if the stack had not overflowed.
+unsafe extern "C" fn handle_hard_fault(frame: *const ExceptionFrame) -> ! {
+    let (pc, lr) = if stack::holds(frame) {
+        // SAFETY: it lies in the stack, where the processor has put it; nothing has been put over it.
+        unsafe { ((*frame).pc(), (*frame).lr()) }
+    } else {
+        (0, 0)
+    };
+    super::die(&Record::of_hard_fault(now_us(), pc, lr))
+}

@@ -1,0 +1,193 @@
+//! Signs of life of the tasks, and whether the watchdog may be fed.
+//!
+//! The watchdog is fed twice a second if since the last feeding every station of the way has got something done:
+//!
+//! - **Acquisition**: DRDY's interrupt, or the watch over the chip, came to its end. A chip that is silent does not stop
+//!   that: the watch looks for it twice a second all the same. Silence is the chip's fault, it is told as one, and a reset
+//!   of the board, which would not mend it, must not follow it in a loop.
+//! - **Detection**: the task behind it emptied the queue. It is woken by each of those, so it too goes on without
+//!   conversions; an idle finger is as good as a busy one.
+//! - **The fit**: it has nothing to do, or finished a window. A fit that is too slow for the hop is overload, which skips
+//!   hops; only one that takes longer than the watchdog's period stands still.
+//!
+//! The feeding is done by a task that interrupts the fit, so that a busy fit does not keep it from being done; if any task
+//! of the same or a higher priority hangs, nobody feeds. The line is no station: one that is blocked costs telemetry, and
+//! a reset would not free it.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// Period of the watchdog, seconds: to erase a sector of flash stops the processor for up to 2 s at 3.3 V (DS8626, flash
+/// programming, x32), and the watchdog's oscillator is up to 47 / 32 faster than nominal (DS8626, LSI), which leaves 5.4 s.
+pub const WATCHDOG_S: u32 = 8;
+
+/// Counted by the tasks, each from its own priority.
+#[derive(Debug, Default)]
+pub struct Vitals {
+    acquired: AtomicU32,
+    detected: AtomicU32,
+    fits_due: AtomicU32,
+    fits_done: AtomicU32,
+}
+
+impl Vitals {
+    /// Nothing done yet.
+    pub const fn new() -> Self {
+        Self {
+            acquired: AtomicU32::new(0),
+            detected: AtomicU32::new(0),
+            fits_due: AtomicU32::new(0),
+            fits_done: AtomicU32::new(0),
+        }
+    }
+
+    /// DRDY's interrupt, or the watch over the chip, came to its end.
+    pub fn acquired(&self) {
+        bump(&self.acquired);
+    }
+
+    /// Detection emptied its queue.
+    pub fn detected(&self) {
+        bump(&self.detected);
+    }
+
+    /// A window was given to the fit.
+    pub fn fit_due(&self) {
+        bump(&self.fits_due);
+    }
+
+    /// The fit is done with a window, whatever came of it.
+    pub fn fit_done(&self) {
+        bump(&self.fits_done);
+    }
+}
+
+/// One priority alone counts here, so a load and a store will do.
+fn bump(counter: &AtomicU32) {
+    counter.store(counter.load(Relaxed).wrapping_add(1), Relaxed);
+}
+
+/// Decides about feeding.
+#[derive(Debug, Default)]
+pub struct Feeder {
+    acquired: u32,
+    detected: u32,
+    fits_done: u32,
+}
+
+impl Feeder {
+    /// As if just fed, nothing done yet.
+    pub const fn new() -> Self {
+        Self { acquired: 0, detected: 0, fits_done: 0 }
+    }
+
+    /// Whether the watchdog is to be fed now.
+    pub fn feeds(&mut self, vitals: &Vitals) -> bool {
+        let now = Self {
+            acquired: vitals.acquired.load(Relaxed),
+            detected: vitals.detected.load(Relaxed),
+            fits_done: vitals.fits_done.load(Relaxed),
+        };
+        let fit_idle = now.fits_done == vitals.fits_due.load(Relaxed);
+        let alive = now.acquired != self.acquired
+            && now.detected != self.detected
+            && (fit_idle || now.fits_done != self.fits_done);
+        if alive {
+            *self = now;
+        }
+        alive
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A station that stands still in a test.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Still {
+        None,
+        Acquisition,
+        Detection,
+        Fit,
+    }
+
+    /// Half a second of the tasks' lives, with a window due.
+    fn live(vitals: &Vitals, still: Still) {
+        for _ in 0..2532 {
+            if still != Still::Acquisition {
+                vitals.acquired();
+            }
+            if still != Still::Detection {
+                vitals.detected();
+            }
+        }
+        vitals.fit_due();
+        if still != Still::Fit {
+            vitals.fit_done();
+        }
+    }
+
+    #[test]
+    fn it_is_fed_as_long_as_all_go_on_and_never_again_once_one_stands_still() {
+        for still in [Still::None, Still::Acquisition, Still::Detection, Still::Fit] {
+            let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+            for _ in 0..10 {
+                live(&vitals, Still::None);
+                assert!(feeder.feeds(&vitals));
+            }
+            for _ in 0..100 {
+                live(&vitals, still);
+                assert_eq!(feeder.feeds(&vitals), still == Still::None);
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_done_since_the_last_feeding_is_no_life() {
+        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        assert!(!feeder.feeds(&vitals));
+        live(&vitals, Still::None);
+        assert!(feeder.feeds(&vitals));
+        assert!(!feeder.feeds(&vitals));
+    }
+
+    #[test]
+    fn a_silent_chip_and_an_idle_fit_are_no_reason_for_a_reset() {
+        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        for _ in 0..100 {
+            // The watch over the chip, and the detection that it wakes.
+            vitals.acquired();
+            vitals.detected();
+            assert!(feeder.feeds(&vitals));
+        }
+    }
+
+    #[test]
+    fn a_fit_that_takes_its_time_is_no_reason_for_a_reset() {
+        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        let mut fed = 0;
+        // Every window takes five looks: hops are skipped, one always waits.
+        vitals.fit_due();
+        for look in 1..=100 {
+            vitals.acquired();
+            vitals.detected();
+            if look % 5 == 0 {
+                vitals.fit_due();
+                vitals.fit_done();
+            }
+            fed += u32::from(feeder.feeds(&vitals));
+        }
+        assert_eq!(fed, 20, "whenever a window is done");
+    }
+
+    #[test]
+    fn the_counters_may_wrap() {
+        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        vitals.acquired.store(u32::MAX, Relaxed);
+        vitals.detected();
+        assert!(feeder.feeds(&vitals));
+        vitals.acquired();
+        vitals.detected();
+        assert!(feeder.feeds(&vitals));
+    }
+}

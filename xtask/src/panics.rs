@@ -1,0 +1,182 @@
+//! Which panics are in an image. Every call that may panic hands over a `core::panic::Location`: file, line, column. The
+//! linker drops those that nothing refers to, so those in an image are its panics, inlined or not.
+
+use anyhow::{Context, Result, ensure};
+use object::{Object, ObjectSection};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What may panic as far as the compiler knows, and why it does not, or may.
+struct Allowed {
+    /// Source file; of a package from a registry its name, without version, and the file in it.
+    file: &'static str,
+    /// Places in it at the most.
+    places: usize,
+    /// Why they are no danger.
+    #[allow(dead_code, reason = "for who reads this")]
+    reason: &'static str,
+}
+
+const fn allowed(file: &'static str, places: usize, reason: &'static str) -> Allowed {
+    Allowed { file, places, reason }
+}
+
+/// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which `Settings` bounds. No
+/// conversion, byte or order gives one. What the compiler checks there would cost instructions to write otherwise.
+const COUNTED: &str = "indices are counted by loops within a shape's bounds, never taken from data";
+
+/// Panics that an image of the firmware may have. A place more than that is an error: write it without, or say here why not.
+const ALLOWED: [Allowed; 14] = [
+    allowed("hot/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
+    allowed("hot/src/levels.rs", 2, "a taxel's number; a division by frames per mean, at least 4"),
+    allowed("hot/src/moments.rs", 1, COUNTED),
+    allowed("hot/src/normal.rs", 2, COUNTED),
+    allowed("hot/src/nuisance.rs", 3, COUNTED),
+    allowed("hot/src/residuals.rs", 1, COUNTED),
+    allowed("hot/src/solve.rs", 15, COUNTED),
+    allowed("hot/src/spectrum.rs", 5, COUNTED),
+    allowed("hot/src/stretch.rs", 2, "a part of a block, counted up to its size"),
+    allowed("hot/src/waves.rs", 11, COUNTED),
+    allowed("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
+    allowed("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
+    allowed("embedded-hal-bus/src/spi/mod.rs", 1, "a delay within a transfer: the driver has none"),
+    allowed("src/board/link.rs", 1, "emulated board only: the panic that a test asks for"),
+];
+
+/// A place that panics.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place {
+    /// As in [`Allowed`].
+    file: String,
+    line: u32,
+    column: u32,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// Bytes of a `core::panic::Location` on a 32-bit target: the name's address and length, line, column.
+const LOCATION_BYTES: usize = 16;
+
+/// Longest name that is believed to be one.
+const NAME_BYTES_MAX: u32 = 1000;
+
+/// The places that panic in an ELF image.
+pub fn places(image: &[u8]) -> Result<Vec<Place>> {
+    let file = object::File::parse(image).context("no ELF file")?;
+    // The statics' first values may refer to a place as well as the constants do.
+    let sections: Vec<(u64, &[u8])> = [".rodata", ".data", ".text"]
+        .iter()
+        .filter_map(|name| file.section_by_name(name))
+        .filter_map(|section| Some((section.address(), section.data().ok()?)))
+        .collect();
+    let text_at = |address: u32, length: u32| {
+        sections.iter().find_map(|(from, bytes)| {
+            let start = usize::try_from(u64::from(address).checked_sub(*from)?).ok()?;
+            std::str::from_utf8(bytes.get(start..start.checked_add(length as usize)?)?).ok()
+        })
+    };
+    let mut found = Vec::new();
+    for (_, bytes) in &sections {
+        for words in (0..bytes.len().saturating_sub(LOCATION_BYTES - 1)).step_by(4) {
+            let word = |at: usize| {
+                let bytes = bytes[words + 4 * at..].first_chunk().copied();
+                bytes.map_or(0, u32::from_le_bytes)
+            };
+            let (name, length, line, column) = (word(0), word(1), word(2), word(3));
+            if length > NAME_BYTES_MAX || line == 0 || column == 0 {
+                continue;
+            }
+            if let Some(name) = text_at(name, length).filter(|name| name.ends_with(".rs")) {
+                found.push(Place { file: shorten(name), line, column });
+            }
+        }
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// A file of a package from a registry without where the registry is, and without the package's version.
+fn shorten(name: &str) -> String {
+    let Some((_, behind)) = name.split_once("/registry/src/") else { return name.to_owned() };
+    let in_registry = behind.split_once('/').map_or(behind, |(_, rest)| rest);
+    let Some((package, rest)) = in_registry.split_once('/') else { return in_registry.to_owned() };
+    let is_version = |(at, _): &(usize, &str)| package[at + 1..].starts_with(|first: char| first.is_ascii_digit());
+    let name = package.match_indices('-').find(is_version).map_or(package, |(at, _)| &package[..at]);
+    format!("{name}/{rest}")
+}
+
+/// Checks that there are no more of them than are known; gives their number.
+pub fn check(image: &[u8]) -> Result<usize> {
+    let places = places(image)?;
+    let mut by_file: BTreeMap<&str, Vec<&Place>> = BTreeMap::new();
+    for place in &places {
+        by_file.entry(&place.file).or_default().push(place);
+    }
+    let mut more = Vec::new();
+    for (file, places) in by_file {
+        let most = ALLOWED.iter().find(|allowed| allowed.file == file).map_or(0, |allowed| allowed.places);
+        if places.len() > most {
+            let list: Vec<String> = places.iter().map(ToString::to_string).collect();
+            more.push(format!("{} places in {file}, {most} known: {}", places.len(), list.join(", ")));
+        }
+    }
+    ensure!(
+        more.is_empty(),
+        "it may panic where it was not known to; write that without, or list it in xtask/src/panics.rs with a reason\n{}",
+        more.join("\n")
+    );
+    Ok(places.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use object::write::Object;
+    use object::{Architecture, BinaryFormat, Endianness, SectionKind};
+
+    /// An image with these places in its constants, which lie at address 0, a word of something else before each.
+    fn image(places: &[(&str, u32, u32)]) -> Vec<u8> {
+        let (mut words, mut names) = (Vec::new(), Vec::new());
+        let names_at = 20 * places.len();
+        for (name, line, column) in places {
+            words.extend([0xdead_beef, (names_at + names.len()) as u32, name.len() as u32, *line, *column]);
+            names.extend(name.bytes());
+        }
+        let mut bytes: Vec<u8> = words.iter().flat_map(|word: &u32| word.to_le_bytes()).collect();
+        bytes.extend(names);
+        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        let section = object.add_section(Vec::new(), b".rodata".to_vec(), SectionKind::ReadOnlyData);
+        object.append_section_data(section, &bytes, 4);
+        object.write().expect("an ELF file")
+    }
+
+    #[test]
+    fn places_are_found_with_the_registry_s_path_taken_off() {
+        let registry = "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
+        let found = places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
+        let told: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert_eq!(told, ["defmt-rtt/src/lib.rs:173:13", "src/search.rs:153:11"]);
+    }
+
+    #[test]
+    fn a_panic_that_was_not_known_is_refused_with_its_place() {
+        let known = [("hot/src/normal.rs", 50, 27), ("hot/src/normal.rs", 86, 35)];
+        assert_eq!(check(&image(&known)).expect("known"), 2);
+        let one_more = [known[0], known[1], ("hot/src/normal.rs", 90, 1)];
+        let said = check(&image(&one_more)).expect_err("one more").to_string();
+        assert!(said.contains("3 places in hot/src/normal.rs, 2 known") && said.contains("normal.rs:90:1"), "{said}");
+        let other = check(&image(&[("src/search.rs", 153, 11)])).expect_err("not known").to_string();
+        assert!(other.contains("src/search.rs:153:11"), "{other}");
+    }
+
+    #[test]
+    fn an_image_without_a_panic_has_none() {
+        assert_eq!(check(&image(&[])).expect("none"), 0);
+        assert!(check(b"").is_err());
+    }
+}
