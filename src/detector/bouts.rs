@@ -5,6 +5,7 @@ use crate::fault::{Doubts, Fault, FaultKind, KINDS};
 use crate::frame::{Assembler, Flaws};
 use crate::tally::Tally;
 use crate::telemetry::News;
+use crate::window::reached;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
@@ -50,6 +51,8 @@ pub(super) struct Bouts {
     /// Device time since which messages are counted, low 32 bits, and how many there were.
     since_us: u32,
     messages: u8,
+    /// Frame at which ends are looked for next, while a bout lasts.
+    look_at: u32,
 }
 
 /// Adds to the tally what the assembler found since this was done last.
@@ -80,6 +83,7 @@ impl Bouts {
             from_us: [0; KINDS],
             since_us: 0,
             messages: 0,
+            look_at: 0,
         }
     }
 
@@ -127,7 +131,7 @@ impl Detector {
         let is_fed = assembler
             .supply_and_reference()
             .is_none_or(|[supply, reference]| SUPPLY.has(supply) && bouts.reference.has(reference));
-        let looks = !bouts.lasting.is_none() && rest.teller.latest.0.is_multiple_of(LOOK_FRAMES);
+        let looks = !bouts.lasting.is_none() && reached(rest.teller.latest.0, bouts.look_at);
         if !is_fed || looks || tally.faults.has_fresh() {
             self.alarm(tally, emit);
         }
@@ -135,7 +139,8 @@ impl Detector {
 
     #[inline(never)]
     fn alarm(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, bouts, .. } = self;
+        let Self { assembler, bouts, rest, .. } = self;
+        bouts.look_at = rest.teller.latest.0.wrapping_add(LOOK_FRAMES);
         let board_us = assembler.board_us();
         if let Some([supply, reference]) = assembler.supply_and_reference() {
             tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);

@@ -87,6 +87,7 @@ impl Checkup {
         } else {
             self.frame_rate_hz = teller.frame_rate_hz();
             self.check_rate(assembler, teller, tally);
+            tally.faults.forget(assembler.board_us());
         }
     }
 
