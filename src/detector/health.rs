@@ -97,8 +97,8 @@ impl Checkup {
     fn check_rate(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally) {
         let (frame, t_us) = core::mem::replace(&mut self.rate_from, teller.latest);
         let frames = teller.latest.0.wrapping_sub(frame);
-        // A second or so: 32 bits are enough, and what is longer is none of this.
-        let passed_us = teller.latest.1.wrapping_sub(t_us) as u32;
+        // A second or so: 32 bits are enough, and what is longer, numbers that wrapped included, is none of this.
+        let Ok(passed_us) = u32::try_from(teller.latest.1.wrapping_sub(t_us)) else { return };
         let nominal_us = frames.saturating_mul(FRAME_NS / 1000) + frames.saturating_mul(FRAME_NS % 1000) / 1000;
         let is_second = (HEALTH_FRAMES / 2..10 * HEALTH_FRAMES).contains(&frames);
         if is_second && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
