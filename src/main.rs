@@ -2,7 +2,7 @@
 //!
 //! | task | priority | interrupt | does |
 //! |---|---|---|---|
-//! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it |
+//! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it; checks the chip when asked |
 //! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
@@ -43,14 +43,15 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, Board, Chip, POWER_UP_US, Wait};
+    use crate::board::{self, Board, POWER_UP_US, Reset, Spi, Start, Wait};
     use ads1258::Ads1258;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
+    use ridgetone::acquire::{self, Acquisition};
     use ridgetone::boot::Boot;
+    use ridgetone::doubt::cast_doubt;
     use ridgetone::frame::TimedConversion;
-    use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
@@ -93,6 +94,10 @@ mod app {
         vitals: Vitals,
         /// The registers are to be checked with the next conversion.
         check: AtomicBool,
+        /// They are to be checked at once.
+        urgent: AtomicBool,
+        /// Half a second is over: `detect` is to see whether there is anything to tell.
+        look: AtomicBool,
         /// The signal is over, and the last window is in its queue.
         finished: AtomicBool,
         /// Bytes are waiting for the line.
@@ -104,7 +109,7 @@ mod app {
         detector: Detector,
         boot: Boot,
         estimator: Estimator,
-        chip: Chip,
+        acquisition: Acquisition<Spi, Start, Reset>,
         drdy: board::Drdy,
         line: board::Line,
         samples_in: Producer<'static, TimedConversion>,
@@ -123,9 +128,9 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Board { spi, start, reset, drdy, line, boot } = board::init(cx.device, cx.core);
-        let mut chip = Chip { adc: Ads1258::new(spi), start, reset };
+        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
         Wait.delay_us(POWER_UP_US);
-        if !chip.set_up() {
+        if !acquisition.set_up(&mut Wait) {
             defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
         }
 
@@ -141,6 +146,8 @@ mod app {
                 tally: Tally::new(),
                 vitals: Vitals::new(),
                 check: AtomicBool::new(false),
+                urgent: AtomicBool::new(false),
+                look: AtomicBool::new(false),
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
             },
@@ -149,7 +156,7 @@ mod app {
                 detector: Detector::new(SETTINGS),
                 boot,
                 estimator: Estimator::new(SETTINGS),
-                chip,
+                acquisition,
                 drdy,
                 line,
                 samples_in,
@@ -162,19 +169,35 @@ mod app {
         )
     }
 
-    /// DRDY has fallen: one read, one push.
-    #[task(binds = EXTI4, priority = 5, local = [chip, drdy, samples_in], shared = [&tally, &vitals, &check])]
+    /// DRDY has fallen, or the chip is to be checked.
+    #[task(
+        binds = EXTI4,
+        priority = 5,
+        local = [acquisition, drdy, samples_in],
+        shared = [&tally, &vitals, &check, &urgent],
+    )]
     fn drdy(cx: drdy::Context) {
-        let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
-        let tally = cx.shared.tally;
-        if drdy.acknowledge() {
-            take_in(&mut chip.adc, || drdy.edge_us(), samples_in, tally);
+        let drdy::LocalResources { acquisition, drdy, samples_in, .. } = cx.local;
+        let (tally, check) = (cx.shared.tally, cx.shared.check);
+        let edge = drdy.acknowledge();
+        let verdict = match edge {
+            Some(true) => acquisition.edge(|| drdy.edge_us(), samples_in, tally),
+            Some(false) => acquisition.nothing(drdy.edge_us(), tally),
+            None => acquire::Drdy::Listen,
+        };
+        match verdict {
+            acquire::Drdy::Listen => {}
+            acquire::Drdy::Watch => check.store(true, Relaxed),
+            acquire::Drdy::Mute => drdy.mute(),
         }
         // Right after a read the next conversion is furthest away.
-        // Registers read while START is high have come back wrong: one more look before a restart.
-        if cx.shared.check.swap(false, Relaxed) && !board::ended() && !chip.is_set_up() && !chip.is_set_up() {
-            tally.chip_restarted();
-            chip.set_up();
+        let is_time = edge.is_some() || cx.shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(board::now_us());
+        if is_time && check.load(Relaxed) {
+            check.store(false, Relaxed);
+            if !board::ended() {
+                acquisition.watch(board::now_us(), tally, &mut Wait);
+                drdy.unmute();
+            }
         }
         cx.shared.vitals.acquired();
         rtic::pend(DETECT);
@@ -205,11 +228,11 @@ mod app {
         binds = CAN1_RX0,
         priority = 3,
         local = [detector, boot, samples_out, windows_in, greeted: bool = false],
-        shared = [ring, outbox, &tally, &vitals, &finished],
+        shared = [ring, outbox, &tally, &vitals, &check, &look, &finished],
     )]
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { detector, boot, samples_out, windows_in, greeted, .. } = cx.local;
-        let (tally, vitals) = (cx.shared.tally, cx.shared.vitals);
+        let (tally, vitals, check) = (cx.shared.tally, cx.shared.vitals, cx.shared.check);
         let mut emit = |mut news: News| {
             // In every greeting: who listens in later learns it too.
             if let News::Hello(hello) = &mut news {
@@ -225,6 +248,8 @@ mod app {
             } else {
                 tally.hop_skipped();
             }
+            // An estimate is told only when the chip is known to have been well until the window's end.
+            check.store(true, Relaxed);
             rtic::pend(FIT);
         };
 
@@ -233,12 +258,13 @@ mod app {
             emit(detector.hello());
         }
         while let Some(conversion) = samples_out.dequeue() {
-            let counters = tally.counters();
-            cx.shared.ring.lock(|ring| detector.push(conversion, ring, &counters, &mut emit, &mut due));
+            cx.shared.ring.lock(|ring| detector.push(conversion, ring, tally, &mut emit, &mut due));
+        }
+        if cx.shared.look.swap(false, Relaxed) {
+            detector.look(board::now_us(), tally, &mut emit);
         }
         if board::ended() && !cx.shared.finished.load(Relaxed) {
-            let counters = tally.counters();
-            cx.shared.ring.lock(|ring| detector.finish(ring, &counters, &mut emit, &mut due));
+            cx.shared.ring.lock(|ring| detector.finish(ring, tally, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
         vitals.detected();
@@ -270,17 +296,17 @@ mod app {
         }
     }
 
-    /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since. Feeds the watchdog, above
+    /// Has the chip checked: with the next conversion, or at once if none is likely to come. Feeds the watchdog, above
     /// `fit`, so that a busy fit does not keep it from being fed.
-    #[task(binds = TIM4, priority = 2, local = [feeder: Feeder = Feeder::new()], shared = [&check, &vitals])]
+    #[task(binds = TIM4, priority = 2, local = [feeder: Feeder = Feeder::new()], shared = [&check, &look, &vitals])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
         if cx.local.feeder.feeds(cx.shared.vitals) {
             board::feed_watchdog();
         }
-        if cx.shared.check.swap(true, Relaxed) {
-            rtic::pend(DRDY);
-        }
+        cx.shared.check.store(true, Relaxed);
+        cx.shared.look.store(true, Relaxed);
+        rtic::pend(DRDY);
     }
 
     /// Spectrum and sine fit.
@@ -288,14 +314,22 @@ mod app {
         binds = CAN1_RX1,
         priority = 1,
         local = [estimator, windows_out],
-        shared = [ring, outbox, &tally, &vitals],
+        shared = [ring, outbox, &tally, &vitals, &check, &urgent],
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
             let outcome = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None);
             cx.shared.vitals.fit_done();
             let estimate = match outcome {
-                Some(Some(estimate)) => estimate,
+                Some(Some(mut estimate)) => {
+                    if cx.shared.check.load(Relaxed) {
+                        // Not checked yet since the window's end: now, before the next line.
+                        cx.shared.urgent.store(true, Relaxed);
+                        rtic::pend(DRDY);
+                    }
+                    cast_doubt(&mut estimate, &window, cx.shared.tally);
+                    estimate
+                }
                 Some(None) => continue,
                 None => {
                     cx.shared.tally.hop_skipped();

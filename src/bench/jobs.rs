@@ -6,10 +6,11 @@ use crate::machine::{Counter, stack};
 use heapless::Vec;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::moments::HARMONICS_MAX;
-use ridgetone::pipeline::{Counters, Detector};
+use ridgetone::pipeline::Detector;
 use ridgetone::settings::{RING_FRAMES, Settings};
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::stretch::Stretch;
+use ridgetone::tally::Tally;
 use ridgetone::telemetry::{Event, News, Packet, WIRE_MAX};
 use ridgetone::window::{Ring, Window};
 use ridgetone::workload::{
@@ -124,6 +125,8 @@ fn kept(news: News) -> Option<News<'static>> {
         News::Slide(slide) => Some(News::Slide(slide)),
         News::Release(release) => Some(News::Release(release)),
         News::Health(health) => Some(News::Health(health)),
+        News::Fault(fault) => Some(News::Fault(fault)),
+        News::Raw(raw) => Some(News::Raw(raw)),
         News::Image(_) => None,
         News::Fault(fault) => Some(News::Fault(fault)),
         News::Raw(raw) => Some(News::Raw(raw)),
@@ -151,8 +154,8 @@ fn detect(
     emit: &mut dyn FnMut(News),
     due: &mut dyn FnMut(Window),
 ) {
-    let counters = Counters::default();
+    static TALLY: Tally = Tally::new();
     for conversion in scan {
-        detector.push(*conversion, ring, &counters, emit, due);
+        detector.push(*conversion, ring, &TALLY, emit, due);
     }
 }
