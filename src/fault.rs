@@ -101,6 +101,11 @@ impl Doubts {
     /// None.
     pub const NONE: Self = Self(0);
 
+    /// By the bits of their numbers.
+    pub(crate) const fn of_bits(bits: u32) -> Self {
+        Self(bits as u16 & ((1 << KINDS) - 1))
+    }
+
     /// With this kind too.
     #[must_use]
     pub const fn with(self, kind: FaultKind) -> Self {

@@ -73,7 +73,7 @@ impl Ledger {
     /// The kinds seen since this was asked last.
     pub fn take_fresh(&self) -> Doubts {
         let fresh = self.fresh.swap(0, Relaxed);
-        of_bits(fresh)
+        Doubts::of_bits(fresh)
     }
 
     /// Says at which board time device time is zero.
@@ -85,13 +85,17 @@ impl Ledger {
     pub fn since(&self, since_us: u32) -> Doubts {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
         let lately = self.lately.load(Relaxed);
-        let seen = of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
+        let seen = Doubts::of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
         seen.fold(Doubts::NONE, Doubts::with)
     }
 
     /// Forgets what is old, `board_us` being now. To be called every few minutes at least.
     pub fn forget(&self, board_us: u32) {
-        for kind in of_bits(self.lately.load(Relaxed)).iter() {
+        let lately = Doubts::of_bits(self.lately.load(Relaxed));
+        if lately.is_none() {
+            return;
+        }
+        for kind in lately.iter() {
             let is_old = || board_us.wrapping_sub(self.seen_us(kind)) as i32 > OLD_US as i32;
             if is_old() {
                 self.lately.fetch_and(!(1 << kind as u32), Relaxed);
@@ -102,11 +106,6 @@ impl Ledger {
             }
         }
     }
-}
-
-fn of_bits(bits: u32) -> Doubts {
-    let set = FaultKind::ALL.into_iter().filter(|kind| bits & 1 << *kind as u32 != 0);
-    set.fold(Doubts::NONE, Doubts::with)
 }
 
 #[cfg(test)]
