@@ -170,6 +170,12 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
+    /// The latest result as it was converted, whatever became of it on the bus: flags and CHID without NEW, and the
+    /// code.
+    pub fn latest_result(&self) -> (u8, i32) {
+        (self.outcome.bytes()[0] & 0x7F, self.outcome.code())
+    }
+
     /// What the chip has done so far.
     pub fn counters(&self) -> Counters {
         self.counters

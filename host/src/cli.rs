@@ -6,6 +6,7 @@ pub use array::ArrayOptions;
 
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
+use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -45,6 +46,9 @@ pub enum Command {
     /// needs.
     #[command(hide = true)]
     Bench(BenchArgs),
+    /// Inject faults into the chip, its bus and its lines, and tell what became of them. `cargo xtask faults` writes docs/faults.md.
+    #[command(hide = true)]
+    Faults(FaultsArgs),
     /// Write a scene as a CSV trace and tell the truth about it.
     Scene(SceneArgs),
 }

@@ -48,6 +48,10 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
+    pub(crate) fn code(self) -> i32 {
+        self.code
+    }
+
     /// Status byte and the three data bytes.
     pub(crate) fn bytes(self) -> [u8; 4] {
         let [_, high, mid, low] = self.code.to_be_bytes();

@@ -1,0 +1,301 @@
+//! The firmware's rooms on this PC, run as its tasks run them, behind the simulated chip and its faults.
+//!
+//! What `main.rs` does by interrupts happens here by virtual time: DRDY's edges as they arrive at the pin, the watch
+//! twice a second, then whatever they left to do. The processor takes no time, the bus takes the board's.
+
+use super::stand_in::{Acquisition, Drdy};
+use crate::input::Opened;
+use ads1258::Ads1258;
+use anyhow::{Result, ensure};
+use embedded_hal::delay::DelayNs;
+use hal_mock::rig::{ResetPin, RigSpi, StartPin};
+use hal_mock::{Counters, Injected, Rig};
+use heapless::spsc::{Consumer, Producer, Queue};
+use ridgetone::frame::TimedConversion;
+use ridgetone::outbox::Outbox;
+use ridgetone::pipeline::{Detector, Estimator};
+use ridgetone::settings::{SCAN, Settings};
+use ridgetone::tally::Tally;
+use ridgetone::telemetry::{Decoder, Event, News, Packet, Span, WIRE_MAX, encode};
+use ridgetone::window::{Ring, Window};
+use std::collections::VecDeque;
+
+/// Places of the queues, as in `main.rs`.
+const SAMPLES: usize = 128;
+const WINDOWS: usize = 4;
+const PACKETS: usize = 8;
+/// SCLK of the board, hertz.
+const SCLK_HZ: u32 = 5_250_000;
+/// From one watch to the next, nanoseconds.
+const WATCH_NS: u64 = 500_000_000;
+/// Slots of a scan.
+const SLOTS: usize = SCAN.slots();
+
+/// What came of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Ran {
+    /// Telemetry, decoded.
+    pub packets: Vec<Packet>,
+    /// Packets that never came, and damaged ones.
+    pub line: (u32, u32),
+    /// What the chip has done.
+    pub chip: Counters,
+    /// When each injection acted, nanoseconds of the rig.
+    pub injected: Vec<Injected>,
+    /// Conversions that came out of the queue with NEW set.
+    pub delivered: u64,
+    /// Those among them that are not what the chip had converted.
+    pub altered: u64,
+    /// Times of the rig, nanoseconds, at which a scan had come without a flaw while the registers were right.
+    pub whole_ns: Vec<u64>,
+    /// Zero of the device time, nanoseconds of the rig.
+    pub zero_ns: u64,
+    /// End of the run, nanoseconds of the rig.
+    pub end_ns: u64,
+    /// Whether the registers were right at the end.
+    pub registers_right: bool,
+}
+
+/// Runs `input` through the rooms.
+///
+/// # Errors
+/// An event that does not fit the wire format; the simulated chip does not let itself be set up.
+pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
+    let rig = Rig::new(input.scene, input.options);
+    rig.set_sclk_hz(SCLK_HZ);
+    let mut wait = rig.delay();
+    let mut chip = Acquisition::new(Ads1258::new(rig.spi()), rig.start_pin(), rig.reset_pin());
+    wait.delay_us(crate::replay::START_US);
+    ensure!(chip.set_up(&mut wait), "the simulated chip cannot be set up");
+
+    let mut samples: Queue<TimedConversion, SAMPLES> = Queue::new();
+    let (samples_in, samples_out) = samples.split();
+    let registers = rig.with_chip(|chip| chip.registers());
+    let tally = Tally::new();
+    let mut tasks = Tasks::new(settings, samples_out, &tally, registers);
+    tasks.greet()?;
+    let mut drdy = Interrupt { rig: &rig, chip, samples: samples_in, tally: &tally, muted: false, check: false };
+    let mut watch_ns = rig.now_ns() + WATCH_NS;
+    loop {
+        let (edge_ns, event_ns) = rig.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
+        let edge_ns = edge_ns.filter(|_| !drdy.muted);
+        let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
+        rig.advance_ns(next_ns.saturating_sub(rig.now_ns()));
+        let edge = edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
+        let watch = next_ns >= watch_ns;
+        if watch {
+            watch_ns += WATCH_NS;
+            drdy.check = true;
+        }
+        if edge || watch {
+            drdy.serve(edge);
+        }
+        tasks.run(&rig)?;
+        if rig.with_chip(|chip| chip.ended()) {
+            return tasks.finish(&rig);
+        }
+    }
+}
+
+/// The task `drdy`.
+struct Interrupt<'a> {
+    rig: &'a Rig,
+    chip: Acquisition<RigSpi, StartPin, ResetPin>,
+    samples: Producer<'a, TimedConversion>,
+    tally: &'a Tally,
+    muted: bool,
+    /// The chip is to be checked.
+    check: bool,
+}
+
+impl Interrupt<'_> {
+    /// Until no edge is pending: one that falls while this runs makes it run again.
+    fn serve(&mut self, mut edge: bool) {
+        loop {
+            let ahead_ns = self.rig.with_chip(|chip| chip.next_drdy_fall_ns());
+            self.once(edge);
+            edge = !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns());
+            if !edge {
+                return;
+            }
+        }
+    }
+
+    fn once(&mut self, edge: bool) {
+        let Self { rig, chip, samples, tally, .. } = self;
+        let now_us = || (rig.now_ns() / 1000) as u32;
+        // The board's own clock, read first thing.
+        let edge_us = now_us();
+        let is_low = || rig.with_chip(|chip| !chip.drdy_high(0));
+        let verdict = match edge.then(is_low) {
+            Some(true) => chip.edge(|| edge_us, samples, tally),
+            Some(false) => chip.nothing(edge_us, tally),
+            None => Drdy::Listen,
+        };
+        match verdict {
+            Drdy::Listen => {}
+            Drdy::Watch => self.check = true,
+            Drdy::Mute => self.muted = true,
+        }
+        if self.check && (edge || chip.is_quiet(now_us())) {
+            self.check = false;
+            chip.watch(now_us(), tally, &mut rig.delay());
+            self.muted = false;
+        }
+    }
+}
+
+/// What the other interrupts do.
+struct Tasks<'a> {
+    samples: Consumer<'a, TimedConversion>,
+    tally: &'a Tally,
+    detector: Box<Detector>,
+    estimator: Box<Estimator>,
+    ring: Box<Ring>,
+    windows: VecDeque<Window>,
+    outbox: Outbox<PACKETS>,
+    decoder: Decoder,
+    ran: Ran,
+    /// The registers as they were written at first.
+    registers: [u8; hal_mock::chip::REGISTERS],
+    /// Conversions without a flaw that have come in the order of the scan, since its first slot.
+    in_order: usize,
+    begun: bool,
+}
+
+impl<'a> Tasks<'a> {
+    fn new(
+        settings: Settings,
+        samples: Consumer<'a, TimedConversion>,
+        tally: &'a Tally,
+        registers: [u8; hal_mock::chip::REGISTERS],
+    ) -> Self {
+        Self {
+            samples,
+            tally,
+            detector: Box::new(Detector::new(settings)),
+            estimator: Box::new(Estimator::new(settings)),
+            ring: Box::new(Ring::new()),
+            windows: VecDeque::new(),
+            outbox: Outbox::new(),
+            decoder: Decoder::new(),
+            ran: Ran::default(),
+            registers,
+            in_order: 0,
+            begun: false,
+        }
+    }
+
+    fn greet(&mut self) -> Result<()> {
+        let hello = self.detector.hello().into();
+        self.post(hello);
+        self.report()
+    }
+
+    /// `detect`, `fit` and `report`, until nothing is left.
+    fn run(&mut self, rig: &Rig) -> Result<()> {
+        while let Some(conversion) = self.samples.dequeue() {
+            self.look_at(&conversion, rig);
+            let counters = self.tally.counters();
+            let Self { detector, ring, outbox, windows, tally, .. } = self;
+            detector.push(conversion, ring, &counters, &mut poster(outbox, tally), &mut queue(windows, tally));
+            self.fit_and_report()?;
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, rig: &Rig) -> Result<Ran> {
+        let counters = self.tally.counters();
+        let Self { detector, ring, outbox, windows, tally, .. } = &mut self;
+        detector.finish(ring, &counters, &mut poster(outbox, tally), &mut queue(windows, tally));
+        self.fit_and_report()?;
+        let mut ran = self.ran;
+        ran.line = (self.decoder.missing, self.decoder.damaged);
+        ran.end_ns = rig.now_ns();
+        rig.with_chip(|chip| {
+            ran.chip = chip.counters();
+            ran.injected = chip.injected().to_vec();
+            ran.registers_right = chip.registers() == self.registers;
+        });
+        Ok(ran)
+    }
+
+    /// Compares a conversion with what the chip knows of it.
+    fn look_at(&mut self, timed: &TimedConversion, rig: &Rig) {
+        let status = timed.conversion.status;
+        if !status.is_new() {
+            return;
+        }
+        let (truth, registers, edge_ns) =
+            rig.with_chip(|chip| (chip.latest_result(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
+        let ran = &mut self.ran;
+        if !std::mem::replace(&mut self.begun, true) {
+            ran.zero_ns = edge_ns;
+        }
+        ran.delivered += 1;
+        ran.altered += u64::from(truth != (status.0 & 0x7F, timed.conversion.code));
+        let clean = !status.is_overflow() && !status.is_supply_low() && registers == self.registers;
+        let slot = slot_of(status.chid());
+        self.in_order = match slot {
+            Some(slot) if clean && slot == self.in_order => slot + 1,
+            Some(0) if clean => 1,
+            _ => 0,
+        };
+        if self.in_order == SLOTS {
+            self.in_order = 0;
+            ran.whole_ns.push(rig.now_ns());
+        }
+    }
+
+    fn fit_and_report(&mut self) -> Result<()> {
+        while let Some(window) = self.windows.pop_front() {
+            match self.estimator.run(&window, &mut &*self.ring, None) {
+                Some(Some(estimate)) => self.post(Event::Estimate(estimate)),
+                Some(None) => {}
+                None => self.tally.hop_skipped(),
+            }
+        }
+        self.report()
+    }
+
+    fn post(&mut self, event: Event) {
+        poster_of(&mut self.outbox, self.tally, event);
+    }
+
+    fn report(&mut self) -> Result<()> {
+        let mut wire = [0; WIRE_MAX];
+        while let Some(packet) = self.outbox.take() {
+            let length = encode(&packet, &mut wire)?;
+            self.ran.packets.extend(wire[..length].iter().filter_map(|byte| self.decoder.push(*byte)));
+        }
+        Ok(())
+    }
+}
+
+fn poster_of(outbox: &mut Outbox<PACKETS>, tally: &Tally, event: Event) {
+    if outbox.post(event) {
+        tally.message_dropped();
+    }
+}
+
+fn poster(outbox: &mut Outbox<PACKETS>, tally: &Tally) -> impl FnMut(News) {
+    move |news| poster_of(outbox, tally, news.into())
+}
+
+fn queue(windows: &mut VecDeque<Window>, tally: &Tally) -> impl FnMut(Window) {
+    move |window| {
+        let wanted = window.span == Span::Slide || windows.is_empty();
+        // A queue holds one less than its places.
+        if wanted && windows.len() < WINDOWS - 1 {
+            windows.push_back(window);
+        } else {
+            tally.hop_skipped();
+        }
+    }
+}
+
+/// Slot of a channel id in the scan.
+fn slot_of(id: u8) -> Option<usize> {
+    let mask = SCAN.channel_mask();
+    (mask >> id & 1 != 0).then(|| (mask & ((1 << id) - 1)).count_ones() as usize)
+}
