@@ -173,7 +173,8 @@ impl Ads1258 {
     /// The latest result as it was converted, whatever became of it on the bus: flags and CHID without NEW, and the
     /// code.
     pub fn latest_result(&self) -> (u8, i32) {
-        (self.outcome.bytes()[0] & 0x7F, self.outcome.code())
+        // Poison has 24 bits and no sign yet.
+        (self.outcome.bytes()[0] & 0x7F, self.outcome.code() << 8 >> 8)
     }
 
     /// What the chip has done so far.

@@ -6,6 +6,7 @@ pub use array::ArrayOptions;
 
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
+use crate::emulator;
 use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
@@ -13,7 +14,8 @@ use clap::{Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
 ///
@@ -343,6 +345,25 @@ impl fmt::Display for Senseless {
 }
 
 impl std::error::Error for Senseless {}
+
+impl FirmwareOptions {
+    /// The image.
+    ///
+    /// # Errors
+    /// None is named, and there is none in its usual place.
+    pub fn image(&self) -> Result<PathBuf> {
+        match &self.elf {
+            Some(elf) => Ok(elf.clone()),
+            None => emulator::image::find(),
+        }
+    }
+
+    /// How it is run.
+    pub fn options<'a>(&self, elf: &'a Path) -> emulator::Options<'a> {
+        let silence = Duration::try_from_secs_f64(self.patience).unwrap_or(Duration::MAX);
+        emulator::Options { silence, ..emulator::Options::new(elf) }
+    }
+}
 
 impl SceneOptions {
     /// The scene's parameters.

@@ -5,6 +5,7 @@
 //! | what is injected, and by what it is to be noticed | [`family`] |
 //! | one run: a touch, and when what is injected | [`plan`] |
 //! | the firmware's rooms on this PC, run as its tasks | [`rooms`] |
+//! | the image on the emulated chip | [`emulated`] |
 //! | what a run showed, fault for fault | [`judge`] |
 //! | rows of the table | [`row`] |
 //! | all of it: so many runs of each family | [`campaign`] |
@@ -15,8 +16,10 @@
 pub mod campaign;
 mod document;
 mod draw;
+pub mod emulated;
 pub mod family;
 pub mod judge;
+mod order;
 pub mod plan;
 pub mod rooms;
 pub mod row;

@@ -4,7 +4,9 @@ use super::family::Family;
 use super::judge::{Verdict, judge};
 use super::plan::{Plan, SETTINGS};
 use super::row::{Place, Row};
-use super::{document, rooms};
+use super::{document, emulated, rooms};
+use crate::cli::FirmwareOptions;
+use crate::emulator;
 use crate::input::{Input, Opened, Source};
 use crate::{output, parallel};
 use anyhow::{Context, Result, ensure};
@@ -15,6 +17,8 @@ use std::time::Instant;
 
 /// Slide of a run on the PC, seconds.
 const SLIDE_S: f64 = 1.5;
+/// The same on the emulated chip, whose windows are of a second.
+const EMULATED_SLIDE_S: f64 = 2.5;
 
 /// `faults`
 #[derive(Debug, clap::Args)]
@@ -22,6 +26,12 @@ pub struct FaultsArgs {
     /// Injections on this PC, about.
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub injections: usize,
+    /// Runs of each family on the emulated chip.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub emulated: u64,
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
     /// Seed of the first run; every run has one of its own.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
@@ -51,8 +61,7 @@ impl Campaign {
     /// # Errors
     /// A run that cannot be made.
     pub fn on_pc(injections: usize, seed: u64, only: Option<Family>) -> Result<Self> {
-        let families: Vec<_> =
-            Family::ALL.into_iter().filter(|family| only.is_none_or(|only| only == *family)).collect();
+        let families: Vec<_> = families(only).collect();
         let mut rows = Vec::new();
         for family in &families {
             let mut plans = Vec::new();
@@ -70,10 +79,32 @@ impl Campaign {
         Ok(Self { seed, rows })
     }
 
+    /// Adds so many runs of each family on the emulated chip.
+    ///
+    /// # Errors
+    /// Those of the emulator.
+    pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
+        for family in families(only) {
+            let seeds = self.seed..self.seed + runs;
+            let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S)).collect();
+            let made = |plan: &Plan| {
+                let what = || format!("{}, seed {}", family.title(), plan.seed);
+                Ok((plan.seed, emulated::run(plan, options).with_context(what)?))
+            };
+            let verdicts = parallel::map(family.title(), &plans, made)?;
+            self.rows.push(Row::of(family.title(), Place::Emulator, &verdicts));
+        }
+        Ok(())
+    }
+
     /// Whether all is zero that must be.
     pub fn is_clean(&self) -> bool {
         self.rows.iter().all(Row::is_clean)
     }
+}
+
+fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
+    Family::ALL.into_iter().filter(move |family| only.is_none_or(|only| only == *family))
 }
 
 /// The input of a run, and its truth.
@@ -113,9 +144,13 @@ pub fn faults(args: &FaultsArgs) -> Result<()> {
         }
     };
     let began = Instant::now();
-    let campaign = Campaign::on_pc(args.injections, args.seed, only)?;
+    let mut campaign = Campaign::on_pc(args.injections, args.seed, only)?;
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
     eprintln!("ridgetone: {injected} injections, {:.0} a second", injected as f64 / began.elapsed().as_secs_f64());
+    if args.emulated > 0 {
+        let elf = args.firmware.image()?;
+        campaign.on_emulator(args.emulated, only, args.firmware.options(&elf))?;
+    }
     if let Some(folder) = &args.write {
         let document = document::document(&campaign)?;
         output::whole_file(&folder.join("faults.md"), |file| Ok(file.write_all(document.as_bytes())?))?;

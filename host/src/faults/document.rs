@@ -1,7 +1,7 @@
 //! `docs/faults.md`: the text of a template around the table of a campaign.
 
 use super::campaign::Campaign;
-use super::row::{Delays, Row};
+use super::row::{Delays, Place, Row};
 use crate::bench::grouped;
 use crate::markdown::{Table, filled};
 use anyhow::{Result, bail};
@@ -42,6 +42,7 @@ pub fn table(campaign: &Campaign) -> String {
             "after, median / longest",
             "estimates good / in doubt",
             "wrong but good",
+            "with doubts",
             "lost silently",
             "altered",
             "false alarms",
@@ -68,8 +69,10 @@ fn cells(row: &Row) -> Vec<String> {
         how_soon(&row.recovered),
         format!("{} / {}", grouped(row.good), grouped(row.doubtful)),
         grouped(row.wrong),
+        grouped(row.wrong_with_doubts),
         grouped(row.silent),
-        grouped(row.altered),
+        // What the image believed of all that it read is not known.
+        if row.place == Place::Pc { grouped(row.altered) } else { "-".into() },
         grouped(row.false_alarms),
     ]
 }

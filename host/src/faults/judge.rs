@@ -32,6 +32,8 @@ pub struct Verdict {
     pub false_alarms: u32,
     /// Estimates that said good, without doubts, and were wrong.
     pub wrong: u32,
+    /// Estimates that said good, but with doubts, and were wrong.
+    pub wrong_with_doubts: u32,
     /// Estimates that said good.
     pub good: u32,
     /// Estimates that said doubtful, or good with doubts.
@@ -108,6 +110,7 @@ fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Verdict) {
     verdict.good += u32::from(estimate.status == Status::Good);
     verdict.doubtful += u32::from(!estimate.doubts.is_none() || estimate.status == Status::Doubtful);
     verdict.wrong += u32::from(is_sure && is_wrong);
+    verdict.wrong_with_doubts += u32::from(estimate.status == Status::Good && !is_sure && is_wrong);
     if is_sure && is_wrong {
         verdict.complaints.push(format!(
             "wrong at {:.3} s: {} +- {} Hz in place of {} Hz, {:?} of {} s",

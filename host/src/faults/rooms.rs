@@ -3,6 +3,7 @@
 //! What `main.rs` does by interrupts happens here by virtual time: DRDY's edges as they arrive at the pin, the watch
 //! twice a second, then whatever they left to do. The processor takes no time, the bus takes the board's.
 
+use super::order::Order;
 use super::stand_in::{Acquisition, Drdy};
 use crate::input::Opened;
 use ads1258::Ads1258;
@@ -14,7 +15,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use ridgetone::frame::TimedConversion;
 use ridgetone::outbox::Outbox;
 use ridgetone::pipeline::{Detector, Estimator};
-use ridgetone::settings::{SCAN, Settings};
+use ridgetone::settings::Settings;
 use ridgetone::tally::Tally;
 use ridgetone::telemetry::{Decoder, Event, News, Packet, Span, WIRE_MAX, encode};
 use ridgetone::window::{Ring, Window};
@@ -28,8 +29,6 @@ const PACKETS: usize = 8;
 const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
-/// Slots of a scan.
-const SLOTS: usize = SCAN.slots();
 
 /// What came of a run.
 #[derive(Clone, Debug, Default)]
@@ -158,8 +157,7 @@ struct Tasks<'a> {
     ran: Ran,
     /// The registers as they were written at first.
     registers: [u8; hal_mock::chip::REGISTERS],
-    /// Conversions without a flaw that have come in the order of the scan, since its first slot.
-    in_order: usize,
+    order: Order,
     begun: bool,
 }
 
@@ -181,7 +179,7 @@ impl<'a> Tasks<'a> {
             decoder: Decoder::new(),
             ran: Ran::default(),
             registers,
-            in_order: 0,
+            order: Order::default(),
             begun: false,
         }
     }
@@ -234,15 +232,8 @@ impl<'a> Tasks<'a> {
         }
         ran.delivered += 1;
         ran.altered += u64::from(truth != (status.0 & 0x7F, timed.conversion.code));
-        let clean = !status.is_overflow() && !status.is_supply_low() && registers == self.registers;
-        let slot = slot_of(status.chid());
-        self.in_order = match slot {
-            Some(slot) if clean && slot == self.in_order => slot + 1,
-            Some(0) if clean => 1,
-            _ => 0,
-        };
-        if self.in_order == SLOTS {
-            self.in_order = 0;
+        let is_whole = self.order.take(&timed.conversion);
+        if is_whole && registers == self.registers {
             ran.whole_ns.push(rig.now_ns());
         }
     }
@@ -292,10 +283,4 @@ fn queue(windows: &mut VecDeque<Window>, tally: &Tally) -> impl FnMut(Window) {
             tally.hop_skipped();
         }
     }
-}
-
-/// Slot of a channel id in the scan.
-fn slot_of(id: u8) -> Option<usize> {
-    let mask = SCAN.channel_mask();
-    (mask >> id & 1 != 0).then(|| (mask & ((1 << id) - 1)).count_ones() as usize)
 }

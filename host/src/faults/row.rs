@@ -65,6 +65,8 @@ pub struct Row {
     pub good: u64,
     /// Wrong ones among those that said good without doubts. Must be zero.
     pub wrong: u64,
+    /// Wrong ones among those that said good but with doubts.
+    pub wrong_with_doubts: u64,
     /// Conversions lost silently. Must be zero.
     pub silent: u64,
     /// Conversions that arrived other than they were converted. Must be zero.
@@ -98,6 +100,7 @@ impl Row {
             doubtful: sum(|verdict| verdict.doubtful.into()),
             good: sum(|verdict| verdict.good.into()),
             wrong: sum(|verdict| verdict.wrong.into()),
+            wrong_with_doubts: sum(|verdict| verdict.wrong_with_doubts.into()),
             silent: sum(|verdict| verdict.silent),
             altered: sum(|verdict| verdict.altered),
             false_alarms: sum(|verdict| verdict.false_alarms.into()),
