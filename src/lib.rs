@@ -11,7 +11,7 @@
 //! | room | what happens there |
 //! |---|---|
 //! | [`settings`] | what a user may set, with units, bounds and where each default comes from |
-//! | [`intake`] | conversions are read from the chip and queued |
+//! | [`acquire`] | conversions are read from the chip and queued; the chip is watched and set up anew |
 //! | [`frame`] | conversions become 16-channel frames, by the chip's own channel id |
 //! | [`motion`], [`contact`], [`dating`] | is anything moving; idle, contact spike, hold, slide, release; since when |
 //! | [`window`] | the sliding phase in a fixed buffer, window by window |
@@ -28,7 +28,7 @@
 //! What goes wrong is named in [`fault`], how a run began in [`boot`], what a PC may ask for in [`command`].
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
-//! share ([`outbox`], [`tally`], [`load`]), [`bridge`] (the wire between the emulated board and the
+//! share ([`outbox`], [`tally`], [`ledger`], [`load`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
@@ -44,6 +44,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod abscissa;
+pub mod acquire;
 pub mod boot;
 pub mod bridge;
 pub mod command;
@@ -52,8 +53,8 @@ pub mod detector;
 pub mod fault;
 pub mod few_cycles;
 pub mod fundamental;
-pub mod intake;
 pub mod lag;
+pub mod ledger;
 pub mod load;
 pub mod model;
 pub mod outbox;

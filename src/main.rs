@@ -35,13 +35,13 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, Board, Chip, POWER_UP_US, Wait};
+    use crate::board::{self, Board, POWER_UP_US, Reset, Spi, Start, Wait};
     use ads1258::Ads1258;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
+    use ridgetone::acquire::{self, Acquisition};
     use ridgetone::frame::TimedConversion;
-    use ridgetone::intake::take_in;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
@@ -91,7 +91,7 @@ mod app {
     struct Local {
         detector: Detector,
         estimator: Estimator,
-        chip: Chip,
+        acquisition: Acquisition<Spi, Start, Reset>,
         drdy: board::Drdy,
         line: board::Line,
         samples_in: Producer<'static, TimedConversion>,
@@ -110,9 +110,9 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Board { spi, start, reset, drdy, line } = board::init(cx.device, cx.core);
-        let mut chip = Chip { adc: Ads1258::new(spi), start, reset };
+        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
         Wait.delay_us(POWER_UP_US);
-        if !chip.set_up() {
+        if !acquisition.set_up(&mut Wait) {
             defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
         }
 
@@ -134,7 +134,7 @@ mod app {
                 // Not statics with an initial value: that would take their size of flash too.
                 detector: Detector::new(SETTINGS),
                 estimator: Estimator::new(SETTINGS),
-                chip,
+                acquisition,
                 drdy,
                 line,
                 samples_in,
@@ -147,19 +147,28 @@ mod app {
         )
     }
 
-    /// DRDY has fallen: one read, one push.
-    #[task(binds = EXTI4, priority = 5, local = [chip, drdy, samples_in], shared = [&tally, &check])]
+    /// DRDY has fallen, or the chip is to be checked.
+    #[task(binds = EXTI4, priority = 5, local = [acquisition, drdy, samples_in], shared = [&tally, &check])]
     fn drdy(cx: drdy::Context) {
-        let drdy::LocalResources { chip, drdy, samples_in, .. } = cx.local;
-        let tally = cx.shared.tally;
-        if drdy.acknowledge() {
-            take_in(&mut chip.adc, || drdy.edge_us(), samples_in, tally);
+        let drdy::LocalResources { acquisition, drdy, samples_in, .. } = cx.local;
+        let (tally, check) = (cx.shared.tally, cx.shared.check);
+        let edge = drdy.acknowledge();
+        let verdict = match edge {
+            Some(true) => acquisition.edge(|| drdy.edge_us(), samples_in, tally),
+            Some(false) => acquisition.nothing(drdy.edge_us(), tally),
+            None => acquire::Drdy::Listen,
+        };
+        match verdict {
+            acquire::Drdy::Listen => {}
+            acquire::Drdy::Watch => check.store(true, Relaxed),
+            acquire::Drdy::Mute => drdy.mute(),
         }
-        // Right after a read the next conversion is furthest away.
-        // Registers read while START is high have come back wrong: one more look before a restart.
-        if cx.shared.check.swap(false, Relaxed) && !board::ended() && !chip.is_set_up() && !chip.is_set_up() {
-            tally.chip_restarted();
-            chip.set_up();
+        if check.load(Relaxed) && (edge.is_some() || acquisition.is_quiet(board::now_us())) {
+            check.store(false, Relaxed);
+            if !board::ended() {
+                acquisition.watch(board::now_us(), tally, &mut Wait);
+                drdy.unmute();
+            }
         }
         rtic::pend(DETECT);
     }
@@ -245,13 +254,12 @@ mod app {
         }
     }
 
-    /// Has the chip's registers checked, and wakes `drdy` for it if no conversion has come since.
+    /// Has the chip checked: with the next conversion, or at once if none is likely to come.
     #[task(binds = TIM4, priority = 1, shared = [&check])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
-        if cx.shared.check.swap(true, Relaxed) {
-            rtic::pend(DRDY);
-        }
+        cx.shared.check.store(true, Relaxed);
+        rtic::pend(DRDY);
     }
 
     /// Spectrum and sine fit.

@@ -1,5 +1,7 @@
 //! What the tasks count, each from its own priority, for `health` to report.
 
+use crate::fault::FaultKind;
+use crate::ledger::Ledger;
 use crate::pipeline::Counters;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -11,6 +13,8 @@ pub struct Tally {
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
     load_bits: AtomicU32,
+    /// The faults.
+    pub faults: Ledger,
 }
 
 impl Tally {
@@ -22,7 +26,13 @@ impl Tally {
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
+            faults: Ledger::new(),
         }
+    }
+
+    /// A fault was seen at this board time, microseconds.
+    pub fn fault(&self, kind: FaultKind, board_us: u32) {
+        self.faults.add(kind, 1, board_us);
     }
 
     /// A conversion was lost between interrupt and queue.

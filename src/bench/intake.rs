@@ -5,10 +5,11 @@ use crate::machine::Counter;
 use ads1258::Ads1258;
 use core::convert::Infallible;
 use core::hint::black_box;
+use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use heapless::spsc::Queue;
-use ridgetone::frame::TimedConversion;
-use ridgetone::intake::take_in;
+use ridgetone::acquire::{Acquisition, Drdy};
+use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::tally::Tally;
 use ridgetone::workload::{CONVERSION_BYTES, decode_conversion};
 
@@ -18,7 +19,7 @@ const SAMPLES: usize = 128;
 /// Conversions that are taken in: the queue's end is among them.
 const TAKEN: u32 = 3 * SAMPLES as u32;
 
-/// The chip: every transaction gives the next code.
+/// The chip: every second transaction gives the next code, the others the same once more, with NEW cleared.
 struct Chip(u32);
 
 impl ErrorType for Chip {
@@ -29,7 +30,6 @@ impl SpiDevice for Chip {
     // A board's transaction is a call too, with a length that is not known before.
     #[inline(never)]
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
-        self.0 = self.0.wrapping_add(1);
         for operation in operations {
             if let Operation::TransferInPlace(bytes) = operation {
                 for (place, byte) in bytes.iter_mut().zip(black_box(answer(self.0))) {
@@ -37,30 +37,54 @@ impl SpiDevice for Chip {
                 }
             }
         }
+        self.0 = self.0.wrapping_add(1);
         Ok(())
     }
 }
 
-/// What the chip answers to the command: a byte without meaning, the status of AIN0, a code.
-fn answer(count: u32) -> [u8; 5] {
+/// A pin that goes nowhere.
+struct Pin;
+
+impl digital::ErrorType for Pin {
+    type Error = Infallible;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// What the chip answers to a command: a byte without meaning, the status, a code.
+fn answer(transaction: u32) -> [u8; 5] {
+    let count = transaction / 2;
     let [_, high, middle, low] = count.to_be_bytes();
-    [0, 0x88, high, middle, low]
+    // AIN0 to AIN15 have the ids 8 to 23, OFFSET 24, VCC to REF 26 to 29 (SBAS297G).
+    let slot = (count % SLOTS) as u8;
+    let id = if slot < 17 { 8 + slot } else { 9 + slot };
+    let new = if transaction % 2 == 0 { 0x80 } else { 0 };
+    [0, new | id, high, middle, low]
 }
 
 /// Takes conversions in; most instructions of one. None if one was lost or changed.
 pub fn measure(counter: &Counter) -> Option<u32> {
     let mut queue = Queue::<TimedConversion, SAMPLES>::new();
     let (mut samples, mut out) = queue.split();
-    let (mut adc, tally) = (Ads1258::new(Chip(0)), Tally::new());
+    let (mut acquisition, tally) = (Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin), Tally::new());
     let mut most = 0;
-    for count in 1..=TAKEN {
-        let (instructions, ()) = counter.measure(|| take_in(&mut adc, || black_box(count), &mut samples, &tally));
+    for count in 0..TAKEN {
+        let mut edge = || acquisition.edge(|| black_box(count), &mut samples, &tally);
+        let (instructions, drdy) = counter.measure(|| black_box(edge()));
         most = most.max(instructions);
         let mut bytes = [0; CONVERSION_BYTES];
         let (time, conversion) = bytes.split_first_chunk_mut::<4>()?;
         *time = count.to_le_bytes();
-        conversion.copy_from_slice(answer(count).get(1..)?);
-        if out.dequeue()? != decode_conversion(&bytes) {
+        conversion.copy_from_slice(answer(2 * count).get(1..)?);
+        if drdy != Drdy::Listen || out.dequeue()? != decode_conversion(&bytes) {
             return None;
         }
     }

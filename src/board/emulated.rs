@@ -120,10 +120,20 @@ impl OutputPin for Pin {
 pub struct Drdy;
 
 impl Drdy {
-    /// Whether there is data to read.
+    /// Whether it has fallen, and if so, whether there is data to read.
     #[inline(always)]
-    pub fn acknowledge(&mut self) -> bool {
-        link::take_edge()
+    pub fn acknowledge(&mut self) -> Option<bool> {
+        link::take_edge().then_some(true)
+    }
+
+    /// No more interrupts until [`Drdy::unmute`].
+    pub fn mute(&mut self) {
+        link::mute(true);
+    }
+
+    /// Edges from now on are served again.
+    pub fn unmute(&mut self) {
+        link::mute(false);
     }
 
     /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping: the

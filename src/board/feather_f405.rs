@@ -25,7 +25,7 @@ use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA4, PC4, PC5, PC6, PinState, Pull, Speed};
-use stm32f4xx_hal::pac::{self, SPI1};
+use stm32f4xx_hal::pac::{self, EXTI, SPI1};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::serial;
@@ -75,18 +75,34 @@ impl OutputPin for SettledCs {
 /// The falling edge of DRDY.
 pub struct Drdy {
     pin: PC4<Input>,
+    exti: EXTI,
     edge_us: u32,
 }
 
 impl Drdy {
-    /// Notes the time and clears the interrupt; call it first thing. Whether there is data to read.
+    /// Notes the time and clears the interrupt; call it first thing. Whether DRDY has fallen, and if so, whether there
+    /// is data to read.
     #[inline(always)]
-    pub fn acknowledge(&mut self) -> bool {
+    pub fn acknowledge(&mut self) -> Option<bool> {
         self.edge_us = super::now_us();
+        let has_fallen = self.pin.check_interrupt();
         self.pin.clear_interrupt_pending_bit();
         // The write must have reached EXTI before the handler returns, or the interrupt fires twice.
         cortex_m::asm::dsb();
-        self.pin.is_low()
+        let is_low = self.pin.is_low();
+        (has_fallen || is_low).then_some(is_low)
+    }
+
+    /// No more interrupts until [`Drdy::unmute`].
+    pub fn mute(&mut self) {
+        self.pin.disable_interrupt(&mut self.exti);
+    }
+
+    /// Edges from now on are served again; those meanwhile are forgotten (RM0090: a masked line's pending bit is set all
+    /// the same).
+    pub fn unmute(&mut self) {
+        self.pin.clear_interrupt_pending_bit();
+        self.pin.enable_interrupt(&mut self.exti);
     }
 
     /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping.
@@ -144,7 +160,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
-    Board { spi, start, reset, drdy: Drdy { pin, edge_us: 0 }, line: Line::new(tx) }
+    Board { spi, start, reset, drdy: Drdy { pin, exti, edge_us: 0 }, line: Line::new(tx) }
 }
 
 /// Tells where, and stops; a debugger shows the rest. Formatting the message would take 9 KB of flash.

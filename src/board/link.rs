@@ -35,6 +35,8 @@ struct Link {
     edge_ahead: bool,
     /// An edge of DRDY has come and nobody has read its data.
     edge_pending: bool,
+    /// Edges are ignored.
+    muted: bool,
     /// Time of the latest edge as the chip tells it.
     edge_us: u32,
     /// When TIM4 was pended last.
@@ -50,17 +52,24 @@ pub fn open(mut alarm: SYST) {
         semihost::say(format_args!("cannot open spi.request and spi.reply"));
         semihost::exit(Exit::Bridge)
     };
-    let link = Link { request, reply, alarm, edge_ahead: false, edge_pending: false, edge_us: 0, heartbeat_us: 0 };
+    let (edge_ahead, edge_pending, muted) = (false, false, false);
+    let link = Link { request, reply, alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: 0 };
     critical_section::with(|cs| LINK.borrow(cs).replace(Some(link)));
 }
 
 /// Does something to the chip; a transfer's payload is replaced by what DOUT said.
 pub fn exchange(operation: Operation, level: bool, payload: &mut [u8]) {
     with_link(|link| {
-        if !ended() {
+        // A result may be read more than once, also the last one.
+        if !ended() || operation == Operation::Transfer {
             link.exchange(operation, level, payload);
         }
     });
+}
+
+/// Whether edges of DRDY are to be ignored.
+pub fn mute(muted: bool) {
+    with_link(|link| link.muted = muted);
 }
 
 /// Whether DRDY has fallen since the last time this was asked.
@@ -77,7 +86,7 @@ pub fn edge_us() -> u32 {
     edge_us
 }
 
-/// Whether the scene is over. From then on the chip is left alone.
+/// Whether the scene is over. From then on nothing but the last result is asked for.
 pub fn ended() -> bool {
     ENDED.load(Relaxed)
 }
@@ -118,7 +127,7 @@ impl Link {
             NVIC::pend(Interrupt::USART3);
         }
         // A transfer takes the data away; after anything else a low DRDY is an edge not yet served.
-        if !reply.drdy_high && operation != Operation::Transfer {
+        if !reply.drdy_high && operation != Operation::Transfer && !self.muted {
             self.edge();
         }
         if reply.ended {
@@ -169,7 +178,7 @@ impl Link {
         if ended() {
             // Nobody to ask any more; the idle task still wakes up by this.
             self.arm(POLL_US);
-        } else if self.edge_ahead {
+        } else if self.edge_ahead && !self.muted {
             self.edge_ahead = false;
             self.edge();
         } else {

@@ -34,7 +34,6 @@
 // The only place of the firmware that may: a register read in `clock.rs`, host calls of the emulator.
 #![allow(unsafe_code)]
 
-mod chip;
 mod clock;
 mod line;
 
@@ -54,7 +53,6 @@ pub use emulated::*;
 #[cfg(feature = "feather-f405")]
 pub use feather_f405::*;
 
-pub use chip::Chip;
 pub use clock::{acknowledge_heartbeat, now_us};
 pub use line::Line;
 

@@ -1,0 +1,138 @@
+//! Which of two or three reads of a conversion is to be believed.
+
+use super::{NEW, NEW_AND_ID};
+use ads1258::{Conversion, Status};
+
+/// What the reads come to. NEW is set in every conversion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Settled {
+    /// A conversion, read twice alike.
+    Found(Conversion),
+    /// A conversion that two reads agree on, a third does not, or of which only NEW is odd.
+    Mended(Conversion),
+    /// The conversion after the one whose edge is served: it ended between the first read and the second.
+    Later(Conversion),
+    /// No two reads agree.
+    Garbled,
+    /// Nothing but ones or nothing but zeros.
+    Dead,
+    /// The latest conversion again.
+    Repeated,
+    /// The latest conversion again, and a read of it was garbled.
+    RepeatedGarbled,
+}
+
+/// Settles two reads that are not both the conversion expected, with a `third` if they differ. `latest` is the conversion
+/// before, `next` NEW and CHID of the one that is expected. None: the read failed.
+pub fn settle(
+    latest: Option<Conversion>,
+    next: u8,
+    first: Option<Conversion>,
+    again: Option<Conversion>,
+    third: impl FnOnce() -> Option<Conversion>,
+) -> Settled {
+    if let Some(first) = first
+        && again.is_some_and(|again| is_same(first, again))
+    {
+        let is_read_again = again.is_some_and(|again| !again.status.is_new());
+        return match first.status.is_new() {
+            _ if is_dead(first) => Settled::Dead,
+            // As it should be: the id alone is unexpected, or an old code happens to be the new one too.
+            true if is_read_again => Settled::Found(first),
+            _ if latest.is_some_and(|latest| is_same(latest, first)) => Settled::Repeated,
+            // NEW fell over.
+            _ if as_new(first).status.0 & NEW_AND_ID == next => Settled::Mended(as_new(first)),
+            _ => Settled::Garbled,
+        };
+    }
+    let third = third();
+    let agree = |one: Option<Conversion>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
+    let Some(agreed) = agree(first).or(agree(again)) else { return Settled::Garbled };
+    let is_first = agree(first).is_some();
+    if is_dead(agreed) {
+        Settled::Dead
+    } else if !agreed.status.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
+        Settled::RepeatedGarbled
+    } else if !is_first && agreed.status.is_new() && agreed.status.0 & NEW_AND_ID != next {
+        // It was new only at the second read, so there was another one before.
+        Settled::Later(agreed)
+    } else {
+        Settled::Mended(as_new(agreed))
+    }
+}
+
+/// Whether two reads have the same data, whatever NEW says.
+fn is_same(one: Conversion, other: Conversion) -> bool {
+    one.code == other.code && (one.status.0 ^ other.status.0) & !NEW == 0
+}
+
+/// Nothing but ones, or nothing but zeros, whatever NEW says: CHID 1Fh is unused, and 00h (DIFF0) is not of the scan.
+fn is_dead(read: Conversion) -> bool {
+    matches!((read.status.0 & !NEW, read.code), (0x7f, -1) | (0, 0))
+}
+
+fn as_new(read: Conversion) -> Conversion {
+    Conversion { status: Status(read.status.0 | NEW), ..read }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Settled::*;
+
+    fn read(status: u8, code: i32) -> Option<Conversion> {
+        Some(Conversion { status: Status(status), code })
+    }
+
+    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if it comes to that a third time.
+    fn settled(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Settled {
+        let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
+        settle(read(0x88, 7), 0x89, first, again, || third)
+    }
+
+    const NONE: (u8, i32) = (0x55, 0x55);
+
+    #[test]
+    fn two_of_three_reads_decide() {
+        let good = read(0x89, 5).unwrap();
+        assert_eq!(settled((0x89, 5), (0x09, 4), (0x09, 5)), Mended(good));
+        assert_eq!(settled((0x89, 4), (0x09, 5), (0x09, 5)), Mended(good));
+        assert_eq!(settled((0x8b, 5), (0x09, 5), (0x09, 5)), Mended(good));
+        // Without a first one that was heard at all NEW is there at the second.
+        assert_eq!(settled((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
+        assert_eq!(settled((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
+        assert_eq!(settle(None, 0x88, None, None, || None), Garbled);
+        assert_eq!(settle(None, 0x88, None, read(0x08, 1), || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
+    }
+
+    #[test]
+    fn a_flag_new_that_falls_over_is_mended() {
+        let good = read(0x89, 5).unwrap();
+        assert_eq!(settled((0x09, 5), (0x09, 5), NONE), Mended(good));
+        assert_eq!(settled((0x89, 5), (0x89, 5), NONE), Mended(good));
+        // Not the next of the scan: who knows what it is.
+        assert_eq!(settled((0x0a, 5), (0x0a, 5), NONE), Garbled);
+    }
+
+    #[test]
+    fn the_latest_again_is_no_conversion() {
+        assert_eq!(settled((0x08, 7), (0x08, 7), NONE), Repeated);
+        assert_eq!(settled((0x88, 7), (0x88, 7), NONE), Repeated);
+        assert_eq!(settled((0x08, 6), (0x08, 7), (0x08, 7)), RepeatedGarbled);
+        // A whole scan later the same channel may have the same code.
+        assert_eq!(settled((0x88, 7), (0x08, 7), NONE), Found(read(0x88, 7).unwrap()));
+    }
+
+    #[test]
+    fn the_next_conversion_between_two_reads_is_taken_once() {
+        assert_eq!(settled((0x89, 5), (0x8a, 6), (0x0a, 6)), Later(read(0x8a, 6).unwrap()));
+    }
+
+    #[test]
+    fn a_dead_bus_is_no_conversion() {
+        for (status, code) in [(0xff, -1), (0, 0)] {
+            assert_eq!(settled((status, code), (status, code), NONE), Dead);
+            assert_eq!(settled((0x89, 5), (status, code), (status, code)), Dead);
+        }
+    }
+}
