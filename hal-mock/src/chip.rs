@@ -56,6 +56,8 @@ pub struct Ads1258 {
     /// CHID of the slot begun last; `None`: the scan begins at the top.
     last_chid: Option<u8>,
     outcome: Outcome,
+    /// The result before.
+    previous: Outcome,
     /// There is an unread result.
     drdy_low: bool,
     latest_fall_ns: Option<u64>,
@@ -82,6 +84,7 @@ impl Ads1258 {
             conversion: None,
             last_chid: None,
             outcome: Outcome::default(),
+            previous: Outcome::default(),
             drdy_low: false,
             latest_fall_ns: None,
             counters: Counters::default(),
@@ -170,11 +173,11 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest result as it was converted, whatever became of it on the bus: flags and CHID without NEW, and the
-    /// code.
-    pub fn latest_result(&self) -> (u8, i32) {
+    /// The latest two results as they were converted, the latest first, whatever became of them on the bus: flags and
+    /// CHID without NEW, and the code.
+    pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
-        (self.outcome.bytes()[0] & 0x7F, self.outcome.code() << 8 >> 8)
+        [self.outcome, self.previous].map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code() << 8 >> 8))
     }
 
     /// What the chip has done so far.

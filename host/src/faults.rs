@@ -23,6 +23,5 @@ mod order;
 pub mod plan;
 pub mod rooms;
 pub mod row;
-mod stand_in;
 
 pub use campaign::{Campaign, FaultsArgs};

@@ -100,7 +100,8 @@ impl Ads1258 {
         let Some(conversion) = self.conversion.take() else { return };
         self.counters.conversions += 1;
         self.counters.lost += u64::from(self.outcome.new);
-        self.outcome = self.measure(&conversion);
+        let outcome = self.measure(&conversion);
+        self.previous = std::mem::replace(&mut self.outcome, outcome);
         self.drdy_low = true;
         self.latest_fall_ns = Some(edge_ns);
         if self.start {

@@ -98,7 +98,7 @@ impl ChipEnd {
     fn read(&mut self, bytes: [u8; 4]) {
         let conversion = Conversion::from_bytes(bytes);
         let edge_ns = self.chip.latest_drdy_fall_ns();
-        let is_right = (bytes[0] & !NEW, conversion.code) == self.chip.latest_result();
+        let is_right = (bytes[0] & !NEW, conversion.code) == self.chip.latest_results()[0];
         if is_right && edge_ns != self.arrived_ns {
             (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
         }

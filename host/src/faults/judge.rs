@@ -76,6 +76,14 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
         }
     }
     verdict.silent = ran.chip.conversions.saturating_sub(ran.delivered + u64::from(health.conversions_lost));
+    if verdict.silent > 0 {
+        let told = health.conversions_lost;
+        let (made, taken) = (ran.chip.conversions, ran.delivered);
+        verdict.complaints.push(format!("{made} conversions made, {taken} taken, {told} told as lost"));
+    }
+    if verdict.altered > 0 {
+        verdict.complaints.push(format!("{} conversions taken are not what was converted", verdict.altered));
+    }
     if plan.injections.is_empty() {
         verdict.false_alarms = bouts.len() as u32;
     }

@@ -4,7 +4,7 @@
 //! twice a second, then whatever they left to do. The processor takes no time, the bus takes the board's.
 
 use super::order::Order;
-use super::stand_in::{Acquisition, Drdy};
+
 use crate::input::Opened;
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
@@ -12,6 +12,7 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::rig::{ResetPin, RigSpi, StartPin};
 use hal_mock::{Counters, Injected, Rig};
 use heapless::spsc::{Consumer, Producer, Queue};
+use ridgetone::acquire::{Acquisition, Drdy};
 use ridgetone::frame::TimedConversion;
 use ridgetone::outbox::Outbox;
 use ridgetone::pipeline::{Detector, Estimator};
@@ -80,16 +81,17 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
         let edge_ns = edge_ns.filter(|_| !drdy.muted);
         let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
         rig.advance_ns(next_ns.saturating_sub(rig.now_ns()));
-        let edge = edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
-        let watch = next_ns >= watch_ns;
+        let mut edge = edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
+        let mut watch = next_ns >= watch_ns;
         if watch {
             watch_ns += WATCH_NS;
             drdy.check = true;
         }
-        if edge || watch {
-            drdy.serve(edge);
+        while edge || watch {
+            edge = drdy.serve(edge);
+            watch = false;
+            tasks.run(&rig)?;
         }
-        tasks.run(&rig)?;
         if rig.with_chip(|chip| chip.ended()) {
             return tasks.finish(&rig);
         }
@@ -108,16 +110,11 @@ struct Interrupt<'a> {
 }
 
 impl Interrupt<'_> {
-    /// Until no edge is pending: one that falls while this runs makes it run again.
-    fn serve(&mut self, mut edge: bool) {
-        loop {
-            let ahead_ns = self.rig.with_chip(|chip| chip.next_drdy_fall_ns());
-            self.once(edge);
-            edge = !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns());
-            if !edge {
-                return;
-            }
-        }
+    /// Whether an edge that fell while this ran is pending.
+    fn serve(&mut self, edge: bool) -> bool {
+        let ahead_ns = self.rig.with_chip(|chip| chip.next_drdy_fall_ns());
+        self.once(edge);
+        !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns())
     }
 
     fn once(&mut self, edge: bool) {
@@ -225,13 +222,13 @@ impl<'a> Tasks<'a> {
             return;
         }
         let (truth, registers, edge_ns) =
-            rig.with_chip(|chip| (chip.latest_result(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
+            rig.with_chip(|chip| (chip.latest_results(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
         let ran = &mut self.ran;
         if !std::mem::replace(&mut self.begun, true) {
             ran.zero_ns = edge_ns;
         }
         ran.delivered += 1;
-        ran.altered += u64::from(truth != (status.0 & 0x7F, timed.conversion.code));
+        ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.conversion.code)));
         let is_whole = self.order.take(&timed.conversion);
         if is_whole && registers == self.registers {
             ran.whole_ns.push(rig.now_ns());
