@@ -1,5 +1,6 @@
 //! The first half of the pipeline: conversions in, news and due windows out.
 
+mod bouts;
 mod health;
 mod imaging;
 mod teller;
@@ -8,8 +9,10 @@ use crate::boot::{Boot, SettingsSource};
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
+use crate::tally::Tally;
 use crate::telemetry::{Hello, Image, News, PROTOCOL};
 use crate::window::{Ring, Values, Window};
+use bouts::Bouts;
 use health::Checkup;
 use imaging::Imaging;
 use teller::Teller;
@@ -38,6 +41,7 @@ pub struct Detector {
     rest: Rest,
     checkup: Checkup,
     imaging: Imaging,
+    bouts: Bouts,
 }
 
 /// What takes the assembler's frames.
@@ -65,6 +69,7 @@ impl Detector {
             },
             checkup: Checkup::new(),
             imaging: Imaging::new(),
+            bouts: Bouts::new(settings.vref_v),
         }
     }
 
@@ -91,65 +96,65 @@ impl Detector {
         self.imaging.image()
     }
 
-    /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`.
+    /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`. What is wrong with it is
+    /// added to `tally`.
     #[inline(always)]
     pub fn push(
         &mut self,
         conversion: TimedConversion,
         ring: &mut Ring,
-        counters: &Counters,
+        tally: &Tally,
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) {
         if self.assembler.wait(&conversion) {
-            self.scan_over(ring, counters, emit, due);
+            self.scan_over(ring, tally, emit, due);
         }
     }
 
     #[inline(never)]
-    fn scan_over(
-        &mut self,
-        ring: &mut Ring,
-        counters: &Counters,
-        emit: &mut dyn FnMut(News),
-        due: &mut dyn FnMut(Window),
-    ) {
+    fn scan_over(&mut self, ring: &mut Ring, tally: &Tally, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
         if self.assembler.whole() {
             self.rest.frame(self.assembler.frame(), ring, emit, due);
         } else {
-            self.one_by_one(false, ring, emit, due);
+            self.one_by_one(false, ring, tally, emit, due);
         }
         // A frame in which something is dated has enough to do.
         if self.rest.contact.is_busy() {
             return;
         }
         if self.checkup.is_due(self.rest.teller.latest.0) {
-            self.check(counters, emit);
-        } else if self.rest.contact.has_time_for_image() {
+            self.check(tally, emit);
+            return;
+        }
+        self.guard(tally, emit);
+        if self.rest.contact.has_time_for_image() {
             self.picture(ring, emit);
         }
     }
 
     #[inline(never)]
-    fn one_by_one(&mut self, is_over: bool, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
-        let rest = &mut self.rest;
-        self.assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
-    }
-
-    /// The signal has ended: closes what is open (a slide that still runs) and reports health.
-    pub fn finish(
+    fn one_by_one(
         &mut self,
+        is_over: bool,
         ring: &mut Ring,
-        counters: &Counters,
+        tally: &Tally,
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) {
-        self.one_by_one(true, ring, emit, due);
+        let Self { assembler, rest, .. } = self;
+        assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
+        bouts::note(assembler, tally);
+    }
+
+    /// The signal has ended: closes what is open (a slide that still runs) and reports health.
+    pub fn finish(&mut self, ring: &mut Ring, tally: &Tally, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
+        self.one_by_one(true, ring, tally, emit, due);
         let Rest { contact, teller, .. } = &mut self.rest;
         contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
         teller.give_whole(ring, due);
         while self.rest.contact.has_image() && self.picture(ring, emit) {}
-        self.checkup.finish(&self.assembler, &self.rest.teller, counters, emit);
+        self.checkup.finish(&self.assembler, &self.rest.teller, tally, emit);
     }
 }
 

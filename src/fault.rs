@@ -35,6 +35,30 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
+    /// Whether it may change a frequency that is measured while it lasts, beyond what the estimate's own uncertainty
+    /// says: then no estimate is [`Good`](crate::telemetry::Status::Good).
+    ///
+    /// It may if the conversions may not be where or what the fit takes them for: after [`Self::BusDead`],
+    /// [`Self::Silent`], [`Self::Registers`] and [`Self::NoAnswer`] the scan begins anew, and not at the beat of
+    /// the one before; with [`Self::Channel`] and [`Self::Clock`] it is off the beat or its rate is not known; in a
+    /// [`Self::Storm`] times may belong to other edges; with [`Self::Supply`] and [`Self::Reference`] the codes are not
+    /// specified. It may not where the fit leaves out what is missing and knows when the rest was: [`Self::Lost`],
+    /// [`Self::Repeated`], [`Self::Bus`] (mended or left out), [`Self::Overload`] (the channel is left out).
+    pub const fn changes_frequency(self) -> bool {
+        match self {
+            Self::Lost | Self::Repeated | Self::Bus | Self::Overload => false,
+            Self::BusDead
+            | Self::Channel
+            | Self::Silent
+            | Self::Storm
+            | Self::Registers
+            | Self::NoAnswer
+            | Self::Supply
+            | Self::Reference
+            | Self::Clock => true,
+        }
+    }
+
     /// Every kind, in the order of their numbers.
     pub const ALL: [Self; KINDS] = [
         Self::Lost,
@@ -81,6 +105,12 @@ impl Doubts {
     #[must_use]
     pub const fn with(self, kind: FaultKind) -> Self {
         Self(self.0 | 1 << kind as u8)
+    }
+
+    /// Without this kind.
+    #[must_use]
+    pub const fn without(self, kind: FaultKind) -> Self {
+        Self(self.0 & !(1 << kind as u8))
     }
 
     /// Those of both.

@@ -25,7 +25,7 @@
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
 //! | [`telemetry`] | the events on the wire |
 //!
-//! What goes wrong is named in [`fault`], how a run began in [`boot`], what a PC may ask for in [`command`].
+//! What goes wrong is named in [`fault`] and casts [`doubt`] on estimates, how a run began in [`boot`], what a PC may ask for in [`command`].
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
 //! share ([`outbox`], [`tally`], [`ledger`], [`load`]), [`bridge`] (the wire between the emulated board and the
@@ -50,6 +50,7 @@ pub mod bridge;
 pub mod command;
 pub mod descent;
 pub mod detector;
+pub mod doubt;
 pub mod fault;
 pub mod few_cycles;
 pub mod fundamental;

@@ -41,6 +41,7 @@ mod app {
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::acquire::{self, Acquisition};
+    use ridgetone::doubt::cast_doubt;
     use ridgetone::frame::TimedConversion;
     use ridgetone::load::LoadMeter;
     use ridgetone::outbox::Outbox;
@@ -81,6 +82,10 @@ mod app {
         tally: Tally,
         /// The registers are to be checked with the next conversion.
         check: AtomicBool,
+        /// They are to be checked at once.
+        urgent: AtomicBool,
+        /// Half a second is over: `detect` is to see whether there is anything to tell.
+        look: AtomicBool,
         /// The signal is over, and the last window is in its queue.
         finished: AtomicBool,
         /// Bytes are waiting for the line.
@@ -127,6 +132,8 @@ mod app {
                 outbox: Outbox::new(),
                 tally: Tally::new(),
                 check: AtomicBool::new(false),
+                urgent: AtomicBool::new(false),
+                look: AtomicBool::new(false),
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
             },
@@ -148,7 +155,7 @@ mod app {
     }
 
     /// DRDY has fallen, or the chip is to be checked.
-    #[task(binds = EXTI4, priority = 5, local = [acquisition, drdy, samples_in], shared = [&tally, &check])]
+    #[task(binds = EXTI4, priority = 5, local = [acquisition, drdy, samples_in], shared = [&tally, &check, &urgent])]
     fn drdy(cx: drdy::Context) {
         let drdy::LocalResources { acquisition, drdy, samples_in, .. } = cx.local;
         let (tally, check) = (cx.shared.tally, cx.shared.check);
@@ -163,7 +170,9 @@ mod app {
             acquire::Drdy::Watch => check.store(true, Relaxed),
             acquire::Drdy::Mute => drdy.mute(),
         }
-        if check.load(Relaxed) && (edge.is_some() || acquisition.is_quiet(board::now_us())) {
+        // Right after a read the next conversion is furthest away.
+        let is_time = edge.is_some() || cx.shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(board::now_us());
+        if is_time && check.load(Relaxed) {
             check.store(false, Relaxed);
             if !board::ended() {
                 acquisition.watch(board::now_us(), tally, &mut Wait);
@@ -198,11 +207,11 @@ mod app {
         binds = CAN1_RX0,
         priority = 3,
         local = [detector, samples_out, windows_in, greeted: bool = false],
-        shared = [ring, outbox, &tally, &finished],
+        shared = [ring, outbox, &tally, &check, &look, &finished],
     )]
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { detector, samples_out, windows_in, greeted, .. } = cx.local;
-        let tally = cx.shared.tally;
+        let (tally, check) = (cx.shared.tally, cx.shared.check);
         let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
@@ -210,6 +219,8 @@ mod app {
             if !wanted || windows_in.enqueue(window).is_err() {
                 tally.hop_skipped();
             }
+            // An estimate is told only when the chip is known to have been well until the window's end.
+            check.store(true, Relaxed);
             rtic::pend(FIT);
         };
 
@@ -218,12 +229,13 @@ mod app {
             emit(detector.hello());
         }
         while let Some(conversion) = samples_out.dequeue() {
-            let counters = tally.counters();
-            cx.shared.ring.lock(|ring| detector.push(conversion, ring, &counters, &mut emit, &mut due));
+            cx.shared.ring.lock(|ring| detector.push(conversion, ring, tally, &mut emit, &mut due));
+        }
+        if cx.shared.look.swap(false, Relaxed) {
+            detector.look(board::now_us(), tally, &mut emit);
         }
         if board::ended() && !cx.shared.finished.load(Relaxed) {
-            let counters = tally.counters();
-            cx.shared.ring.lock(|ring| detector.finish(ring, &counters, &mut emit, &mut due));
+            cx.shared.ring.lock(|ring| detector.finish(ring, tally, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
     }
@@ -255,10 +267,11 @@ mod app {
     }
 
     /// Has the chip checked: with the next conversion, or at once if none is likely to come.
-    #[task(binds = TIM4, priority = 1, shared = [&check])]
+    #[task(binds = TIM4, priority = 1, shared = [&check, &look])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
         cx.shared.check.store(true, Relaxed);
+        cx.shared.look.store(true, Relaxed);
         rtic::pend(DRDY);
     }
 
@@ -267,12 +280,20 @@ mod app {
         binds = CAN1_RX1,
         priority = 1,
         local = [estimator, windows_out],
-        shared = [ring, outbox, &tally],
+        shared = [ring, outbox, &tally, &check, &urgent],
     )]
     fn fit(mut cx: fit::Context) {
         while let Some(window) = cx.local.windows_out.dequeue() {
             let estimate = match cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None) {
-                Some(Some(estimate)) => estimate,
+                Some(Some(mut estimate)) => {
+                    if cx.shared.check.load(Relaxed) {
+                        // Not checked yet since the window's end: now, before the next line.
+                        cx.shared.urgent.store(true, Relaxed);
+                        rtic::pend(DRDY);
+                    }
+                    cast_doubt(&mut estimate, &window, cx.shared.tally);
+                    estimate
+                }
                 Some(None) => continue,
                 None => {
                     cx.shared.tally.hop_skipped();

@@ -7,12 +7,14 @@
 
 use crate::abscissa::{Fitted, by_place, in_time};
 pub use crate::detector::{Counters, Detector};
+use crate::doubt::cast_doubt;
 use crate::fault::Doubts;
 use crate::frame::TimedConversion;
 use crate::lag::lag;
 use crate::profile::Profile;
 use crate::settings::{Array, Settings, SlideRule, TAXELS};
 use crate::sine_fit::Fitter;
+use crate::tally::Tally;
 use crate::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, Verdict};
 use crate::travel;
 use crate::window::{FrameSource, Ring, Values, Window, reached};
@@ -148,6 +150,7 @@ pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
     ring: Ring,
+    tally: Tally,
     profile: Option<Profile>,
 }
 
@@ -158,6 +161,7 @@ impl Pipeline {
             detector: Detector::new(settings),
             estimator: Estimator::new(settings),
             ring: Ring::new(),
+            tally: Tally::new(),
             profile: None,
         }
     }
@@ -175,22 +179,16 @@ impl Pipeline {
     /// Takes one conversion; events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.push(
-            conversion,
-            &mut self.ring,
-            &Counters::default(),
-            &mut |news| emit(news.into()),
-            &mut |window| {
-                let _ = windows.push(window);
-            },
-        );
+        self.detector.push(conversion, &mut self.ring, &self.tally, &mut |news| emit(news.into()), &mut |window| {
+            let _ = windows.push(window);
+        });
         self.fit(&windows, emit);
     }
 
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&mut self.ring, &Counters::default(), &mut |news| emit(news.into()), &mut |window| {
+        self.detector.finish(&mut self.ring, &self.tally, &mut |news| emit(news.into()), &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);
@@ -198,7 +196,8 @@ impl Pipeline {
 
     fn fit(&mut self, windows: &[Window], emit: &mut dyn FnMut(Event)) {
         for window in windows {
-            if let Some(Some(estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
+            if let Some(Some(mut estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
+                cast_doubt(&mut estimate, window, &self.tally);
                 emit(Event::Estimate(estimate));
             }
         }

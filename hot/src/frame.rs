@@ -128,6 +128,14 @@ const SLOT_OF: [Option<u8>; IDS] = {
     slots
 };
 
+/// Slot of a channel of the scan.
+const fn slot_of(channel: Channel) -> usize {
+    match SLOT_OF[channel.id() as usize] {
+        Some(slot) => slot as usize,
+        None => panic!("the scan lacks a channel"),
+    }
+}
+
 /// Id of a scan's last slot.
 const LAST_ID: u8 = ID_OF[SLOTS as usize - 1];
 
@@ -144,6 +152,29 @@ const ID_OF: [u8; SLOTS as usize] = {
     ids
 };
 
+/// How far from its time a conversion may be, microseconds: what an interrupt may be late by, and 1 % of a scan.
+const JITTER_US: u32 = 50;
+
+/// What was wrong with conversions that were dealt with one by one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flaws {
+    /// Conversions that never came, by the ids and by the time.
+    pub lost: u32,
+    /// Conversions without NEW.
+    pub repeated: u32,
+    /// Ids that are not of the scan, or that follow too soon or too late for what was left out.
+    pub channel: u32,
+    /// SUPPLY was set.
+    pub supply: u32,
+    /// The next id came, but too soon or too late: the conversions that follow are not where they should be.
+    pub clock: u32,
+    /// OVF was set, or the code is at the end of the scale.
+    pub overload: u32,
+}
+
+/// What `latest` is before the first conversion.
+const NONE_YET: u32 = u32::MAX;
+
 /// Puts frames together.
 #[derive(Clone, Debug)]
 pub struct Assembler {
@@ -154,8 +185,12 @@ pub struct Assembler {
     statuses: [u8; PLACES],
     /// How many they are.
     count: usize,
-    /// Slot of the latest conversion that was dealt with; none before the first.
-    latest: Option<u32>,
+    /// Slot of the latest conversion that was dealt with, or [`NONE_YET`]. With `suspected` it is made up so that no
+    /// scan seems to follow it.
+    latest: u32,
+    /// The latest conversion came so much too late, microseconds, and whether others were left out before it. If the
+    /// next is as late, the chip is; if not, only its time was noted late.
+    suspected: Option<(i32, bool)>,
     /// Its raw time.
     latest_us: u32,
     /// Its device time.
@@ -173,6 +208,8 @@ pub struct Assembler {
     pub lost: u32,
     /// Conversions that came but with OVF, SUPPLY, without NEW, or of a channel outside the scan.
     pub doubtful: u32,
+    /// What was wrong since somebody took this.
+    pub flaws: Flaws,
 }
 
 impl Assembler {
@@ -183,7 +220,8 @@ impl Assembler {
             times_us: [0; PLACES],
             statuses: [0; PLACES],
             count: 0,
-            latest: None,
+            latest: NONE_YET,
+            suspected: None,
             latest_us: 0,
             t_us: 0,
             frame: Frame { number: 0, t_us: 0, codes: [0; PLACES], present: 0, good: 0 },
@@ -193,12 +231,32 @@ impl Assembler {
             frames: 0,
             lost: 0,
             doubtful: 0,
+            flaws: Flaws { lost: 0, repeated: 0, channel: 0, supply: 0, clock: 0, overload: 0 },
         }
     }
 
     /// Device time of the latest conversion, microseconds since the first.
     pub const fn now_us(&self) -> u64 {
         self.t_us
+    }
+
+    /// Board time of the latest conversion that was dealt with.
+    pub const fn board_us(&self) -> u32 {
+        self.latest_us
+    }
+
+    /// Whether there has been a conversion.
+    pub const fn has_begun(&self) -> bool {
+        self.latest != NONE_YET
+    }
+
+    /// The latest codes of the chip's readings of its supply and its reference, in this order, once there are both.
+    #[inline(always)]
+    pub fn supply_and_reference(&self) -> Option<[i32; 2]> {
+        const SUPPLY: usize = slot_of(Channel::Vcc);
+        const REFERENCE: usize = slot_of(Channel::Ref);
+        const BOTH: u32 = 1 << SUPPLY | 1 << REFERENCE;
+        (self.read & BOTH == BOTH).then(|| [self.own[SUPPLY % PLACES], self.own[REFERENCE % PLACES]])
     }
 
     /// The chip's own readings.

@@ -6,10 +6,11 @@ use crate::machine::{Counter, stack};
 use heapless::Vec;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::moments::HARMONICS_MAX;
-use ridgetone::pipeline::{Counters, Detector};
+use ridgetone::pipeline::Detector;
 use ridgetone::settings::{RING_FRAMES, Settings};
 use ridgetone::sine_fit::{Fit, Fitter};
 use ridgetone::stretch::Stretch;
+use ridgetone::tally::Tally;
 use ridgetone::telemetry::{Event, News, Packet, WIRE_MAX};
 use ridgetone::window::{Ring, Window};
 use ridgetone::workload::{
@@ -151,8 +152,8 @@ fn detect(
     emit: &mut dyn FnMut(News),
     due: &mut dyn FnMut(Window),
 ) {
-    let counters = Counters::default();
+    static TALLY: Tally = Tally::new();
     for conversion in scan {
-        detector.push(*conversion, ring, &counters, emit, due);
+        detector.push(*conversion, ring, &TALLY, emit, due);
     }
 }

@@ -1,9 +1,10 @@
 //! `health` once a second: converted a reading a frame, so that no frame has much of it to do.
 
-use super::{Counters, Detector, Teller};
-use crate::fault::KINDS;
-use crate::frame::{Assembler, OWN, Readings};
+use super::{Detector, Teller};
+use crate::fault::FaultKind;
+use crate::frame::{Assembler, CONVERSION_NS, OWN, Readings, SLOTS};
 use crate::settings::FRAME_RATE_HZ;
+use crate::tally::Tally;
 use crate::telemetry::{Health, News};
 use crate::window::reached;
 
@@ -16,6 +17,8 @@ const GREETING_HEALTHS: u8 = 10;
 const STEPS: u32 = OWN as u32 + 1;
 /// Frames before it is told at which they begin: some more, for some frames have no time for one.
 const AHEAD_FRAMES: u32 = 2 * STEPS;
+/// A frame at the nominal rate, nanoseconds.
+const FRAME_NS: u32 = CONVERSION_NS as u32 * SLOTS;
 
 /// What the next `health` will say, in the making.
 #[derive(Clone, Debug)]
@@ -30,7 +33,18 @@ pub(super) struct Checkup {
     frame_rate_hz: f32,
     /// Healths until the greeting is said again.
     greeting_in: u8,
+    /// The latest frame at the step before the last, and its time: from there the rate is checked.
+    rate_from: (u32, u64),
+    /// Looks in a row at which no conversion had come.
+    silent: u8,
 }
+
+/// The rate may be off by this share of it: 1 / 200 is half a percent. No crystal is.
+const RATE_SHARE: u32 = 200;
+/// Looks, twice a second, from one `health` to the next while no conversion comes.
+const SILENT_LOOKS: u8 = 2;
+/// No conversion for so long is silence, microseconds: a hundred frames.
+const SILENCE_US: u32 = 400_000;
 
 impl Checkup {
     pub const fn new() -> Self {
@@ -41,6 +55,8 @@ impl Checkup {
             readings: Readings::NONE,
             frame_rate_hz: 0.0,
             greeting_in: GREETING_HEALTHS,
+            rate_from: (0, 0),
+            silent: 0,
         }
     }
 
@@ -57,28 +73,43 @@ impl Checkup {
     }
 
     /// Takes all steps at once.
-    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, counters: &Counters, emit: &mut dyn FnMut(News)) {
+    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally, emit: &mut dyn FnMut(News)) {
         for step in 0..STEPS {
-            self.prepare(step, assembler, teller);
+            self.prepare(step, assembler, teller, tally);
         }
-        self.tell(assembler, counters, emit);
+        self.tell(assembler.now_us(), assembler, tally, emit);
     }
 
     #[inline(never)]
-    fn prepare(&mut self, step: u32, assembler: &Assembler, teller: &Teller) {
+    fn prepare(&mut self, step: u32, assembler: &Assembler, teller: &Teller, tally: &Tally) {
         if step < OWN as u32 {
             assembler.read(step as usize, &mut self.readings);
         } else {
             self.frame_rate_hz = teller.frame_rate_hz();
+            self.check_rate(assembler, teller, tally);
+        }
+    }
+
+    /// Whether the frames since this was asked before came at the nominal rate.
+    fn check_rate(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally) {
+        let (frame, t_us) = core::mem::replace(&mut self.rate_from, teller.latest);
+        let frames = teller.latest.0.wrapping_sub(frame);
+        // A second or so: 32 bits are enough, and what is longer is none of this.
+        let passed_us = teller.latest.1.wrapping_sub(t_us) as u32;
+        let nominal_us = frames.saturating_mul(FRAME_NS / 1000) + frames.saturating_mul(FRAME_NS % 1000) / 1000;
+        let is_second = (HEALTH_FRAMES / 2..10 * HEALTH_FRAMES).contains(&frames);
+        if is_second && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
+            tally.fault(FaultKind::Clock, assembler.board_us());
         }
     }
 
     // Tells what it makes: given back, it would be copied.
     #[inline(never)]
-    fn tell(&self, assembler: &Assembler, counters: &Counters, emit: &mut dyn FnMut(News)) {
+    fn tell(&self, t_us: u64, assembler: &Assembler, tally: &Tally, emit: &mut dyn FnMut(News)) {
+        let counters = tally.counters();
         let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
         emit(News::Health(Health {
-            t_us: assembler.now_us(),
+            t_us,
             frames: assembler.frames,
             // What overran the queue is missing in the scan too; it would count twice if added.
             conversions_lost: assembler.lost.max(counters.overruns),
@@ -86,7 +117,7 @@ impl Checkup {
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,
             chip_restarts: counters.chip_restarts,
-            faults: [0; KINDS],
+            faults: tally.faults.counts(),
             orders_damaged: 0,
             stack_used_bytes: 0,
             stack_bytes: 0,
@@ -104,19 +135,19 @@ impl Checkup {
 impl Detector {
     /// Takes the step that is due.
     #[inline(never)]
-    pub(super) fn check(&mut self, counters: &Counters, emit: &mut dyn FnMut(News)) {
+    pub(super) fn check(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
         let Self { assembler, rest, checkup, .. } = self;
         let (step, latest) = (checkup.step, rest.teller.latest.0);
         (checkup.step, checkup.due) = (step + 1, latest.wrapping_add(1));
         if step < STEPS {
-            checkup.prepare(step, assembler, &rest.teller);
+            checkup.prepare(step, assembler, &rest.teller, tally);
             if step + 1 == STEPS {
                 checkup.due = checkup.told_at;
             }
             return;
         }
         if step == STEPS {
-            checkup.tell(assembler, counters, emit);
+            checkup.tell(assembler.now_us(), assembler, tally, emit);
             checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
             if checkup.greeting_in == 0 {
                 // With the next frame.
@@ -127,5 +158,33 @@ impl Detector {
             emit(self.hello());
         }
         self.checkup.begin(latest);
+    }
+
+    /// Twice a second, `board_us` being now: tells what begins and ends while no conversion comes, and `health` with the
+    /// greeting as often as otherwise.
+    #[inline(never)]
+    pub fn look(&mut self, board_us: u32, tally: &Tally, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, checkup, bouts, .. } = self;
+        let passed_us = board_us.wrapping_sub(assembler.board_us());
+        // The latest conversion may have come after the look at the clock.
+        let passed_us = if passed_us as i32 == -1 || !assembler.has_begun() { 0 } else { passed_us };
+        let t_us = assembler.now_us().wrapping_add(passed_us as u64);
+        tally.faults.forget(board_us);
+        bouts.tell((t_us, board_us), tally, emit);
+        if passed_us < SILENCE_US && assembler.has_begun() {
+            checkup.silent = 0;
+            return;
+        }
+        checkup.silent += 1;
+        if checkup.silent < SILENT_LOOKS {
+            return;
+        }
+        checkup.silent = 0;
+        checkup.tell(t_us, assembler, tally, emit);
+        checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
+        if checkup.greeting_in == 0 {
+            checkup.greeting_in = GREETING_HEALTHS;
+            emit(self.hello());
+        }
     }
 }

@@ -6,8 +6,9 @@ use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Truth;
 use ridgetone::frame::{SLOTS, TimedConversion};
-use ridgetone::pipeline::{Counters, Detector};
+use ridgetone::pipeline::Detector;
 use ridgetone::settings::Settings;
+use ridgetone::tally::Tally;
 use ridgetone::telemetry::{Event, News, Packet, WIRE_MAX};
 use ridgetone::window::Ring;
 use ridgetone::workload::{Measured, Wire};
@@ -59,12 +60,12 @@ impl Frames {
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));
-        let mut sequence = 0u16;
+        let (mut sequence, tally) = (0u16, Tally::new());
         for scan in self.conversions.chunks(SLOTS as usize) {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
                 let mut emit = |news: News| events.push(Event::from(news));
-                detector.push(*conversion, &mut ring, &Counters::default(), &mut emit, &mut |_| due += 1);
+                detector.push(*conversion, &mut ring, &tally, &mut emit, &mut |_| due += 1);
             }
             for event in events {
                 let (_, wire) = message(measured)?;

@@ -1,6 +1,6 @@
 //! The short way: a whole scan without a flaw, taken at one glance.
 
-use super::{Assembler, CODE_LEAST, CONVERSION_NS, GAP_US, ID_OF, PLACES, SLOTS, beyond};
+use super::{Assembler, CODE_LEAST, CONVERSION_NS, ID_OF, JITTER_US, PLACES, SLOTS, beyond};
 use crate::settings::TAXELS;
 
 /// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
@@ -17,24 +17,21 @@ const STATUSES: [u8; PLACES] = {
 };
 /// Fours of statuses that a scan reaches into.
 const WORDS: usize = SLOTS.div_ceil(4) as usize;
-/// Time from the first to the last conversion of a scan, at most, for none in between to be later than
-/// [`GAP_US`]: the nominal one and half of that.
-const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 + GAP_US / 2;
+/// Time from one conversion to the next, at least, microseconds.
+const STEP_LEAST_US: u32 = (CONVERSION_NS / 1000) as u32 - JITTER_US;
+/// Time from the first to the last conversion of a scan, at least, microseconds.
+const SPAN_LEAST_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 - JITTER_US;
 
 impl Assembler {
-    /// Takes what waits as a frame, if it is a whole scan without a flaw that follows the one before it. False,
-    /// with nothing done, if it is not.
+    /// Takes what waits, as many as a scan has, as a frame, if it is a whole scan without a flaw that follows the one
+    /// before it, in time too. False, with nothing done, if it is not, and for the first one.
     #[inline(never)]
     pub fn whole(&mut self) -> bool {
         let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
-        let (passed_us, scans) = match self.latest {
-            Some(_) => (begin_us.wrapping_sub(self.latest_us), 1),
-            None => (0, 0),
-        };
-        if self.count != SLOTS as usize
-            || self.latest.is_some_and(|latest| latest != SLOTS - 1)
-            || passed_us > GAP_US
-            || end_us.wrapping_sub(begin_us) > SPAN_US
+        let (passed_us, span_us) = (begin_us.wrapping_sub(self.latest_us), end_us.wrapping_sub(begin_us));
+        if self.latest != SLOTS - 1
+            || passed_us.wrapping_sub(STEP_LEAST_US) > 2 * JITTER_US
+            || span_us.wrapping_sub(SPAN_LEAST_US) > 2 * JITTER_US
         {
             return false;
         }
@@ -52,11 +49,10 @@ impl Assembler {
             self.own[slot] = self.frame.codes[slot];
         }
         self.read = u32::MAX;
-        self.latest = Some(SLOTS - 1);
-        self.frame.number = self.frame.number.wrapping_add(scans);
+        self.frame.number = self.frame.number.wrapping_add(1);
         self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
         (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);
-        self.t_us = self.frame.t_us.wrapping_add(end_us.wrapping_sub(begin_us) as u64);
+        self.t_us = self.frame.t_us.wrapping_add(span_us as u64);
         self.latest_us = end_us;
         self.count = 0;
         self.frames = self.frames.saturating_add(1);

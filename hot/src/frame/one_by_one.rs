@@ -1,10 +1,14 @@
 //! The long way: each conversion of a scan with a loss or a flaw by itself.
 
 use super::{
-    Assembler, CODE_LEAST, CONVERSION_NS, Codes, Frame, GAP_US, IDS, LAST_ID, PLACES, SLOT_OF, SLOTS, TimedConversion,
-    beyond,
+    Assembler, CODE_LEAST, CONVERSION_NS, Codes, Frame, GAP_US, IDS, JITTER_US, LAST_ID, NONE_YET, PLACES, SLOT_OF,
+    SLOTS, TimedConversion, beyond,
 };
+use crate::settings::TAXELS;
 use ads1258::{Conversion, Status};
+
+/// Added to the latest slot while its time is suspected: the scan that follows is not taken at one glance.
+const SUSPECT: u32 = PLACES as u32;
 
 impl Assembler {
     /// Deals with the conversions that wait, and with each by itself. What is behind a scan's last one goes on waiting,
@@ -45,9 +49,14 @@ impl Assembler {
         let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
         let Some(slot) = SLOT_OF[status.chid() as usize % IDS].filter(|_| status.is_new()) else {
             self.doubtful = self.doubtful.saturating_add(1);
+            let flaw = if status.is_new() { &mut self.flaws.channel } else { &mut self.flaws.repeated };
+            *flaw = flaw.saturating_add(1);
             return;
         };
         let clean = !status.is_overflow() && !status.is_supply_low();
+        let clips = beyond(code) >= -CODE_LEAST;
+        self.flaws.supply += status.is_supply_low() as u32;
+        self.flaws.overload += (status.is_overflow() || clips && slot < TAXELS as u8) as u32;
         self.doubtful = self.doubtful.saturating_add(!clean as u32);
 
         let scans = self.advance(slot as u32, t_us);
@@ -64,7 +73,7 @@ impl Assembler {
         let bit = 1u32 << slot;
         self.read |= bit;
         self.frame.present |= bit as u16;
-        if clean && beyond(code) < -CODE_LEAST {
+        if clean && !clips {
             self.frame.good |= bit as u16;
         }
         if bit << 1 == 1 << SLOTS {
@@ -75,11 +84,13 @@ impl Assembler {
     /// Moves on to `slot` at raw time `t_us` and counts what was lost on the way. Returns how many
     /// scans later it is than the one under way.
     fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
-        let Some(before) = self.latest.replace(slot) else {
+        let before = self.latest % PLACES as u32;
+        if core::mem::replace(&mut self.latest, slot) == NONE_YET {
             self.latest_us = t_us;
             self.lost = slot;
+            self.flaws.lost = slot;
             return 0;
-        };
+        }
         let passed_us = t_us.wrapping_sub(self.latest_us);
         self.latest_us = t_us;
         self.t_us = self.t_us.wrapping_add(passed_us as u64);
@@ -94,7 +105,33 @@ impl Assembler {
         }
         let steps = scans.saturating_mul(SLOTS).saturating_add(slot).saturating_sub(before);
         self.lost = self.lost.saturating_add(steps.saturating_sub(1));
+        self.flaws.lost = self.flaws.lost.saturating_add(steps.saturating_sub(1));
+        self.judge(passed_us, steps);
         scans
+    }
+
+    /// Whether so many steps of the scan fit the time that passed. A chip that stood still, or began its scan anew, goes
+    /// on with conversions that are not where the fit takes them to be. A conversion whose time was only noted late
+    /// is followed by one that is on time again.
+    fn judge(&mut self, passed_us: u32, steps: u32) {
+        const NS: u32 = CONVERSION_NS as u32;
+        // In two parts that 32 bits hold.
+        let due_us = (steps / 1000).wrapping_mul(NS).wrapping_add(steps % 1000 * NS / 1000);
+        let (late_us, left_out) = self.suspected.take().unwrap_or((0, false));
+        let off_us = (passed_us.wrapping_sub(due_us) as i32).saturating_add(late_us);
+        let left_out = left_out || steps > 1;
+        // 122 ppm, for what the two crystals may differ by over a long gap.
+        if off_us.unsigned_abs() <= JITTER_US + (passed_us >> 13) {
+            return;
+        }
+        if late_us == 0 {
+            self.suspected = Some((off_us, left_out));
+            self.latest |= SUSPECT;
+        } else if left_out {
+            self.flaws.channel = self.flaws.channel.saturating_add(1);
+        } else {
+            self.flaws.clock = self.flaws.clock.saturating_add(1);
+        }
     }
 
     fn give(&mut self, done: &mut impl FnMut(&Self, &Frame)) {

@@ -1,0 +1,146 @@
+//! What is wrong, told when it begins and when it is over.
+
+use super::Detector;
+use crate::fault::{Doubts, Fault, FaultKind, KINDS};
+use crate::frame::{Assembler, Flaws};
+use crate::tally::Tally;
+use crate::telemetry::News;
+use ads1258::reading::CODES_PER_SUPPLY_VOLT;
+
+/// A bout is over when its kind was not seen for so long, microseconds.
+const OVER_US: u32 = 1_000_000;
+/// Most messages in a stretch of [`OVER_US`], whatever happens: what begins beyond that is told later, or with its end.
+const MOST: u8 = 4;
+/// While a bout lasts its end is looked for once in so many frames.
+const LOOK_FRAMES: u32 = 16;
+
+/// Codes from the least on, and how many more of them there are.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    least: i32,
+    more: u32,
+}
+
+impl Range {
+    /// From one voltage to another, volts, as the chip reads its supply and reference.
+    const fn of_volts(least_v: f32, most_v: f32) -> Self {
+        let least = (least_v * CODES_PER_SUPPLY_VOLT as f32) as i32;
+        Self { least, more: (most_v * CODES_PER_SUPPLY_VOLT as f32) as u32 - least as u32 }
+    }
+
+    const fn has(&self, code: i32) -> bool {
+        code.wrapping_sub(self.least) as u32 <= self.more
+    }
+}
+
+/// Analogue supply (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).
+const SUPPLY: Range = Range::of_volts(4.75, 5.25);
+/// How far the reference may be from what is set.
+const REFERENCE_SHARE: f32 = 0.02;
+
+/// The bouts.
+#[derive(Clone, Debug)]
+pub(super) struct Bouts {
+    reference: Range,
+    /// Kinds whose bout lasts, and those of them of which that was told.
+    lasting: Doubts,
+    told: Doubts,
+    /// Device time at which each began, microseconds.
+    from_us: [u64; KINDS],
+    /// Device time since which messages are counted, low 32 bits, and how many there were.
+    since_us: u32,
+    messages: u8,
+}
+
+/// Adds to the tally what the assembler found since this was done last.
+#[inline(never)]
+pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
+    let board_us = assembler.board_us();
+    tally.faults.set_zero(board_us.wrapping_sub(assembler.now_us() as u32));
+    let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
+    for (kind, times) in [
+        (FaultKind::Lost, lost),
+        (FaultKind::Repeated, repeated),
+        (FaultKind::Channel, channel),
+        (FaultKind::Supply, supply),
+        (FaultKind::Clock, clock),
+        (FaultKind::Overload, overload),
+    ] {
+        tally.faults.add(kind, times, board_us);
+    }
+}
+
+impl Bouts {
+    /// None. `vref_v` is the reference that is set, volts.
+    pub const fn new(vref_v: f32) -> Self {
+        Self {
+            reference: Range::of_volts(vref_v * (1.0 - REFERENCE_SHARE), vref_v * (1.0 + REFERENCE_SHARE)),
+            lasting: Doubts::NONE,
+            told: Doubts::NONE,
+            from_us: [0; KINDS],
+            since_us: 0,
+            messages: 0,
+        }
+    }
+
+    /// Tells what begins and what is over; `now_us` is now, in device time and in board time.
+    #[inline(never)]
+    pub fn tell(&mut self, now_us: (u64, u32), tally: &Tally, emit: &mut dyn FnMut(News)) {
+        let (device_us, board_us) = now_us;
+        if (device_us as u32).wrapping_sub(self.since_us) >= OVER_US {
+            (self.since_us, self.messages) = (device_us as u32, 0);
+        }
+        let fresh = tally.faults.take_fresh();
+        for kind in fresh.and(self.lasting).iter() {
+            let age_us = board_us.wrapping_sub(tally.faults.seen_us(kind)) as i32;
+            // Seen by a task that came between, or before the first conversion: now is near enough.
+            let age_us = age_us.max(0) as u32;
+            let seen_us = device_us.saturating_sub(age_us as u64);
+            let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
+            if !self.lasting.has(kind) {
+                self.lasting = self.lasting.with(kind);
+                *from_us = seen_us;
+            }
+            let is_over = age_us >= OVER_US && !fresh.has(kind);
+            if (!is_over && self.told.has(kind)) || self.messages >= MOST {
+                continue;
+            }
+            let until_us = is_over.then_some(seen_us);
+            let fault = Fault { kind, from_us: *from_us, until_us, count: tally.faults.count(kind) };
+            if is_over {
+                (self.lasting, self.told) = (self.lasting.without(kind), self.told.without(kind));
+            } else {
+                self.told = self.told.with(kind);
+            }
+            self.messages += 1;
+            emit(News::Fault(fault));
+        }
+    }
+}
+
+impl Detector {
+    /// Looks at the chip's own readings of its supply and its reference, and for news of faults. Not in every frame, but
+    /// in every one that has nothing else to do.
+    #[inline(always)]
+    pub(super) fn guard(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, bouts, rest, .. } = self;
+        let is_fed = assembler
+            .supply_and_reference()
+            .is_none_or(|[supply, reference]| SUPPLY.has(supply) && bouts.reference.has(reference));
+        let looks = !bouts.lasting.is_none() && rest.teller.latest.0.is_multiple_of(LOOK_FRAMES);
+        if !is_fed || looks || tally.faults.has_fresh() {
+            self.alarm(tally, emit);
+        }
+    }
+
+    #[inline(never)]
+    fn alarm(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, bouts, .. } = self;
+        let board_us = assembler.board_us();
+        if let Some([supply, reference]) = assembler.supply_and_reference() {
+            tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
+            tally.faults.add(FaultKind::Reference, !bouts.reference.has(reference) as u32, board_us);
+        }
+        bouts.tell((assembler.now_us(), board_us), tally, emit);
+    }
+}
