@@ -13,6 +13,7 @@ use hal_mock::rig::{ResetPin, RigSpi, StartPin};
 use hal_mock::{Counters, Injected, Rig};
 use heapless::spsc::{Consumer, Producer, Queue};
 use ridgetone::acquire::{Acquisition, Drdy};
+use ridgetone::doubt::cast_doubt;
 use ridgetone::frame::TimedConversion;
 use ridgetone::outbox::Outbox;
 use ridgetone::pipeline::{Detector, Estimator};
@@ -74,26 +75,39 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let tally = Tally::new();
     let mut tasks = Tasks::new(settings, samples_out, &tally, registers);
     tasks.greet()?;
-    let mut drdy = Interrupt { rig: &rig, chip, samples: samples_in, tally: &tally, muted: false, check: false };
+    let mut drdy = Interrupt {
+        rig: &rig,
+        chip,
+        samples: samples_in,
+        tally: &tally,
+        muted: false,
+        check: false,
+        pending: false,
+        ended: false,
+    };
     let mut watch_ns = rig.now_ns() + WATCH_NS;
     loop {
         let (edge_ns, event_ns) = rig.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
         let edge_ns = edge_ns.filter(|_| !drdy.muted);
         let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
         rig.advance_ns(next_ns.saturating_sub(rig.now_ns()));
-        let mut edge = edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
-        let mut watch = next_ns >= watch_ns;
-        if watch {
+        drdy.pending |= edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
+        if next_ns >= watch_ns {
             watch_ns += WATCH_NS;
             drdy.check = true;
+            let edge = std::mem::take(&mut drdy.pending);
+            drdy.serve(edge, false);
+            tasks.run(&mut drdy)?;
+            tasks.look(&rig)?;
         }
-        while edge || watch {
-            edge = drdy.serve(edge);
-            watch = false;
-            tasks.run(&rig)?;
+        // An edge that falls while one is served makes it run again.
+        while std::mem::take(&mut drdy.pending) {
+            drdy.serve(true, false);
+            tasks.run(&mut drdy)?;
         }
         if rig.with_chip(|chip| chip.ended()) {
-            return tasks.finish(&rig);
+            drdy.ended = true;
+            return tasks.finish(&mut drdy);
         }
     }
 }
@@ -107,17 +121,21 @@ struct Interrupt<'a> {
     muted: bool,
     /// The chip is to be checked.
     check: bool,
+    /// An edge fell while this ran.
+    pending: bool,
+    /// The scene is over: the chip is left alone.
+    ended: bool,
 }
 
 impl Interrupt<'_> {
-    /// Whether an edge that fell while this ran is pending.
-    fn serve(&mut self, edge: bool) -> bool {
+    /// The check is made if it is `urgent`, or behind an edge, or if no conversion is likely to come.
+    fn serve(&mut self, edge: bool, urgent: bool) {
         let ahead_ns = self.rig.with_chip(|chip| chip.next_drdy_fall_ns());
-        self.once(edge);
-        !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns())
+        self.once(edge, urgent);
+        self.pending |= !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns());
     }
 
-    fn once(&mut self, edge: bool) {
+    fn once(&mut self, edge: bool, urgent: bool) {
         let Self { rig, chip, samples, tally, .. } = self;
         let now_us = || (rig.now_ns() / 1000) as u32;
         // The board's own clock, read first thing.
@@ -133,7 +151,7 @@ impl Interrupt<'_> {
             Drdy::Watch => self.check = true,
             Drdy::Mute => self.muted = true,
         }
-        if self.check && (edge || chip.is_quiet(now_us())) {
+        if self.check && !self.ended && (edge || urgent || chip.is_quiet(now_us())) {
             self.check = false;
             chip.watch(now_us(), tally, &mut rig.delay());
             self.muted = false;
@@ -188,22 +206,28 @@ impl<'a> Tasks<'a> {
     }
 
     /// `detect`, `fit` and `report`, until nothing is left.
-    fn run(&mut self, rig: &Rig) -> Result<()> {
+    fn run(&mut self, drdy: &mut Interrupt) -> Result<()> {
         while let Some(conversion) = self.samples.dequeue() {
-            self.look_at(&conversion, rig);
-            let counters = self.tally.counters();
+            self.look_at(&conversion, drdy.rig);
             let Self { detector, ring, outbox, windows, tally, .. } = self;
-            detector.push(conversion, ring, &counters, &mut poster(outbox, tally), &mut queue(windows, tally));
-            self.fit_and_report()?;
+            detector.push(conversion, ring, tally, &mut poster(outbox, tally), &mut queue(windows, tally));
+            self.fit_and_report(drdy)?;
         }
         Ok(())
     }
 
-    fn finish(mut self, rig: &Rig) -> Result<Ran> {
-        let counters = self.tally.counters();
+    /// What `watch` has `detect` do besides.
+    fn look(&mut self, rig: &Rig) -> Result<()> {
+        let Self { detector, outbox, tally, .. } = self;
+        detector.look((rig.now_ns() / 1000) as u32, tally, &mut poster(outbox, tally));
+        self.report()
+    }
+
+    fn finish(mut self, drdy: &mut Interrupt) -> Result<Ran> {
         let Self { detector, ring, outbox, windows, tally, .. } = &mut self;
-        detector.finish(ring, &counters, &mut poster(outbox, tally), &mut queue(windows, tally));
-        self.fit_and_report()?;
+        detector.finish(ring, tally, &mut poster(outbox, tally), &mut queue(windows, tally));
+        self.fit_and_report(drdy)?;
+        let rig = drdy.rig;
         let mut ran = self.ran;
         ran.line = (self.decoder.missing, self.decoder.damaged);
         ran.end_ns = rig.now_ns();
@@ -235,10 +259,16 @@ impl<'a> Tasks<'a> {
         }
     }
 
-    fn fit_and_report(&mut self) -> Result<()> {
+    fn fit_and_report(&mut self, drdy: &mut Interrupt) -> Result<()> {
         while let Some(window) = self.windows.pop_front() {
             match self.estimator.run(&window, &mut &*self.ring, None) {
-                Some(Some(estimate)) => self.post(Event::Estimate(estimate)),
+                Some(Some(mut estimate)) => {
+                    // Checked after the window's end, before it is told.
+                    drdy.check = true;
+                    drdy.serve(false, true);
+                    cast_doubt(&mut estimate, &window, self.tally);
+                    self.post(Event::Estimate(estimate));
+                }
                 Some(None) => {}
                 None => self.tally.hop_skipped(),
             }
