@@ -56,8 +56,8 @@ pub struct Ads1258 {
     /// CHID of the slot begun last; `None`: the scan begins at the top.
     last_chid: Option<u8>,
     outcome: Outcome,
-    /// The result before.
-    previous: Outcome,
+    /// The latest two results, which a reset does not forget.
+    latest: [Outcome; 2],
     /// There is an unread result.
     drdy_low: bool,
     latest_fall_ns: Option<u64>,
@@ -84,7 +84,7 @@ impl Ads1258 {
             conversion: None,
             last_chid: None,
             outcome: Outcome::default(),
-            previous: Outcome::default(),
+            latest: [Outcome::default(); 2],
             drdy_low: false,
             latest_fall_ns: None,
             counters: Counters::default(),
@@ -177,7 +177,7 @@ impl Ads1258 {
     /// CHID without NEW, and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
-        [self.outcome, self.previous].map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code() << 8 >> 8))
+        self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code() << 8 >> 8))
     }
 
     /// What the chip has done so far.

@@ -16,7 +16,17 @@ pub fn run() -> Result<()> {
     tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
-    emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--", "--ignored"]);
+    emulated.args([
+        "test",
+        "--package",
+        "ridgetone-host",
+        "--test",
+        "emulated",
+        "--test",
+        "overload",
+        "--",
+        "--ignored",
+    ]);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
     tell("the test of the reproduction's page in a browser");
     let mut page = clean("cargo");

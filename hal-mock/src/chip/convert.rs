@@ -100,8 +100,8 @@ impl Ads1258 {
         let Some(conversion) = self.conversion.take() else { return };
         self.counters.conversions += 1;
         self.counters.lost += u64::from(self.outcome.new);
-        let outcome = self.measure(&conversion);
-        self.previous = std::mem::replace(&mut self.outcome, outcome);
+        self.outcome = self.measure(&conversion);
+        self.latest = [self.outcome, self.latest[0]];
         self.drdy_low = true;
         self.latest_fall_ns = Some(edge_ns);
         if self.start {

@@ -102,6 +102,11 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
             let seen_since = bout.until_ns.is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
             bout.from_ns < next_ns && seen_since
         });
+        let mut told = told.peekable();
+        if told.peek().is_none() {
+            let injection = plan.injections.get(at).map(|injection| (injection.fault, injection.lasts_s));
+            verdict.complaints.push(format!("not told: {injection:?}"));
+        }
         let whole_ns = ran.whole_ns.iter().find(|whole_ns| **whole_ns > over_ns);
         verdict.fates.push(Fate {
             detected_s: told.map(|bout| bout.from_ns.saturating_sub(begun_ns) as f64 * 1e-9).reduce(f64::min),
