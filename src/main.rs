@@ -2,7 +2,7 @@
 //!
 //! | task | priority | interrupt | does |
 //! |---|---|---|---|
-//! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it |
+//! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it; checks the chip when asked |
 //! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |

@@ -10,7 +10,7 @@
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
-//! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time |
+//! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
 //! | the types `Spi`, `Start`, `Reset` | of these three |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |

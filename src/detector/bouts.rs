@@ -5,6 +5,7 @@ use crate::fault::{Doubts, Fault, FaultKind, KINDS};
 use crate::frame::{Assembler, Flaws};
 use crate::tally::Tally;
 use crate::telemetry::News;
+use crate::window::reached;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
@@ -50,13 +51,16 @@ pub(super) struct Bouts {
     /// Device time since which messages are counted, low 32 bits, and how many there were.
     since_us: u32,
     messages: u8,
+    /// Whether there is something to look for at frame `look_at`: ends, while a bout lasts; and the first frame.
+    looks: bool,
+    look_at: u32,
 }
 
 /// Adds to the tally what the assembler found since this was done last.
 #[inline(never)]
 pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
     let board_us = assembler.board_us();
-    tally.faults.set_zero(board_us.wrapping_sub(assembler.now_us() as u32));
+    note_zero(assembler, tally);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
     for (kind, times) in [
         (FaultKind::Lost, lost),
@@ -70,6 +74,11 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
     }
 }
 
+/// Tells the tally at which board time device time is zero.
+fn note_zero(assembler: &Assembler, tally: &Tally) {
+    tally.faults.set_zero(assembler.board_us().wrapping_sub(assembler.now_us() as u32));
+}
+
 impl Bouts {
     /// None. `vref_v` is the reference that is set, volts.
     pub const fn new(vref_v: f32) -> Self {
@@ -80,6 +89,8 @@ impl Bouts {
             from_us: [0; KINDS],
             since_us: 0,
             messages: 0,
+            looks: true,
+            look_at: 0,
         }
     }
 
@@ -91,6 +102,7 @@ impl Bouts {
             (self.since_us, self.messages) = (device_us as u32, 0);
         }
         let fresh = tally.faults.take_fresh();
+        self.looks = !fresh.and(self.lasting).is_none();
         for kind in fresh.and(self.lasting).iter() {
             let age_us = board_us.wrapping_sub(tally.faults.seen_us(kind)) as i32;
             // Seen by a task that came between, or before the first conversion: now is near enough.
@@ -127,7 +139,7 @@ impl Detector {
         let is_fed = assembler
             .supply_and_reference()
             .is_none_or(|[supply, reference]| SUPPLY.has(supply) && bouts.reference.has(reference));
-        let looks = !bouts.lasting.is_none() && rest.teller.latest.0.is_multiple_of(LOOK_FRAMES);
+        let looks = bouts.looks && reached(rest.teller.latest.0, bouts.look_at);
         if !is_fed || looks || tally.faults.has_fresh() {
             self.alarm(tally, emit);
         }
@@ -135,12 +147,14 @@ impl Detector {
 
     #[inline(never)]
     fn alarm(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, bouts, .. } = self;
+        let Self { assembler, bouts, rest, .. } = self;
+        bouts.look_at = rest.teller.latest.0.wrapping_add(LOOK_FRAMES);
         let board_us = assembler.board_us();
         if let Some([supply, reference]) = assembler.supply_and_reference() {
             tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
             tally.faults.add(FaultKind::Reference, !bouts.reference.has(reference) as u32, board_us);
         }
         bouts.tell((assembler.now_us(), board_us), tally, emit);
+        note_zero(assembler, tally);
     }
 }

@@ -33,7 +33,7 @@ pub(super) struct Checkup {
     frame_rate_hz: f32,
     /// Healths until the greeting is said again.
     greeting_in: u8,
-    /// The latest frame at the step before the last, and its time: from there the rate is checked.
+    /// The latest frame when the rate was checked last, and its time.
     rate_from: (u32, u64),
     /// Looks in a row at which no conversion had come.
     silent: u8,
@@ -43,6 +43,8 @@ pub(super) struct Checkup {
 const RATE_SHARE: u32 = 200;
 /// Looks, twice a second, from one `health` to the next while no conversion comes.
 const SILENT_LOOKS: u8 = 2;
+/// What the time of an edge may be ahead of the board's clock by, microseconds.
+const AHEAD_US: u32 = 1000;
 /// No conversion for so long is silence, microseconds: a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
@@ -87,6 +89,7 @@ impl Checkup {
         } else {
             self.frame_rate_hz = teller.frame_rate_hz();
             self.check_rate(assembler, teller, tally);
+            tally.faults.forget(assembler.board_us());
         }
     }
 
@@ -94,8 +97,8 @@ impl Checkup {
     fn check_rate(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally) {
         let (frame, t_us) = core::mem::replace(&mut self.rate_from, teller.latest);
         let frames = teller.latest.0.wrapping_sub(frame);
-        // A second or so: 32 bits are enough, and what is longer is none of this.
-        let passed_us = teller.latest.1.wrapping_sub(t_us) as u32;
+        // A second or so: 32 bits are enough, and what is longer, numbers that wrapped included, is none of this.
+        let Ok(passed_us) = u32::try_from(teller.latest.1.wrapping_sub(t_us)) else { return };
         let nominal_us = frames.saturating_mul(FRAME_NS / 1000) + frames.saturating_mul(FRAME_NS % 1000) / 1000;
         let is_second = (HEALTH_FRAMES / 2..10 * HEALTH_FRAMES).contains(&frames);
         if is_second && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
@@ -161,13 +164,14 @@ impl Detector {
     }
 
     /// Twice a second, `board_us` being now: tells what begins and ends while no conversion comes, and `health` with the
-    /// greeting as often as otherwise.
+    /// greeting as often as otherwise. In a silence of more than 71.6 minutes device time begins again where it stood,
+    /// as it does after one ([`crate::frame`]); before the first conversion it is zero.
     #[inline(never)]
     pub fn look(&mut self, board_us: u32, tally: &Tally, emit: &mut dyn FnMut(News)) {
         let Self { assembler, checkup, bouts, .. } = self;
         let passed_us = board_us.wrapping_sub(assembler.board_us());
-        // The latest conversion may have come after the look at the clock.
-        let passed_us = if passed_us as i32 == -1 || !assembler.has_begun() { 0 } else { passed_us };
+        // An edge's time may be a little ahead of the clock that was looked at.
+        let passed_us = if passed_us > u32::MAX - AHEAD_US || !assembler.has_begun() { 0 } else { passed_us };
         let t_us = assembler.now_us().wrapping_add(passed_us as u64);
         tally.faults.forget(board_us);
         bouts.tell((t_us, board_us), tally, emit);

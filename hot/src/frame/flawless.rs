@@ -24,16 +24,20 @@ const SPAN_LEAST_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32 - 
 
 impl Assembler {
     /// Takes what waits, as many as a scan has, as a frame, if it is a whole scan without a flaw that follows the one
-    /// before it, in time too. False, with nothing done, if it is not, and for the first one.
+    /// before it, in time too. False, with nothing done, if it is not.
     #[inline(never)]
     pub fn whole(&mut self) -> bool {
         let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
-        let (passed_us, span_us) = (begin_us.wrapping_sub(self.latest_us), end_us.wrapping_sub(begin_us));
+        let (mut passed_us, span_us) = (begin_us.wrapping_sub(self.latest_us), end_us.wrapping_sub(begin_us));
         if self.latest != SLOTS - 1
             || passed_us.wrapping_sub(STEP_LEAST_US) > 2 * JITTER_US
             || span_us.wrapping_sub(SPAN_LEAST_US) > 2 * JITTER_US
         {
-            return false;
+            if self.has_begun() || span_us.wrapping_sub(SPAN_LEAST_US) > 2 * JITTER_US {
+                return false;
+            }
+            // The first one: its number becomes zero, and so does its time.
+            (passed_us, self.frame.number) = (0, u32::MAX);
         }
         let (mut odd, mut ends) = (0, 0);
         for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0).take(WORDS) {
@@ -49,6 +53,7 @@ impl Assembler {
             self.own[slot] = self.frame.codes[slot];
         }
         self.read = u32::MAX;
+        self.latest = SLOTS - 1;
         self.frame.number = self.frame.number.wrapping_add(1);
         self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
         (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);

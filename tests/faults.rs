@@ -1,0 +1,283 @@
+//! Faults in a touch: what is told of them, and that no estimate is good that they changed.
+
+#[path = "support/touch.rs"]
+mod touch;
+
+use ads1258::Status as StatusByte;
+use ridgetone::detector::Detector;
+use ridgetone::doubt::cast_doubt;
+use ridgetone::fault::{Fault, FaultKind};
+use ridgetone::frame::{CONVERSION_NS, TimedConversion};
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::Settings;
+use ridgetone::tally::Tally;
+use ridgetone::telemetry::{Estimate, Event, News, Span, Status};
+use ridgetone::window::Ring;
+use touch::{SCANS, TONE_HZ};
+
+/// Conversions of a scan.
+const SLOTS: u64 = 21;
+/// Scan in the middle of the slide, at 1.8 s.
+const MIDDLE: u64 = 434;
+
+/// A touch in windows of half a second; `change` may drop conversions or change them, by their number.
+fn events(mut change: impl FnMut(u64, TimedConversion) -> Option<TimedConversion>) -> Vec<Event> {
+    let settings = Settings { window_s: 0.5, hop_s: 0.1, ..Settings::DEFAULT };
+    let mut pipeline = Box::new(Pipeline::new(settings));
+    let mut events = Vec::new();
+    let all = (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0..);
+    for conversion in all.filter_map(|(conversion, number)| change(number, conversion)) {
+        pipeline.push(conversion, &mut |event| events.push(event));
+    }
+    pipeline.finish(&mut |event| events.push(event));
+    events
+}
+
+fn faults(events: &[Event]) -> Vec<Fault> {
+    let faults = events.iter().filter_map(|event| match event {
+        Event::Fault(fault) => Some(*fault),
+        _ => None,
+    });
+    faults.collect()
+}
+
+/// Those of windows within the slide.
+fn estimates(events: &[Event]) -> Vec<&Estimate> {
+    let fits = events.iter().filter_map(|event| match event {
+        Event::Estimate(fit) if fit.span == Span::Window && fit.t_us < 2_750_000 => Some(fit),
+        _ => None,
+    });
+    fits.collect()
+}
+
+/// Whether the window holds this device time; none if it is up to two frames before it, or after it: then it may be
+/// doubted too, if the fault came before it was told.
+fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
+    let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
+    let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
+    (!is_near).then_some(t_us >= from_us)
+}
+
+/// Those good are right: within a tenth of a percent.
+fn assert_good_ones_are_right(events: &[Event]) {
+    for fit in estimates(events).iter().filter(|fit| fit.status == Status::Good) {
+        assert!((f64::from(fit.frequency) / TONE_HZ - 1.0).abs() < 1e-3, "{fit:?}");
+    }
+}
+
+fn number_us(number: u64) -> u64 {
+    number * CONVERSION_NS / 1000
+}
+
+#[test]
+fn nothing_is_told_of_a_flawless_touch() {
+    let events = events(|_, conversion| Some(conversion));
+    assert_eq!(faults(&events), []);
+    assert!(estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.doubts.is_none()));
+    assert_good_ones_are_right(&events);
+}
+
+#[test]
+fn losses_are_told_with_their_times_and_leave_estimates_good() {
+    let lost = MIDDLE * SLOTS + 5;
+    let events = events(|number, conversion| (!(lost..lost + 3).contains(&number)).then_some(conversion));
+    let [begin, end] = faults(&events)[..] else { panic!("{:?}", faults(&events)) };
+    // Noticed with the scan that they are missing in, told with the next frames.
+    assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
+    assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
+    assert_eq!(end, Fault { until_us: Some(begin.from_us), ..begin });
+    let fits = estimates(&events);
+    let touched = fits.iter().filter(|fit| fit.doubts.has(FaultKind::Lost)).count();
+    assert!((5..11).contains(&touched), "{touched}");
+    for fit in fits {
+        assert_eq!(fit.status, Status::Good);
+        let is_doubted = fit.doubts.has(FaultKind::Lost);
+        assert_eq!(is_doubted, holds(fit, begin.from_us).unwrap_or(is_doubted), "{fit:?}");
+    }
+    assert_good_ones_are_right(&events);
+}
+
+/// The converter stands still for a while: no id is missing, but from then on the tone is out of step.
+#[test]
+fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
+    let from = MIDDLE * SLOTS + 5;
+    for still_us in [100, 400, 1500, 3000] {
+        let events = events(|number, mut conversion| {
+            conversion.t_us += if number >= from { still_us } else { 0 };
+            Some(conversion)
+        });
+        let told = faults(&events);
+        assert!(told.iter().any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)), "{told:?}");
+        let moment_us = number_us(from);
+        for fit in estimates(&events) {
+            let is_doubted = fit.status == Status::Doubtful;
+            assert_eq!(is_doubted, holds(fit, moment_us).unwrap_or(is_doubted), "{still_us} us: {fit:?}");
+        }
+        assert_good_ones_are_right(&events);
+    }
+}
+
+/// The board was busy: only the time of an edge is noted late, by up to a conversion.
+#[test]
+fn an_edge_whose_time_is_noted_late_is_no_fault() {
+    for slot in [0, 5, 20] {
+        let late = MIDDLE * SLOTS + slot;
+        let events = events(|number, mut conversion| {
+            conversion.t_us += if number == late { 150 } else { 0 };
+            Some(conversion)
+        });
+        assert_eq!(faults(&events), [], "slot {slot}");
+    }
+}
+
+/// The registers are at their defaults: sixteen channels at 23.7 thousand conversions a second.
+#[test]
+fn a_chip_that_reset_itself_is_never_believed() {
+    let from = MIDDLE * SLOTS;
+    let events = events(|number, mut conversion| {
+        let (since, behind) = (number.saturating_sub(from), number >= from);
+        if behind {
+            conversion.t_us = (number_us(from) + since * 42) as u32;
+            conversion.conversion.status = StatusByte(0x88 + (since % 16) as u8);
+        }
+        Some(conversion)
+    });
+    assert!(faults(&events).iter().any(|fault| fault.kind == FaultKind::Channel));
+    assert!(estimates(&events).iter().any(|fit| fit.status != Status::Good));
+    for fit in estimates(&events) {
+        assert!(fit.status != Status::Good || fit.t_us < number_us(from), "{fit:?}");
+    }
+    assert_good_ones_are_right(&events);
+}
+
+#[test]
+fn supply_and_reference_out_of_range_are_told() {
+    // Supply: 4.70 V is under 4.75 V, and 4.80 V is not; reference: 3 % under 4.096 V, and 1 %. 786432 codes a volt.
+    for (id, code, kind) in [
+        (0x1a, 3_696_230, Some(FaultKind::Supply)),
+        (0x1a, 3_774_874, None),
+        (0x1d, 3_124_588, Some(FaultKind::Reference)),
+        (0x1d, 3_189_013, None),
+    ] {
+        let scans = MIDDLE..MIDDLE + 20;
+        let events = events(|number, mut conversion| {
+            if scans.contains(&(number / SLOTS)) && conversion.conversion.status.chid() == id {
+                conversion.conversion.code = code;
+            }
+            Some(conversion)
+        });
+        let told = faults(&events);
+        assert_eq!(told.first().map(|fault| fault.kind), kind, "{id:#x} {code}");
+        let doubtful = estimates(&events).iter().filter(|fit| fit.status == Status::Doubtful).count();
+        assert_eq!(doubtful > 0, kind.is_some());
+        if let [begin, end] = told[..] {
+            assert!(begin.from_us.abs_diff(number_us(MIDDLE * SLOTS + 20)) < 20_000, "{begin:?}");
+            let until_us = end.until_us.unwrap();
+            assert!(until_us.abs_diff(number_us((MIDDLE + 19) * SLOTS + 20)) < 20_000, "{end:?}");
+        }
+    }
+}
+
+#[test]
+fn a_clock_off_by_a_percent_is_told_and_one_off_by_a_quarter_is_not() {
+    for (percent, is_off) in [(1.0, true), (-1.0, true), (3.0, true), (0.25, false), (-0.25, false)] {
+        let events = events(|_, mut conversion| {
+            conversion.t_us = (f64::from(conversion.t_us) * (1.0 + percent / 100.0)) as u32;
+            Some(conversion)
+        });
+        let told = faults(&events);
+        assert_eq!(told.iter().any(|fault| fault.kind == FaultKind::Clock), is_off, "{percent} %: {told:?}");
+        let status = if is_off { Status::Doubtful } else { Status::Good };
+        for fit in estimates(&events) {
+            assert_eq!(fit.status, status, "{percent} %: {fit:?}");
+        }
+    }
+}
+
+#[test]
+fn clipped_codes_are_told_and_leave_the_other_channels_good() {
+    let scans = MIDDLE..MIDDLE + 3;
+    let events = events(|number, mut conversion| {
+        if scans.contains(&(number / SLOTS)) && number % SLOTS == 3 {
+            conversion.conversion.code = 0x7f_ffff;
+        }
+        Some(conversion)
+    });
+    assert!(faults(&events).iter().all(|fault| fault.kind == FaultKind::Overload));
+    assert_eq!(faults(&events).iter().map(|fault| fault.count).collect::<Vec<_>>(), [1, 3]);
+    assert!(estimates(&events).iter().all(|fit| fit.status == Status::Good));
+}
+
+/// Everything at once, for ever: no more than four messages a second.
+#[test]
+fn whatever_happens_few_messages_are_told() {
+    let (tally, mut ring) = (Tally::new(), Box::new(Ring::new()));
+    let mut detector = Box::new(Detector::new(Settings::DEFAULT));
+    let mut told = Vec::new();
+    let mut emit = |news: News| {
+        if let News::Fault(fault) = news {
+            told.push(fault);
+        }
+    };
+    for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
+        // Bouts that end and begin anew all the time.
+        if number % (SLOTS * 300) < SLOTS * 5 {
+            FaultKind::ALL.into_iter().for_each(|kind| tally.fault(kind, conversion.t_us));
+        }
+        detector.push(conversion, &mut ring, &tally, &mut emit, &mut |_| {});
+    }
+    // 3.4 s.
+    assert!((8..=16).contains(&told.len()), "{}", told.len());
+}
+
+/// A silent chip: the board's half seconds have health told, and what is wrong, by the board's clock.
+#[test]
+fn health_and_faults_are_told_while_no_conversion_comes() {
+    let (tally, mut ring) = (Tally::new(), Box::new(Ring::new()));
+    let mut detector = Box::new(Detector::new(Settings::DEFAULT));
+    for conversion in (0..100).flat_map(|n| touch::scan(n, n, 7)) {
+        detector.push(conversion, &mut ring, &tally, &mut |_| {}, &mut |_| {});
+    }
+    let (mut healths, mut greetings, mut told) = (Vec::new(), 0, Vec::new());
+    for half in 1..=60u32 {
+        let now_us = 500_000 * half;
+        if half < 40 {
+            tally.fault(FaultKind::Silent, now_us);
+        }
+        detector.look(now_us, &tally, &mut |news| match news {
+            News::Health(health) => healths.push(health),
+            News::Hello(_) => greetings += 1,
+            News::Fault(fault) => told.push(fault),
+            _ => {}
+        });
+    }
+    assert!((29..=30).contains(&healths.len()) && greetings == 2, "{} {greetings}", healths.len());
+    // Device time is zero at the first conversion, at 7 us.
+    assert!(healths.windows(2).all(|two| two[1].t_us - two[0].t_us == 1_000_000));
+    assert_eq!(healths.last().map(|health| health.faults[FaultKind::Silent as usize]), Some(39));
+    let [begin, end] = told[..] else { panic!("{told:?}") };
+    assert_eq!((begin.from_us, end.until_us, end.count), (499_993, Some(19_499_993), 39));
+}
+
+#[test]
+fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_nothing_of_travel() {
+    let good = events(|_, conversion| Some(conversion));
+    let fit = (*estimates(&good).last().unwrap()).clone();
+    let window = ridgetone::window::Window {
+        first: 0,
+        frames: (fit.window_s * 241.0) as u32,
+        end_us: fit.t_us,
+        frame_rate_hz: 241.14,
+        reference: [0.0; 16],
+        span: fit.span,
+    };
+    for kind in FaultKind::ALL {
+        for (ago_us, counts) in [(100_000, true), (fit.t_us as u32 - 100, false)] {
+            let (tally, mut fit) = (Tally::new(), fit.clone());
+            tally.fault(kind, fit.t_us as u32 - ago_us);
+            cast_doubt(&mut fit, &window, &tally);
+            assert_eq!(fit.doubts.has(kind), counts, "{kind:?}");
+            assert_eq!(fit.status == Status::Doubtful, counts && kind.changes_frequency(), "{kind:?}");
+        }
+    }
+}
