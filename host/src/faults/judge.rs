@@ -10,6 +10,9 @@ use ridgetone::telemetry::{Estimate, Event, Health, Status};
 const SIGMAS: f64 = 5.0;
 const SHARE: f64 = 0.005;
 
+/// How the complaint begins that a fault was not told.
+pub const NOT_TOLD: &str = "not told";
+
 /// Earlier than an injection acted, nanoseconds: two conversions, by which device time may be stamped otherwise.
 const SLACK_NS: u64 = 400_000;
 
@@ -105,7 +108,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
         let mut told = told.peekable();
         if told.peek().is_none() {
             let injection = plan.injections.get(at).map(|injection| (injection.fault, injection.lasts_s));
-            verdict.complaints.push(format!("not told: {injection:?}"));
+            verdict.complaints.push(format!("{NOT_TOLD}: {injection:?}"));
         }
         let whole_ns = ran.whole_ns.iter().find(|whole_ns| **whole_ns > over_ns);
         verdict.fates.push(Fate {

@@ -1,6 +1,6 @@
 //! A row of the table: what became of all injections of one family.
 
-use super::judge::Verdict;
+use super::judge::{NOT_TOLD, Verdict};
 use serde::Serialize;
 
 /// Where the firmware ran.
@@ -87,9 +87,13 @@ impl Row {
         let fates = || verdicts.iter().flat_map(|(_, verdict)| &verdict.fates);
         let injected = fates().count();
         let some = |delays: Vec<f64>| (injected > 0).then(|| Delays::of(delays));
-        let complaints = verdicts.iter().flat_map(|(seed, verdict)| {
-            verdict.complaints.iter().map(move |complaint| format!("seed {seed}: {complaint}"))
-        });
+        let mut complaints: Vec<_> = verdicts
+            .iter()
+            .flat_map(|(seed, verdict)| verdict.complaints.iter().map(move |complaint| (seed, complaint)))
+            .collect();
+        // What must not be comes first.
+        complaints.sort_by_key(|(_, complaint)| complaint.starts_with(NOT_TOLD));
+        let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
         Self {
             fault: fault.into(),
             place,
