@@ -27,11 +27,11 @@ fn run(clock_hz: Option<u32>, change: impl FnOnce(&mut Options<'_>)) -> (Outcome
         Ok(())
     };
     let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
-    let healths = packets.iter().filter_map(|packet| match &packet.event {
+    let mut healths = packets.iter().filter_map(|packet| match &packet.event {
         Event::Health(health) => Some(*health),
         _ => None,
     });
-    let health = healths.last().expect("a health");
+    let health = healths.next_back().expect("a health");
     (outcome, packets, health)
 }
 
