@@ -70,10 +70,13 @@ pub struct Request {
 /// From the PC to the emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reply {
-    /// Level of DRDY after the operation (active low: `true` is "no data").
+    /// Level of DRDY after the operation (active low: `true` is "no data"); `true` too if the pin is stuck, which makes
+    /// no edge.
     pub drdy_high: bool,
     /// The scene has ended: the firmware finishes, flushes its telemetry and leaves the emulator.
     pub ended: bool,
+    /// The telemetry line takes no more bytes: a cable that is blocked at its other end.
+    pub line_blocked: bool,
     /// Payload bytes that follow: the request's own length.
     pub length: u8,
     /// What is to happen to the board now.
@@ -114,7 +117,7 @@ impl Reply {
     pub fn encode(&self) -> [u8; REPLY_BYTES] {
         let d = self.drdy_us.to_le_bytes();
         let n = self.next_drdy_us.to_le_bytes();
-        let flags = self.drdy_high as u8 | (self.ended as u8) << 1;
+        let flags = self.drdy_high as u8 | (self.ended as u8) << 1 | (self.line_blocked as u8) << 2;
         [
             flags,
             self.length,
@@ -140,6 +143,7 @@ impl Reply {
         (b[1] as usize <= PAYLOAD_MAX).then_some(Self {
             drdy_high: b[0] & 1 != 0,
             ended: b[0] & 2 != 0,
+            line_blocked: b[0] & 4 != 0,
             length: b[1],
             mishap,
             drdy_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
@@ -157,7 +161,9 @@ mod tests {
         let request = Request { operation: Operation::Transfer, level: true, length: 5, now_us: 0xfedc_ba98 };
         assert_eq!(Request::decode(&request.encode()), Some(request));
         for mishap in Mishap::ALL.map(Some).into_iter().chain([None]) {
-            let reply = Reply { drdy_high: true, ended: true, length: 5, mishap, drdy_us: 7, next_drdy_us: NEVER };
+            let (drdy_high, ended, line_blocked) = (true, true, true);
+            let (length, drdy_us, next_drdy_us) = (5, 7, NEVER);
+            let reply = Reply { drdy_high, ended, line_blocked, length, mishap, drdy_us, next_drdy_us };
             assert_eq!(Reply::decode(&reply.encode()), Some(reply));
         }
     }

@@ -8,12 +8,15 @@ mod convert;
 mod faults;
 mod interface;
 mod options;
+mod pin;
 mod registers;
+mod schedule;
 mod slot;
 mod timing;
 
 pub use options::{Analog, ChopInternal, Counters, Options, Poison};
 pub use registers::REGISTERS;
+pub use schedule::{Fault, Injected, Injection};
 
 use crate::random::{Random, Stream};
 use crate::scene::Scene;
@@ -21,7 +24,9 @@ use clock::Clock;
 use convert::{Conversion, Outcome};
 use faults::Faults;
 use interface::Interface;
+use pin::Drdy;
 use registers::Registers;
+use schedule::Schedule;
 use timing::Timing;
 
 /// The simulated chip.
@@ -37,6 +42,8 @@ pub struct Ads1258 {
     registers: Registers,
     interface: Interface,
     faults: Faults,
+    schedule: Schedule,
+    drdy: Drdy,
     noise: Random,
     poison: Random,
     now_ns: u64,
@@ -49,6 +56,9 @@ pub struct Ads1258 {
     /// CHID of the slot begun last; `None`: the scan begins at the top.
     last_chid: Option<u8>,
     outcome: Outcome,
+    /// The latest two results, which a reset does not forget.
+    latest: [Outcome; 2],
+    /// There is an unread result.
     drdy_low: bool,
     latest_fall_ns: Option<u64>,
     counters: Counters,
@@ -63,6 +73,8 @@ impl Ads1258 {
             registers: Registers::new(options.id),
             interface: Interface::default(),
             faults: Faults::default(),
+            schedule: Schedule::new(&options.injections),
+            drdy: Drdy::default(),
             noise: Random::new(options.seed, Stream::ChipNoise),
             poison: Random::new(options.seed, Stream::Poison),
             now_ns: 0,
@@ -72,6 +84,7 @@ impl Ads1258 {
             conversion: None,
             last_chid: None,
             outcome: Outcome::default(),
+            latest: [Outcome::default(); 2],
             drdy_low: false,
             latest_fall_ns: None,
             counters: Counters::default(),
@@ -79,11 +92,15 @@ impl Ads1258 {
         }
     }
 
-    /// Lets time pass until `now_ns`: every conversion due by then is finished.
+    /// Lets time pass until `now_ns`: every conversion due by then is finished, every injection due has acted.
     pub fn advance_to(&mut self, now_ns: u64) {
-        while let Some(edge_ns) = self.next_drdy_fall_ns().filter(|&edge_ns| edge_ns <= now_ns) {
-            self.now_ns = edge_ns;
-            self.finish_conversion(edge_ns);
+        while let Some(edge_ns) = self.next_event_ns().filter(|&event_ns| event_ns <= now_ns) {
+            self.now_ns = self.now_ns.max(edge_ns);
+            if self.conversion.is_some() {
+                self.finish_conversion(edge_ns);
+                self.drdy.passed();
+            }
+            self.inject();
         }
         self.now_ns = self.now_ns.max(now_ns);
     }
@@ -104,33 +121,24 @@ impl Ads1258 {
         self.advance_to(now_ns);
         let was_low = std::mem::replace(&mut self.reset_low, !high);
         if !high {
-            self.registers.reset();
-            self.interface = Interface::default();
-            self.conversion = None;
-            self.last_chid = None;
-            self.outcome = Outcome::default();
-            self.drdy_low = false;
+            self.forget();
         } else if was_low && self.start {
             self.start_condition();
         }
     }
 
-    /// Level of the DRDY pin. Low: there is an unread result. While one stays unread the pin is high for the last tCLK
-    /// before the next falls.
-    pub fn drdy_high(&mut self, now_ns: u64) -> bool {
-        self.advance_to(now_ns);
-        let pulse = self.conversion.as_ref().is_some_and(|c| self.now_ns >= c.at_ns(self.clock, c.end_cycle - 1));
-        !self.drdy_low || pulse
+    /// Registers and interface to their defaults; what was converted, and is being converted, is gone.
+    fn forget(&mut self) {
+        self.registers.reset();
+        self.interface = Interface::default();
+        self.conversion = None;
+        self.last_chid = None;
+        self.outcome = Outcome::default();
+        self.drdy_low = false;
     }
 
-    /// Time of the latest falling edge of DRDY.
-    pub fn latest_drdy_fall_ns(&self) -> Option<u64> {
-        self.latest_fall_ns
-    }
-
-    /// Time of the next falling edge of DRDY, later than the time advanced to. `None` while idle, in reset, stalled, or
-    /// when no input is selected.
-    pub fn next_drdy_fall_ns(&self) -> Option<u64> {
+    /// End of the running conversion.
+    fn next_result_ns(&self) -> Option<u64> {
         self.conversion.as_ref().map(|c| c.at_ns(self.clock, c.end_cycle))
     }
 
@@ -163,6 +171,13 @@ impl Ads1258 {
     /// Duration of `cycles` tCLK of this chip's own clock in nanoseconds, rounded down.
     pub fn cycles_ns(&self, cycles: u64) -> u64 {
         self.clock.ns(cycles)
+    }
+
+    /// The latest two results as they were converted, the latest first, whatever became of them on the bus: flags and
+    /// CHID without NEW, and the code.
+    pub fn latest_results(&self) -> [(u8, i32); 2] {
+        // Poison has 24 bits and no sign yet.
+        self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code() << 8 >> 8))
     }
 
     /// What the chip has done so far.

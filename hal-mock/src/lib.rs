@@ -101,7 +101,7 @@ pub mod scene_file;
 pub mod sliding;
 pub mod trace;
 
-pub use chip::{Ads1258, Analog, ChopInternal, Counters, Options, Poison};
+pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
 pub use rig::Rig;
 pub use scene::{Constant, Noisy, Scene};
 pub use scene_file::{SceneFileError, load_scene, parse_scene};

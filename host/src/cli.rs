@@ -6,13 +6,16 @@ pub use array::ArrayOptions;
 
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
+use crate::emulator;
+use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use anyhow::Result;
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The tone of the ridges under a tactile fingertip, on a PC: the same code as on the chip.
 ///
@@ -47,6 +50,9 @@ pub enum Command {
     /// needs.
     #[command(hide = true)]
     Bench(BenchArgs),
+    /// Inject faults into the chip, its bus and its lines, and tell what became of them. `cargo xtask faults` writes docs/faults.md.
+    #[command(hide = true)]
+    Faults(FaultsArgs),
     /// Write a scene as a CSV trace and tell the truth about it.
     Scene(SceneArgs),
 }
@@ -363,6 +369,25 @@ impl fmt::Display for Senseless {
 }
 
 impl std::error::Error for Senseless {}
+
+impl FirmwareOptions {
+    /// The image.
+    ///
+    /// # Errors
+    /// None is named, and there is none in its usual place.
+    pub fn image(&self) -> Result<PathBuf> {
+        match &self.elf {
+            Some(elf) => Ok(elf.clone()),
+            None => emulator::image::find(),
+        }
+    }
+
+    /// How it is run.
+    pub fn options<'a>(&self, elf: &'a Path) -> emulator::Options<'a> {
+        let silence = Duration::try_from_secs_f64(self.patience).unwrap_or(Duration::MAX);
+        emulator::Options { silence, ..emulator::Options::new(elf) }
+    }
+}
 
 impl SceneOptions {
     /// The scene's parameters.

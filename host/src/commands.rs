@@ -3,9 +3,10 @@
 use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FirmwareOptions, FitArgs, InputOptions, ListenArgs, ReplayArgs, ReproduceArgs,
-    SceneArgs, Senseless,
+    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, ListenArgs, ReplayArgs, ReproduceArgs, SceneArgs,
+    Senseless,
 };
+use crate::faults::campaign;
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
@@ -21,8 +22,6 @@ use ridgetone::profile::After;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Does what the command line says.
 ///
@@ -38,6 +37,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
+        Command::Faults(args) => campaign::faults(&args),
         Command::Scene(args) => scene(&args),
     }
 }
@@ -91,9 +91,9 @@ fn run_calibrate(args: &CalibrateArgs) -> Result<()> {
 }
 
 fn emulate(args: &EmulateArgs) -> Result<()> {
-    let elf = image(&args.firmware)?;
+    let elf = args.firmware.image()?;
     let input = open(&args.input, Settings::DEFAULT.window_s, "")?;
-    let mut options = firmware(&args.firmware, &elf);
+    let mut options = args.firmware.options(&elf);
     options.keep_conversions = args.svg.is_some();
     options.keep_serial = args.serial_out.is_some();
     let mut progress = Progress::default();
@@ -136,9 +136,9 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
     if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
         bail!("a hand has no one speed to compare with: use `ridgetone emulate --scene`");
     }
-    let elf = image(&args.firmware)?;
+    let elf = args.firmware.image()?;
     let mut progress = Progress::default();
-    let demo = demo::run(scene.unwrap_or_default(), firmware(&args.firmware, &elf), &mut |done_s, total_s| {
+    let demo = demo::run(scene.unwrap_or_default(), args.firmware.options(&elf), &mut |done_s, total_s| {
         progress.tell(done_s, total_s)
     });
     progress.end();
@@ -156,8 +156,8 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
     if args.firmware.elf.is_some() && !args.emulated {
         return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
     }
-    let elf = args.emulated.then(|| image(&args.firmware)).transpose()?;
-    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(firmware(&args.firmware, elf)));
+    let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
+    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
     Reproduction::measure(args.runs, place)?.write(&args.out)?;
     output::line(&format!("{}", args.out.join("reproduction.md").display()))
 }
@@ -259,16 +259,4 @@ fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
 
 fn line_quality(received: u64, missing: u32, damaged: u32) {
     eprintln!("ridgetone: {received} frames received, {missing} lost, {damaged} damaged");
-}
-
-fn image(options: &FirmwareOptions) -> Result<PathBuf> {
-    match &options.elf {
-        Some(elf) => Ok(elf.clone()),
-        None => emulator::image::find(),
-    }
-}
-
-fn firmware<'a>(options: &FirmwareOptions, elf: &'a Path) -> emulator::Options<'a> {
-    let silence = Duration::try_from_secs_f64(options.patience).unwrap_or(Duration::MAX);
-    emulator::Options { silence, ..emulator::Options::new(elf) }
 }

@@ -29,6 +29,9 @@ const LOOK_NS: i64 = 50_000_000;
 /// Board time that the firmware has to start the chip, and to read the last result after the input's end, seconds.
 const PATIENCE_S: f64 = 10.0;
 
+/// 8 ns an instruction: 125 MIPS, about what the STM32F405 does at 168 MHz.
+const ICOUNT_SHIFT: u8 = 3;
+
 /// What to run, and how long to wait for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Options<'a> {
@@ -42,13 +45,25 @@ pub struct Options<'a> {
     pub keep_serial: bool,
     /// What is to happen to the board, and at what time of its, microseconds.
     pub mishap: Option<(u64, Mishap)>,
+    /// An instruction takes two to the power of this nanoseconds: 3 is 125 million a second.
+    pub icount_shift: u8,
+    /// From when until when the telemetry line is blocked, seconds of scene time.
+    pub line_blocked_s: Option<(f64, f64)>,
 }
 
 impl<'a> Options<'a> {
-    /// Half a minute of silence at the most; nothing is kept that grows with the run, and nothing happens to the board.
+    /// Half a minute of silence at the most; nothing is kept that grows with the run, nothing happens to the board; the
+    /// processor has its usual speed.
     pub fn new(elf: &'a Path) -> Self {
-        let silence = Duration::from_secs(30);
-        Self { elf, silence, keep_conversions: false, keep_serial: false, mishap: None }
+        Self {
+            elf,
+            silence: Duration::from_secs(30),
+            keep_conversions: false,
+            keep_serial: false,
+            mishap: None,
+            icount_shift: ICOUNT_SHIFT,
+            line_blocked_s: None,
+        }
     }
 }
 
@@ -69,6 +84,14 @@ pub struct Outcome {
     pub conversions_served: u64,
     /// Conversions that were overwritten before the board came.
     pub conversions_lost: u64,
+    /// What the chip has done.
+    pub chip: hal_mock::Counters,
+    /// Conversions of which at least one read arrived at the board as they were converted.
+    pub arrived: u64,
+    /// When each injected fault acted, nanoseconds of board time.
+    pub injected: Vec<hal_mock::Injected>,
+    /// The chip's registers at the end.
+    pub registers: [u8; hal_mock::chip::REGISTERS],
     /// Those read, with the board's time of their DRDY edge, if [`Options::keep_conversions`].
     pub conversions: Vec<TimedConversion>,
     /// Board time at which START first rose, microseconds: zero of the scene's time.
@@ -92,11 +115,11 @@ pub fn run(
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let image = image::check(options.elf)?;
-    let mut chip = ChipEnd::new(input, options.keep_conversions);
+    let mut chip = ChipEnd::new(input, options.keep_conversions).blocking(options.line_blocked_s);
     if let Some((at_us, mishap)) = options.mishap {
         chip.arrange(at_us, mishap);
     }
-    let emulator = Emulator::start(&image)?;
+    let emulator = Emulator::start(&image, options.icount_shift)?;
     let mut session = Session {
         emulator,
         chip,
@@ -264,6 +287,10 @@ impl Session {
             damaged: self.decoder.damaged,
             conversions_served,
             conversions_lost,
+            chip: self.chip.chip().counters(),
+            arrived: self.chip.arrived(),
+            injected: self.chip.chip().injected().to_vec(),
+            registers: self.chip.chip().registers(),
             start_us: self.chip.start_us().unwrap_or(0),
             first_edge_us: self.chip.first_edge_us().unwrap_or(0),
             end_us: self.chip.now_us(),

@@ -15,6 +15,7 @@
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
 //! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
+//! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
 //! | the command line | [`cli`], [`commands`], [`output`] |
@@ -29,6 +30,7 @@ pub mod commands;
 pub mod demo;
 pub mod emulator;
 pub mod events;
+pub mod faults;
 pub mod fit_report;
 pub mod flips;
 pub mod grid;

@@ -23,6 +23,11 @@ impl Line {
 
     /// Whether a byte can be taken. False while one is on its way and [`Line::send`]'s interrupt is due.
     pub fn ready(&self) -> bool {
+        // The emulator's transmitter is always empty: the bridge says whether the line is blocked.
+        #[cfg(feature = "emulated")]
+        if super::link::is_line_blocked() {
+            return false;
+        }
         self.tx.is_tx_empty()
     }
 

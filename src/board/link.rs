@@ -31,6 +31,7 @@ const WATCHDOG_US: u32 = WATCHDOG_S * 1_000_000;
 
 static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
+static LINE_BLOCKED: AtomicBool = AtomicBool::new(false);
 
 /// The PC has asked for a mishap: after it the board starts anew instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
@@ -161,6 +162,11 @@ pub fn ended() -> bool {
     ENDED.load(Relaxed)
 }
 
+/// Whether the telemetry line takes no more bytes; when it does again, USART3 comes.
+pub fn is_line_blocked() -> bool {
+    LINE_BLOCKED.load(Relaxed)
+}
+
 fn with_link(action: impl FnOnce(&mut Link)) {
     critical_section::with(|cs| {
         // Never borrowed twice: everything here runs with interrupts masked and calls nothing back.
@@ -195,6 +201,9 @@ impl Link {
         }
         if reply.ended {
             ENDED.store(true, Relaxed);
+        }
+        if LINE_BLOCKED.swap(reply.line_blocked, Relaxed) && !reply.line_blocked {
+            NVIC::pend(Interrupt::USART3);
         }
         // A transfer takes the data away; after anything else a low DRDY is an edge not yet served.
         if !reply.drdy_high && operation != Operation::Transfer && !self.muted {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod demo;
+mod faults;
 mod images;
 mod inspect;
 mod install;
@@ -39,6 +40,8 @@ enum Task {
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet.
     Bench(bench::BenchArguments),
+    /// Injects faults by the thousand and writes what became of them to docs/faults.md.
+    Faults(faults::FaultsArguments),
     /// Runs every test, those of the emulated firmware included.
     Test,
     /// Finds or installs what the firmware and its tests need: the core library for Cortex-M, the emulator, a browser.
@@ -59,6 +62,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::run(&svg, scene.as_deref()),
         Task::Bench(arguments) => bench::run(&arguments),
+        Task::Faults(arguments) => faults::run(&arguments),
         Task::Test => test::run(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),

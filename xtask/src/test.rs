@@ -17,7 +17,10 @@ pub fn run() -> Result<()> {
     tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
-    emulated.args(["test", "--package", "ridgetone-host", "--test", "emulated", "--test", "mishaps"]);
+    emulated.args(["test", "--package", "ridgetone-host"]);
+    for test in ["emulated", "mishaps", "overload"] {
+        emulated.args(["--test", test]);
+    }
     emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
     tell("the test of the reproduction's page in a browser");

@@ -20,6 +20,11 @@ impl Clock {
         (u128::from(cycles) * SCALE / u128::from(self.microhertz)) as u64
     }
 
+    /// Cycles that have passed in `ns`, rounded down.
+    pub(crate) fn cycles(self, ns: u64) -> u64 {
+        (u128::from(ns) * u128::from(self.microhertz) / SCALE) as u64
+    }
+
     /// Duration of `cycles` in seconds.
     pub(crate) fn seconds(self, cycles: u64) -> f64 {
         cycles as f64 / (self.microhertz as f64 * 1e-6)

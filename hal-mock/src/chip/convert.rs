@@ -24,6 +24,17 @@ impl Conversion {
     pub(crate) fn at_ns(&self, clock: Clock, cycle: u64) -> u64 {
         self.epoch_ns + clock.ns(cycle)
     }
+
+    /// The same conversion with what remains of it counted from `now_ns` on: the clock may then be another.
+    pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
+        let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
+        Self {
+            epoch_ns: now_ns,
+            end_cycle: self.end_cycle.saturating_sub(passed).max(1),
+            sample_cycle: self.sample_cycle.saturating_sub(passed),
+            ..self
+        }
+    }
 }
 
 /// The latest result: what a data read gives.
@@ -37,6 +48,10 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
+    pub(crate) fn code(self) -> i32 {
+        self.code
+    }
+
     /// Status byte and the three data bytes.
     pub(crate) fn bytes(self) -> [u8; 4] {
         let [_, high, mid, low] = self.code.to_be_bytes();
@@ -86,6 +101,7 @@ impl Ads1258 {
         self.counters.conversions += 1;
         self.counters.lost += u64::from(self.outcome.new);
         self.outcome = self.measure(&conversion);
+        self.latest = [self.outcome, self.latest[0]];
         self.drdy_low = true;
         self.latest_fall_ns = Some(edge_ns);
         if self.start {
@@ -102,8 +118,11 @@ impl Ads1258 {
         // than OFFSET do not go over these pins.
         let external = matches!(c.slot, Slot::Single(_) | Slot::Differential(_) | Slot::Fixed { .. } | Slot::Offset);
         let analog = self.options.analog;
-        let scene = &mut self.scene;
-        let mut ideal = code::ideal(c.slot, &analog, c.chop, |input| scene.volts(input, t_s));
+        let (scene, held) = (&mut self.scene, self.faults.held);
+        let mut ideal = code::ideal(c.slot, &analog, c.chop, |input| {
+            let volts = scene.volts(input, t_s);
+            held.filter(|(at, _)| *at == input).map_or(volts, |(_, held_v)| held_v)
+        });
         if c.bypas && external {
             ideal = f64::INFINITY;
         }

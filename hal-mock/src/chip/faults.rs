@@ -1,24 +1,64 @@
-//! Faults to put into the chip, for tests of what notices them.
+//! Faults to put into the chip, for tests of what notices them: one knob each. [`super::Fault`] turns them by a schedule.
 
 use super::Ads1258;
+use super::clock::Clock;
 
 /// Faults in force.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) stalled: bool,
-    /// Masks for DOUT bytes still to come, by the count of bytes exchanged since construction.
-    flips: Vec<(u64, u8)>,
+    /// An input that is held at a voltage, whatever the scene says.
+    pub(crate) held: Option<(u8, f64)>,
+    bus: Bus,
+    /// Flips of bytes still to come, by the count of bytes exchanged since construction.
+    flips: Vec<(u64, Flips)>,
     exchanged: u64,
 }
 
+/// Which way the SPI bus is broken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Bus {
+    #[default]
+    Whole,
+    /// DOUT always reads as this; the chip hears what it is told.
+    Stuck(u8),
+    /// DOUT always reads as this, and the chip hears nothing.
+    Cut(u8),
+}
+
+/// Bits of one byte that fall over on their way.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Flips {
+    pub(crate) din: u8,
+    pub(crate) dout: u8,
+}
+
 impl Faults {
-    /// What of the next DOUT byte to flip.
-    pub(crate) fn next_mask(&mut self) -> u8 {
+    /// What falls over of the next byte.
+    pub(crate) fn next(&mut self) -> Flips {
         let at = self.exchanged;
         self.exchanged += 1;
-        let mask = self.flips.iter().filter(|(byte, _)| *byte == at).fold(0, |all, (_, mask)| all ^ mask);
+        if self.flips.is_empty() {
+            return Flips::default();
+        }
+        let of_it = self.flips.iter().filter(|(byte, _)| *byte == at);
+        let sum =
+            of_it.fold(Flips::default(), |all, (_, one)| Flips { din: all.din ^ one.din, dout: all.dout ^ one.dout });
         self.flips.retain(|(byte, _)| *byte > at);
-        mask
+        sum
+    }
+
+    /// What arrives of a DOUT byte.
+    pub(crate) fn on_dout(&self, dout: u8) -> u8 {
+        match self.bus {
+            Bus::Whole => dout,
+            Bus::Stuck(byte) | Bus::Cut(byte) => byte,
+        }
+    }
+
+    /// Whether the chip hears nothing.
+    pub(crate) fn is_cut(&self) -> bool {
+        matches!(self.bus, Bus::Cut(_))
     }
 }
 
@@ -27,6 +67,16 @@ impl Ads1258 {
     /// Read-only bits flip too; addresses above 09h do nothing.
     pub fn corrupt_register(&mut self, address: u8, mask: u8) {
         self.registers.flip(address, mask);
+    }
+
+    /// The chip resets itself, as a dip of its digital supply makes it: registers at their defaults, the running
+    /// conversion gone, and, with START high, a new start condition.
+    pub fn reset_itself(&mut self, now_ns: u64) {
+        self.advance_to(now_ns);
+        self.forget();
+        if self.start {
+            self.start_condition();
+        }
     }
 
     /// Stops the converter: the running conversion never ends and none begins. Letting it go is a new start condition
@@ -43,6 +93,44 @@ impl Ads1258 {
 
     /// Flips the bits of `mask` in one DOUT byte, `bytes_ahead` of the next one exchanged (0: the next).
     pub fn flip_dout(&mut self, bytes_ahead: u64, mask: u8) {
-        self.faults.flips.push((self.faults.exchanged + bytes_ahead, mask));
+        self.flip(bytes_ahead, Flips { dout: mask, din: 0 });
     }
+
+    /// Flips the bits of `mask` in one DIN byte on its way to the chip, which does what it then understands: a read may
+    /// become a write of registers. `bytes_ahead` as in [`flip_dout`](Self::flip_dout).
+    pub fn flip_din(&mut self, bytes_ahead: u64, mask: u8) {
+        self.flip(bytes_ahead, Flips { din: mask, dout: 0 });
+    }
+
+    fn flip(&mut self, bytes_ahead: u64, flips: Flips) {
+        self.faults.flips.push((self.faults.exchanged + bytes_ahead, flips));
+    }
+
+    /// DOUT stuck at a level, true for high; the chip still hears what it is told. `None`: whole again.
+    pub fn set_dout_stuck(&mut self, level: Option<bool>) {
+        self.faults.bus = level.map_or(Bus::Whole, |high| Bus::Stuck(all(high)));
+    }
+
+    /// SCLK, DIN or CS cut: the chip hears nothing, and DOUT floats to a level, true for high. `None`: whole again.
+    pub fn set_bus_cut(&mut self, level: Option<bool>) {
+        self.faults.bus = level.map_or(Bus::Whole, |high| Bus::Cut(all(high)));
+    }
+
+    /// Holds an input at a voltage, whatever the scene says; `None`: none.
+    pub fn hold_input(&mut self, held: Option<(u8, f64)>) {
+        self.faults.held = held;
+    }
+
+    /// Another error of the clock from now on, parts per million; positive is fast.
+    pub fn set_clock_error_ppm(&mut self, now_ns: u64, error_ppm: f64) {
+        self.advance_to(now_ns);
+        self.conversion = self.conversion.take().map(|running| running.rebased(self.clock, self.now_ns));
+        self.options.clock_error_ppm = error_ppm;
+        self.clock = Clock::new(self.options.clock_hz, error_ppm);
+    }
+}
+
+/// A byte of ones or of zeros.
+fn all(high: bool) -> u8 {
+    if high { 0xFF } else { 0x00 }
 }

@@ -1,6 +1,8 @@
 //! What can be chosen about the simulated chip: its clock, its surroundings, and which way it goes where the datasheet
 //! does not say.
 
+use super::schedule::Injection;
+
 /// Physical values around and inside the chip; may be changed while it runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Analog {
@@ -82,6 +84,8 @@ pub struct Options {
     /// Clock cycles by which the first result is later when the chip idled in sleep (IDLMOD = 1) instead of standby.
     /// Not in our sources; default 0.
     pub sleep_wake_cycles: u64,
+    /// Faults to inject while it runs, by scene time. Default none.
+    pub injections: Vec<Injection>,
     /// Clock cycles after construction during which the chip is not there yet. Default 0; 2^18 (16.4 ms) after
     /// power-up in the datasheet.
     pub power_up_cycles: u64,
@@ -101,6 +105,7 @@ impl Default for Options {
             chop_internal: ChopInternal::default(),
             first_conversion_with_delay: false,
             sleep_wake_cycles: 0,
+            injections: Vec::new(),
             power_up_cycles: 0,
         }
     }

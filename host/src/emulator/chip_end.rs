@@ -29,6 +29,10 @@ pub struct ChipEnd {
     keep: bool,
     conversions: Vec<TimedConversion>,
     served: u64,
+    arrived: u64,
+    /// Edge of the result that arrived last.
+    arrived_ns: Option<u64>,
+    line_blocked_s: Option<(f64, f64)>,
 }
 
 impl ChipEnd {
@@ -45,12 +49,21 @@ impl ChipEnd {
             keep,
             conversions: Vec::new(),
             served: 0,
+            arrived: 0,
+            arrived_ns: None,
+            line_blocked_s: None,
         }
     }
 
     /// Has something happen to the board with the first reply at or after `at_us` of its time, microseconds.
     pub fn arrange(&mut self, at_us: u64, mishap: Mishap) {
         self.mishap = Some((at_us, mishap));
+    }
+
+    /// With the telemetry line blocked from one scene time to another, seconds.
+    #[must_use]
+    pub fn blocking(self, line_blocked_s: Option<(f64, f64)>) -> Self {
+        Self { line_blocked_s, ..self }
     }
 
     /// Does what the board asks; `payload` becomes what DOUT said.
@@ -79,8 +92,10 @@ impl ChipEnd {
             u32::try_from(next_ns.saturating_sub(now_ns).div_ceil(NS_PER_US)).unwrap_or(NEVER)
         });
         Reply {
-            drdy_high: self.chip.drdy_high(now_ns),
+            drdy_high: self.chip.drdy_high(now_ns) || self.chip.is_drdy_stuck(),
             ended: self.ended,
+            // Free at the end, so that the firmware can leave.
+            line_blocked: !self.ended && self.is_line_blocked(),
             length: payload.len() as u8,
             mishap: self.mishap.take_if(|(at_us, _)| *at_us <= self.now_us).map(|(_, mishap)| mishap),
             drdy_us: self.edge_us(),
@@ -90,13 +105,18 @@ impl ChipEnd {
 
     /// The board has read a result.
     fn read(&mut self, bytes: [u8; 4]) {
+        let conversion = Conversion::from_bytes(bytes);
+        let edge_ns = self.chip.latest_drdy_fall_ns();
+        let is_right = (bytes[0] & !NEW, conversion.code) == self.chip.latest_results()[0];
+        if is_right && edge_ns != self.arrived_ns {
+            (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
+        }
         if bytes[0] & NEW == 0 {
             return;
         }
         self.served += 1;
         self.first_edge_us = self.first_edge_us.or_else(|| Some(self.chip.latest_drdy_fall_ns()? / NS_PER_US));
         if self.keep {
-            let conversion = Conversion::from_bytes(bytes);
             self.conversions.push(TimedConversion { t_us: self.edge_us(), conversion });
         }
         // Decided by the edge, not by when the board gets round to reading: what it is given then does not depend on
@@ -135,6 +155,21 @@ impl ChipEnd {
     /// Whether the board has been told that the input is over.
     pub fn ended(&self) -> bool {
         self.ended
+    }
+
+    fn is_line_blocked(&self) -> bool {
+        let now_s = self.chip.scene_time_s().unwrap_or(0.0);
+        self.line_blocked_s.is_some_and(|(from_s, until_s)| (from_s..until_s).contains(&now_s))
+    }
+
+    /// The chip.
+    pub fn chip(&self) -> &Ads1258 {
+        &self.chip
+    }
+
+    /// Results of which at least one read arrived as they were converted.
+    pub fn arrived(&self) -> u64 {
+        self.arrived
     }
 
     /// Results read by the board, and results that were overwritten before it came.

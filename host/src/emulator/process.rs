@@ -25,16 +25,16 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Starts the emulator on an image, whose path must be absolute.
+    /// Starts the emulator on an image, whose path must be absolute. An instruction takes 2^`icount_shift` ns.
     ///
     /// # Errors
     /// The emulator is not installed, or the system refuses a directory, a FIFO or a process.
-    pub fn start(image: &Path) -> Result<Self> {
+    pub fn start(image: &Path, icount_shift: u8) -> Result<Self> {
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         let request = fifo(&directory.path().join("spi.request"))?;
         let reply = fifo(&directory.path().join("spi.reply"))?;
         let spawned = Command::new(QEMU)
-            .args(["-machine", "netduinoplus2", "-icount", "shift=3,sleep=off"])
+            .args(["-machine", "netduinoplus2", "-icount", &format!("shift={icount_shift},sleep=off")])
             .args(["-display", "none", "-monitor", "none"])
             .args(["-semihosting-config", "enable=on,target=native"])
             .args(["-serial", "null", "-serial", "null", "-serial", "stdio", "-kernel"])

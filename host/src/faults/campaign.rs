@@ -1,0 +1,166 @@
+//! So many runs of each family, on this PC and on the emulated chip.
+
+use super::family::Family;
+use super::judge::{Verdict, judge};
+use super::plan::{Plan, SETTINGS};
+use super::row::{Place, Row};
+use super::{document, emulated, rooms};
+use crate::cli::FirmwareOptions;
+use crate::emulator;
+use crate::input::{Input, Opened, Source};
+use crate::{output, parallel};
+use anyhow::{Context, Result, ensure};
+use hal_mock::Truth;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Slide of a run on the PC, seconds.
+const SLIDE_S: f64 = 1.5;
+/// The same on the emulated chip, whose windows are of a second.
+const EMULATED_SLIDE_S: f64 = 2.5;
+
+/// `faults`
+#[derive(Debug, clap::Args)]
+pub struct FaultsArgs {
+    /// Injections on this PC, about.
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub injections: usize,
+    /// Runs of each family on the emulated chip.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub emulated: u64,
+    /// Which firmware.
+    #[command(flatten)]
+    pub firmware: FirmwareOptions,
+    /// Seed of the first run; every run has one of its own.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Only this family, by its name in the JSON.
+    #[arg(long, value_name = "NAME")]
+    pub only: Option<String>,
+    /// Write faults.md to this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub write: Option<PathBuf>,
+    /// One JSON object instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// All rows, and how they were made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Campaign {
+    /// Seed of the first run of each family.
+    pub seed: u64,
+    /// Rows, in the order of the table.
+    pub rows: Vec<Row>,
+}
+
+impl Campaign {
+    /// Runs about so many injections on this PC, as many of each family; only of one family if it is named.
+    ///
+    /// # Errors
+    /// A run that cannot be made.
+    pub fn on_pc(injections: usize, seed: u64, only: Option<Family>) -> Result<Self> {
+        let families: Vec<_> = families(only).collect();
+        let mut rows = Vec::new();
+        for family in &families {
+            let mut plans = Vec::new();
+            let (mut planned, mut next) = (0, seed);
+            while planned < injections / families.len() {
+                let plan = Plan::new(*family, next, SLIDE_S);
+                // A run without injections stands for as many as a run with them has.
+                planned += plan.injections.len().max(usize::from(*family == Family::None) * 2);
+                plans.push(plan);
+                next += 1;
+            }
+            let verdicts = parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
+            rows.push(Row::of(family.title(), Place::Pc, &verdicts));
+        }
+        Ok(Self { seed, rows })
+    }
+
+    /// Adds so many runs of each family on the emulated chip.
+    ///
+    /// # Errors
+    /// Those of the emulator.
+    pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
+        for family in families(only) {
+            let seeds = self.seed..self.seed + runs;
+            let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S)).collect();
+            let made = |plan: &Plan| {
+                let what = || format!("{}, seed {}", family.title(), plan.seed);
+                Ok((plan.seed, emulated::run(plan, options).with_context(what)?))
+            };
+            let verdicts = parallel::map(family.title(), &plans, made)?;
+            self.rows.push(Row::of(family.title(), Place::Emulator, &verdicts));
+        }
+        Ok(())
+    }
+
+    /// Whether all is zero that must be.
+    pub fn is_clean(&self) -> bool {
+        self.rows.iter().all(Row::is_clean)
+    }
+}
+
+fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
+    Family::ALL.into_iter().filter(move |family| only.is_none_or(|only| only == *family))
+}
+
+/// The input of a run, and its truth.
+///
+/// # Errors
+/// A parameter of the scene out of its range: a mistake in the plan.
+pub fn opened(plan: &Plan) -> Result<(Opened, Truth)> {
+    let source = Source::Scene(plan.sliding.clone());
+    let mut input = Input { source, seed: plan.seed, ..Input::default() }.open()?;
+    input.options.injections = plan.injections.clone();
+    let truth = input.truth.context("a scene without its truth")?;
+    Ok((input, truth))
+}
+
+/// Makes one run on this PC.
+///
+/// # Errors
+/// It cannot be made.
+pub fn run(plan: &Plan) -> Result<Verdict> {
+    let (input, truth) = opened(plan)?;
+    let ran = rooms::run(input, SETTINGS)?;
+    Ok(judge(plan, &truth, &ran))
+}
+
+/// The command.
+///
+/// # Errors
+/// Something is not zero that must be; those of the runs.
+pub fn faults(args: &FaultsArgs) -> Result<()> {
+    let name = |family: &Family| serde_json::to_value(family).ok().and_then(|name| name.as_str().map(str::to_owned));
+    let only = match &args.only {
+        None => None,
+        Some(only) => {
+            let found = Family::ALL.into_iter().find(|family| name(family).as_ref() == Some(only));
+            let names: Vec<_> = Family::ALL.iter().filter_map(name).collect();
+            Some(found.with_context(|| format!("no family {only}: there are {}", names.join(", ")))?)
+        }
+    };
+    let began = Instant::now();
+    let mut campaign = Campaign::on_pc(args.injections, args.seed, only)?;
+    let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
+    eprintln!("ridgetone: {injected} injections, {:.0} a second", injected as f64 / began.elapsed().as_secs_f64());
+    if args.emulated > 0 {
+        let elf = args.firmware.image()?;
+        campaign.on_emulator(args.emulated, only, args.firmware.options(&elf))?;
+    }
+    if let Some(folder) = &args.write {
+        let document = document::document(&campaign)?;
+        output::whole_file(&folder.join("faults.md"), |file| Ok(file.write_all(document.as_bytes())?))?;
+    }
+    output::line(&if args.json { serde_json::to_string(&campaign)? } else { document::table(&campaign) })?;
+    for row in &campaign.rows {
+        for complaint in &row.complaints {
+            eprintln!("ridgetone: {}: {complaint}", row.fault);
+        }
+    }
+    ensure!(campaign.is_clean(), "not everything is zero that must be: see the table");
+    Ok(())
+}

@@ -1,0 +1,38 @@
+//! Seeded random numbers, the same on every platform.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+/// A generator.
+pub struct Draw(ChaCha8Rng);
+
+impl Draw {
+    /// Of this seed.
+    pub fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Heads or tails.
+    pub fn coin(&mut self) -> bool {
+        self.uniform() < 0.5
+    }
+
+    /// A whole number, both ends included.
+    pub fn whole(&mut self, least: u64, most: u64) -> u64 {
+        least + self.0.next_u64() % (most - least + 1)
+    }
+
+    /// Evenly from `least` to `most`.
+    pub fn even(&mut self, least: f64, most: f64) -> f64 {
+        least + (most - least) * self.uniform()
+    }
+
+    /// From `least` to `most`, evenly in the logarithm: as many short ones as long ones.
+    pub fn log(&mut self, least: f64, most: f64) -> f64 {
+        least * (most / least).powf(self.uniform())
+    }
+}

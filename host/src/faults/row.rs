@@ -1,0 +1,119 @@
+//! A row of the table: what became of all injections of one family.
+
+use super::judge::{NOT_TOLD, Verdict};
+use serde::Serialize;
+
+/// Where the firmware ran.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// Its rooms on the PC.
+    Pc,
+    /// Its image on the emulated chip.
+    Emulator,
+}
+
+impl Place {
+    /// For people.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Pc => "PC",
+            Self::Emulator => "emulated chip",
+        }
+    }
+}
+
+/// Delays, seconds: of how many, and what they were.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Delays {
+    /// How many there are.
+    pub count: usize,
+    /// Half of them are shorter.
+    pub median_s: f64,
+    /// The longest.
+    pub longest_s: f64,
+}
+
+impl Delays {
+    /// Of these.
+    pub fn of(mut all_s: Vec<f64>) -> Self {
+        all_s.sort_by(f64::total_cmp);
+        let count = all_s.len();
+        let at = |place: usize| all_s.get(place).copied().unwrap_or(0.0);
+        Self { count, median_s: at(count / 2), longest_s: at(count.saturating_sub(1)) }
+    }
+}
+
+/// A row. Whoever injects something else than into the chip makes rows of this kind too.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// What was injected.
+    pub fault: String,
+    /// Where.
+    pub place: Place,
+    /// Runs.
+    pub runs: usize,
+    /// Injections.
+    pub injected: usize,
+    /// Those noticed by the right kind, and how soon; none where there is nothing to notice.
+    pub detected: Option<Delays>,
+    /// Those after which all was well again, and how soon; none where there is nothing to mend.
+    pub recovered: Option<Delays>,
+    /// Estimates that were in doubt.
+    pub doubtful: u64,
+    /// Estimates that said good.
+    pub good: u64,
+    /// Wrong ones among those that said good without doubts. Must be zero.
+    pub wrong: u64,
+    /// Wrong ones among those that said good but with doubts.
+    pub wrong_with_doubts: u64,
+    /// Conversions lost silently. Must be zero.
+    pub silent: u64,
+    /// Conversions that arrived other than they were converted. Must be zero.
+    pub altered: u64,
+    /// Bouts told in runs without injections. Must be zero.
+    pub false_alarms: u64,
+    /// What else is wrong, the first few.
+    pub complaints: Vec<String>,
+}
+
+/// How many complaints a row keeps.
+const COMPLAINTS: usize = 5;
+
+impl Row {
+    /// Of the runs of one family.
+    pub fn of(fault: &str, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
+        let sum = |of: fn(&Verdict) -> u64| verdicts.iter().map(|(_, verdict)| of(verdict)).sum::<u64>();
+        let fates = || verdicts.iter().flat_map(|(_, verdict)| &verdict.fates);
+        let injected = fates().count();
+        let some = |delays: Vec<f64>| (injected > 0).then(|| Delays::of(delays));
+        let mut complaints: Vec<_> = verdicts
+            .iter()
+            .flat_map(|(seed, verdict)| verdict.complaints.iter().map(move |complaint| (seed, complaint)))
+            .collect();
+        // What must not be comes first.
+        complaints.sort_by_key(|(_, complaint)| complaint.starts_with(NOT_TOLD));
+        let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
+        Self {
+            fault: fault.into(),
+            place,
+            runs: verdicts.len(),
+            injected,
+            detected: some(fates().filter_map(|fate| fate.detected_s).collect()),
+            recovered: some(fates().filter_map(|fate| fate.recovered_s).collect()),
+            doubtful: sum(|verdict| verdict.doubtful.into()),
+            good: sum(|verdict| verdict.good.into()),
+            wrong: sum(|verdict| verdict.wrong.into()),
+            wrong_with_doubts: sum(|verdict| verdict.wrong_with_doubts.into()),
+            silent: sum(|verdict| verdict.silent),
+            altered: sum(|verdict| verdict.altered),
+            false_alarms: sum(|verdict| verdict.false_alarms.into()),
+            complaints: complaints.take(COMPLAINTS).collect(),
+        }
+    }
+
+    /// Whether all is zero that must be.
+    pub fn is_clean(&self) -> bool {
+        (self.wrong, self.silent, self.altered, self.false_alarms) == (0, 0, 0, 0)
+    }
+}

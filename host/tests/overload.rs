@@ -1,0 +1,99 @@
+//! Overload on the emulated chip: acquisition waits for nobody, and what falls by the wayside is counted, exactly.
+//! `cargo xtask test` builds the image and runs these.
+#![cfg(target_os = "linux")]
+
+use hal_mock::Sliding;
+use ridgetone::telemetry::{Event, Health, Packet};
+use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::input::{Input, Source};
+
+/// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes 23,739 of them: the
+/// most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip bears this clock.
+const FAST_CLOCK_HZ: u32 = 73_734_000;
+
+/// Runs the default scene, which such a clock does not make any shorter, and gives the last `health` too.
+fn run(clock_hz: Option<u32>, change: impl FnOnce(&mut Options<'_>)) -> (Outcome, Vec<Packet>, Health) {
+    let elf = emulator::image::find().expect("an image");
+    let mut options = Options::new(&elf);
+    change(&mut options);
+    let source = Source::Scene(Sliding::default());
+    let mut input = Input { source, ..Input::default() }.open().expect("an input");
+    if let Some(clock_hz) = clock_hz {
+        input.options.clock_hz = clock_hz;
+    }
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
+    let mut healths = packets.iter().filter_map(|packet| match &packet.event {
+        Event::Health(health) => Some(*health),
+        _ => None,
+    });
+    let health = healths.next_back().expect("a health");
+    (outcome, packets, health)
+}
+
+/// Every conversion that the chip made was taken, or is told as lost; and every packet that was numbered came, or is told
+/// as dropped.
+fn assert_accounted(what: &str, outcome: &Outcome, health: &Health) {
+    let (made, read) = (outcome.chip.conversions, outcome.chip.read);
+    let lost = u64::from(health.conversions_lost);
+    assert_eq!(outcome.arrived, read, "{what}: the bus is whole");
+    assert!(made - read <= lost + 1, "{what}: {made} made, {read} read, {lost} told as lost");
+    // What was read is in a frame, or told as lost: dropped because the queue was full. The last scan may not be over.
+    let slots = 21;
+    let framed = u64::from(health.frames) * slots;
+    assert!(framed + lost + slots > made, "{what}: {made} made, {} frames, {lost} told as lost", health.frames);
+    // What was dropped for the sake of that `health`, or later, it cannot know.
+    let unknown = outcome.missing.checked_sub(health.messages_dropped);
+    assert!(
+        unknown.is_some_and(|unknown| unknown <= 3) && outcome.damaged == 0,
+        "{what}: {} {health:?}",
+        outcome.missing
+    );
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn at_the_chips_top_speed_every_loss_is_told() {
+    let (outcome, _, health) = run(Some(FAST_CLOCK_HZ), |_| ());
+    assert_accounted("23,739 conversions a second", &outcome, &health);
+    let seconds = (outcome.end_us - outcome.first_edge_us) as f64 * 1e-6;
+    let rate_hz = outcome.chip.conversions as f64 / seconds;
+    assert!((rate_hz / 23_739.0 - 1.0).abs() < 0.005, "{rate_hz}");
+    assert_eq!(u64::from(health.conversions_lost), outcome.chip.lost);
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_fit_too_slow_for_the_hop_costs_hops() {
+    // 16 ns an instruction, half the usual speed, and hops of 60 frames in 53 ms in place of 0.25 s.
+    let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 4);
+    assert_accounted("slow fit", &outcome, &health);
+    assert!(health.hops_skipped > 0, "{health:?}");
+    assert!(packets.iter().any(|packet| matches!(packet.event, Event::Estimate(_))), "some hops are fitted");
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_processor_too_slow_for_the_scan_tells_every_loss() {
+    // 32 ns an instruction, a quarter of the usual speed: half of the conversions find the queue full.
+    let (outcome, _, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 5);
+    assert_accounted("slow processor", &outcome, &health);
+    assert!(health.conversions_lost > 1000, "{health:?}");
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_blocked_line_costs_the_oldest_telemetry_and_no_conversion() {
+    let (from_s, until_s) = (0.2, 4.2);
+    let (outcome, packets, health) = run(None, |options| options.line_blocked_s = Some((from_s, until_s)));
+    assert_accounted("blocked line", &outcome, &health);
+    assert_eq!((outcome.chip.lost, health.conversions_lost), (0, 0));
+    assert!(health.messages_dropped > 0 && outcome.missing == health.messages_dropped, "{health:?}");
+    // The newest came when the line was free again, in one gap.
+    let gaps = packets.windows(2).filter(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence) > 1).count();
+    assert_eq!(gaps, 1);
+}
