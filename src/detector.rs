@@ -121,6 +121,7 @@ impl Detector {
         } else {
             self.one_by_one(false, ring, tally, emit, due);
         }
+        self.check_supply(tally);
         // A frame in which something is dated has enough to do.
         if self.rest.contact.is_busy() {
             return;

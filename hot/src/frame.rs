@@ -137,6 +137,9 @@ const fn slot_of(channel: Channel) -> usize {
     }
 }
 
+const SUPPLY: usize = slot_of(Channel::Vcc);
+const REFERENCE: usize = slot_of(Channel::Ref);
+
 /// Id of a scan's last slot.
 const LAST_ID: u8 = ID_OF[SLOTS as usize - 1];
 
@@ -216,6 +219,9 @@ pub struct Assembler {
 impl Assembler {
     /// An assembler that has seen nothing. `vref_v` is the reference, volts.
     pub const fn new(vref_v: f32) -> Self {
+        let mut own = [0; PLACES];
+        own[SUPPLY % PLACES] = 5 * reading::CODES_PER_SUPPLY_VOLT;
+        own[REFERENCE % PLACES] = (vref_v * reading::CODES_PER_SUPPLY_VOLT as f32) as i32;
         Self {
             vref_v,
             times_us: [0; PLACES],
@@ -226,7 +232,7 @@ impl Assembler {
             latest_us: 0,
             t_us: 0,
             frame: Frame { number: 0, t_us: 0, codes: [0; PLACES], present: 0, good: 0 },
-            own: [0; PLACES],
+            own,
             read: 0,
             open: false,
             frames: 0,
@@ -251,13 +257,11 @@ impl Assembler {
         self.latest != NONE_YET
     }
 
-    /// The latest codes of the chip's readings of its supply and its reference, in this order, once there are both.
+    /// The latest codes of the chip's readings of its supply and its reference, in this order; before there are any, those
+    /// of 5 V and of the reference that is set.
     #[inline(always)]
-    pub fn supply_and_reference(&self) -> Option<[i32; 2]> {
-        const SUPPLY: usize = slot_of(Channel::Vcc);
-        const REFERENCE: usize = slot_of(Channel::Ref);
-        const BOTH: u32 = 1 << SUPPLY | 1 << REFERENCE;
-        (self.read & BOTH == BOTH).then(|| [self.own[SUPPLY % PLACES], self.own[REFERENCE % PLACES]])
+    pub const fn supply_and_reference(&self) -> [i32; 2] {
+        [self.own[SUPPLY % PLACES], self.own[REFERENCE % PLACES]]
     }
 
     /// The chip's own readings.

@@ -131,16 +131,29 @@ impl Bouts {
 }
 
 impl Detector {
-    /// Looks at the chip's own readings of its supply and its reference, and for news of faults. Not in every frame, but
-    /// in every one that has nothing else to do.
+    /// Looks at the chip's own readings of its supply and its reference.
+    #[inline(always)]
+    pub(super) fn check_supply(&mut self, tally: &Tally) {
+        let [supply, reference] = self.assembler.supply_and_reference();
+        if !SUPPLY.has(supply) || !self.bouts.reference.has(reference) {
+            self.starve(tally);
+        }
+    }
+
+    #[inline(never)]
+    fn starve(&mut self, tally: &Tally) {
+        let Self { assembler, bouts, .. } = self;
+        let ([supply, reference], board_us) = (assembler.supply_and_reference(), assembler.board_us());
+        tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
+        tally.faults.add(FaultKind::Reference, !bouts.reference.has(reference) as u32, board_us);
+    }
+
+    /// Looks for news of faults; in a frame that has nothing else to do.
     #[inline(always)]
     pub(super) fn guard(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, bouts, rest, .. } = self;
-        let is_fed = assembler
-            .supply_and_reference()
-            .is_none_or(|[supply, reference]| SUPPLY.has(supply) && bouts.reference.has(reference));
+        let Self { bouts, rest, .. } = self;
         let looks = bouts.looks && reached(rest.teller.latest.0, bouts.look_at);
-        if !is_fed || looks || tally.faults.has_fresh() {
+        if looks || tally.faults.has_fresh() {
             self.alarm(tally, emit);
         }
     }
@@ -149,12 +162,7 @@ impl Detector {
     fn alarm(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
         let Self { assembler, bouts, rest, .. } = self;
         bouts.look_at = rest.teller.latest.0.wrapping_add(LOOK_FRAMES);
-        let board_us = assembler.board_us();
-        if let Some([supply, reference]) = assembler.supply_and_reference() {
-            tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
-            tally.faults.add(FaultKind::Reference, !bouts.reference.has(reference) as u32, board_us);
-        }
-        bouts.tell((assembler.now_us(), board_us), tally, emit);
+        bouts.tell((assembler.now_us(), assembler.board_us()), tally, emit);
         note_zero(assembler, tally);
     }
 }

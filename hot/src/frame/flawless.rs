@@ -37,7 +37,7 @@ impl Assembler {
                 return false;
             }
             // The first one: its number becomes zero, and so does its time.
-            (passed_us, self.frame.number) = (0, u32::MAX);
+            (passed_us, self.frame.number, self.latest) = (0, u32::MAX, SLOTS - 1);
         }
         let (mut odd, mut ends) = (0, 0);
         for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0).take(WORDS) {
@@ -53,14 +53,13 @@ impl Assembler {
             self.own[slot] = self.frame.codes[slot];
         }
         self.read = u32::MAX;
-        self.latest = SLOTS - 1;
         self.frame.number = self.frame.number.wrapping_add(1);
         self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
         (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);
         self.t_us = self.frame.t_us.wrapping_add(span_us as u64);
         self.latest_us = end_us;
         self.count = 0;
-        self.frames = self.frames.saturating_add(1);
+        self.frames = self.frames.wrapping_add(1);
         true
     }
 }
