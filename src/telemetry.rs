@@ -258,7 +258,7 @@ pub struct Image {
 pub struct Health {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// Frames assembled so far.
+    /// Frames assembled so far; wraps after 206 days.
     pub frames: u32,
     /// Conversions lost: overruns of the queue and gaps in the scan.
     pub conversions_lost: u32,

@@ -206,7 +206,7 @@ pub struct Assembler {
     read: u32,
     /// Whether `frame` holds anything that was not given yet.
     open: bool,
-    /// Frames given so far.
+    /// Frames given so far; wraps, as their numbers do, after 206 days.
     pub frames: u32,
     /// Conversions that never came.
     pub lost: u32,

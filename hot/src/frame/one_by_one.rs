@@ -94,7 +94,7 @@ impl Assembler {
         let passed_us = t_us.wrapping_sub(self.latest_us);
         self.latest_us = t_us;
         self.t_us = self.t_us.wrapping_add(passed_us as u64);
-        let mut scans = (slot <= before) as u32;
+        let (mut scans, mut gone) = ((slot <= before) as u32, 0);
         if passed_us > GAP_US {
             // As many whole scans more as bring the count of slots nearest to the time that passed.
             // In two parts that 32 bits hold: a division of 64 bits is a kilobyte of code on the chip.
@@ -102,10 +102,13 @@ impl Assembler {
             let by_time = passed_us / NS * 1000 + passed_us % NS * 1000 / NS;
             let by_order = scans * SLOTS + slot - before;
             scans += (by_time.saturating_sub(by_order) + SLOTS / 2) / SLOTS;
+            // A chip that was set up anew begins its scan anew: by order there may be fewer.
+            gone = by_time;
         }
         let steps = scans.saturating_mul(SLOTS).saturating_add(slot).saturating_sub(before);
-        self.lost = self.lost.saturating_add(steps.saturating_sub(1));
-        self.flaws.lost = self.flaws.lost.saturating_add(steps.saturating_sub(1));
+        let lost = steps.max(gone).saturating_sub(1);
+        self.lost = self.lost.saturating_add(lost);
+        self.flaws.lost = self.flaws.lost.saturating_add(lost);
         self.judge(passed_us, steps);
         scans
     }
@@ -136,7 +139,7 @@ impl Assembler {
 
     fn give(&mut self, done: &mut impl FnMut(&Self, &Frame)) {
         if core::mem::take(&mut self.open) {
-            self.frames = self.frames.saturating_add(1);
+            self.frames = self.frames.wrapping_add(1);
             done(self, &self.frame);
         }
     }
