@@ -9,7 +9,7 @@
 //! | what a run showed, fault for fault | [`judge`] |
 //! | rows of the table | [`row`] |
 //! | all of it: so many runs of each family | [`campaign`] |
-//! | the document | [`document`] |
+//! | the document | `document` |
 //!
 //! Judged is what a reader of the telemetry gets, against what the simulated chip knows.
 

@@ -66,7 +66,7 @@ fn answer(transaction: u32) -> [u8; 5] {
     // AIN0 to AIN15 have the ids 8 to 23, OFFSET 24, VCC to REF 26 to 29 (SBAS297G).
     let slot = (count % SLOTS) as u8;
     let id = if slot < 17 { 8 + slot } else { 9 + slot };
-    let new = if transaction % 2 == 0 { 0x80 } else { 0 };
+    let new = if transaction.is_multiple_of(2) { 0x80 } else { 0 };
     [0, new | id, high, middle, low]
 }
 

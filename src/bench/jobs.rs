@@ -128,8 +128,6 @@ fn kept(news: News) -> Option<News<'static>> {
         News::Fault(fault) => Some(News::Fault(fault)),
         News::Raw(raw) => Some(News::Raw(raw)),
         News::Image(_) => None,
-        News::Fault(fault) => Some(News::Fault(fault)),
-        News::Raw(raw) => Some(News::Raw(raw)),
     }
 }
 

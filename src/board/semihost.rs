@@ -34,7 +34,6 @@ pub enum Exit {
     /// The processor faulted.
     Fault = 3,
     /// A task stood still until the watchdog bit.
-    #[cfg(feature = "emulated")]
     Watchdog = 4,
     /// The firmware panicked; a Rust program's usual status.
     Panic = 101,
@@ -56,13 +55,11 @@ impl File {
     }
 
     /// Its number on the host, which a reset of the processor does not change.
-    #[cfg(feature = "emulated")]
     pub const fn handle(self) -> u32 {
         self.0 as u32
     }
 
     /// An open file by its number.
-    #[cfg(feature = "emulated")]
     pub const fn of(handle: u32) -> Self {
         Self(handle as usize)
     }
