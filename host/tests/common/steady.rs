@@ -22,8 +22,9 @@ const OFF: f64 = 0.002;
 /// Bytes by which the memory of this process may grow: what the allocator keeps in reserve.
 const GROWTH_BYTES: u64 = 4 << 20;
 
-/// Bytes by which the stack may be deeper later: an interrupt at a deeper moment.
-const STACK_GROWTH_BYTES: u32 = 512;
+/// How much deeper the stack may get after two touches, bytes: by chance the tasks above the fit meet it at its deepest
+/// later only, each with a frame of up to 104 bytes and what it takes itself.
+const STACK_GROWTH_BYTES: u32 = 2048;
 
 /// A touch that begins again and again.
 struct Again {
