@@ -45,6 +45,7 @@ fn main() {
 mod app {
     use crate::board::{self, Board, POWER_UP_US, Reset, Spi, Start, Wait};
     use ads1258::Ads1258;
+    use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -106,9 +107,9 @@ mod app {
 
     #[local]
     struct Local {
-        detector: Detector,
+        detector: &'static mut Detector,
         boot: Boot,
-        estimator: Estimator,
+        estimator: &'static mut Estimator,
         acquisition: Acquisition<Spi, Start, Reset>,
         drdy: board::Drdy,
         line: board::Line,
@@ -125,6 +126,9 @@ mod app {
         samples: Queue<TimedConversion, SAMPLES> = Queue::new(),
         windows: Queue<Window, WINDOWS> = Queue::new(),
         bytes: Queue<u8, BYTES> = Queue::new(),
+        // Not with their initial values: those would take their size of flash too.
+        detector_place: MaybeUninit<Detector> = MaybeUninit::uninit(),
+        estimator_place: MaybeUninit<Estimator> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Board { spi, start, reset, drdy, line, boot } = board::init(cx.device, cx.core);
@@ -152,10 +156,9 @@ mod app {
                 sending: AtomicBool::new(false),
             },
             Local {
-                // Not statics with an initial value: that would take their size of flash too.
-                detector: Detector::new(SETTINGS),
+                detector: put(cx.local.detector_place, || Detector::new(SETTINGS)),
                 boot,
-                estimator: Estimator::new(SETTINGS),
+                estimator: put(cx.local.estimator_place, || Estimator::new(SETTINGS)),
                 acquisition,
                 drdy,
                 line,
@@ -167,6 +170,13 @@ mod app {
                 bytes_out,
             },
         )
+    }
+
+    /// Makes what is big in a frame of its own: the first tasks run on top of `init`'s frame, and a processor that never
+    /// rests runs all of them there, for good.
+    #[inline(never)]
+    fn put<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
+        place.write(make())
     }
 
     /// DRDY has fallen, or the chip is to be checked.
