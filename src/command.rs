@@ -5,6 +5,10 @@ use crate::settings::Settings;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
+/// Most bytes of an order on the wire, checksum, stuffing and delimiter included: settings with a slide by protocol, or
+/// a part of a profile in full. A test has both.
+pub const ORDER_WIRE_MAX: usize = 96;
+
 /// Knots that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;
 

@@ -2,13 +2,14 @@
 
 mod health;
 mod imaging;
+mod orders;
 mod teller;
 
 use crate::boot::{Boot, SettingsSource};
 use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use crate::telemetry::{Hello, Image, News, PROTOCOL};
+use crate::telemetry::{Hello, Image, News, PROTOCOL, Raw};
 use crate::window::{Ring, Values, Window};
 use health::Checkup;
 use imaging::Imaging;
@@ -26,6 +27,8 @@ pub struct Counters {
     pub messages_dropped: u32,
     /// Times the ADC was set up anew because its registers were not what they should be.
     pub chip_restarts: u32,
+    /// Orders that came damaged.
+    pub orders_damaged: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
 }
@@ -38,6 +41,12 @@ pub struct Detector {
     rest: Rest,
     checkup: Checkup,
     imaging: Imaging,
+    /// Where the settings come from.
+    source: SettingsSource,
+    /// Nothing is told but `health`.
+    stopped: bool,
+    /// Frames still to be told raw.
+    raw_frames: u32,
 }
 
 /// What takes the assembler's frames.
@@ -54,6 +63,11 @@ struct Rest {
 impl Detector {
     /// A detector at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
+        Self::with_source(settings, SettingsSource::Default)
+    }
+
+    /// The same with settings that come from somewhere.
+    pub const fn with_source(settings: Settings, source: SettingsSource) -> Self {
         Self {
             settings,
             assembler: Assembler::new(settings.vref_v),
@@ -65,6 +79,9 @@ impl Detector {
             },
             checkup: Checkup::new(),
             imaging: Imaging::new(),
+            source,
+            stopped: false,
+            raw_frames: 0,
         }
     }
 
@@ -81,7 +98,7 @@ impl Detector {
             ],
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
-            source: SettingsSource::Default,
+            source: self.source,
             boot: Boot::default(),
         })
     }
@@ -118,6 +135,12 @@ impl Detector {
             self.rest.frame(self.assembler.frame(), ring, emit, due);
         } else {
             self.one_by_one(false, ring, emit, due);
+            if self.stopped {
+                if self.checkup.is_due(self.rest.teller.latest.0) {
+                    self.check(counters, emit);
+                }
+                return;
+            }
         }
         // A frame in which something is dated has enough to do.
         if self.rest.contact.is_busy() {
@@ -132,8 +155,19 @@ impl Detector {
 
     #[inline(never)]
     fn one_by_one(&mut self, is_over: bool, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
-        let rest = &mut self.rest;
-        self.assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
+        let Self { rest, stopped, raw_frames, .. } = self;
+        self.assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| {
+            if *raw_frames > 0 {
+                *raw_frames -= 1;
+                tell_raw(frame, emit);
+            }
+            if *stopped {
+                rest.teller.latest = (frame.number, frame.t_us);
+            } else {
+                rest.frame(frame, ring, emit, due);
+            }
+        });
+        self.choose_way();
     }
 
     /// The signal has ended: closes what is open (a slide that still runs) and reports health.
@@ -189,6 +223,13 @@ impl Rest {
             teller.hop(start, until, ring, due);
         }
     }
+}
+
+/// Tells a frame as it was read.
+#[inline(never)]
+fn tell_raw(frame: &Frame, emit: &mut dyn FnMut(News)) {
+    let Frame { number, t_us, present, good, .. } = *frame;
+    emit(News::Raw(Raw { t_us, number, present, good, codes: *frame.taxels() }));
 }
 
 /// Scans that never came leave frames without a valid taxel.

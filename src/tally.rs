@@ -10,6 +10,7 @@ pub struct Tally {
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
+    orders_damaged: AtomicU32,
     load_bits: AtomicU32,
 }
 
@@ -21,6 +22,7 @@ impl Tally {
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
+            orders_damaged: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
         }
     }
@@ -45,6 +47,11 @@ impl Tally {
         self.chip_restarts.fetch_add(1, Relaxed);
     }
 
+    /// An order came damaged, or while the one before it had not been taken yet.
+    pub fn order_damaged(&self) {
+        self.orders_damaged.fetch_add(1, Relaxed);
+    }
+
     /// Processor load, 0 to 1.
     pub fn set_load(&self, load: f32) {
         self.load_bits.store(load.to_bits(), Relaxed);
@@ -57,6 +64,7 @@ impl Tally {
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
+            orders_damaged: self.orders_damaged.load(Relaxed),
             load: f32::from_bits(self.load_bits.load(Relaxed)),
         }
     }
@@ -74,8 +82,16 @@ mod tests {
         tally.hop_skipped();
         tally.message_dropped();
         tally.chip_restarted();
+        (0..4).for_each(|_| tally.order_damaged());
         tally.set_load(0.25);
-        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load: 0.25 };
+        let expected = Counters {
+            overruns: 1,
+            hops_skipped: 2,
+            messages_dropped: 1,
+            chip_restarts: 1,
+            orders_damaged: 4,
+            load: 0.25,
+        };
         assert_eq!(tally.counters(), expected);
     }
 }

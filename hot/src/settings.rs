@@ -172,13 +172,19 @@ impl Settings {
             check("speed_mm_s", speed_mm_s, 0.1, 2000.0)?;
             check("length_mm", length_mm, 0.1, 2000.0)?;
         }
+        // Of the front column any taxels may be.
         let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
+        let Array { may_go_forward, may_go_backward, front: _, alike, .. } = self.array;
         check("pitch_mm", pitch_mm, 0.1, 100.0)?;
         check("pull_rad", pull_rad, -PI, PI)?;
         check("pull_sigma_rad", pull_sigma_rad, 0.0, PI)?;
         check("period_least_mm", period_least_mm, 0.1, 100.0)?;
         check("period_most_mm", period_most_mm, period_least_mm, 100.0)?;
-        Ok(())
+        // Going neither way nothing would ever be told.
+        check("may_go_forward", (may_go_forward || may_go_backward) as u8 as f32, 1.0, 1.0)?;
+        // A taxel in two masks would count twice. What is told is the mask of these taxels.
+        let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| (seen | mask, twice | seen & mask));
+        check("alike", twice as f32, 0.0, 0.0)
     }
 }
 
@@ -210,6 +216,8 @@ mod tests {
             (with(Array { pull_sigma_rad: f32::NAN, ..Array::DEFAULT }), "pull_sigma_rad"),
             (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
             (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
+            (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),
+            (with(Array { alike: [0x1111, 0x2222, 0x4444, 0x8889], ..Array::DEFAULT }), "alike"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },

@@ -11,7 +11,8 @@
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time |
-//! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
+//! | `Board::line` | [`Line`]: telemetry out and orders in, byte by byte |
+//! | `Board::flash` | [`SettingsFlash`]: two pages of flash for settings, where no code may lie (`memory.x`) |
 //! | the types `Spi`, `Start`, `Reset` | of these three |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the watch over the chip, also while no DRDY comes |
@@ -19,12 +20,14 @@
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
+//! | `restart()` | resets the processor |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty"; `CAN1_TX`, `CAN1_RX0` and
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and
+//! "byte received"; `CAN1_TX`, `CAN1_RX0` and
 //! `CAN1_RX1` are the three tasks that software pends, for the sole reason that nothing else uses
 //! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
 //! `rtic::app`. Priorities need five levels.
@@ -36,6 +39,8 @@
 
 mod chip;
 mod clock;
+#[cfg(not(feature = "emulated"))]
+mod flash;
 mod line;
 
 #[cfg(feature = "emulated")]
@@ -44,6 +49,8 @@ mod emulated;
 mod feather_f405;
 #[cfg(feature = "emulated")]
 mod link;
+#[cfg(feature = "emulated")]
+mod memory;
 #[cfg(feature = "emulated")]
 mod semihost;
 #[cfg(feature = "emulated")]
@@ -56,7 +63,11 @@ pub use feather_f405::*;
 
 pub use chip::Chip;
 pub use clock::{acknowledge_heartbeat, now_us};
+#[cfg(not(feature = "emulated"))]
+pub use flash::SettingsFlash;
 pub use line::Line;
+#[cfg(feature = "emulated")]
+pub use memory::SettingsFlash;
 
 use embedded_hal::delay::DelayNs;
 
@@ -70,8 +81,10 @@ pub struct Board {
     pub reset: Reset,
     /// DRDY.
     pub drdy: Drdy,
-    /// Telemetry.
+    /// Telemetry and orders.
     pub line: Line,
+    /// Where settings are kept.
+    pub flash: SettingsFlash,
 }
 
 /// Waits by the microsecond counter.

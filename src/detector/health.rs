@@ -87,7 +87,7 @@ impl Checkup {
             messages_dropped: counters.messages_dropped,
             chip_restarts: counters.chip_restarts,
             faults: [0; KINDS],
-            orders_damaged: 0,
+            orders_damaged: counters.orders_damaged,
             stack_used_bytes: 0,
             stack_bytes: 0,
             frame_rate_hz: self.frame_rate_hz,
