@@ -28,6 +28,7 @@ impl core::fmt::Display for TooLong {
 impl core::error::Error for TooLong {}
 
 /// CRC-32 of some bytes.
+#[inline(never)]
 pub fn checksum(bytes: &[u8]) -> u32 {
     CHECKSUM.checksum(bytes)
 }
@@ -40,6 +41,12 @@ pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLo
     let mut plain = [0; PLAIN_MAX];
     let room = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
     let length = postcard::to_slice(message, room).map_err(|_| TooLong)?.len();
+    seal(&mut plain, length, wire)
+}
+
+/// The part that does not depend on what is sent: checksum, stuffing and the zero.
+#[inline(never)]
+fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
     let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
     plain.get_mut(length..length + CHECKSUM_BYTES).ok_or(TooLong)?.copy_from_slice(&checksum);
     let content = plain.get(..length + CHECKSUM_BYTES).ok_or(TooLong)?;
@@ -50,13 +57,16 @@ pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLo
 
 /// The message in one stuffed frame, its zero left off, if all of it is as it was sent. Changes the frame.
 pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
+    let (message, rest) = postcard::take_from_bytes(unseal(frame)?).ok()?;
+    rest.is_empty().then_some(message)
+}
+
+/// The content of a stuffed frame, if its checksum is right.
+#[inline(never)]
+fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(frame).ok()?;
     let (content, sum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
-    if checksum(content) != u32::from_le_bytes(*sum) {
-        return None;
-    }
-    let (message, rest) = postcard::take_from_bytes(content).ok()?;
-    rest.is_empty().then_some(message)
+    (checksum(content) == u32::from_le_bytes(*sum)).then_some(content)
 }
 
 /// What a byte made of the frame that it belongs to.

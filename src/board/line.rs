@@ -1,5 +1,6 @@
 //! The line: USART3, telemetry out and orders in, one byte per interrupt.
 
+use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::USART3;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
