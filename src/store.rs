@@ -161,7 +161,8 @@ impl<P: Pages> FlashStore<P> {
     }
 
     fn write(&mut self, slot: Slot, record: &[u8; RECORD_BYTES]) -> Result<(), NotStored> {
-        for (word, offset) in record.as_chunks::<WORD_BYTES>().0.iter().zip((Self::offset(slot)..).step_by(WORD_BYTES)) {
+        for (word, offset) in record.as_chunks::<WORD_BYTES>().0.iter().zip((Self::offset(slot)..).step_by(WORD_BYTES))
+        {
             self.pages.program(offset, *word)?;
         }
         Ok(())

@@ -8,6 +8,7 @@
 //! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | orders to a board, and what came of them | [`orders`] |
 //! | packets as text and as JSON | [`events`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
@@ -32,6 +33,7 @@ pub mod grid;
 pub mod input;
 mod markdown;
 mod names;
+pub mod orders;
 pub mod output;
 mod parallel;
 pub mod picture;

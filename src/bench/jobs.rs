@@ -124,6 +124,8 @@ fn kept(news: News) -> Option<News<'static>> {
         News::Slide(slide) => Some(News::Slide(slide)),
         News::Release(release) => Some(News::Release(release)),
         News::Health(health) => Some(News::Health(health)),
+        News::Fault(fault) => Some(News::Fault(fault)),
+        News::Raw(raw) => Some(News::Raw(raw)),
         News::Image(_) => None,
     }
 }

@@ -82,7 +82,9 @@ impl Pages for SettingsFlash {
         }
         self.unlocked(|flash| {
             // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
-            flash.cr().write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(FIRST_SECTOR + page as u8) }.ser().set_bit());
+            flash
+                .cr()
+                .write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(FIRST_SECTOR + page as u8) }.ser().set_bit());
             flash.cr().modify(|_, w| w.strt().set_bit());
         })
     }
