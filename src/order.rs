@@ -154,3 +154,159 @@ fn refused(error: &SettingsError) -> Outcome {
     // Every name fits: a test says so.
     Outcome::Setting { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{KNOTS_A_COMMAND, ORDER_WIRE_MAX};
+    use crate::settings::{Array, SlideRule};
+    use crate::store::NotStored;
+    use crate::telemetry::Hello;
+    use crate::wire;
+    extern crate std;
+    use std::boxed::Box;
+    use std::vec;
+
+    /// Keeps what it is told to, and refuses when a page would have to be erased in a touch.
+    #[derive(Default)]
+    struct Kept {
+        settings: Option<Settings>,
+        saves: u32,
+        full: bool,
+    }
+
+    impl Store for Kept {
+        fn load(&mut self) -> (Settings, SettingsSource) {
+            (self.settings.unwrap_or(Settings::DEFAULT), SettingsSource::Stored)
+        }
+
+        fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<(), NotStored> {
+            if self.full && !may_erase {
+                return Err(NotStored);
+            }
+            self.settings = settings.copied();
+            self.saves += 1;
+            Ok(())
+        }
+    }
+
+    struct Board {
+        executor: Executor,
+        detector: Box<Detector>,
+        estimator: Box<Estimator>,
+        store: Kept,
+        greeted: vec::Vec<Hello>,
+    }
+
+    impl Board {
+        fn new() -> Self {
+            let settings = Settings::DEFAULT;
+            let (detector, estimator) = (Box::new(Detector::new(settings)), Box::new(Estimator::new(settings)));
+            Self { executor: Executor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
+        }
+
+        fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
+            let (effect, reply) = self.executor.settle(&Order { number, command }, touched, &mut self.store);
+            assert_eq!(reply.number, number);
+            self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |news| match news {
+                News::Hello(hello) => self.greeted.push(hello),
+                news => panic!("{news:?}"),
+            });
+            reply.outcome
+        }
+    }
+
+    const OTHERS: Settings = Settings { window_s: 0.5, harmonics: 2, ..Settings::DEFAULT };
+
+    #[test]
+    fn the_longest_orders_fit_the_wire_and_every_name_a_reply() {
+        let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
+        let array = Array { front: u16::MAX, alike: [u16::MAX; 4], ..Array::DEFAULT };
+        let settings = Settings { slide, array, ..Settings::DEFAULT };
+        let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
+        let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
+        for (command, bytes) in [(Command::Set { settings, keep: true }, 88), (Command::Follow(part), 87)] {
+            let mut wire = [0; ORDER_WIRE_MAX];
+            assert_eq!(wire::encode(&Order { number: u16::MAX, command }, &mut wire), Ok(bytes));
+        }
+        for field in ["pull_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
+            let error = SettingsError { field, value: 1.0, least: 2.0, greatest: 3.0 };
+            assert!(matches!(refused(&error), Outcome::Setting { field: name, .. } if name.as_str() == field));
+        }
+    }
+
+    #[test]
+    fn settings_are_in_force_and_kept_if_they_are_to_be() {
+        let mut board = Board::new();
+        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: false }, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[0].settings), (None, OTHERS));
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[1].source), (Some(OTHERS), SettingsSource::Sent));
+        // The same number again: nothing happens twice.
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
+        assert_eq!(board.told(3, Command::Forget, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[2].settings), (None, Settings::DEFAULT));
+    }
+
+    #[test]
+    fn settings_outside_their_bounds_change_nothing() {
+        let mut board = Board::new();
+        let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
+        let refused = board.told(1, Command::Set { settings, keep: true }, false);
+        assert!(matches!(refused, Outcome::Setting { least: 0.5, greatest: 5.5, .. }), "{refused:?}");
+        assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
+    }
+
+    #[test]
+    fn in_a_touch_a_full_page_is_told() {
+        let mut board = Board::new();
+        board.store.full = true;
+        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: true }, true), Outcome::NotStored);
+        assert_eq!((board.store.saves, board.greeted[0].settings), (0, OTHERS));
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!(board.store.settings, Some(OTHERS));
+    }
+
+    #[test]
+    fn a_profile_comes_in_parts_and_is_in_force_with_the_last() {
+        let knots = |from: u32, count: u32| (from..from + count).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
+        let part =
+            |first: u32, count, last| Command::Follow(Part { first: first as u8, knots: knots(first, count), last });
+        let mut board = Board::new();
+        for (number, first) in (0u16..).zip((0..24).step_by(8)) {
+            assert_eq!(board.told(number, part(first, 8, None), false), Outcome::Done);
+            assert_eq!(board.executor.profile(), None);
+        }
+        assert_eq!(board.told(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
+        let all: vec::Vec<Knot> = knots(0, 32);
+        let whole = Profile::new(&all, After::Repeat).unwrap();
+        assert_eq!(board.executor.profile(), Some(&whole));
+        // A part is missing; one that is out of order; one knot too many. The profile in force stays.
+        for (number, wrong) in (4u16..).zip([
+            vec![part(8, 8, Some(After::Hold))],
+            vec![part(0, 8, None), part(16, 8, Some(After::Hold))],
+            vec![part(0, 8, None), part(0, 1, Some(After::Repeat))],
+            vec![part(0, 8, None), part(8, 8, None), part(16, 8, None), part(24, 8, None), part(32, 1, None)],
+        ]) {
+            let last = wrong.len() - 1;
+            for (k, part) in wrong.into_iter().enumerate() {
+                let outcome = board.told(number * 10 + k as u16, part, false);
+                assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
+            }
+        }
+        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.told(100, Command::Unfollow, false), Outcome::Done);
+        assert_eq!(board.executor.profile(), None);
+    }
+
+    #[test]
+    fn who_restarts_does_nothing_else() {
+        let mut board = Board::new();
+        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert!(board.executor.is_restarting());
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
+        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
+    }
+}

@@ -69,7 +69,7 @@ pub trait Pages {
 }
 
 /// A place for a record: page and number in it. Only such places are ever touched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Slot {
     page: u32,
     number: u32,
@@ -96,6 +96,9 @@ impl<P: Pages> FlashStore<P> {
         self.pages
     }
 
+    /// Below the number of what is erased.
+    const NO_LIMIT: (u32, Slot) = (u32::MAX, Slot { page: 0, number: 0 });
+
     fn offset(slot: Slot) -> u32 {
         slot.page * P::PAGE_BYTES + slot.number * RECORD_BYTES as u32
     }
@@ -110,24 +113,24 @@ impl<P: Pages> FlashStore<P> {
         record
     }
 
-    /// The record with the highest number below `limit` whose checksum is right: its place, number and content.
-    fn newest_below(&mut self, mut limit: u32) -> Option<(Slot, u32, [u8; RECORD_BYTES])> {
+    /// The record with the highest number whose checksum is right, and is below `limit`: its number and place, and its
+    /// bytes. One that was spoilt may have the number of the one that replaced it, so places count too.
+    fn newest_below(&mut self, mut limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
         loop {
             let mut newest = None;
             for slot in Self::slots() {
                 let mut number = [0; 4];
                 self.pages.read(Self::offset(slot), &mut number);
                 let number = u32::from_le_bytes(number);
-                if number < limit && newest.is_none_or(|(_, most)| number > most) {
-                    newest = Some((slot, number));
+                if (number, slot) < limit && newest.is_none_or(|most| (number, slot) > most) {
+                    newest = Some((number, slot));
                 }
             }
-            let (slot, number) = newest?;
-            let record = self.record(slot);
+            limit = newest?;
+            let record = self.record(limit.1);
             if is_whole(&record) {
-                return Some((slot, number, record));
+                return Some((limit, record));
             }
-            limit = number;
         }
     }
 
@@ -172,13 +175,13 @@ impl<P: Pages> FlashStore<P> {
 impl<P: Pages> Store for FlashStore<P> {
     #[inline(never)]
     fn load(&mut self) -> (Settings, SettingsSource) {
-        let mut limit = u32::MAX;
-        while let Some((_, number, record)) = self.newest_below(limit) {
+        let mut limit = Self::NO_LIMIT;
+        while let Some((at, record)) = self.newest_below(limit) {
             match content(&record) {
                 Some(Some(settings)) => return (settings, SettingsSource::Stored),
                 Some(None) => return (Settings::DEFAULT, SettingsSource::Default),
                 // Of another version, or out of bounds: the one before it.
-                None => limit = number,
+                None => limit = at,
             }
         }
         let blank = Self::slots().all(|slot| self.is_erased(slot));
@@ -187,8 +190,8 @@ impl<P: Pages> Store for FlashStore<P> {
 
     #[inline(never)]
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<(), NotStored> {
-        let newest = self.newest_below(u32::MAX);
-        let number = newest.as_ref().map_or(0, |(_, number, _)| number.wrapping_add(1));
+        let newest = self.newest_below(Self::NO_LIMIT);
+        let number = newest.as_ref().map_or(0, |((number, _), _)| number.wrapping_add(1));
         let mut record = [0; RECORD_BYTES];
         let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
         content.get_mut(..4).ok_or(NotStored)?.copy_from_slice(&number.to_le_bytes());
@@ -196,7 +199,7 @@ impl<P: Pages> Store for FlashStore<P> {
         postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?).map_err(|_| NotStored)?;
         *sum = checksum(content).to_le_bytes();
 
-        let mut behind = newest.map(|(slot, ..)| slot);
+        let mut behind = newest.map(|((_, slot), _)| slot);
         let keep = behind.map(|slot| slot.page);
         for _ in 0..TRIES {
             let slot = self.next_slot(behind, keep, may_erase)?;

@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "emulated/orders.rs"]
+mod orders;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone::settings::Settings;

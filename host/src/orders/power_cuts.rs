@@ -70,6 +70,15 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
     }
 }
 
+/// Bits of a word that are done when power is lost: none, all, or any.
+fn part(random: &mut ChaCha8Rng) -> u32 {
+    match random.next_u32() % 4 {
+        0 => 0,
+        1 => u32::MAX,
+        _ => random.next_u32(),
+    }
+}
+
 #[derive(PartialEq)]
 enum Done {
     Fully,
@@ -89,7 +98,7 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
 
     fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
         let done = self.next();
-        let mask = if done == Done::Partly { self.random.next_u64() as u32 } else { u32::MAX };
+        let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
         let range = offset as usize..offset as usize + WORD_BYTES;
         let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
             self.wrong += 1;
@@ -119,7 +128,10 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
                 Ok(())
             }
             Done::Partly => {
-                place.iter_mut().for_each(|byte| *byte |= self.random.next_u64() as u8);
+                place.as_chunks_mut::<4>().0.iter_mut().for_each(|word| {
+                    let set = part(&mut self.random).to_le_bytes();
+                    word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+                });
                 Err(NotStored)
             }
             Done::Not => Err(NotStored),
