@@ -225,7 +225,9 @@ mod tests {
         let settings = Settings { slide, array, ..Settings::DEFAULT };
         let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
         let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
-        for (command, bytes) in [(Command::Set { settings, keep: true }, 88), (Command::Follow(part), 87)] {
+        // By hand: number 3, kind 1, settings 71, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
+        // 4 of checksum, 1 of stuffing and the zero.
+        for (command, bytes) in [(Command::Set { settings, keep: true }, 82), (Command::Follow(part), 86)] {
             let mut wire = [0; ORDER_WIRE_MAX];
             assert_eq!(wire::encode(&Order { number: u16::MAX, command }, &mut wire), Ok(bytes));
         }
@@ -279,7 +281,7 @@ mod tests {
             assert_eq!(board.executor.profile(), None);
         }
         assert_eq!(board.told(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
-        let all: vec::Vec<Knot> = knots(0, 32);
+        let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
         let whole = Profile::new(&all, After::Repeat).unwrap();
         assert_eq!(board.executor.profile(), Some(&whole));
         // A part is missing; one that is out of order; one knot too many. The profile in force stays.
