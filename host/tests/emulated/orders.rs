@@ -9,7 +9,7 @@ use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Abscissa, Event, Packet, Span};
 use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::Input;
-use ridgetone_host::orders::Orders;
+use ridgetone_host::orders::{Orders, TRIES};
 use std::time::Duration;
 
 /// What came of a run: packets, and with which of them each order was answered.
@@ -154,7 +154,8 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
     let damaged = damaged.last().expect("health");
     // What is between two zeros is a frame. The last one is ended by the zero in front of the order.
     let frames = noise.split(|byte| *byte == 0).filter(|frame| !frame.is_empty()).count();
-    assert_eq!(damaged as usize, frames);
+    // While the noise is on its way the order is sent again and again; of two that come at once the second is dropped.
+    assert!((frames..=frames + TRIES as usize).contains(&(damaged as usize)), "{damaged} damaged of {frames}");
     assert_eq!(run.answers.last().map(|(_, outcome)| outcome), Some(&Outcome::Done));
     let in_force = run.packets.iter().all(|packet| match &packet.event {
         Event::Hello(hello) => hello.settings == Settings::DEFAULT,
