@@ -5,7 +5,7 @@
 //! spoilt, does not, so the one before it does. When a page is full the other one is erased and gets the next record: a
 //! page that holds what is in force is never erased.
 //!
-//! Why not the crate `sequential-storage` (8.0.2): it takes 11 kB of flash here, this 1.5 kB.
+//! Why not the crate `sequential-storage` (8.0.2): with it the image takes 9.4 kB of flash more than with this.
 
 use crate::boot::SettingsSource;
 use crate::settings::Settings;

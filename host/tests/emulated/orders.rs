@@ -147,11 +147,11 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
     let mut noise = vec![0; 10_000];
     ChaCha8Rng::seed_from_u64(1).fill_bytes(&mut noise);
     let run = talk(&noise, vec![Command::Greet]);
-    let damaged = run.packets.iter().filter_map(|packet| match &packet.event {
+    let mut damaged = run.packets.iter().filter_map(|packet| match &packet.event {
         Event::Health(health) => Some(health.orders_damaged),
         _ => None,
     });
-    let damaged = damaged.last().expect("health");
+    let damaged = damaged.next_back().expect("health");
     // What is between two zeros is a frame. The last one is ended by the zero in front of the order.
     let frames = noise.split(|byte| *byte == 0).filter(|frame| !frame.is_empty()).count();
     // While the noise is on its way the order is sent again and again; of two that come at once the second is dropped.
