@@ -14,7 +14,7 @@ use crate::wire::checksum;
 /// Version of what a record holds: another one is not read. Raise it when [`Settings`] change.
 const VERSION: u8 = 1;
 
-/// Bytes of a record: its number, [`VERSION`], the settings (72 at most), and the checksum of all that.
+/// Bytes of a record: its number, the version, the settings (72 at most), and the checksum of all that.
 pub const RECORD_BYTES: usize = 96;
 
 /// Where its settings are.
