@@ -4,6 +4,7 @@
 //! from knot to knot, and is computed as that and not as a sum of steps. With places instead of times the
 //! fit gives cycles per millimetre, whatever the speed does meanwhile ([`crate::stretch::Stretch::along`]).
 
+use core::num::NonZeroU32;
 use serde::{Deserialize, Serialize};
 
 /// Most knots of a profile.
@@ -120,14 +121,15 @@ impl Profile {
     /// The way from where the finger is at a device time, microseconds.
     pub fn way_from(&self, start_us: u64) -> Way<'_> {
         let (first_us, last_us) = (self.time_us(0), self.time_us(self.knots.len().wrapping_sub(1)));
-        let round_us = last_us.wrapping_sub(first_us);
-        let (from_us, round_us) = if self.after == After::Hold || round_us == 0 {
+        let repeats = self.after == After::Repeat;
+        let round_us = NonZeroU32::new(last_us.wrapping_sub(first_us)).filter(|_| repeats);
+        let from_us = match round_us {
             // Behind the last knot any time is like any other.
-            (start_us.min(last_us.into()) as u32, None)
-        } else if start_us >= first_us.into() {
-            (first_us + remainder(start_us - u64::from(first_us), round_us), Some(round_us))
-        } else {
-            (last_us - (first_us - start_us as u32 - 1) % round_us - 1, Some(round_us))
+            None => start_us.min(last_us.into()) as u32,
+            Some(round_us) if start_us >= first_us.into() => {
+                first_us + remainder(start_us - u64::from(first_us), round_us)
+            }
+            Some(round_us) => last_us - (first_us - start_us as u32 - 1) % round_us - 1,
         };
         let knot = self.behind(from_us.into());
         let speed_mm_s = self.speed_mm_s(knot, from_us.into());
@@ -174,7 +176,7 @@ pub struct Way<'a> {
     /// The moment, in the profile's time; in its first round if it repeats.
     from_us: u32,
     /// Length of a round if there are any.
-    round_us: Option<u32>,
+    round_us: Option<NonZeroU32>,
     /// Number of the first knot later than that moment.
     knot: usize,
     /// Speed at that moment.
@@ -214,8 +216,8 @@ fn mm(speed_mm_s: f32, time_us: u32) -> f32 {
 }
 
 /// What is left of a number that is divided. Bit by bit: a division of 64 bits is a kilobyte of code on the chip.
-fn remainder(number: u64, divisor: u32) -> u32 {
-    let divisor = u64::from(divisor);
+fn remainder(number: u64, divisor: NonZeroU32) -> u32 {
+    let divisor = u64::from(divisor.get());
     let mut rest = 0;
     for bit in (0..u64::BITS).rev() {
         rest = rest << 1 | number >> bit & 1;
@@ -344,7 +346,8 @@ mod tests {
     fn what_is_left_of_a_division_is() {
         for (number, divisor) in [(0, 1), (5, 7), (7, 7), (u64::MAX, 3), (u64::MAX, u32::MAX), (u64::MAX - 1, 1 << 31)]
         {
-            assert_eq!(u64::from(remainder(number, divisor)), number % u64::from(divisor), "{number} by {divisor}");
+            let rest = remainder(number, NonZeroU32::new(divisor).unwrap());
+            assert_eq!(u64::from(rest), number % u64::from(divisor), "{number} by {divisor}");
         }
     }
 
