@@ -59,6 +59,12 @@ impl FaultKind {
         }
     }
 
+    /// Whether what the taxels read may move with it: then something else than a slide may look like the beginning of one,
+    /// or hide its end.
+    pub const fn moves_levels(self) -> bool {
+        matches!(self, Self::Registers | Self::Supply | Self::Reference)
+    }
+
     /// Every kind, in the order of their numbers.
     pub const ALL: [Self; KINDS] = [
         Self::Lost,

@@ -9,6 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 #[derive(Debug, Default)]
 pub struct Tally {
     overruns: AtomicU32,
+    unseen: AtomicU32,
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
@@ -23,6 +24,7 @@ impl Tally {
     pub const fn new() -> Self {
         Self {
             overruns: AtomicU32::new(0),
+            unseen: AtomicU32::new(0),
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
@@ -40,6 +42,11 @@ impl Tally {
     /// A conversion was lost between interrupt and queue.
     pub fn overrun(&self) {
         self.overruns.fetch_add(1, Relaxed);
+    }
+
+    /// The chip may have made so many conversions, at most, that nobody can have seen.
+    pub fn unseen(&self, at_most: u32) {
+        self.unseen.fetch_add(at_most, Relaxed);
     }
 
     /// A window was not fitted.
@@ -73,6 +80,7 @@ impl Tally {
     pub fn counters(&self) -> Counters {
         Counters {
             overruns: self.overruns.load(Relaxed),
+            unseen: self.unseen.load(Relaxed),
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
@@ -90,6 +98,7 @@ mod tests {
     fn what_is_counted_is_reported() {
         let tally = Tally::new();
         tally.overrun();
+        tally.unseen(6);
         tally.hop_skipped();
         tally.hop_skipped();
         tally.message_dropped();
@@ -97,7 +106,8 @@ mod tests {
         tally.set_load(0.25);
         tally.set_stack(1234, 32768);
         let (load, stack) = (0.25, [1234, 32768]);
-        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load, stack };
+        let expected =
+            Counters { overruns: 1, unseen: 6, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load, stack };
         assert_eq!(tally.counters(), expected);
     }
 }

@@ -10,8 +10,10 @@ use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
 const OVER_US: u32 = 1_000_000;
-/// Most messages in a stretch of [`OVER_US`], whatever happens: what begins beyond that is told later, or with its end.
+/// Most messages in a stretch of [`STRETCH_US`], whatever happens, microseconds: what begins beyond that is told with the
+/// next. Kinds that all begin and end every [`OVER_US`], which is as often as they can, make 26 a second.
 const MOST: u8 = 4;
+const STRETCH_US: u32 = 125_000;
 /// While a bout lasts its end is looked for once in so many frames.
 const LOOK_FRAMES: u32 = 16;
 
@@ -98,7 +100,7 @@ impl Bouts {
     #[inline(never)]
     pub fn tell(&mut self, now_us: (u64, u32), tally: &Tally, emit: &mut dyn FnMut(News)) {
         let (device_us, board_us) = now_us;
-        if (device_us as u32).wrapping_sub(self.since_us) >= OVER_US {
+        if (device_us as u32).wrapping_sub(self.since_us) >= STRETCH_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
         }
         let fresh = tally.faults.take_fresh();
