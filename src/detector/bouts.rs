@@ -2,7 +2,8 @@
 
 use super::Detector;
 use crate::fault::{Doubts, Fault, FaultKind, KINDS};
-use crate::frame::{Assembler, Flaws};
+use crate::frame::{Assembler, Flaws, SLOTS};
+use crate::motion::BLOCK_FRAMES;
 use crate::tally::Tally;
 use crate::telemetry::News;
 use crate::window::reached;
@@ -16,6 +17,10 @@ const MOST: u8 = 4;
 const STRETCH_US: u32 = 125_000;
 /// While a bout lasts its end is looked for once in so many frames.
 const LOOK_FRAMES: u32 = 16;
+
+/// So many conversions without one that came are a silence, in which a slide may have ended unseen: as many frames as the
+/// comparisons that tell a motion are made of.
+const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
 
 /// Codes from the least on, and how many more of them there are.
 #[derive(Clone, Copy, Debug)]
@@ -71,6 +76,7 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
         (FaultKind::Overload, overload),
+        (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
     ] {
         tally.faults.add(kind, times, board_us);
     }
@@ -106,14 +112,15 @@ impl Bouts {
         let fresh = tally.faults.take_fresh();
         self.looks = !fresh.and(self.lasting).is_none();
         for kind in fresh.and(self.lasting).iter() {
-            let age_us = board_us.wrapping_sub(tally.faults.seen_us(kind)) as i32;
             // Seen by a task that came between, or before the first conversion: now is near enough.
-            let age_us = age_us.max(0) as u32;
+            let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
+            let first_us = device_us.saturating_sub(age_us(tally.faults.first_us(kind)) as u64);
+            let age_us = age_us(tally.faults.seen_us(kind));
             let seen_us = device_us.saturating_sub(age_us as u64);
             let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
             if !self.lasting.has(kind) {
                 self.lasting = self.lasting.with(kind);
-                *from_us = seen_us;
+                *from_us = first_us;
             }
             let is_over = age_us >= OVER_US && !fresh.has(kind);
             if (!is_over && self.told.has(kind)) || self.messages >= MOST {
