@@ -22,6 +22,11 @@ const LOOK_FRAMES: u32 = 16;
 /// comparisons that tell a motion are made of.
 const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
 
+/// A clock may be off by this share of its rate, 2 %, while nobody sees it. Of so many conversions lost that is half a
+/// scan: which number of whole scans went by is then open, and as many more as it may have been are told as lost.
+const CLOCK_SHARE: u32 = 50;
+const UNSURE_CONVERSIONS: u32 = CLOCK_SHARE * SLOTS / 2;
+
 /// Codes from the least on, and how many more of them there are.
 #[derive(Clone, Copy, Debug)]
 struct Range {
@@ -69,6 +74,9 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
     let board_us = assembler.board_us();
     note_zero(assembler, tally);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
+    if lost >= UNSURE_CONVERSIONS {
+        tally.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+    }
     for (kind, times) in [
         (FaultKind::Lost, lost),
         (FaultKind::Repeated, repeated),
