@@ -23,11 +23,12 @@ const LOOK_FRAMES: u32 = 16;
 const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
 
 /// A clock may be off by this share of its rate, 2 %, while nobody sees it. Of so many conversions lost that is half a
-/// scan: which number of whole scans went by is then open, and as many more as it may have been are told as lost.
+/// scan: which number of whole scans went by is then open, and as many more as it may have been are told as lost. In a
+/// gap of more than two seconds the chip was set up anew, or the board was off: it is counted by the time alone.
 const CLOCK_SHARE: u32 = 50;
-const UNSURE_CONVERSIONS: u32 = CLOCK_SHARE * SLOTS / 2;
+const UNSURE_CONVERSIONS: Range = Range { least: (CLOCK_SHARE * SLOTS / 2) as i32, more: 10_000 };
 
-/// Codes from the least on, and how many more of them there are.
+/// Codes or numbers from the least on, and how many more of them there are.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     least: i32,
@@ -79,7 +80,7 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
     let board_us = assembler.board_us();
     note_zero(assembler, tally);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
-    if lost >= UNSURE_CONVERSIONS {
+    if UNSURE_CONVERSIONS.has(lost as i32) {
         tally.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
     }
     for (kind, times) in [
