@@ -7,7 +7,9 @@ use crate::cli::{
     Senseless,
 };
 use crate::faults::campaign;
+use crate::feed::Feed;
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
+use crate::live::Counts;
 use crate::output::{self, Progress};
 use crate::picture::Recording;
 use crate::port::{Link, System, Wanted};
@@ -15,7 +17,7 @@ use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay};
+use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay, stop};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::profile::After;
@@ -128,7 +130,12 @@ fn run_listen(args: ListenArgs) -> Result<()> {
         (None, Some(number)) => Wanted::UsbSerial(number),
         (None, None) => return Err(Senseless("say which board: --port or --usb-serial".into()).into()),
     };
-    listen::run(Link::open(System, wanted)?, &mut printer(args.json))
+    stop::on_signal()?;
+    let mut feed = Feed::new(Link::open(System, wanted)?);
+    let heard = listen::run(&mut feed, &mut printer(args.json));
+    let Counts { received, missing, damaged, .. } = feed.counts();
+    line_quality(received, missing, damaged);
+    heard
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {

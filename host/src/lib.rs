@@ -8,7 +8,9 @@
 //! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
+//! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | packets as text and as JSON | [`events`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
@@ -18,7 +20,7 @@
 //! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
-//! | the command line | [`cli`], [`commands`], [`output`] |
+//! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
 #![forbid(unsafe_code)]
 
 mod axis;
@@ -31,11 +33,13 @@ pub mod demo;
 pub mod emulator;
 pub mod events;
 pub mod faults;
+pub mod feed;
 pub mod fit_report;
 pub mod flips;
 pub mod grid;
 pub mod input;
 pub mod listen;
+pub mod live;
 mod markdown;
 mod names;
 pub mod output;
@@ -48,6 +52,7 @@ pub mod setting;
 pub mod simulated;
 pub mod speed;
 pub mod static_image;
+pub mod stop;
 mod svg;
 pub mod table_fit;
 mod tone;

@@ -238,8 +238,13 @@ fn seconds(t_us: u64) -> f64 {
 /// # Errors
 /// None that a packet could cause; those of the serializer.
 pub fn json(packet: &Packet) -> serde_json::Result<String> {
+    serde_json::to_string(&serializable(packet))
+}
+
+/// A packet as [`json`] has it, for a serializer.
+pub fn serializable(packet: &Packet) -> impl Serialize {
     let sequence = packet.sequence;
-    let body = match &packet.event {
+    match &packet.event {
         Event::Hello(e) => Body::Hello {
             sequence,
             protocol: e.protocol,
@@ -321,8 +326,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             good: e.good,
             codes: &e.codes,
         },
-    };
-    serde_json::to_string(&body)
+    }
 }
 
 #[cfg(test)]
