@@ -10,6 +10,7 @@
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
+//! | telemetry in a file | [`recording`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | packets as text and as JSON | [`events`] |
@@ -46,6 +47,7 @@ pub mod output;
 mod parallel;
 pub mod picture;
 pub mod port;
+pub mod recording;
 pub mod replay;
 pub mod reproduce;
 pub mod setting;
