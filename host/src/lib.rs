@@ -13,6 +13,7 @@
 //! | telemetry in a file | [`recording`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
+//! | orders to a board, and what came of them | [`orders`] |
 //! | packets as text and as JSON | [`events`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
@@ -43,6 +44,7 @@ pub mod listen;
 pub mod live;
 mod markdown;
 mod names;
+pub mod orders;
 pub mod output;
 mod parallel;
 pub mod picture;

@@ -2,11 +2,11 @@
 //!
 //! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
 //! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`ridgetone::bridge`] records through two
-//! FIFOs, telemetry leaves on USART3 (the emulator's third serial port), and the run ends with the
+//! FIFOs, telemetry leaves and orders come on USART3 (the emulator's third serial port), and the run ends with the
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Board, Line, crash, kept::Kept, line::LINE_BAUD, link};
+use super::{Board, Line, SettingsFlash, crash, kept::Kept, line::LINE_BAUD, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use defmt_rtt as _;
@@ -156,8 +156,8 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let gpiob = device.GPIOB.split(&mut rcc);
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
     #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-    let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
-        Ok(tx) => tx,
+    let serial = match device.USART3.serial((gpiob.pb10, gpiob.pb11), config, &mut rcc) {
+        Ok(serial) => serial,
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
@@ -167,7 +167,9 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
-    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(tx), boot }
+    // SAFETY: this is done once.
+    let flash = unsafe { SettingsFlash::new() };
+    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(serial), boot, flash }
 }
 
 /// Waits until an interrupt is pending, masked or not.
@@ -192,6 +194,11 @@ pub fn sleep() {
             );
         }
     }
+}
+
+/// Resets the processor; the bridge, the time and the pages of settings stay.
+pub fn restart() -> ! {
+    link::restart(ResetCause::Software)
 }
 
 /// Ends the emulator: all is done. Tells how deep the stack has been.

@@ -10,8 +10,8 @@
 //! | START | A5 | PC5 | output, low until the registers are written |
 //! | RESET | D6 | PC6 | output, high at rest |
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7) at 921600 baud, 8N1; the baud rate generator divides
-//! 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
+//! Telemetry leaves on TX (PB10, USART3, AF7), orders come on RX (PB11), both at 921600 baud, 8N1; the baud rate
+//! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
 //!
 //! The time of a DRDY edge is read first thing in its interrupt, so it is late by the interrupt's
 //! entry: 12 cycles (0.07 us), up to a few microseconds when something masked interrupts. A timer's
@@ -19,7 +19,7 @@
 //! (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
 use super::line::LINE_BAUD;
-use super::{Board, Line, crash};
+use super::{Board, Line, SettingsFlash, crash};
 use core::convert::Infallible;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
@@ -163,14 +163,17 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     pin.enable_interrupt(&mut exti);
 
     let config = serial::Config::default().baudrate(LINE_BAUD.bps());
+    // Up: without a PC the line would float, and noise would be taken for bytes.
+    let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
     #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-    let tx = match device.USART3.tx(gpiob.pb10, config, &mut rcc) {
-        Ok(tx) => tx,
+    let serial = match device.USART3.serial((gpiob.pb10, rx), config, &mut rcc) {
+        Ok(serial) => serial,
         // Not met at run time: the divider of a fixed baud rate from a fixed clock.
         Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
     };
 
-    Board { spi, start, reset, drdy: Drdy { pin, exti, edge_us: 0 }, line: Line::new(tx), boot }
+    let flash = SettingsFlash::new(device.FLASH);
+    Board { spi, start, reset, drdy: Drdy { pin, exti, edge_us: 0 }, line: Line::new(serial), boot, flash }
 }
 
 /// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the processor.
@@ -226,6 +229,11 @@ pub fn sleep() {
 /// A board's signal never ends.
 pub const fn ended() -> bool {
     false
+}
+
+/// Resets the processor.
+pub fn restart() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
 }
 
 /// Never called, as [`ended`] is never true.

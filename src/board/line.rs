@@ -1,24 +1,40 @@
-//! The telemetry line: USART3's transmitter, one byte per interrupt.
+//! The line: USART3, telemetry out and orders in, one byte per interrupt.
 
+use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::USART3;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::serial::{Tx, TxISR, TxListen};
+use stm32f4xx_hal::serial::{Rx, RxListen, Serial, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times what sixteen channels at four windows a second need.
 pub const LINE_BAUD: u32 = 921_600;
 
-/// USART3's transmitter.
+/// USART3.
 pub struct Line {
     tx: Tx<USART3>,
+    rx: Rx<USART3>,
 }
 
+/// A byte was lost: it came too fast, or noise was on the line.
+pub struct Lost;
+
 impl Line {
-    /// Takes over a configured transmitter, its interrupt off.
-    pub fn new(mut tx: Tx<USART3>) -> Self {
+    /// Takes over the configured USART. Its receiver's interrupt is on, its transmitter's off.
+    pub fn new(serial: Serial<USART3>) -> Self {
+        let (mut tx, mut rx) = serial.split();
         tx.unlisten();
-        Self { tx }
+        rx.listen();
+        Self { tx, rx }
+    }
+
+    /// The byte that has come, if one has.
+    pub fn receive(&mut self) -> Option<Result<u8, Lost>> {
+        match self.rx.read() {
+            Ok(byte) => Some(Ok(byte)),
+            Err(nb::Error::WouldBlock) => None,
+            Err(nb::Error::Other(_)) => Some(Err(Lost)),
+        }
     }
 
     /// Whether a byte can be taken. False while one is on its way and [`Line::send`]'s interrupt is due.

@@ -4,8 +4,8 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::fmt;
 
-/// Flash of the STM32F405RG, bytes.
-const FLASH_BYTES: u64 = 1024 * 1024;
+/// Flash of the STM32F405RG, bytes, but for the two sectors of the settings (`memory.x`).
+const FLASH_BYTES: u64 = 768 * 1024;
 
 /// Its main RAM, bytes.
 const RAM_BYTES: u64 = 128 * 1024;
