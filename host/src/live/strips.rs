@@ -30,10 +30,14 @@ impl Strips {
         if self.0.len() == STRIP_FRAMES {
             self.0.pop_front();
         }
+        self.0.push_back(Self::frame(raw, vref_v));
+    }
+
+    /// A raw frame in volts.
+    pub fn frame(raw: &Raw, vref_v: f32) -> Frame {
         let usable = raw.present & raw.good;
         let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
-        let t_s = raw.t_us as f64 / 1e6;
-        self.0.push_back(Frame { t_s, number: raw.number, volts: std::array::from_fn(volts) });
+        Frame { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
     }
 
     /// They, oldest first.
