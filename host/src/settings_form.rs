@@ -229,7 +229,7 @@ mod tests {
     fn what_is_wrong_is_told_with_its_bounds_and_their_reason() {
         for (change, parts) in [
             ("window_s=9", &["window_s=9: window_s = 9: choose a value from 0.1 to 3.9", "memory"][..]),
-            ("windw_s=1", &["no setting windw_s", "window_s, "]),
+            ("windw_s=1", &["no setting windw_s", "hop_s, ", "window_s"]),
             ("array.pitch=1", &["no setting array.pitch", "array.pitch_mm"]),
             ("harmonics=2.5", &["expected integer, found float"]),
             ("harmonics=300", &["300"]),

@@ -1,0 +1,74 @@
+//! A pseudo-terminal: a board's line, or a person's screen.
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
+use rustix::fs::{Mode, OFlags, open};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Our end of it, and what was read there.
+pub struct Terminal {
+    end: File,
+    /// What the other end is opened by.
+    pub name: String,
+    said: String,
+}
+
+impl Terminal {
+    /// A new one of so many columns and rows.
+    pub fn new(columns: u16, rows: u16) -> Self {
+        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+        grantpt(&end).expect("granted");
+        unlockpt(&end).expect("unlocked");
+        let size = Winsize { ws_col: columns, ws_row: rows, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&end, size).expect("a size");
+        let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+        Self { end: end.into(), name, said: String::new() }
+    }
+
+    /// The other end, for a child.
+    pub fn other_end(&self) -> File {
+        open(self.name.as_str(), OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("an end").into()
+    }
+
+    /// Our end as a file.
+    pub fn into_file(self) -> File {
+        self.end
+    }
+
+    /// Types something.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.end.write_all(bytes).expect("written");
+    }
+
+    /// Reads until this was said.
+    pub fn read_until(&mut self, part: &str) {
+        let begun = Instant::now();
+        while !self.said.contains(part) {
+            assert!(begun.elapsed() < PATIENCE, "{part:?} does not come: {}", self.said);
+            self.read();
+        }
+    }
+
+    fn read(&mut self) -> bool {
+        let mut bytes = [0; 65_536];
+        match self.end.read(&mut bytes) {
+            Ok(length) if length > 0 => {
+                self.said += &String::from_utf8_lossy(&bytes[..length]);
+                true
+            }
+            // The other end is closed.
+            _ => false,
+        }
+    }
+
+    /// Reads what is left, and gives all that was said.
+    pub fn rest(&mut self) -> String {
+        while self.read() {}
+        std::mem::take(&mut self.said)
+    }
+}
