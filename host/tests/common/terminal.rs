@@ -15,7 +15,9 @@ pub struct Terminal {
     end: File,
     /// What the other end is opened by.
     pub name: String,
-    said: String,
+    said: Vec<u8>,
+    /// What stands on it.
+    screen: vt100::Parser,
 }
 
 impl Terminal {
@@ -27,7 +29,7 @@ impl Terminal {
         let size = Winsize { ws_col: columns, ws_row: rows, ws_xpixel: 0, ws_ypixel: 0 };
         tcsetwinsize(&end, size).expect("a size");
         let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
-        Self { end: end.into(), name, said: String::new() }
+        Self { end: end.into(), name, said: Vec::new(), screen: vt100::Parser::new(rows, columns, 0) }
     }
 
     /// The other end, for a child.
@@ -45,20 +47,31 @@ impl Terminal {
         self.end.write_all(bytes).expect("written");
     }
 
-    /// Reads until this was said.
+    /// Reads until this stands on it.
     pub fn read_until(&mut self, part: &str) {
         let begun = Instant::now();
-        while !self.said.contains(part) {
-            assert!(begun.elapsed() < PATIENCE, "{part:?} does not come: {}", self.said);
+        while !self.shows(part) {
+            assert!(begun.elapsed() < PATIENCE, "{part:?} does not come:\n{}", self.screen.screen().contents());
             self.read();
         }
+    }
+
+    /// Whether this stands on it.
+    pub fn shows(&self, part: &str) -> bool {
+        self.screen.screen().contents().contains(part)
+    }
+
+    /// The screen.
+    pub fn screen(&self) -> &vt100::Screen {
+        self.screen.screen()
     }
 
     fn read(&mut self) -> bool {
         let mut bytes = [0; 65_536];
         match self.end.read(&mut bytes) {
             Ok(length) if length > 0 => {
-                self.said += &String::from_utf8_lossy(&bytes[..length]);
+                self.said.extend_from_slice(&bytes[..length]);
+                self.screen.process(&bytes[..length]);
                 true
             }
             // The other end is closed.
@@ -66,9 +79,9 @@ impl Terminal {
         }
     }
 
-    /// Reads what is left, and gives all that was said.
+    /// Reads what is left, and gives all bytes that came.
     pub fn rest(&mut self) -> String {
         while self.read() {}
-        std::mem::take(&mut self.said)
+        String::from_utf8_lossy(&self.said).into_owned()
     }
 }
