@@ -1,11 +1,13 @@
 //! Puts `memory.x` where the linker looks for it and hands over the linker scripts, for a target
 //! without an operating system only. Not in `.cargo/config.toml`: there the arguments vanish when
 //! RUSTFLAGS is set, and what is then linked is an empty image that nobody complains about.
+//!
+//! `memory.x` is in `src/board`, because the linker looks into the root first.
 
 use std::{env, fs, path::PathBuf};
 
 fn main() {
-    // This file and memory.x are part of the script itself: when they change it is built, and run, anew.
+    // This file and the linker script are part of the script itself: when they change it is built, and run, anew.
     println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
@@ -13,7 +15,10 @@ fn main() {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::write(out.join("memory.x"), include_bytes!("memory.x")).expect("OUT_DIR is writable");
+    // STM32F446RE and STM32F405RG.
+    let flash = if has("NUCLEO_F446RE") { "512K" } else { "1024K" };
+    let memory = format!("_flash_size = {flash};\n{}", include_str!("src/board/memory.x"));
+    fs::write(out.join("memory.x"), memory).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: sections need no page alignment in flash.
     for argument in ["--nmagic", "-Tlink.x"] {

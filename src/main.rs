@@ -25,10 +25,13 @@
     clippy::unimplemented
 )]
 
-#[cfg(all(target_os = "none", feature = "feather-f405", feature = "emulated"))]
-compile_error!("choose one board: the feature `feather-f405` or the feature `emulated`, not both");
-#[cfg(all(target_os = "none", not(any(feature = "feather-f405", feature = "emulated"))))]
-compile_error!("choose a board: the feature `feather-f405` or the feature `emulated`");
+#[cfg(all(
+    target_os = "none",
+    any(all(feature = "stm32f4", feature = "emulated"), all(feature = "feather-f405", feature = "nucleo-f446re"))
+))]
+compile_error!("choose one board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
+#[cfg(all(target_os = "none", not(any(feature = "stm32f4", feature = "emulated"))))]
+compile_error!("choose a board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
 
 #[cfg(target_os = "none")]
 mod board;

@@ -1,22 +1,31 @@
-//! The telemetry line: USART3's transmitter, one byte per interrupt.
+//! The telemetry line: the transmitter of the board's USART, one byte per interrupt.
 
-use stm32f4xx_hal::pac::USART3;
+use super::Usart;
+use stm32f4xx_hal::gpio::PushPull;
+use stm32f4xx_hal::gpio::alt::SerialAsync;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::serial::{Tx, TxISR, TxListen};
+use stm32f4xx_hal::rcc::Rcc;
+use stm32f4xx_hal::serial::{Config, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times what sixteen channels at four windows a second need.
-pub const LINE_BAUD: u32 = 921_600;
+const LINE_BAUD: u32 = 921_600;
 
-/// USART3's transmitter.
+/// The USART's transmitter.
 pub struct Line {
-    tx: Tx<USART3>,
+    tx: Tx<Usart>,
 }
 
 impl Line {
-    /// Takes over a configured transmitter, its interrupt off.
-    pub fn new(mut tx: Tx<USART3>) -> Self {
+    /// Sets the transmitter up, its interrupt off.
+    pub fn new(usart: Usart, tx: impl Into<<Usart as SerialAsync>::Tx<PushPull>>, rcc: &mut Rcc) -> Self {
+        #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
+        let mut tx = match usart.tx(tx, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
+            Ok(tx) => tx,
+            // Not met at run time: the divider of a fixed baud rate from a fixed clock.
+            Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
+        };
         tx.unlisten();
         Self { tx }
     }

@@ -52,10 +52,14 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Lints the firmware for both boards and the benchmarks, warnings denied.
+    /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
-    /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
-    Flash,
+    /// Flashes a board through a debug probe, with probe-rs, and shows its log.
+    Flash {
+        /// Which.
+        #[arg(long, value_enum, default_value = "feather-f405")]
+        board: Board,
+    },
 }
 
 fn main() -> ExitCode {
@@ -67,7 +71,7 @@ fn main() -> ExitCode {
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_tell(board),
-        Task::Flash => images::flash(),
+        Task::Flash { board } => images::flash(board),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
