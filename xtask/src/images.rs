@@ -56,6 +56,14 @@ impl Board {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::Emulated];
 
+    /// Those of hardware.
+    pub const REAL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+
+    /// Its feature in `Cargo.toml`.
+    pub const fn name(self) -> &'static str {
+        self.image().name
+    }
+
     /// Its firmware.
     pub const fn image(self) -> Image {
         // DRDY's interrupt and the line's are what the firmware is about.

@@ -2,11 +2,13 @@
 
 mod bench;
 mod demo;
+mod dfu;
 mod faults;
 mod images;
 mod inspect;
 mod install;
 mod panics;
+mod release;
 mod setup;
 mod test;
 mod toolchain;
@@ -52,6 +54,8 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
+    /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
+    Release,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
@@ -68,6 +72,7 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Test => test::run(),
+        Task::Release => release::run(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_tell(board),
