@@ -15,8 +15,8 @@ fn main() {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    // STM32F446RE and STM32F405RG.
-    let flash = if has("NUCLEO_F446RE") { "512K" } else { "1024K" };
+    // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
+    let flash = if has("NUCLEO_F446RE") { "256K" } else { "768K" };
     let memory = format!("_flash_size = {flash};\n{}", include_str!("src/board/memory.x"));
     fs::write(out.join("memory.x"), memory).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());

@@ -81,6 +81,8 @@ pub enum SettingsSource {
     Sent,
     /// Something was stored and cannot be read: these are the defaults.
     Damaged,
+    /// What was stored last cannot be read: these were stored before that.
+    StoredBefore,
 }
 
 /// What `hello` says of the start.
@@ -90,6 +92,11 @@ pub struct Boot {
     pub cause: ResetCause,
     /// What the run before died of, if it did.
     pub record: Option<Record>,
+}
+
+impl Boot {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { cause: ResetCause::Unknown, record: None };
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! After power-up that RAM holds anything, so a record counts only with its checksum, and only once.
 
 use crate::boot::{Death, FILE_BYTES, Record};
-use crate::telemetry::CHECKSUM;
+use crate::wire::CHECKSUM;
 
 /// Words of RAM for one record: checksum, kind of death, time, two addresses, line, and the file's name, filled up with
 /// zeros. By hand and in words: to read postcard back takes a kilobyte of flash that nothing else needs.

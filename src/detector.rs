@@ -3,6 +3,7 @@
 mod bouts;
 mod health;
 mod imaging;
+mod orders;
 mod teller;
 
 use crate::boot::{Boot, SettingsSource};
@@ -10,7 +11,7 @@ use crate::contact::ContactDetector;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use crate::tally::Tally;
-use crate::telemetry::{Hello, Image, News, PROTOCOL};
+use crate::telemetry::{Hello, Image, News, PROTOCOL, Raw};
 use crate::window::{Ring, Values, Window};
 use bouts::Bouts;
 use health::Checkup;
@@ -29,6 +30,8 @@ pub struct Counters {
     pub messages_dropped: u32,
     /// Times the ADC was set up anew because its registers were not what they should be.
     pub chip_restarts: u32,
+    /// Orders that came damaged.
+    pub orders_damaged: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
     /// The most of the stack that was in use since start-up, and its size, bytes.
@@ -44,6 +47,14 @@ pub struct Detector {
     checkup: Checkup,
     imaging: Imaging,
     bouts: Bouts,
+    /// Where the settings come from.
+    source: SettingsSource,
+    /// How the run began.
+    boot: Boot,
+    /// Nothing is told but `health` and faults.
+    stopped: bool,
+    /// Frames still to be told raw.
+    raw_frames: u32,
 }
 
 /// What takes the assembler's frames.
@@ -60,6 +71,11 @@ struct Rest {
 impl Detector {
     /// A detector at rest. `settings` must have passed [`Settings::validate`].
     pub const fn new(settings: Settings) -> Self {
+        Self::booted(settings, SettingsSource::Default, Boot::UNKNOWN)
+    }
+
+    /// The same, for a greeting that says where the settings come from and how the run began.
+    pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
         Self {
             settings,
             assembler: Assembler::new(settings.vref_v),
@@ -72,10 +88,14 @@ impl Detector {
             checkup: Checkup::new(),
             imaging: Imaging::new(),
             bouts: Bouts::new(settings.vref_v),
+            source,
+            boot,
+            stopped: false,
+            raw_frames: 0,
         }
     }
 
-    /// The greeting to send before anything else. How the run began is for who knows it to fill in.
+    /// The greeting to send before anything else.
     #[inline(never)]
     pub fn hello(&self) -> News<'static> {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
@@ -88,8 +108,8 @@ impl Detector {
             ],
             frame_rate_hz: FRAME_RATE_HZ,
             settings: self.settings,
-            source: SettingsSource::Default,
-            boot: Boot::default(),
+            source: self.source,
+            boot: self.boot.clone(),
         })
     }
 
@@ -145,9 +165,20 @@ impl Detector {
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) {
-        let Self { assembler, rest, .. } = self;
-        assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| rest.frame(frame, ring, emit, due));
+        let Self { assembler, rest, stopped, raw_frames, .. } = self;
+        assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| {
+            if *raw_frames > 0 {
+                *raw_frames -= 1;
+                tell_raw(frame, emit);
+            }
+            if *stopped {
+                rest.teller.latest = (frame.number, frame.t_us);
+            } else {
+                rest.frame(frame, ring, emit, due);
+            }
+        });
         bouts::note(assembler, tally);
+        self.choose_way();
     }
 
     /// The signal has ended: closes what is open (a slide that still runs) and reports health.
@@ -197,6 +228,13 @@ impl Rest {
             teller.hop(start, until, ring, due);
         }
     }
+}
+
+/// Tells a frame as it was read.
+#[inline(never)]
+fn tell_raw(frame: &Frame, emit: &mut dyn FnMut(News)) {
+    let Frame { number, t_us, present, good, .. } = *frame;
+    emit(News::Raw(Raw { t_us, number, present, good, codes: *frame.taxels() }));
 }
 
 /// Scans that never came leave frames without a valid taxel.

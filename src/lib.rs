@@ -23,9 +23,10 @@
 //! | [`sine_fit`] | the tone: its frequency, its uncertainty, and whether there is one |
 //! | [`lag`], [`travel`] | how far the tone of one column of units is behind the other's; from that the spatial period, speed and direction |
 //! | [`pipeline`] | composes all of it: push(conversion) gives events |
-//! | [`telemetry`] | the events on the wire |
+//! | [`telemetry`], [`wire`] | the events, and how they travel |
 //!
-//! What goes wrong is named in [`fault`] and casts [`doubt`] on estimates, how a run began in [`boot`], what a PC may ask for in [`command`].
+//! What goes wrong is named in [`fault`] and casts [`doubt`] on estimates, how a run began in [`boot`], what a PC may ask for
+//! in [`command`]; [`order`] carries it out, [`store`] keeps settings.
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
 //! share ([`outbox`], [`tally`], [`ledger`], [`load`], [`stack_depth`], [`vitals`]), what a dying run leaves ([`crash`]), [`bridge`] (the wire between the emulated board and the
@@ -71,6 +72,7 @@ pub mod lag;
 pub mod ledger;
 pub mod load;
 pub mod model;
+pub mod order;
 pub mod outbox;
 pub mod pipeline;
 pub mod profile;
@@ -78,12 +80,14 @@ pub mod relaxing;
 pub mod search;
 pub mod sine_fit;
 pub mod stack_depth;
+pub mod store;
 pub mod survey;
 pub mod tally;
 pub mod telemetry;
 pub mod travel;
 pub mod vitals;
 pub mod window;
+pub mod wire;
 pub mod workload;
 
 pub use ridgetone_hot::{

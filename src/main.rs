@@ -3,11 +3,11 @@
 //! | task | priority | interrupt | does |
 //! |---|---|---|---|
 //! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it; checks the chip when asked |
-//! | `line` | 4 | USART3, transmitter empty | sends one byte of telemetry |
+//! | `line` | 4 | USART3, transmitter empty or byte received | sends one byte of telemetry, takes one of an order |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
 //! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
 //! | `watch` | 2 | TIM4, twice a second | has `drdy` check the chip's registers, feeds the watchdog if all tasks live |
-//! | `fit` | 1 | CAN1_RX1, pended by `detect` | spectrum and sine fit |
+//! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` | spectrum and sine fit; orders when no window is due |
 //! | `idle` | 0 | | sleeps, measures the load and the stack |
 //!
 //! `detect`, `report` and `fit` are interrupts that only software pends. Unlike a spawned task a
@@ -52,22 +52,22 @@ mod app {
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::acquire::{self, Acquisition};
-    use ridgetone::boot::Boot;
+    use ridgetone::command::{ORDER_WIRE_MAX, Order, Reply};
     use ridgetone::doubt::cast_doubt;
     use ridgetone::frame::TimedConversion;
     use ridgetone::load::LoadMeter;
+    use ridgetone::order::{Effect, Executor};
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
-    use ridgetone::settings::Settings;
     use ridgetone::stack_depth::DepthMeter;
+    use ridgetone::store::{FlashStore, Store};
     use ridgetone::tally::Tally;
     use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
     use ridgetone::vitals::{Feeder, Vitals};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
+    use ridgetone::wire::{self, Inbox, Pushed};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
-
-    const SETTINGS: Settings = Settings::DEFAULT;
 
     /// Conversions between `drdy` and `detect`: 25 ms of them at 5064 a second.
     const SAMPLES: usize = 128;
@@ -92,6 +92,8 @@ mod app {
     #[shared]
     struct Shared {
         ring: &'static mut Ring,
+        detector: Detector,
+        inbox: Inbox<ORDER_WIRE_MAX>,
         outbox: Outbox<PACKETS>,
         tally: Tally,
         vitals: Vitals,
@@ -105,13 +107,15 @@ mod app {
         finished: AtomicBool,
         /// Bytes are waiting for the line.
         sending: AtomicBool,
+        /// The board is to be reset as soon as the line is silent.
+        restarting: AtomicBool,
     }
 
     #[local]
     struct Local {
-        detector: Detector,
-        boot: Boot,
         estimator: Estimator,
+        executor: Executor,
+        store: FlashStore<board::SettingsFlash>,
         acquisition: Acquisition<Spi, Start, Reset>,
         drdy: board::Drdy,
         line: board::Line,
@@ -130,7 +134,7 @@ mod app {
         bytes: Queue<u8, BYTES> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Board { spi, start, reset, drdy, line, boot } = board::init(cx.device, cx.core);
+        let Board { spi, start, reset, drdy, line, boot, flash } = board::init(cx.device, cx.core);
         let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
         Wait.delay_us(POWER_UP_US);
         if !acquisition.set_up(&mut Wait) {
@@ -140,11 +144,16 @@ mod app {
         let (samples_in, samples_out) = cx.local.samples.split();
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
+        let mut store = FlashStore::new(flash);
+        let (settings, source) = store.load();
         // The greeting goes out even if the chip is silent.
         rtic::pend(DETECT);
         (
             Shared {
                 ring: cx.local.ring,
+                // Not statics with an initial value: that would take their size of flash too.
+                detector: Detector::booted(settings, source, boot),
+                inbox: Inbox::new(),
                 outbox: Outbox::new(),
                 tally: Tally::new(),
                 vitals: Vitals::new(),
@@ -153,12 +162,12 @@ mod app {
                 look: AtomicBool::new(false),
                 finished: AtomicBool::new(false),
                 sending: AtomicBool::new(false),
+                restarting: AtomicBool::new(false),
             },
             Local {
-                // Not statics with an initial value: that would take their size of flash too.
-                detector: Detector::new(SETTINGS),
-                boot,
-                estimator: Estimator::new(SETTINGS),
+                estimator: Estimator::new(settings),
+                executor: Executor::new(),
+                store,
                 acquisition,
                 drdy,
                 line,
@@ -206,10 +215,19 @@ mod app {
         rtic::pend(DETECT);
     }
 
-    /// Sends one byte, or rests.
-    #[task(binds = USART3, priority = 4, local = [line, bytes_out], shared = [&sending])]
-    fn line(cx: line::Context) {
+    /// Takes a byte if one has come; sends one, or rests.
+    #[task(binds = USART3, priority = 4, local = [line, bytes_out], shared = [inbox, &tally, &sending])]
+    fn line(mut cx: line::Context) {
         let line::LocalResources { line, bytes_out, .. } = cx.local;
+        match line.receive() {
+            Some(Ok(byte)) => match cx.shared.inbox.lock(|inbox| inbox.push(byte)) {
+                Pushed::More => {}
+                Pushed::Whole => rtic::pend(FIT),
+                Pushed::Damaged => cx.shared.tally.order_damaged(),
+            },
+            Some(Err(_)) => cx.shared.inbox.lock(|inbox| inbox.spoil()),
+            None => {}
+        }
         // Pended by `report` while a byte is on its way: the interrupt will come by itself.
         if !line.ready() {
             return;
@@ -230,19 +248,13 @@ mod app {
     #[task(
         binds = CAN1_RX0,
         priority = 3,
-        local = [detector, boot, samples_out, windows_in, greeted: bool = false],
-        shared = [ring, outbox, &tally, &vitals, &check, &look, &finished],
+        local = [samples_out, windows_in, greeted: bool = false],
+        shared = [ring, detector, outbox, &tally, &vitals, &check, &look, &finished],
     )]
     fn detect(mut cx: detect::Context) {
-        let detect::LocalResources { detector, boot, samples_out, windows_in, greeted, .. } = cx.local;
+        let detect::LocalResources { samples_out, windows_in, greeted, .. } = cx.local;
         let (tally, vitals, check) = (cx.shared.tally, cx.shared.vitals, cx.shared.check);
-        let mut emit = |mut news: News| {
-            // In every greeting: who listens in later learns it too.
-            if let News::Hello(hello) = &mut news {
-                hello.boot.clone_from(boot);
-            }
-            post(&mut cx.shared.outbox, tally, news.into());
-        };
+        let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
@@ -258,16 +270,18 @@ mod app {
 
         if !*greeted {
             *greeted = true;
-            emit(detector.hello());
+            cx.shared.detector.lock(|detector| emit(detector.hello()));
         }
         while let Some(conversion) = samples_out.dequeue() {
-            cx.shared.ring.lock(|ring| detector.push(conversion, ring, tally, &mut emit, &mut due));
+            (&mut cx.shared.detector, &mut cx.shared.ring)
+                .lock(|detector, ring| detector.push(conversion, ring, tally, &mut emit, &mut due));
         }
         if cx.shared.look.swap(false, Relaxed) {
-            detector.look(board::now_us(), tally, &mut emit);
+            cx.shared.detector.lock(|detector| detector.look(board::now_us(), tally, &mut emit));
         }
         if board::ended() && !cx.shared.finished.load(Relaxed) {
-            cx.shared.ring.lock(|ring| detector.finish(ring, tally, &mut emit, &mut due));
+            (&mut cx.shared.detector, &mut cx.shared.ring)
+                .lock(|detector, ring| detector.finish(ring, tally, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
         vitals.detected();
@@ -312,39 +326,68 @@ mod app {
         rtic::pend(DRDY);
     }
 
-    /// Spectrum and sine fit.
+    /// Spectrum and sine fit; then orders, one by one, so that none changes a window that was due before it.
     #[task(
         binds = CAN1_RX1,
         priority = 1,
-        local = [estimator, windows_out],
-        shared = [ring, outbox, &tally, &vitals, &check, &urgent],
+        local = [estimator, executor, store, windows_out],
+        shared = [ring, detector, inbox, outbox, &tally, &vitals, &check, &urgent, &restarting],
     )]
     fn fit(mut cx: fit::Context) {
-        while let Some(window) = cx.local.windows_out.dequeue() {
-            let outcome = cx.local.estimator.run(&window, &mut Locked(&mut cx.shared.ring), None);
-            cx.shared.vitals.fit_done();
-            let estimate = match outcome {
-                Some(Some(mut estimate)) => {
-                    if cx.shared.check.load(Relaxed) {
-                        // Not checked yet since the window's end: now, before the next line.
-                        cx.shared.urgent.store(true, Relaxed);
-                        rtic::pend(DRDY);
+        let fit::LocalResources { estimator, executor, store, windows_out, .. } = cx.local;
+        let tally = cx.shared.tally;
+        let mut settled: Option<(Effect, Reply)> = None;
+        loop {
+            while let Some(window) = windows_out.dequeue() {
+                let outcome = estimator.run(&window, &mut Locked(&mut cx.shared.ring), executor.profile());
+                cx.shared.vitals.fit_done();
+                let estimate = match outcome {
+                    Some(Some(mut estimate)) => {
+                        if cx.shared.check.load(Relaxed) {
+                            // Not checked yet since the window's end: now, before the next line.
+                            cx.shared.urgent.store(true, Relaxed);
+                            rtic::pend(DRDY);
+                        }
+                        cast_doubt(&mut estimate, &window, tally);
+                        estimate
                     }
-                    cast_doubt(&mut estimate, &window, cx.shared.tally);
-                    estimate
+                    Some(None) => continue,
+                    None => {
+                        tally.hop_skipped();
+                        continue;
+                    }
+                };
+                post(&mut cx.shared.outbox, tally, Event::Estimate(estimate));
+            }
+            if settled.is_none() {
+                settled = take_order(&mut cx.shared.inbox, tally).map(|order| {
+                    let touched = cx.shared.detector.lock(|detector| detector.is_touched());
+                    executor.settle(&order, touched, store)
+                });
+            }
+            let Some((effect, reply)) = &settled else { break };
+            let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
+            let carried_out = cx.shared.detector.lock(|detector| {
+                // While it was settled a window may have fallen due.
+                let may = !windows_out.ready();
+                if may {
+                    executor.carry_out(effect, detector, estimator, &mut emit);
                 }
-                Some(None) => continue,
-                None => {
-                    cx.shared.tally.hop_skipped();
-                    continue;
-                }
-            };
-            post(&mut cx.shared.outbox, cx.shared.tally, Event::Estimate(estimate));
+                may
+            });
+            if carried_out {
+                post(&mut cx.shared.outbox, tally, Event::Reply(reply.clone()));
+                cx.shared.restarting.store(executor.is_restarting(), Relaxed);
+                settled = None;
+            }
         }
     }
 
     /// Sleeps, measures the load, and leaves when all is done.
-    #[idle(local = [meter: LoadMeter = LoadMeter::new(), depth: DepthMeter = DepthMeter::new()], shared = [outbox, &tally, &finished, &sending])]
+    #[idle(
+        local = [meter: LoadMeter = LoadMeter::new(), depth: DepthMeter = DepthMeter::new()],
+        shared = [outbox, &tally, &finished, &sending, &restarting]
+    )]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
             // With interrupts masked the processor still wakes up, but serves them only after the
@@ -359,11 +402,28 @@ mod app {
             }
             cx.shared.tally.set_stack(board::look_at_stack(cx.local.depth), board::stack_bytes());
             // Here no interrupt is pending, so no window is being fitted.
-            let finished = cx.shared.finished.load(Relaxed) && !cx.shared.sending.load(Relaxed);
-            if finished && cx.shared.outbox.lock(|outbox| outbox.is_empty()) {
+            let (finished, restarting) = (cx.shared.finished.load(Relaxed), cx.shared.restarting.load(Relaxed));
+            let over = (finished || restarting) && !cx.shared.sending.load(Relaxed);
+            if over && cx.shared.outbox.lock(|outbox| outbox.is_empty()) {
+                if restarting {
+                    // The last two bytes are still on their way, 11 us each.
+                    Wait.delay_us(50);
+                    board::restart();
+                }
                 board::leave();
             }
         }
+    }
+
+    /// The order that has come, if it is as it was sent.
+    #[inline(never)]
+    fn take_order(inbox: &mut impl Mutex<T = Inbox<ORDER_WIRE_MAX>>, tally: &Tally) -> Option<Order> {
+        let mut frame = inbox.lock(|inbox| inbox.take())?;
+        let order = wire::decode(&mut frame);
+        if order.is_none() {
+            tally.order_damaged();
+        }
+        order
     }
 
     /// Hands an event to `report`.

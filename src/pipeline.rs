@@ -43,13 +43,19 @@ impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
         let Settings { accuracy, interferer_hz, window_s, array, .. } = settings;
-        let speed_mm_s = match settings.slide {
-            SlideRule::Found => None,
-            SlideRule::Protocol { speed_mm_s, .. } => Some(speed_mm_s),
-        };
+        let speed_mm_s = speed_told(&settings.slide);
         let fitter = Fitter::new(settings.harmonics);
         let volts_per_code = reading::volts(1, settings.vref_v);
         Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, array, speed_mm_s, told: 0 }
+    }
+
+    /// From now on these settings are in force; they must have passed [`Settings::validate`].
+    pub fn change(&mut self, settings: &Settings) {
+        let Settings { accuracy, interferer_hz, window_s, array, .. } = *settings;
+        (self.accuracy, self.interferer_hz, self.window_s, self.array) = (accuracy, interferer_hz, window_s, array);
+        self.speed_mm_s = speed_told(&settings.slide);
+        self.volts_per_code = reading::volts(1, settings.vref_v);
+        self.fitter.set_harmonics(settings.harmonics);
     }
 
     /// Fits a window. None if its frames were overwritten before they were read; the inner None says that it
@@ -141,6 +147,14 @@ impl Estimator {
             phase_rad,
             residual_v: channel.residual * self.volts_per_code,
         }
+    }
+}
+
+/// Speed by the protocol, if that is known, millimetres per second.
+const fn speed_told(slide: &SlideRule) -> Option<f32> {
+    match slide {
+        SlideRule::Found => None,
+        SlideRule::Protocol { speed_mm_s, .. } => Some(*speed_mm_s),
     }
 }
 

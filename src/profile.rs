@@ -119,7 +119,16 @@ impl Profile {
             return self.within_mm(t_us);
         }
         let first_us = i64::from(first.t_us);
-        let (rounds, since_us) = ((t_us - first_us).div_euclid(round_us), (t_us - first_us).rem_euclid(round_us));
+        // By way of f64, and put right by one where that rounds: a division of 64 bits is a kilobyte of code on the chip.
+        let away_us = t_us - first_us;
+        let mut rounds = (away_us as f64 / round_us as f64) as i64;
+        let mut since_us = away_us.wrapping_sub(rounds.wrapping_mul(round_us));
+        if since_us < 0 {
+            (rounds, since_us) = (rounds - 1, since_us + round_us);
+        }
+        if since_us >= round_us {
+            (rounds, since_us) = (rounds + 1, since_us - round_us);
+        }
         let advance_mm = self.places_mm.get(self.knots.len() - 1).copied().unwrap_or(0.0);
         rounds as f64 * advance_mm + self.within_mm(first_us + since_us)
     }

@@ -100,6 +100,11 @@ impl Fitter {
         Self { scratch: Scratch::new(), harmonics: if harmonics > HARMONICS_MAX { HARMONICS_MAX } else { harmonics } }
     }
 
+    /// From now on up to so many harmonics are fitted, 1 to [`HARMONICS_MAX`].
+    pub fn set_harmonics(&mut self, harmonics: u8) {
+        self.harmonics = usize::from(harmonics).clamp(1, HARMONICS_MAX);
+    }
+
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
     pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.

@@ -12,6 +12,7 @@ pub struct Tally {
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
+    orders_damaged: AtomicU32,
     load_bits: AtomicU32,
     stack: [AtomicU32; 2],
     /// The faults.
@@ -26,6 +27,7 @@ impl Tally {
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
+            orders_damaged: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             faults: Ledger::new(),
@@ -57,6 +59,11 @@ impl Tally {
         self.chip_restarts.fetch_add(1, Relaxed);
     }
 
+    /// An order came damaged, or while the one before it had not been taken yet.
+    pub fn order_damaged(&self) {
+        self.orders_damaged.fetch_add(1, Relaxed);
+    }
+
     /// Processor load, 0 to 1.
     pub fn set_load(&self, load: f32) {
         self.load_bits.store(load.to_bits(), Relaxed);
@@ -76,6 +83,7 @@ impl Tally {
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
+            orders_damaged: self.orders_damaged.load(Relaxed),
             load: f32::from_bits(self.load_bits.load(Relaxed)),
             stack: self.stack.each_ref().map(|bytes| bytes.load(Relaxed)),
         }
@@ -94,10 +102,18 @@ mod tests {
         tally.hop_skipped();
         tally.message_dropped();
         tally.chip_restarted();
+        (0..4).for_each(|_| tally.order_damaged());
         tally.set_load(0.25);
         tally.set_stack(1234, 32768);
-        let (load, stack) = (0.25, [1234, 32768]);
-        let expected = Counters { overruns: 1, hops_skipped: 2, messages_dropped: 1, chip_restarts: 1, load, stack };
+        let expected = Counters {
+            overruns: 1,
+            hops_skipped: 2,
+            messages_dropped: 1,
+            chip_restarts: 1,
+            orders_damaged: 4,
+            load: 0.25,
+            stack: [1234, 32768],
+        };
         assert_eq!(tally.counters(), expected);
     }
 }

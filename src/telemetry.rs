@@ -1,9 +1,11 @@
-//! The wire types and framing, used by both ends.
+//! What the board says: the wire types, used by both ends. How they travel is in [`crate::wire`].
 
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
 use crate::fault::{Doubts, Fault, KINDS};
 use crate::settings::{Settings, TAXELS};
+pub use crate::wire::TooLong;
+use crate::wire::{self, Inbox, Pushed};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -385,44 +387,18 @@ pub struct Packet {
 /// Most bytes of a packet on the wire, checksum, stuffing and delimiter included.
 pub const WIRE_MAX: usize = 512;
 
-/// Bytes of the checksum behind the content.
-const CHECKSUM_BYTES: usize = 4;
-
-/// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
-pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
-
-/// The packet could not be encoded: it is longer than [`WIRE_MAX`] allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TooLong;
-
-impl core::fmt::Display for TooLong {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "the packet is longer than {WIRE_MAX} bytes on the wire")
-    }
-}
-
-impl core::error::Error for TooLong {}
-
-/// Encodes a packet: postcard, CRC-32 little endian, COBS, a zero byte. Returns the bytes used of `wire`.
+/// Encodes a packet ([`crate::wire`]). Returns the bytes used of `wire`.
+///
+/// # Errors
+/// It is longer than [`WIRE_MAX`] allows.
 pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
-    // COBS adds one byte in 254 and one in front; the zero behind it is one more.
-    const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
-    let mut plain = [0; PLAIN_MAX];
-    let room = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
-    let length = postcard::to_slice(packet, room).map_err(|_| TooLong)?.len();
-    let checksum = CHECKSUM.checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
-    plain.get_mut(length..length + CHECKSUM_BYTES).ok_or(TooLong)?.copy_from_slice(&checksum);
-    let content = plain.get(..length + CHECKSUM_BYTES).ok_or(TooLong)?;
-    let used = cobs::try_encode(content, wire).map_err(|_| TooLong)?;
-    *wire.get_mut(used).ok_or(TooLong)? = 0;
-    Ok(used + 1)
+    wire::encode(packet, wire)
 }
 
 /// Puts packets together from bytes as they come, counting what is damaged.
 #[derive(Debug, Default)]
 pub struct Decoder {
-    buffer: Vec<u8, WIRE_MAX>,
-    overlong: bool,
+    inbox: Inbox<WIRE_MAX>,
     expected: Option<u16>,
     /// Frames that failed stuffing, checksum or content and were skipped.
     pub damaged: u32,
@@ -439,29 +415,17 @@ pub struct Decoder {
 impl Decoder {
     /// A decoder that has seen nothing; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self {
-            buffer: Vec::new(),
-            overlong: false,
-            expected: None,
-            damaged: 0,
-            foreign: None,
-            missing: 0,
-            stepped_back: 0,
-        }
+        Self { inbox: Inbox::new(), expected: None, damaged: 0, foreign: None, missing: 0, stepped_back: 0 }
     }
 
     /// Takes one byte; gives a packet when it was the last of one.
     pub fn push(&mut self, byte: u8) -> Option<Packet> {
-        if byte != 0 {
-            self.overlong |= self.buffer.push(byte).is_err();
-            return None;
-        }
-        let packet = if self.overlong { None } else { unpack(&mut self.buffer) };
-        // Zeros in a row are an idle line, not a packet.
-        let damaged = packet.is_none() && !self.buffer.is_empty();
-        self.damaged = self.damaged.saturating_add(damaged as u32);
-        self.buffer.clear();
-        self.overlong = false;
+        let packet = match self.inbox.push(byte) {
+            Pushed::More => return None,
+            Pushed::Whole => self.inbox.take().and_then(|mut frame| wire::decode::<Packet>(&mut frame)),
+            Pushed::Damaged => None,
+        };
+        self.damaged = self.damaged.saturating_add(packet.is_none() as u32);
         if let Some(packet) = &packet {
             let gap = match self.expected {
                 // A device that greets with number zero has started anew.
@@ -484,17 +448,6 @@ impl Decoder {
         }
         packet.filter(|_| self.foreign.is_none())
     }
-}
-
-/// The packet in one stuffed frame, if all of it is as it was sent.
-fn unpack(frame: &mut [u8]) -> Option<Packet> {
-    let length = cobs::decode_in_place(frame).ok()?;
-    let (content, checksum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
-    if CHECKSUM.checksum(content) != u32::from_le_bytes(*checksum) {
-        return None;
-    }
-    let (packet, rest) = postcard::take_from_bytes(content).ok()?;
-    rest.is_empty().then_some(packet)
 }
 
 #[cfg(test)]

@@ -102,6 +102,10 @@ pub struct Outcome {
     pub end_us: u64,
 }
 
+/// What a PC does on the line: it is given the board's time and the packet that has come, if one has, and gives the bytes
+/// to be sent. It is asked with every packet and, without one, whenever something has come from the board.
+pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a;
+
 /// Runs the firmware on `input` until the input is over and the firmware has left. Packets go to `sink` as they come;
 /// `progress` is told the seconds of the input done and those to do.
 ///
@@ -112,6 +116,21 @@ pub fn run(
     input: Opened,
     options: Options<'_>,
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
+    let mut listen = |_, packet: Option<&Packet>| packet.map_or(Ok(()), &mut *sink).map(|()| Vec::new());
+    run_talking(input, options, &mut listen, progress)
+}
+
+/// The same with somebody at the PC's end of the line who sends too. When what is sent arrives depends on how fast this PC
+/// is: such a run does not repeat to the bit.
+///
+/// # Errors
+/// Those of [`run`].
+pub fn run_talking(
+    input: Opened,
+    options: Options<'_>,
+    talk: &mut Talk<'_>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
     let image = image::check(options.elf)?;
@@ -131,7 +150,7 @@ pub fn run(
         open: [true; 3],
         heard: Instant::now(),
     };
-    let status = session.serve(options.silence, sink, progress)?;
+    let status = session.serve(options.silence, talk, progress)?;
     session.conclude(status)
 }
 
@@ -159,12 +178,13 @@ impl Session {
     fn serve(
         &mut self,
         silence: Duration,
-        sink: &mut dyn FnMut(&Packet) -> Result<()>,
+        talk: &mut Talk<'_>,
         progress: &mut dyn FnMut(f64, f64),
     ) -> Result<ExitStatus> {
         loop {
-            if self.turn(LOOK_NS, sink)? {
+            if self.turn(LOOK_NS, talk)? {
                 self.heard = Instant::now();
+                self.emulator.send(&talk(Duration::from_micros(self.chip.now_us()), None)?)?;
                 let (done_s, end_s) = self.chip.progress_s();
                 progress(done_s, end_s);
                 if self.chip.start_us().is_none() && self.chip.now_us() as f64 * 1e-6 > PATIENCE_S {
@@ -175,7 +195,7 @@ impl Session {
                 }
             } else if let Some(status) = self.emulator.exit_status()? {
                 // What it wrote before it ended; something it left behind may hold the pipes open, so no waiting.
-                while self.turn(0, sink)? {}
+                while self.turn(0, talk)? {}
                 return Ok(status);
             } else if self.heard.elapsed() > silence {
                 let when = if self.chip.ended() { " after the end of the input" } else { "" };
@@ -185,7 +205,7 @@ impl Session {
     }
 
     /// Waits up to `most_ns` for something to come, and serves it. False if nothing came.
-    fn turn(&mut self, most_ns: i64, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<bool> {
+    fn turn(&mut self, most_ns: i64, talk: &mut Talk<'_>) -> Result<bool> {
         let emulator = &self.emulator;
         let pipes = [emulator.request.as_fd(), emulator.serial.as_fd(), emulator.messages.as_fd()];
         let mut fds: Vec<PollFd<'_>> = Vec::with_capacity(pipes.len());
@@ -202,13 +222,13 @@ impl Session {
             which.iter().zip(&fds).filter(|(_, fd)| !fd.revents().is_empty()).map(|(at, _)| *at).collect();
         let mut came = false;
         for at in ready {
-            came |= self.receive(at, sink)?;
+            came |= self.receive(at, talk)?;
         }
         Ok(came)
     }
 
     /// Reads from one pipe that is ready. False at its end.
-    fn receive(&mut self, at: usize, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<bool> {
+    fn receive(&mut self, at: usize, talk: &mut Talk<'_>) -> Result<bool> {
         let mut bytes = [0; 4096];
         let read = match at {
             REQUESTS => self.emulator.request.read(&mut bytes),
@@ -234,7 +254,8 @@ impl Session {
                 for byte in bytes {
                     if let Some(packet) = self.decoder.push(*byte) {
                         self.received += 1;
-                        sink(&packet)?;
+                        let now = Duration::from_micros(self.chip.now_us());
+                        self.emulator.send(&talk(now, Some(&packet))?)?;
                     }
                 }
             }

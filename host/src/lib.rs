@@ -10,6 +10,7 @@
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
+//! | orders to a board, and what came of them | [`orders`] |
 //! | packets as text and as JSON | [`events`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
@@ -38,6 +39,7 @@ pub mod input;
 pub mod listen;
 mod markdown;
 mod names;
+pub mod orders;
 pub mod output;
 mod parallel;
 pub mod picture;

@@ -98,5 +98,6 @@ pub fn source_name(source: SettingsSource) -> &'static str {
         SettingsSource::Stored => "stored",
         SettingsSource::Sent => "sent",
         SettingsSource::Damaged => "damaged",
+        SettingsSource::StoredBefore => "stored_before",
     }
 }

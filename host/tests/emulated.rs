@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "emulated/orders.rs"]
+mod orders;
 #[path = "common/steady.rs"]
 mod steady;
 

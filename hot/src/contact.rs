@@ -165,6 +165,16 @@ impl ContactDetector {
         }
     }
 
+    /// From the next touch on, and for what of this one has not begun yet, slides come from here.
+    pub const fn set_rule(&mut self, rule: SlideRule) {
+        self.rule = rule;
+    }
+
+    /// Whether the finger is on something, or was until just now.
+    pub const fn is_touched(&self) -> bool {
+        !matches!(self.phase, Phase::Learning | Phase::Idle)
+    }
+
     /// While a slide lasts, from when its start is told: its first frame, and the frame up to which it is known to have
     /// lasted.
     pub const fn sliding(&self) -> Option<(u32, u32)> {

@@ -242,6 +242,11 @@ impl Assembler {
         }
     }
 
+    /// From now on the reference has so many volts.
+    pub const fn set_reference(&mut self, vref_v: f32) {
+        self.vref_v = vref_v;
+    }
+
     /// Device time of the latest conversion, microseconds since the first.
     pub const fn now_us(&self) -> u64 {
         self.t_us

@@ -146,38 +146,47 @@ impl Settings {
 
     /// Checks every bound; the first field outside is told.
     pub fn validate(&self) -> Result<(), SettingsError> {
-        let check = |field, value: f32, least: f32, greatest: f32| {
-            if value >= least && value <= greatest {
-                Ok(())
-            } else {
-                Err(SettingsError { field, value, least, greatest })
-            }
-        };
-        // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
-        // what the ring holds with room for the fit.
-        check("window_s", self.window_s, 0.1, 3.9)?;
-        check("hop_s", self.hop_s, 0.02, 3.9)?;
-        check("harmonics", self.harmonics as f32, 1.0, 5.0)?;
-        // A tenth is what the fit calls too short; a millionth is beyond any crystal.
-        if self.accuracy != 0.0 {
-            check("accuracy", self.accuracy, 1e-6, 0.1)?;
-        }
-        // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
-        if self.interferer_hz != 0.0 {
-            check("interferer_hz", self.interferer_hz, 5.0, 1000.0)?;
-        }
-        check("vref_v", self.vref_v, 0.5, 5.5)?;
-        if let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = self.slide {
-            check("delay_s", delay_s, 0.0, 60.0)?;
-            check("speed_mm_s", speed_mm_s, 0.1, 2000.0)?;
-            check("length_mm", length_mm, 0.1, 2000.0)?;
-        }
         let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
-        check("pitch_mm", pitch_mm, 0.1, 100.0)?;
-        check("pull_rad", pull_rad, -PI, PI)?;
-        check("pull_sigma_rad", pull_sigma_rad, 0.0, PI)?;
-        check("period_least_mm", period_least_mm, 0.1, 100.0)?;
-        check("period_most_mm", period_most_mm, period_least_mm, 100.0)?;
+        // Of the front column any taxels may be.
+        let Array { may_go_forward, may_go_backward, front: _, alike, .. } = self.array;
+        // A taxel in two masks would count twice. What is told is the mask of these taxels.
+        let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| (seen | mask, twice | seen & mask));
+        // What is not used is put within its bounds.
+        let unless_zero = |value: f32, least: f32| if value == 0.0 { least } else { value };
+        let (delay_s, speed_mm_s, length_mm) = match self.slide {
+            SlideRule::Found => (0.0, 1.0, 1.0),
+            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => (delay_s, speed_mm_s, length_mm),
+        };
+        // A table: calls, one for each, take a kilobyte of flash.
+        let bounds = [
+            // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
+            // what the ring holds with room for the fit.
+            ("window_s", self.window_s, 0.1, 3.9),
+            ("hop_s", self.hop_s, 0.02, 3.9),
+            ("harmonics", self.harmonics as f32, 1.0, 5.0),
+            // A tenth is what the fit calls too short; a millionth is beyond any crystal.
+            ("accuracy", unless_zero(self.accuracy, 1e-6), 1e-6, 0.1),
+            // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
+            ("interferer_hz", unless_zero(self.interferer_hz, 5.0), 5.0, 1000.0),
+            ("vref_v", self.vref_v, 0.5, 5.5),
+            ("delay_s", delay_s, 0.0, 60.0),
+            ("speed_mm_s", speed_mm_s, 0.1, 2000.0),
+            ("length_mm", length_mm, 0.1, 2000.0),
+            ("pitch_mm", pitch_mm, 0.1, 100.0),
+            ("pull_rad", pull_rad, -PI, PI),
+            ("pull_sigma_rad", pull_sigma_rad, 0.0, PI),
+            ("period_least_mm", period_least_mm, 0.1, 100.0),
+            ("period_most_mm", period_most_mm, period_least_mm, 100.0),
+            // Going neither way nothing would ever be told.
+            ("may_go_forward", (may_go_forward || may_go_backward) as u8 as f32, 1.0, 1.0),
+            ("alike", twice as f32, 0.0, 0.0),
+        ];
+        for (field, value, least, greatest) in bounds {
+            // A NaN is within no bounds.
+            if !(value >= least && value <= greatest) {
+                return Err(SettingsError { field, value, least, greatest });
+            }
+        }
         Ok(())
     }
 }
@@ -210,6 +219,8 @@ mod tests {
             (with(Array { pull_sigma_rad: f32::NAN, ..Array::DEFAULT }), "pull_sigma_rad"),
             (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
             (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
+            (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),
+            (with(Array { alike: [0x1111, 0x2222, 0x4444, 0x8889], ..Array::DEFAULT }), "alike"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },

@@ -2,11 +2,11 @@
 //!
 //! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
 //! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`ridgetone::bridge`] records through two
-//! FIFOs, telemetry leaves on USART3 (the emulator's third serial port), and the run ends with the
+//! FIFOs, telemetry leaves and orders come on USART3 (the emulator's third serial port), and the run ends with the
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Board, Line, crash, kept::Kept, link};
+use super::{Board, Line, SettingsFlash, crash, kept::Kept, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use defmt_rtt as _;
@@ -155,7 +155,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
-    let line = Line::new(device.USART3, gpiob.pb10, &mut rcc);
+    let line = Line::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
     let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
     let boot = Boot { cause, record: crash::take_record() };
@@ -163,7 +163,9 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
-    Board { spi: Bridge, start, reset, drdy: Drdy, line, boot }
+    // SAFETY: this is done once.
+    let flash = unsafe { SettingsFlash::new() };
+    Board { spi: Bridge, start, reset, drdy: Drdy, line, boot, flash }
 }
 
 /// Waits until an interrupt is pending, masked or not.
@@ -188,6 +190,11 @@ pub fn sleep() {
             );
         }
     }
+}
+
+/// Resets the processor; the bridge, the time and the pages of settings stay.
+pub fn restart() -> ! {
+    link::restart(ResetCause::Software)
 }
 
 /// Ends the emulator: all is done. Tells how deep the stack has been.

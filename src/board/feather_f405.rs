@@ -10,19 +10,19 @@
 //! | START | A5 | PC5 | output, low until the registers are written |
 //! | RESET | D6 | PC6 | output, high at rest |
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7) at 921600 baud, 8N1; the baud rate generator divides
-//! 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
+//! Telemetry leaves on TX (PB10, USART3, AF7), orders come on RX (PB11), both at 921600 baud, 8N1; the baud rate
+//! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
 //!
 //! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip; wiring
 //! DRDY to D6 (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
-use super::{Board, Line, stm32f4};
-use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState};
+use super::{Board, Line, SettingsFlash, stm32f4};
+use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, sleep};
+pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
 /// SPI with CS.
 pub type Spi = stm32f4::Spi<'A', 4>;
@@ -42,12 +42,15 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
+    // Up: without a PC the line would float, and noise would be taken for bytes.
+    let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
     Board {
         start: gpioc.pc5.into_push_pull_output_in_state(PinState::Low),
         reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: Line::new(device.USART3, gpiob.pb10, &mut rcc),
+        line: Line::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
         boot,
+        flash: SettingsFlash::new(device.FLASH),
     }
 }

@@ -1,33 +1,52 @@
-//! The telemetry line: the transmitter of the board's USART, one byte per interrupt.
+//! The line: the board's USART, telemetry out and orders in, one byte per interrupt.
 
 use super::Usart;
 use stm32f4xx_hal::gpio::PushPull;
 use stm32f4xx_hal::gpio::alt::SerialAsync;
+use stm32f4xx_hal::nb;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
-use stm32f4xx_hal::serial::{Config, Tx, TxISR, TxListen};
+use stm32f4xx_hal::serial::{Config, Rx, RxListen, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times what sixteen channels at four windows a second need.
 const LINE_BAUD: u32 = 921_600;
 
-/// The USART's transmitter.
+/// The USART.
 pub struct Line {
     tx: Tx<Usart>,
+    rx: Rx<Usart>,
 }
 
+/// A byte was lost: it came too fast, or noise was on the line.
+pub struct Lost;
+
 impl Line {
-    /// Sets the transmitter up, its interrupt off.
-    pub fn new(usart: Usart, tx: impl Into<<Usart as SerialAsync>::Tx<PushPull>>, rcc: &mut Rcc) -> Self {
+    /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
+    pub fn new(
+        usart: Usart,
+        pins: (impl Into<<Usart as SerialAsync>::Tx<PushPull>>, impl Into<<Usart as SerialAsync>::Rx<PushPull>>),
+        rcc: &mut Rcc,
+    ) -> Self {
         #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-        let mut tx = match usart.tx(tx, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
-            Ok(tx) => tx,
+        let (mut tx, mut rx) = match usart.serial(pins, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
+            Ok(serial) => serial.split(),
             // Not met at run time: the divider of a fixed baud rate from a fixed clock.
             Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
         };
         tx.unlisten();
-        Self { tx }
+        rx.listen();
+        Self { tx, rx }
+    }
+
+    /// The byte that has come, if one has.
+    pub fn receive(&mut self) -> Option<Result<u8, Lost>> {
+        match self.rx.read() {
+            Ok(byte) => Some(Ok(byte)),
+            Err(nb::Error::WouldBlock) => None,
+            Err(nb::Error::Other(_)) => Some(Err(Lost)),
+        }
     }
 
     /// Whether a byte can be taken. False while one is on its way and [`Line::send`]'s interrupt is due.

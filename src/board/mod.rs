@@ -12,7 +12,8 @@
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
+//! | `Board::line` | [`Line`]: telemetry out and orders in, byte by byte |
+//! | `Board::flash` | [`SettingsFlash`]: two pages of flash for settings, where no code may lie (`memory.x`) |
 //! | the types `Spi`, `Start`, `Reset`, `Drdy` | of these four |
 //! | the type `Usart` | what the line is on |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
@@ -21,6 +22,7 @@
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
 //! | `ended() -> bool` | whether the run is over; a real board never is |
+//! | `restart()` | resets the processor |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
 //! | `Board::boot` | what the processor was reset by, and what the run before died of ([`crash::take_record`]) |
 //! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
@@ -29,8 +31,8 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" (a line on another USART hands
-//! its interrupt on, see `nucleo_f446re.rs`); `CAN1_TX`, `CAN1_RX0` and
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line on
+//! another USART hands its interrupt on, see `nucleo_f446re.rs`); `CAN1_TX`, `CAN1_RX0` and
 //! `CAN1_RX1` are the three tasks that software pends, for the sole reason that nothing else uses
 //! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
 //! `rtic::app`. Priorities need five levels.
@@ -44,6 +46,8 @@
 
 mod clock;
 mod crash;
+#[cfg(not(feature = "emulated"))]
+mod flash;
 mod line;
 mod stack;
 
@@ -55,6 +59,8 @@ mod feather_f405;
 mod kept;
 #[cfg(feature = "emulated")]
 mod link;
+#[cfg(feature = "emulated")]
+mod memory;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
 #[cfg(feature = "emulated")]
@@ -70,7 +76,11 @@ pub use feather_f405::*;
 pub use nucleo_f446re::*;
 
 pub use clock::{acknowledge_heartbeat, now_us};
+#[cfg(not(feature = "emulated"))]
+pub use flash::SettingsFlash;
 pub use line::Line;
+#[cfg(feature = "emulated")]
+pub use memory::SettingsFlash;
 pub use stack::{look as look_at_stack, size_bytes as stack_bytes};
 
 use embedded_hal::delay::DelayNs;
@@ -86,10 +96,12 @@ pub struct Board {
     pub reset: Reset,
     /// DRDY.
     pub drdy: Drdy,
-    /// Telemetry.
+    /// Telemetry and orders.
     pub line: Line,
     /// How this run began.
     pub boot: Boot,
+    /// Where settings are kept.
+    pub flash: SettingsFlash,
 }
 
 /// Waits by the microsecond counter.

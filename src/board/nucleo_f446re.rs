@@ -1,5 +1,5 @@
 //! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC clock supply": the
-//! bridges are so when it is bought).
+//! bridges are so from MB1136 C-02 on).
 //!
 //! | ADS1258 | Nucleo | STM32F446 | |
 //! |---|---|---|---|
@@ -11,17 +11,17 @@
 //! | START | D9 | PC7 | output, low until the registers are written |
 //! | RESET | D8 | PA9 | output, high at rest |
 //!
-//! Telemetry leaves on PA2 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600 baud, 8N1; 0.93 %
-//! slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered (UM1724).
+//! Telemetry leaves on PA2, orders come on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
+//! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered (UM1724).
 
-use super::{Board, Line, stm32f4};
-use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState};
+use super::{Board, Line, SettingsFlash, stm32f4};
+use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, sleep};
+pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
 /// SPI with CS.
 pub type Spi = stm32f4::Spi<'B', 6>;
@@ -42,13 +42,16 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
+    // Up: without a PC the line would float, and noise would be taken for bytes.
+    let rx = gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
     let board = Board {
         start: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: Line::new(device.USART2, gpioa.pa2, &mut rcc),
+        line: Line::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
         boot,
+        flash: SettingsFlash::new(device.FLASH),
     };
     let mut nvic = core.NVIC;
     // SAFETY: the priority of the task that it becomes part of, so neither interrupts the other; RTIC has set it before

@@ -198,6 +198,11 @@ pub fn sleep() {
     cortex_m::asm::wfi();
 }
 
+/// Resets the processor.
+pub fn restart() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
 /// A board's signal never ends.
 pub const fn ended() -> bool {
     false

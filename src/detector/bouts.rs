@@ -29,6 +29,11 @@ impl Range {
         Self { least, more: (most_v * CODES_PER_SUPPLY_VOLT as f32) as u32 - least as u32 }
     }
 
+    /// About a reference that is set, volts.
+    const fn of_reference(vref_v: f32) -> Self {
+        Self::of_volts(vref_v * (1.0 - REFERENCE_SHARE), vref_v * (1.0 + REFERENCE_SHARE))
+    }
+
     const fn has(&self, code: i32) -> bool {
         code.wrapping_sub(self.least) as u32 <= self.more
     }
@@ -83,7 +88,7 @@ impl Bouts {
     /// None. `vref_v` is the reference that is set, volts.
     pub const fn new(vref_v: f32) -> Self {
         Self {
-            reference: Range::of_volts(vref_v * (1.0 - REFERENCE_SHARE), vref_v * (1.0 + REFERENCE_SHARE)),
+            reference: Range::of_reference(vref_v),
             lasting: Doubts::NONE,
             told: Doubts::NONE,
             from_us: [0; KINDS],
@@ -92,6 +97,11 @@ impl Bouts {
             looks: true,
             look_at: 0,
         }
+    }
+
+    /// From now on the reference that is set has so many volts.
+    pub const fn set_reference(&mut self, vref_v: f32) {
+        self.reference = Range::of_reference(vref_v);
     }
 
     /// Tells what begins and what is over; `now_us` is now, in device time and in board time.

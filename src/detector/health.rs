@@ -121,7 +121,7 @@ impl Checkup {
             messages_dropped: counters.messages_dropped,
             chip_restarts: counters.chip_restarts,
             faults: tally.faults.counts(),
-            orders_damaged: 0,
+            orders_damaged: counters.orders_damaged,
             stack_used_bytes: counters.stack[0],
             stack_bytes: counters.stack[1],
             frame_rate_hz: self.frame_rate_hz,

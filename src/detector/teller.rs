@@ -69,6 +69,30 @@ impl Teller {
         }
     }
 
+    /// From now on these settings are in force, and the windows of a slide that lasts since the frame `sliding` are of
+    /// their length.
+    pub fn change(&mut self, settings: &Settings, sliding: Option<u32>) {
+        self.volts_per_code = reading::volts(1, settings.vref_v);
+        self.window_frames = frames_in(settings.window_s, WINDOW_FRAMES_MAX);
+        self.growing = settings.accuracy > 0.0;
+        self.hop_frames = frames_in(settings.hop_s, u32::MAX);
+        if let Some(start) = sliding {
+            // None reaches back before the slide, or is late.
+            let first = start.wrapping_add(self.first_frames());
+            self.next_end = if reached(self.latest.0, first) { self.latest.0.wrapping_add(1) } else { first };
+        }
+    }
+
+    /// Frames of a slide's first window.
+    fn first_frames(&self) -> u32 {
+        if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames }
+    }
+
+    /// Nothing is due any more.
+    pub fn drop_due(&mut self) {
+        self.whole = None;
+    }
+
     /// The latest frame is the first complete one, with these codes.
     pub fn begin(&mut self, codes: &[i32; TAXELS]) {
         self.reference = codes.map(|code| code as f32);
@@ -122,8 +146,7 @@ impl Teller {
                 height_v: height * self.volts_per_code,
             })),
             Change::SlideStart(start) => {
-                let first = if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames };
-                self.next_end = start.wrapping_add(first);
+                self.next_end = start.wrapping_add(self.first_frames());
                 self.slide_start_us = self.time_us(start, ring);
                 emit(News::Slide(Slide { start_us: self.slide_start_us, end_us: None }));
             }

@@ -1,11 +1,11 @@
 //! The emulator as a child process in a directory of its own, and the pipes to it.
 
 use anyhow::{Context, Result, bail};
-use rustix::fs::{CWD, Mode, OFlags};
+use rustix::fs::{CWD, Mode, OFlags, fcntl_getfl, fcntl_setfl};
 use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
-use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use tempfile::TempDir;
 
 /// The emulator's program.
@@ -18,6 +18,10 @@ pub struct Emulator {
     /// Records from the board.
     pub request: File,
     reply: File,
+    /// To the board's third serial port.
+    line: ChildStdin,
+    /// Bytes that the line has not taken yet.
+    unsent: Vec<u8>,
     /// What the board's third serial port says.
     pub serial: ChildStdout,
     /// What the emulator itself says.
@@ -40,7 +44,7 @@ impl Emulator {
             .args(["-serial", "null", "-serial", "null", "-serial", "stdio", "-kernel"])
             .arg(image)
             .current_dir(directory.path())
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn();
@@ -53,10 +57,15 @@ impl Emulator {
             }
             Err(error) => return Err(error).context(QEMU),
         };
-        let (Some(serial), Some(messages)) = (child.stdout.take(), child.stderr.take()) else {
+        let (Some(line), Some(serial), Some(messages)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        else {
             bail!("{QEMU}: no pipes");
         };
-        Ok(Self { child, directory: Some(directory), request, reply, serial, messages })
+        // A board that does not listen must not stop what serves it.
+        let flags = fcntl_getfl(&line).context("the line to the emulated board")?;
+        fcntl_setfl(&line, flags | OFlags::NONBLOCK).context("the line to the emulated board")?;
+        let directory = Some(directory);
+        Ok(Self { child, directory, request, reply, line, unsent: Vec::new(), serial, messages })
     }
 
     /// Both ends of the bridge are open: their names, and the directory, are no longer needed. Removed now, nothing is
@@ -71,6 +80,24 @@ impl Emulator {
     /// The board does not take it: a full pipe is as bad as a closed one, since it asks before it is answered.
     pub fn reply(&mut self, bytes: &[u8]) -> Result<()> {
         self.reply.write_all(bytes).context("the bridge to the emulated board")
+    }
+
+    /// Sends bytes to the board's serial port, as many as it takes now and the rest with the next call.
+    ///
+    /// # Errors
+    /// Those of the system; that the emulator has ended is none.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.unsent.extend_from_slice(bytes);
+        while !self.unsent.is_empty() {
+            match self.line.write(&self.unsent) {
+                Ok(sent) => drop(self.unsent.drain(..sent)),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::BrokenPipe => self.unsent.clear(),
+                Err(error) => return Err(error).context("the line to the emulated board"),
+            }
+        }
+        Ok(())
     }
 
     /// How the emulator ended, if it has.

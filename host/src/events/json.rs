@@ -145,6 +145,7 @@ enum JsonOutcome<'a> {
     Profile,
     NotStored,
     Busy,
+    DoneErased,
 }
 
 impl<'a> From<&'a Outcome> for JsonOutcome<'a> {
@@ -157,6 +158,7 @@ impl<'a> From<&'a Outcome> for JsonOutcome<'a> {
             Outcome::Profile => Self::Profile,
             Outcome::NotStored => Self::NotStored,
             Outcome::Busy => Self::Busy,
+            Outcome::DoneErased => Self::DoneErased,
         }
     }
 }

@@ -164,6 +164,7 @@ fn reply(e: &Reply) -> String {
         }
         Outcome::NotStored => "in force, but not stored: the flash refuses".into(),
         Outcome::Busy => "refused: busy with another order; ask again".into(),
+        Outcome::DoneErased => "done; the flash was erased for it, which cost a second or two of conversions".into(),
     };
     format!("order {}: {outcome}", e.number)
 }

@@ -1,0 +1,340 @@
+//! Power that is lost at any word of what the settings' store writes, in a flash on this PC.
+//!
+//! The flash is as the manual has it: erasing sets bits, programming clears them, and what power is lost in the middle of
+//! has any part of its bits done. Nothing else is touched.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone::boot::SettingsSource;
+use ridgetone::settings::Settings;
+use ridgetone::store::{FlashStore, NotStored, PAGES, Pages, Store, WORD_BYTES};
+
+/// Two pages of flash that lose power after so many words and erasures.
+#[derive(Clone, Debug)]
+pub struct CutFlash<const PAGE_BYTES: u32> {
+    bytes: Vec<u8>,
+    /// Operations until power is lost; none: it is not.
+    left: Option<u64>,
+    /// Operations done.
+    pub done: u64,
+    /// Whether power is gone.
+    pub is_off: bool,
+    /// Operations beyond the pages, or that program what is not erased. There must be none.
+    pub wrong: u64,
+    /// Pages erased.
+    pub erased: u64,
+    /// Whether a bit was cleared since power came.
+    pub is_marked: bool,
+    random: ChaCha8Rng,
+}
+
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// New pages.
+    pub fn new(seed: u64) -> Self {
+        let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
+        Self {
+            bytes,
+            left: None,
+            done: 0,
+            is_off: false,
+            wrong: 0,
+            erased: 0,
+            is_marked: false,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    /// Pages with anything in them.
+    pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
+        self.bytes = (0..self.bytes.len()).map(byte).collect();
+        self
+    }
+
+    /// What is in them.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
+    pub fn power(mut self, left: Option<u64>) -> Self {
+        (self.left, self.is_off, self.is_marked) = (left, false, false);
+        self
+    }
+
+    /// Whether the next operation is done in full, in part, or not at all.
+    fn next(&mut self) -> Done {
+        if self.is_off {
+            return Done::Not;
+        }
+        self.done += 1;
+        match &mut self.left {
+            Some(0) => {
+                self.is_off = true;
+                Done::Partly
+            }
+            Some(left) => {
+                *left -= 1;
+                Done::Fully
+            }
+            None => Done::Fully,
+        }
+    }
+}
+
+/// Bits of a word that are done when power is lost: none, all, or any.
+fn part(random: &mut ChaCha8Rng) -> u32 {
+    match random.next_u32() % 4 {
+        0 => 0,
+        1 => u32::MAX,
+        _ => random.next_u32(),
+    }
+}
+
+#[derive(PartialEq)]
+enum Done {
+    Fully,
+    Partly,
+    Not,
+}
+
+impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
+    const PAGE_BYTES: u32 = PAGE_BYTES;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) {
+        match self.bytes.get(offset as usize..offset as usize + bytes.len()) {
+            Some(kept) => bytes.copy_from_slice(kept),
+            None => self.wrong += 1,
+        }
+    }
+
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
+        let done = self.next();
+        let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
+        let range = offset as usize..offset as usize + WORD_BYTES;
+        let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
+            self.wrong += 1;
+            return Err(NotStored);
+        };
+        if done == Done::Not {
+            return Err(NotStored);
+        }
+        self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
+        // A bit whose turn had not come is still set.
+        for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
+            let before = *kept;
+            *kept &= byte | !mask;
+            self.is_marked |= *kept != before;
+        }
+        if done == Done::Fully { Ok(()) } else { Err(NotStored) }
+    }
+
+    fn erase(&mut self, page: u32) -> Result<(), NotStored> {
+        let done = self.next();
+        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page as usize) else {
+            self.wrong += 1;
+            return Err(NotStored);
+        };
+        match done {
+            Done::Fully => {
+                place.fill(0xff);
+                self.erased += 1;
+                Ok(())
+            }
+            Done::Partly => {
+                place.as_chunks_mut::<4>().0.iter_mut().for_each(|word| {
+                    let set = part(&mut self.random).to_le_bytes();
+                    word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+                });
+                Err(NotStored)
+            }
+            Done::Not => Err(NotStored),
+        }
+    }
+}
+
+/// What was read after a loss of power, how often.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cuts {
+    /// Losses of power.
+    pub injected: u64,
+    /// What was stored before.
+    pub old: u64,
+    /// In how many of these it was said that what was stored last cannot be read.
+    pub told: u64,
+    /// What was being stored.
+    pub new: u64,
+    /// The defaults, where nothing had been stored before.
+    pub defaults: u64,
+    /// Anything else; the old ones without a word that others had been begun; a store that refused when power was back; an
+    /// operation that a flash does not allow. Must be zero.
+    pub wrong: u64,
+}
+
+impl std::ops::AddAssign for Cuts {
+    fn add_assign(&mut self, other: Self) {
+        self.injected += other.injected;
+        self.old += other.old;
+        self.told += other.told;
+        self.new += other.new;
+        self.defaults += other.defaults;
+        self.wrong += other.wrong;
+    }
+}
+
+/// Settings that differ from those of every other number.
+pub fn settings(number: u64) -> Settings {
+    Settings { window_s: 0.1 + (number % 3800) as f32 * 1e-3, ..Settings::DEFAULT }
+}
+
+/// Stores `saves` settings into pages that `prefilled` others went into, and loses power in the middle of every single word
+/// and erasure of that; then once more in the middle of one of those of the next storing, and looks again. `seed` says
+/// which bits were done by then.
+pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
+    let mut cuts = Cuts::default();
+    let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
+    for number in 0..prefilled {
+        cuts.wrong += u64::from(store.save(Some(&settings(number)), true).is_err());
+    }
+    let mut flash = store.release();
+    let mut second = ChaCha8Rng::seed_from_u64(seed);
+    for number in prefilled..prefilled + saves {
+        let old = number.checked_sub(1).map(settings);
+        let mut cut = 0;
+        loop {
+            let mut store = FlashStore::new(flash.clone().power(Some(cut)));
+            let saved = store.save(Some(&settings(number)), true);
+            let left = store.release();
+            if !left.is_off {
+                // More operations than it takes.
+                cuts.wrong += u64::from(saved.is_err());
+                flash = left;
+                break;
+            }
+            let found = look(&left, old, settings(number), &mut cuts);
+            let before = if found == Some(settings(number)) { Some(settings(number)) } else { old };
+            // Power is back and lost again while the next are stored.
+            let again = second.next_u64() % 26;
+            let mut store = FlashStore::new(left.power(Some(again)));
+            let saved = store.save(Some(&settings(number + 1)), true);
+            let left = store.release();
+            if left.is_off {
+                look(&left, before, settings(number + 1), &mut cuts);
+            } else {
+                cuts.wrong += u64::from(saved.is_err());
+            }
+            // And back for good.
+            let mut store = FlashStore::new(left.power(None));
+            let stored = store.save(Some(&settings(number + 2)), true).is_ok();
+            let is_there = store.load() == (settings(number + 2), SettingsSource::Stored);
+            cuts.wrong += u64::from(!stored || !is_there) + store.release().wrong;
+            cut += 1;
+        }
+    }
+    cuts.wrong += flash.wrong;
+    cuts
+}
+
+/// Reads what a loss of power has left, twice.
+fn look<const PAGE_BYTES: u32>(
+    flash: &CutFlash<PAGE_BYTES>,
+    old: Option<Settings>,
+    new: Settings,
+    cuts: &mut Cuts,
+) -> Option<Settings> {
+    let mut store = FlashStore::new(flash.clone().power(None));
+    let found = store.load();
+    cuts.injected += 1;
+    let fell_back = found.1 == SettingsSource::StoredBefore;
+    let stored = found.1 == SettingsSource::Stored || fell_back;
+    if store.load() != found {
+        cuts.wrong += 1;
+    } else if stored && found.0 == new {
+        cuts.new += 1;
+    } else if stored && Some(found.0) == old && (fell_back || !flash.is_marked) {
+        cuts.old += 1;
+        cuts.told += u64::from(fell_back);
+    } else if old.is_none() && found.0 == Settings::DEFAULT {
+        cuts.defaults += 1;
+    } else {
+        cuts.wrong += 1;
+    }
+    stored.then_some(found.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone::store::Saved;
+
+    #[test]
+    fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
+        let mut cuts = Cuts::default();
+        for seed in 0..40 {
+            // One record a page, two, and ten and a bit.
+            cuts += cut_everywhere::<96>(0, 5, seed);
+            cuts += cut_everywhere::<192>(0, 7, seed);
+            cuts += cut_everywhere::<1000>(8, 16, seed);
+        }
+        println!("{cuts:?}");
+        assert!(
+            cuts.injected > 30_000 && cuts.old > 1000 && cuts.told > 1000 && cuts.new > 100 && cuts.defaults > 100,
+            "{cuts:?}"
+        );
+        assert_eq!(cuts.wrong, 0, "{cuts:?}");
+    }
+
+    /// The sectors of the STM32F405, full: the roll to the other one and back.
+    #[test]
+    fn so_it_is_in_sectors_of_the_real_size() {
+        let slots = 128 * 1024 / 96;
+        let cuts = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
+        assert!(cuts.injected > 90 && cuts.wrong == 0, "{cuts:?}");
+    }
+
+    #[test]
+    fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
+        for seed in 0..20 {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let flash = CutFlash::<960>::new(seed).with_bytes(|_| random.next_u32() as u8);
+            let mut store = FlashStore::new(flash);
+            assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
+            assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored), "not without erasing");
+            assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
+            assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
+            assert_eq!(store.release().wrong, 0);
+        }
+        assert_eq!(FlashStore::new(CutFlash::<960>::new(1)).load().1, SettingsSource::Default);
+    }
+
+    #[test]
+    fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
+        let mut store = FlashStore::new(CutFlash::<960>::new(1));
+        for number in 0..3 {
+            assert_eq!(store.save(Some(&settings(number)), false), Ok(Saved::AtOnce));
+        }
+        // A bit of the third record's settings.
+        let mut flash = store.release();
+        flash.bytes[2 * 96 + 8] ^= 4;
+        let mut store = FlashStore::new(flash);
+        assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
+        // Forgetting is a record too.
+        assert_eq!(store.save(None, false), Ok(Saved::AtOnce));
+        assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Default));
+        assert_eq!(store.release().wrong, 0);
+    }
+
+    /// In a touch nothing is erased, and what was stored stays.
+    #[test]
+    fn a_full_page_is_not_erased_against_orders() {
+        let mut store = FlashStore::new(CutFlash::<192>::new(1));
+        for number in 0..4 {
+            assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
+        }
+        assert_eq!(store.save(Some(&settings(4)), false), Err(NotStored));
+        assert_eq!(store.load(), (settings(3), SettingsSource::Stored));
+        assert_eq!(store.save(Some(&settings(4)), true), Ok(Saved::Erasing));
+        assert_eq!(store.load(), (settings(4), SettingsSource::Stored));
+        let flash = store.release();
+        assert_eq!((flash.erased, flash.wrong), (1, 0));
+    }
+}

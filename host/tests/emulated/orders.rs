@@ -1,0 +1,166 @@
+//! Orders to the emulated board, over its serial line.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone::boot::SettingsSource;
+use ridgetone::command::{Command, Outcome, Part};
+use ridgetone::profile::{After, Knot};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Abscissa, Event, Packet, Span};
+use ridgetone_host::emulator::{self, Options};
+use ridgetone_host::input::Input;
+use ridgetone_host::orders::{Orders, TRIES};
+use std::time::Duration;
+
+/// What came of a run: packets, and with which of them each order was answered.
+struct Talked {
+    packets: Vec<Packet>,
+    answers: Vec<(usize, Outcome)>,
+    outcome: emulator::Outcome,
+}
+
+impl Talked {
+    fn events_behind(&self, answer: usize) -> &[Packet] {
+        &self.packets[self.answers[answer].0..]
+    }
+}
+
+/// The usual scene, with these bytes and then these commands sent as soon as the board has greeted.
+fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
+    let elf = emulator::image::find().expect("an image");
+    let mut orders = Orders::new(700);
+    let (mut packets, mut answers) = (Vec::new(), Vec::new());
+    let (mut first, count) = (Some((bytes.to_vec(), commands.clone())), commands.len());
+    let mut talk = |now: Duration, packet: Option<&Packet>| {
+        let mut said = Vec::new();
+        if let Some(packet) = packet {
+            packets.push(packet.clone());
+            if let Some((bytes, commands)) = first.take() {
+                said = bytes;
+                commands.into_iter().for_each(|command| orders.give(command));
+            }
+            answers.extend(orders.hear(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
+        }
+        said.extend(orders.due(now)?);
+        Ok(said)
+    };
+    let input = Input::default().open().expect("an input");
+    let outcome = emulator::run_talking(input, Options::new(&elf), &mut talk, &mut |_, _| {}).expect("a run");
+    assert_eq!(answers.len(), count, "every order is answered once");
+    let replies = packets.iter().filter(|packet| matches!(packet.event, Event::Reply(_))).count();
+    assert!(replies >= count);
+    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+    Talked { packets, answers, outcome }
+}
+
+fn windows_s(packets: &[Packet]) -> Vec<f32> {
+    let window = |packet: &Packet| match &packet.event {
+        Event::Estimate(fit) if fit.span == Span::Window => Some(fit.window_s),
+        _ => None,
+    };
+    packets.iter().filter_map(window).collect()
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn settings_that_were_sent_are_in_force_and_others_are_refused() {
+    let settings = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
+    let bad = Settings { window_s: 5.0, ..Settings::DEFAULT };
+    let run = talk(
+        &[],
+        vec![
+            Command::Set { settings, keep: true },
+            Command::Set { settings: bad, keep: true },
+            Command::Raw { frames: 10 },
+        ],
+    );
+    let field = "window_s".try_into().expect("a name");
+    let refused = Outcome::Setting { field, value: 5.0, least: 0.1, greatest: 3.9 };
+    let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
+    assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
+    // The greeting comes again, with what is in force.
+    let hello = run.packets.iter().filter_map(|packet| match &packet.event {
+        Event::Hello(hello) => Some((hello.settings, hello.source)),
+        _ => None,
+    });
+    let hello: Vec<_> = hello.collect();
+    assert_eq!(hello[..2], [(Settings::DEFAULT, SettingsSource::Default), (settings, SettingsSource::Sent)]);
+    let windows_s = windows_s(&run.packets);
+    assert!(windows_s.len() > 10 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005), "{windows_s:?}");
+    let raw: Vec<_> = run
+        .packets
+        .iter()
+        .filter_map(|packet| match &packet.event {
+            Event::Raw(raw) => Some(raw),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(raw.len(), 10);
+    assert!(raw.windows(2).all(|pair| pair[1].number == pair[0].number + 1));
+    assert!(raw.iter().all(|raw| raw.present == u16::MAX && raw.codes.iter().all(|code| *code != 0)));
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn a_board_that_was_stopped_tells_nothing_but_health_until_it_is_started() {
+    let run = talk(&[], vec![Command::Stop]);
+    let behind = run.events_behind(0);
+    assert!(behind.iter().all(|packet| matches!(packet.event, Event::Health(_))), "{behind:?}");
+    assert!(behind.len() >= 3, "{behind:?}");
+    let run = talk(&[], vec![Command::Stop, Command::Start]);
+    let behind = run.events_behind(1);
+    assert!(behind.iter().any(|packet| matches!(packet.event, Event::Contact(_))), "{behind:?}");
+    assert!(windows_s(behind).len() >= 3, "{behind:?}");
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn with_a_speed_profile_estimates_come_by_place() {
+    // 30 mm/s, as the usual scene has it; a part at a time.
+    let knots = [0, 1_000_000].map(|t_us| Knot { t_us, speed_mm_s: 30.0 });
+    let part = |first: u8, last| {
+        let knots = heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("room");
+        Command::Follow(Part { first, knots, last })
+    };
+    let missing = Command::Follow(Part { first: 5, knots: heapless::Vec::new(), last: Some(After::Hold) });
+    let run = talk(&[], vec![missing, part(0, None), part(1, Some(After::Hold))]);
+    let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
+    assert_eq!(outcomes, [Outcome::Profile, Outcome::Done, Outcome::Done]);
+    let estimates: Vec<_> = run
+        .packets
+        .iter()
+        .filter_map(|packet| match &packet.event {
+            Event::Estimate(fit) => Some(fit),
+            _ => None,
+        })
+        .collect();
+    assert!(estimates.len() > 4);
+    // The grating's period is 3.6 mm.
+    let off = |fit: &&ridgetone::telemetry::Estimate| (fit.frequency * 3.6 - 1.0).abs();
+    assert!(estimates.iter().all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005), "{estimates:?}");
+}
+
+/// Ten kilobytes of noise before the order: about as much as the emulated line takes within the scene.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn noise_on_the_line_is_counted_and_changes_nothing() {
+    let mut noise = vec![0; 10_000];
+    ChaCha8Rng::seed_from_u64(1).fill_bytes(&mut noise);
+    let run = talk(&noise, vec![Command::Greet]);
+    let mut damaged = run.packets.iter().filter_map(|packet| match &packet.event {
+        Event::Health(health) => Some(health.orders_damaged),
+        _ => None,
+    });
+    let damaged = damaged.next_back().expect("health");
+    // What is between two zeros is a frame. The last one is ended by the zero in front of the order.
+    let frames = noise.split(|byte| *byte == 0).filter(|frame| !frame.is_empty()).count();
+    // While the noise is on its way the order is sent again and again; of two that come at once the second is dropped.
+    assert!((frames..=frames + TRIES as usize).contains(&(damaged as usize)), "{damaged} damaged of {frames}");
+    assert_eq!(run.answers.last().map(|(_, outcome)| outcome), Some(&Outcome::Done));
+    let in_force = run.packets.iter().all(|packet| match &packet.event {
+        Event::Hello(hello) => hello.settings == Settings::DEFAULT,
+        _ => true,
+    });
+    assert!(in_force && windows_s(&run.packets).len() >= 3);
+    assert!(run.outcome.received > 10);
+}

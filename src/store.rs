@@ -1,0 +1,269 @@
+//! Settings that survive a loss of power at any moment.
+//!
+//! They go behind each other into two pages of flash, each in a record of its own with a number and, written last, a
+//! checksum. The record with the highest number counts whose checksum is right; one that was torn, or that a worn page has
+//! spoilt, does not, so the one before it does. When a page is full the other one is erased and gets the next record: a
+//! page that holds what is in force is never erased.
+//!
+//! To erase a page stops the STM32F405 for 1 to 2 s, for its code is in the same bank of flash (RM0090, 3.5.1; DS8626): every
+//! conversion of that time is lost. So it is done only between touches, the loss is counted and told like any other, and
+//! the answer says why ([`Saved::Erasing`], [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog waits for
+//! longer ([`crate::vitals::WATCHDOG_S`]).
+//!
+//! Why not the crate `sequential-storage` (8.0.2): with it the image takes 9.4 kB of flash more than with this.
+
+use crate::boot::SettingsSource;
+use crate::settings::Settings;
+use crate::wire::checksum;
+
+/// Version of what a record holds: another one is not read. Raise it when [`Settings`] change.
+const VERSION: u8 = 1;
+
+/// Bytes of a record: its number, the version, the settings (72 at most), and the checksum of all that.
+pub const RECORD_BYTES: usize = 96;
+
+/// Where its settings are.
+const CONTENT: core::ops::Range<usize> = 5..RECORD_BYTES - 4;
+
+/// Times that storing is tried in another place if it cannot be read back.
+const TRIES: usize = 4;
+
+/// Bytes that are programmed at once.
+pub const WORD_BYTES: usize = 4;
+
+/// Pages there are.
+pub const PAGES: u32 = 2;
+
+/// Where settings are kept.
+pub trait Store {
+    /// What is in force after a start, valid in any case, and where it comes from.
+    fn load(&mut self) -> (Settings, SettingsSource);
+
+    /// Stores settings, or with none that the defaults are wanted. If `may_erase` is not given and a page is full,
+    /// nothing is stored.
+    ///
+    /// # Errors
+    /// They could not be stored; what was stored before still is.
+    fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored>;
+}
+
+/// How settings were stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saved {
+    /// Into a place that was free.
+    AtOnce,
+    /// A page was erased before: the processor may have stood still meanwhile.
+    Erasing,
+}
+
+/// The flash refuses, or a page would have had to be erased at a bad moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotStored;
+
+/// [`PAGES`] pages of flash, one behind the other, for nothing but settings. Offsets count from the first one's start;
+/// they are checked before they come here.
+pub trait Pages {
+    /// Bytes of a page, a multiple of [`WORD_BYTES`].
+    const PAGE_BYTES: u32;
+
+    /// Reads some bytes.
+    fn read(&mut self, offset: u32, bytes: &mut [u8]);
+
+    /// Programs an erased word.
+    ///
+    /// # Errors
+    /// The flash refuses.
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored>;
+
+    /// Erases a page, 0 or 1.
+    ///
+    /// # Errors
+    /// The flash refuses.
+    fn erase(&mut self, page: u32) -> Result<(), NotStored>;
+}
+
+/// A place for a record: page and number in it. Only such places are ever touched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Slot {
+    page: u32,
+    number: u32,
+}
+
+/// A [`Store`] in two pages of flash. It holds the only handle to them.
+#[derive(Debug)]
+pub struct FlashStore<P: Pages> {
+    pages: P,
+}
+
+impl<P: Pages> FlashStore<P> {
+    /// Records that a page holds.
+    const SLOTS: u32 = P::PAGE_BYTES / RECORD_BYTES as u32;
+
+    /// A store in pages that may hold anything.
+    pub const fn new(pages: P) -> Self {
+        const { assert!(Self::SLOTS > 0 && P::PAGE_BYTES.is_multiple_of(WORD_BYTES as u32)) };
+        Self { pages }
+    }
+
+    /// Gives the pages back.
+    pub fn release(self) -> P {
+        self.pages
+    }
+
+    /// Below the number of what is erased.
+    const NO_LIMIT: (u32, Slot) = (u32::MAX, Slot { page: 0, number: 0 });
+
+    fn offset(slot: Slot) -> u32 {
+        slot.page * P::PAGE_BYTES + slot.number * RECORD_BYTES as u32
+    }
+
+    fn slots() -> impl Iterator<Item = Slot> {
+        (0..PAGES).flat_map(|page| (0..Self::SLOTS).map(move |number| Slot { page, number }))
+    }
+
+    fn record(&mut self, slot: Slot) -> [u8; RECORD_BYTES] {
+        let mut record = [0; RECORD_BYTES];
+        self.pages.read(Self::offset(slot), &mut record);
+        record
+    }
+
+    /// The record with the highest number whose checksum is right, and is below `limit`: its number and place, and its
+    /// bytes. One that was spoilt may have the number of the one that replaced it, so places count too.
+    fn newest_below(&mut self, mut limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
+        loop {
+            let mut newest = None;
+            for slot in Self::slots() {
+                let mut number = [0; 4];
+                self.pages.read(Self::offset(slot), &mut number);
+                let number = u32::from_le_bytes(number);
+                if (number, slot) < limit && newest.is_none_or(|most| (number, slot) > most) {
+                    newest = Some((number, slot));
+                }
+            }
+            limit = newest?;
+            let record = self.record(limit.1);
+            if is_whole(&record) {
+                return Some((limit, record));
+            }
+        }
+    }
+
+    /// Whether a record's place is as it was erased.
+    fn is_erased(&mut self, slot: Slot) -> bool {
+        self.record(slot).iter().all(|byte| *byte == ERASED)
+    }
+
+    /// Whether there is something unreadable where the record behind this one would be.
+    fn is_torn_behind(&mut self, slot: Slot) -> bool {
+        let Slot { page, number } = slot;
+        let behind = if number + 1 < Self::SLOTS {
+            Slot { page, number: number + 1 }
+        } else {
+            Slot { page: (page + 1) % PAGES, number: 0 }
+        };
+        !self.is_erased(behind) && !is_whole(&self.record(behind))
+    }
+
+    /// The place behind a record, or behind none: in the same page, or else in the other one, which is erased.
+    /// Not that which must be kept.
+    fn next_slot(
+        &mut self,
+        behind: Option<Slot>,
+        keep: Option<u32>,
+        may_erase: bool,
+    ) -> Result<(Slot, Saved), NotStored> {
+        let mut page = 0;
+        if let Some(Slot { page: full, number }) = behind {
+            let behind = (number + 1..Self::SLOTS).map(|number| Slot { page: full, number });
+            for slot in behind {
+                if self.is_erased(slot) {
+                    return Ok((slot, Saved::AtOnce));
+                }
+            }
+            page = (full + 1) % PAGES;
+        }
+        // New, or erased before a loss of power: there is nothing to be gained by erasing it again.
+        let blank = (0..Self::SLOTS).all(|number| self.is_erased(Slot { page, number }));
+        let slot = Slot { page, number: 0 };
+        if blank {
+            return Ok((slot, Saved::AtOnce));
+        }
+        if !may_erase || keep == Some(page) {
+            return Err(NotStored);
+        }
+        self.pages.erase(page)?;
+        Ok((slot, Saved::Erasing))
+    }
+
+    fn write(&mut self, slot: Slot, record: &[u8; RECORD_BYTES]) -> Result<(), NotStored> {
+        for (word, offset) in record.as_chunks::<WORD_BYTES>().0.iter().zip((Self::offset(slot)..).step_by(WORD_BYTES))
+        {
+            self.pages.program(offset, *word)?;
+        }
+        Ok(())
+    }
+}
+
+impl<P: Pages> Store for FlashStore<P> {
+    #[inline(never)]
+    fn load(&mut self) -> (Settings, SettingsSource) {
+        let mut limit = Self::NO_LIMIT;
+        while let Some((at, record)) = self.newest_below(limit) {
+            // Of another version, or out of bounds: the one before it.
+            let Some(settings) = content(&record) else {
+                limit = at;
+                continue;
+            };
+            let is_last = limit == Self::NO_LIMIT && !self.is_torn_behind(at.1);
+            return match (settings, is_last) {
+                (Some(settings), true) => (settings, SettingsSource::Stored),
+                (Some(settings), false) => (settings, SettingsSource::StoredBefore),
+                (None, true) => (Settings::DEFAULT, SettingsSource::Default),
+                (None, false) => (Settings::DEFAULT, SettingsSource::Damaged),
+            };
+        }
+        let blank = Self::slots().all(|slot| self.is_erased(slot));
+        (Settings::DEFAULT, if blank { SettingsSource::Default } else { SettingsSource::Damaged })
+    }
+
+    #[inline(never)]
+    fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
+        let newest = self.newest_below(Self::NO_LIMIT);
+        let number = newest.as_ref().map_or(0, |((number, _), _)| number.wrapping_add(1));
+        let mut record = [0; RECORD_BYTES];
+        let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
+        content.get_mut(..4).ok_or(NotStored)?.copy_from_slice(&number.to_le_bytes());
+        *content.get_mut(4).ok_or(NotStored)? = VERSION;
+        postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?).map_err(|_| NotStored)?;
+        *sum = checksum(content).to_le_bytes();
+
+        let mut behind = newest.map(|((_, slot), _)| slot);
+        let keep = behind.map(|slot| slot.page);
+        let mut saved = Saved::AtOnce;
+        for _ in 0..TRIES {
+            let (slot, how) = self.next_slot(behind, keep, may_erase)?;
+            saved = if how == Saved::Erasing { how } else { saved };
+            // Worn where it cannot be read back.
+            if self.write(slot, &record).is_ok() && self.record(slot) == record {
+                return Ok(saved);
+            }
+            behind = Some(slot);
+        }
+        Err(NotStored)
+    }
+}
+
+/// What every byte of an erased page reads.
+const ERASED: u8 = 0xff;
+
+/// Whether a record's checksum is right.
+fn is_whole(record: &[u8; RECORD_BYTES]) -> bool {
+    record.split_last_chunk::<4>().is_some_and(|(content, sum)| checksum(content) == u32::from_le_bytes(*sum))
+}
+
+/// What a record holds: settings, or that the defaults are wanted. None if it is unreadable or out of bounds.
+fn content(record: &[u8; RECORD_BYTES]) -> Option<Option<Settings>> {
+    let (settings, _) = postcard::take_from_bytes::<Option<Settings>>(record.get(CONTENT)?).ok()?;
+    let good = record.get(4) == Some(&VERSION) && settings.is_none_or(|settings| settings.validate().is_ok());
+    good.then_some(settings)
+}

@@ -1,0 +1,182 @@
+//! How messages travel on the line, both ways: postcard, CRC-32 little endian, stuffed by COBS, a zero byte behind.
+//!
+//! A reader may start anywhere and finds its place at the next zero.
+
+use heapless::Vec;
+use serde::{Serialize, de::DeserializeOwned};
+
+/// Bytes of the checksum behind the content.
+const CHECKSUM_BYTES: usize = 4;
+
+/// Most bytes of a message before it is stuffed, checksum included: COBS adds one byte in 254 and one in front; the zero
+/// behind it is one more.
+const PLAIN_MAX: usize = crate::telemetry::WIRE_MAX - crate::telemetry::WIRE_MAX / 254 - 2;
+
+/// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
+pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
+
+/// The message could not be encoded: it is longer than the buffer for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLong;
+
+impl core::fmt::Display for TooLong {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "the message is longer on the wire than the buffer for it")
+    }
+}
+
+impl core::error::Error for TooLong {}
+
+/// CRC-32 of some bytes.
+#[inline(never)]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    CHECKSUM.checksum(bytes)
+}
+
+/// Encodes a message. Returns the bytes used of `wire`.
+///
+/// # Errors
+/// It is longer than `wire` allows.
+pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
+    let mut plain = [0; PLAIN_MAX];
+    let room = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
+    let length = postcard::to_slice(message, room).map_err(|_| TooLong)?.len();
+    seal(&mut plain, length, wire)
+}
+
+/// The part that does not depend on what is sent: checksum, stuffing and the zero.
+#[inline(never)]
+fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
+    let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
+    plain.get_mut(length..length + CHECKSUM_BYTES).ok_or(TooLong)?.copy_from_slice(&checksum);
+    let content = plain.get(..length + CHECKSUM_BYTES).ok_or(TooLong)?;
+    let used = cobs::try_encode(content, wire).map_err(|_| TooLong)?;
+    *wire.get_mut(used).ok_or(TooLong)? = 0;
+    Ok(used + 1)
+}
+
+/// The message in one stuffed frame, its zero left off, if all of it is as it was sent. Changes the frame.
+pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
+    let (message, rest) = postcard::take_from_bytes(unseal(frame)?).ok()?;
+    rest.is_empty().then_some(message)
+}
+
+/// The content of a stuffed frame, if its checksum is right.
+#[inline(never)]
+fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
+    let length = cobs::decode_in_place(frame).ok()?;
+    let (content, sum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
+    (checksum(content) == u32::from_le_bytes(*sum)).then_some(content)
+}
+
+/// What a byte made of the frame that it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pushed {
+    /// Nothing yet.
+    More,
+    /// It is whole: to be taken out.
+    Whole,
+    /// It was longer than the buffer, bytes of it were lost, or it came while the one before it was still there; it is
+    /// dropped.
+    Damaged,
+}
+
+/// Puts the bytes of one frame together, as they come. Holds one frame of at most `N` bytes and never more.
+#[derive(Debug, Default)]
+pub struct Inbox<const N: usize> {
+    bytes: Vec<u8, N>,
+    whole: bool,
+    /// What comes is dropped until the next zero.
+    skipping: bool,
+}
+
+impl<const N: usize> Inbox<N> {
+    /// An empty one, which finds its place at the next zero byte.
+    pub const fn new() -> Self {
+        Self { bytes: Vec::new(), whole: false, skipping: false }
+    }
+
+    /// Takes one byte.
+    pub fn push(&mut self, byte: u8) -> Pushed {
+        if byte != 0 {
+            if self.whole || self.skipping || self.bytes.push(byte).is_err() {
+                self.spoil();
+            }
+            return Pushed::More;
+        }
+        if core::mem::take(&mut self.skipping) {
+            return Pushed::Damaged;
+        }
+        // Zeros in a row are an idle line, not a frame.
+        if self.whole || self.bytes.is_empty() {
+            return Pushed::More;
+        }
+        self.whole = true;
+        Pushed::Whole
+    }
+
+    /// A byte of the frame that is coming was lost.
+    pub fn spoil(&mut self) {
+        self.skipping = true;
+        if !self.whole {
+            self.bytes.clear();
+        }
+    }
+
+    /// The frame that is whole, stuffed and without its zero; there is room for the next one then.
+    pub fn take(&mut self) -> Option<Vec<u8, N>> {
+        core::mem::take(&mut self.whole).then(|| core::mem::take(&mut self.bytes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+
+    fn frame(number: u32) -> std::vec::Vec<u8> {
+        let mut wire = [0; 32];
+        let used = encode(&number, &mut wire).unwrap();
+        wire[..used].to_vec()
+    }
+
+    fn push(inbox: &mut Inbox<16>, bytes: &[u8]) -> std::vec::Vec<Pushed> {
+        bytes.iter().map(|byte| inbox.push(*byte)).filter(|pushed| *pushed != Pushed::More).collect()
+    }
+
+    #[test]
+    fn a_frame_is_postcard_checksum_and_stuffing() {
+        // 7 as a varint; the CRC-32 of one byte 7 is 0x4c667a2e by zlib; no zero among them, so COBS puts their number
+        // and one more in front.
+        assert_eq!(frame(7), [6, 7, 0x2e, 0x7a, 0x66, 0x4c, 0]);
+        assert_eq!(encode(&7u32, &mut [0; 6]), Err(TooLong));
+    }
+
+    #[test]
+    fn one_frame_is_held_and_the_next_is_dropped_and_told() {
+        let mut inbox = Inbox::new();
+        assert_eq!(push(&mut inbox, &[0, 0]), []);
+        assert_eq!(push(&mut inbox, &frame(1)), [Pushed::Whole]);
+        assert_eq!(push(&mut inbox, &frame(2)), [Pushed::Damaged]);
+        let third = frame(3);
+        assert_eq!(push(&mut inbox, &third[..3]), []);
+        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(1));
+        assert!(inbox.take().is_none());
+        // Its beginning was lost.
+        assert_eq!(push(&mut inbox, &third[3..]), [Pushed::Damaged]);
+        assert_eq!(push(&mut inbox, &frame(4)), [Pushed::Whole]);
+        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(4));
+    }
+
+    #[test]
+    fn what_is_too_long_or_lacks_a_byte_is_dropped_and_told() {
+        let mut inbox = Inbox::new();
+        assert_eq!(push(&mut inbox, &[1; 40]), []);
+        assert_eq!(push(&mut inbox, &[0]), [Pushed::Damaged]);
+        push(&mut inbox, &frame(5)[..2]);
+        inbox.spoil();
+        assert_eq!(push(&mut inbox, &frame(5)[3..]), [Pushed::Damaged]);
+        assert_eq!(push(&mut inbox, &frame(6)), [Pushed::Whole]);
+        assert_eq!(inbox.take().and_then(|mut frame| decode::<u32>(&mut frame)), Some(6));
+    }
+}
