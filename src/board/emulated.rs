@@ -9,7 +9,6 @@ use super::semihost::{self, Exit};
 use super::{Board, Line, SettingsFlash, crash, kept::Kept, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
-use defmt_rtt as _;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use ridgetone::boot::{Boot, Death, Record, ResetCause};

@@ -1,14 +1,6 @@
 //! Adafruit Feather STM32F405 Express (product 4382), 168 MHz from its 12 MHz crystal.
 //!
-//! | ADS1258 | Feather | STM32F405 | |
-//! |---|---|---|---|
-//! | CS | A0 | PA4 | output, high at rest |
-//! | SCLK | A1 | PA5 | SPI1 SCK, AF5, 5.25 MHz |
-//! | DOUT | A2 | PA6 | SPI1 MISO, AF5 |
-//! | DIN | A3 | PA7 | SPI1 MOSI, AF5 |
-//! | DRDY | A4 | PC4 | EXTI4, falling edge |
-//! | START | A5 | PC5 | output, low until the registers are written |
-//! | RESET | D6 | PC6 | output, high at rest |
+//! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
 //! Telemetry leaves on TX (PB10, USART3, AF7), orders come on RX (PB11), both at 921600 baud, 8N1; the baud rate
 //! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).

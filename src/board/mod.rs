@@ -60,6 +60,8 @@ mod kept;
 #[cfg(feature = "emulated")]
 mod link;
 #[cfg(feature = "emulated")]
+mod log;
+#[cfg(feature = "emulated")]
 mod memory;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;

@@ -1,15 +1,7 @@
 //! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC clock supply": the
 //! bridges are so from MB1136 C-02 on).
 //!
-//! | ADS1258 | Nucleo | STM32F446 | |
-//! |---|---|---|---|
-//! | CS | D10 | PB6 | output, high at rest |
-//! | SCLK | D13 | PA5 | SPI1 SCK, AF5, 5.25 MHz; the green LED glows along |
-//! | DOUT | D12 | PA6 | SPI1 MISO, AF5 |
-//! | DIN | D11 | PA7 | SPI1 MOSI, AF5 |
-//! | DRDY | A2 | PA4 | EXTI4, falling edge |
-//! | START | D9 | PC7 | output, low until the registers are written |
-//! | RESET | D8 | PA9 | output, high at rest |
+//! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
 //! Telemetry leaves on PA2, orders come on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
 //! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered (UM1724).

@@ -109,9 +109,6 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
     // First of all: a crystal that does not start is waited for without end.
     start_watchdog(&device.IWDG, &device.DBGMCU);
     let boot = Boot { cause: take_reset_cause(&device.RCC), record: crash::take_record() };
-    if let Some(Record { file, line, pc, .. }) = &boot.record {
-        defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
-    }
     // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
     device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
     boot
