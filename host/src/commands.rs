@@ -1,22 +1,24 @@
 //! The commands: arguments in, output out.
 
+mod board;
+
 use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, ListenArgs, ReplayArgs, ReproduceArgs, SceneArgs,
+    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ReplayArgs, ReproduceArgs, SceneArgs,
     Senseless,
 };
 use crate::faults::campaign;
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::output::{self, Progress};
 use crate::picture::Recording;
-use crate::port::{Link, System, Wanted};
 use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay};
+use crate::{bench, demo, emulator, fit_report, picture, recording, replay};
 use anyhow::{Result, bail};
+use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::profile::After;
 use ridgetone::settings::Settings;
@@ -33,7 +35,12 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
-        Command::Listen(args) => run_listen(args),
+        Command::Ports(args) => board::ports(&args),
+        Command::Monitor(args) => board::monitor(&args),
+        Command::Record(args) => board::record(&args),
+        Command::Export(args) => board::export(&args),
+        Command::Settings(args) => board::settings(&args),
+        Command::Listen(args) => board::listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
@@ -71,12 +78,17 @@ fn fit(args: &FitArgs) -> Result<()> {
 }
 
 fn run_replay(args: &ReplayArgs) -> Result<()> {
+    if let Some(file) = &args.input.file
+        && recording::is_telemetry(file)?
+    {
+        return board::replay(args, file);
+    }
     let settings = args.settings.settings()?;
     let after = if args.profile_repeats { After::Repeat } else { After::Hold };
     let profile = args.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
     let input = open(&args.input, settings.window_s, ": choose a shorter --window")?;
     let mut progress = Progress::default();
-    let outcome = replay::run(input, settings, profile, &mut printer(args.json), &mut |done_s, total_s| {
+    let outcome = replay::run(input, settings, profile, &mut printer(args.lines), &mut |done_s, total_s| {
         progress.tell(done_s, total_s);
     });
     progress.end();
@@ -98,7 +110,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     options.keep_serial = args.serial_out.is_some();
     options.log = args.log.then_some(|line| eprintln!("log: {line}"));
     let mut progress = Progress::default();
-    let mut print = printer(args.json);
+    let mut print = printer(LineOptions { json: args.json, teleplot: false });
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         if args.svg.is_some() {
@@ -121,15 +133,6 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     }
     line_quality(outcome.received, outcome.missing, outcome.damaged);
     Ok(())
-}
-
-fn run_listen(args: ListenArgs) -> Result<()> {
-    let wanted = match (args.port, args.usb_serial) {
-        (Some(name), _) => Wanted::Name(name),
-        (None, Some(number)) => Wanted::UsbSerial(number),
-        (None, None) => return Err(Senseless("say which board: --port or --usb-serial".into()).into()),
-    };
-    listen::run(Link::open(System, wanted)?, &mut printer(args.json))
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {
@@ -236,11 +239,6 @@ fn scene(args: &SceneArgs) -> Result<()> {
     Ok(())
 }
 
-/// Prints packets as they come.
-fn printer(json: bool) -> impl FnMut(&Packet) -> Result<()> {
-    move |packet| if json { output::line(&events::json(packet)?) } else { output::line(&events::text(packet)) }
-}
-
 /// Opens an input that has to fill a window, and tells what is wrong with it but no reason to stop.
 fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
     let input = options.input()?;
@@ -256,8 +254,4 @@ fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
         eprintln!("ridgetone: warning: {warning}");
     }
     Ok(input)
-}
-
-fn line_quality(received: u64, missing: u32, damaged: u32) {
-    eprintln!("ridgetone: {received} frames received, {missing} lost, {damaged} damaged");
 }

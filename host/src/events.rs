@@ -3,5 +3,5 @@
 mod json;
 mod text;
 
-pub use json::json;
-pub use text::text;
+pub use json::{json, serializable};
+pub use text::{outcome, text};

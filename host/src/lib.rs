@@ -8,10 +8,14 @@
 //! | gratings of known period, for what turns phases into periods | [`calibrate`] |
 //! | speeds and places beside a recording | [`speed`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
+//! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
+//! | the same on a terminal | [`monitor`] |
+//! | telemetry in a file, and in the formats of others | [`record`], [`recording`], [`export`] |
+//! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | orders to a board, and what came of them | [`orders`] |
-//! | packets as text and as JSON | [`events`] |
+//! | packets as text, as JSON, for Teleplot | [`events`], [`teleplot`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
@@ -19,11 +23,13 @@
 //! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
-//! | the command line | [`cli`], [`commands`], [`output`] |
+//! | settings as TOML and `name=value`, and those of a board | [`settings_form`], [`board_settings`] |
+//! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
 #![forbid(unsafe_code)]
 
 mod axis;
 pub mod bench;
+pub mod board_settings;
 pub mod bound;
 pub mod calibrate;
 pub mod cli;
@@ -31,26 +37,35 @@ pub mod commands;
 pub mod demo;
 pub mod emulator;
 pub mod events;
+pub mod export;
 pub mod faults;
+pub mod feed;
 pub mod fit_report;
 pub mod flips;
 pub mod grid;
 pub mod input;
 pub mod listen;
+pub mod live;
 mod markdown;
+pub mod monitor;
 mod names;
 pub mod orders;
 pub mod output;
 mod parallel;
 pub mod picture;
 pub mod port;
+pub mod record;
+pub mod recording;
 pub mod replay;
 pub mod reproduce;
 pub mod setting;
+pub mod settings_form;
 pub mod simulated;
 pub mod speed;
 pub mod static_image;
+pub mod stop;
 mod svg;
 pub mod table_fit;
+pub mod teleplot;
 mod tone;
 pub mod trade;

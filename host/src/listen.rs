@@ -1,33 +1,57 @@
-//! `listen`: what a board on a serial line says, until nobody reads it any more.
+//! Packets as they come, to whoever takes them one by one: until the source is over, or nobody wants any more.
 
-use crate::port::{Happening, Link, Ports};
+use crate::events;
+use crate::feed::{Asking, Feed, Happening, Source};
+use crate::stop;
 use anyhow::{Result, bail};
-use ridgetone::telemetry::{PROTOCOL, Packet};
+use ridgetone::command::Outcome;
+use ridgetone::telemetry::Packet;
+use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// How often it is looked whether the board speaks another protocol.
-const LOOK: Duration = Duration::from_secs(1);
+/// How often it is looked whether to stop, and what is to be sent.
+const LOOK: Duration = Duration::from_millis(50);
 
-/// Gives packets to `sink` and tells standard error when the board goes and comes.
+/// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost; sends what is to be
+/// asked. Ends when the source is over, when the sink breaks off, or when this process is asked to ([`stop`]).
 ///
 /// # Errors
-/// The board speaks another protocol; those of `sink`.
-pub fn run<P: Ports>(mut link: Link<P>, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<()> {
-    let mut told = 0;
-    loop {
-        match link.next(LOOK) {
-            Some(Happening::Packet(packet)) => sink(&packet)?,
+/// Those of the feed and of `sink`; the board refuses what it is asked, or does not answer.
+pub fn run<S: Source>(
+    feed: &mut Feed<S>,
+    asking: &mut Asking,
+    sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
+) -> Result<()> {
+    let (mut told, mut is_there) = (0, false);
+    while !stop::is_asked() {
+        match feed.next(LOOK)? {
+            Some(Happening::Packet(packet)) => {
+                is_there = true;
+                if let Some((_, outcome)) = asking.hear(&packet)
+                    && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
+                {
+                    bail!("{}: {}", feed.name(), events::outcome(&outcome));
+                }
+                if sink(&packet)?.is_break() {
+                    break;
+                }
+            }
             Some(Happening::Came(name)) => eprintln!("ridgetone: {name}: the board is there"),
-            Some(Happening::Went(name, error)) => eprintln!("ridgetone: {name}: {error}; waiting for the board"),
+            Some(Happening::Went(name, why)) => {
+                is_there = false;
+                eprintln!("ridgetone: {name}: {why}; waiting for the board");
+            }
+            Some(Happening::Over) => break,
             None => {}
         }
-        let decoder = link.decoder();
-        if let Some(protocol) = decoder.foreign {
-            bail!("the board speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
+        if is_there && feed.has_board() {
+            asking.tick(feed)?;
         }
-        if decoder.missing > told {
-            eprintln!("ridgetone: {} packets lost, {} damaged so far", decoder.missing, decoder.damaged);
-            told = decoder.missing;
+        let counts = feed.counts();
+        if counts.missing > told {
+            eprintln!("ridgetone: {} packets lost, {} damaged so far", counts.missing, counts.damaged);
+            told = counts.missing;
         }
     }
+    Ok(())
 }

@@ -7,8 +7,9 @@ mod tests;
 
 pub use system::{BAUD, System};
 
-use ridgetone::telemetry::{Decoder, Packet};
-use std::collections::VecDeque;
+use crate::feed::{Said, Source};
+use anyhow::{Context, Result};
+use serde::Serialize;
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -17,7 +18,7 @@ use std::time::{Duration, Instant};
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// A serial port of this computer.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Found {
     /// What it is opened by, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
@@ -26,7 +27,7 @@ pub struct Found {
 }
 
 /// What a USB device says of itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Usb {
     /// Serial number, by which it is known again under another name. Many cheap adapters have none.
     pub serial_number: Option<String>,
@@ -78,6 +79,8 @@ pub enum Wanted {
     Name(String),
     /// The one with this USB serial number.
     UsbSerial(String),
+    /// The only one that is there.
+    Only,
 }
 
 /// There is no such board, or it cannot be opened.
@@ -89,6 +92,10 @@ pub enum PortError {
     NotThere(String, Vec<Found>),
     /// More than one port has it: one has to be chosen by its name.
     Several(String, Vec<Found>),
+    /// There is no port that it could be at.
+    None,
+    /// There is more than one port that it could be at.
+    Which(Vec<Found>),
     /// It is there, but cannot be opened.
     Open(String, io::Error),
 }
@@ -107,6 +114,13 @@ impl fmt::Display for PortError {
             Self::Several(number, found) => {
                 write!(f, "more than one port has the USB serial number {number}, choose with --port: {}", names(found))
             }
+            Self::None => write!(
+                f,
+                "there is no serial port: plug the board in, or use --emulated; --port NAME opens one that is not listed"
+            ),
+            Self::Which(found) => {
+                write!(f, "there is more than one serial port, choose with --port or --usb-serial: {}", names(found))
+            }
             Self::Open(name, error) if error.kind() == ErrorKind::PermissionDenied => {
                 write!(f, "{name}: {error}; on Linux join the group that owns it, mostly dialout")
             }
@@ -117,19 +131,7 @@ impl fmt::Display for PortError {
 
 impl std::error::Error for PortError {}
 
-/// Something that happened on a link.
-#[derive(Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly all of them are packets")]
-pub enum Happening {
-    /// The board is there, at this port.
-    Came(String),
-    /// It is gone from this port, with what the system said.
-    Went(String, io::Error),
-    /// A packet.
-    Packet(Packet),
-}
-
-/// A board's line and the decoder behind it.
+/// A board's line.
 pub struct Link<P: Ports> {
     ports: P,
     /// Name of the port that it is at, or was.
@@ -137,8 +139,8 @@ pub struct Link<P: Ports> {
     /// By which it is known again, if it has one that no other has.
     usb_serial: Option<String>,
     line: Option<P::Line>,
-    decoder: Decoder,
-    happened: VecDeque<Happening>,
+    /// That it is there was not said yet.
+    is_new: bool,
     looked: Instant,
 }
 
@@ -154,6 +156,12 @@ impl<P: Ports> Link<P> {
                 let usb_serial = serial_number_of(&name, &ports.list().unwrap_or_default());
                 (name, usb_serial)
             }
+            Wanted::Only => {
+                let found = ports.list().map_err(PortError::List)?;
+                let name = only(&found)?.name.clone();
+                let usb_serial = serial_number_of(&name, &found);
+                (name, usb_serial)
+            }
             Wanted::UsbSerial(number) => {
                 let found = ports.list().map_err(PortError::List)?;
                 let fitting: Vec<Found> = with_serial_number(&found, &number).cloned().collect();
@@ -165,70 +173,25 @@ impl<P: Ports> Link<P> {
             }
         };
         let line = ports.open(&name).map_err(|error| PortError::Open(name.clone(), error))?;
-        let happened = VecDeque::from([Happening::Came(name.clone())]);
-        let decoder = Decoder::new();
-        Ok(Self { ports, name, usb_serial, line: Some(line), decoder, happened, looked: Instant::now() })
+        Ok(Self { ports, name, usb_serial, line: Some(line), is_new: true, looked: Instant::now() })
     }
 
-    /// The next thing that happens, waiting for it as long as `patience`. A board that comes back is not asked what it
-    /// sent meanwhile: the gap in the numbers tells how many packets are missing ([`Decoder::missing`]).
-    pub fn next(&mut self, patience: Duration) -> Option<Happening> {
-        let begun = Instant::now();
-        loop {
-            if let Some(happening) = self.happened.pop_front() {
-                return Some(happening);
-            }
-            let left = patience.saturating_sub(begun.elapsed());
-            if self.line.is_some() {
-                self.read();
-            } else if self.looked.elapsed() >= LOOK_EVERY {
-                self.look();
-            } else {
-                std::thread::sleep(left.min(LOOK_EVERY - self.looked.elapsed().min(LOOK_EVERY)));
-            }
-            if left.is_zero() {
-                return self.happened.pop_front();
-            }
-        }
-    }
-
-    /// Sends bytes to the board.
-    ///
-    /// # Errors
-    /// `NotConnected` while it is unplugged; those of the line.
-    pub fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let line = self.line.as_mut().ok_or(ErrorKind::NotConnected)?;
-        line.write_all(bytes)?;
-        line.flush()
-    }
-
-    /// The decoder, with what it has counted.
-    pub fn decoder(&self) -> &Decoder {
-        &self.decoder
-    }
-
-    fn read(&mut self) {
-        let Some(line) = &mut self.line else { return };
+    fn read(&mut self) -> Option<Said> {
+        let line = self.line.as_mut()?;
         let mut bytes = [0; 4096];
         let error = match line.read(&mut bytes) {
             // The other end has hung up.
             Ok(0) => ErrorKind::UnexpectedEof.into(),
-            Ok(length) => {
-                let packets = bytes[..length].iter().filter_map(|byte| self.decoder.push(*byte));
-                self.happened.extend(packets.map(Happening::Packet));
-                return;
-            }
+            Ok(length) => return Some(Said::Bytes(bytes[..length].to_vec())),
             Err(error) => error,
         };
         if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) {
-            return;
+            return None;
         }
         // Closed at once: as long as it is open Linux gives the device another name when it comes back.
         self.line = None;
         self.looked = Instant::now();
-        // What was cut off ends here, or it would swallow the first frame when the board comes back.
-        self.happened.extend(self.decoder.push(0).map(Happening::Packet));
-        self.happened.push_back(Happening::Went(self.name.clone(), error));
+        Some(Said::Went(self.name.clone(), error.to_string()))
     }
 
     /// Looks whether the board has come back.
@@ -248,9 +211,57 @@ impl<P: Ports> Link<P> {
         let Some((name, line)) = name.and_then(|name| Some((name.clone(), self.ports.open(&name).ok()?))) else {
             return;
         };
-        self.line = Some(line);
-        self.name = name;
-        self.happened.push_back(Happening::Came(self.name.clone()));
+        (self.line, self.name, self.is_new) = (Some(line), name, true);
+    }
+}
+
+impl<P: Ports> Source for Link<P> {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn next(&mut self, most: Duration) -> Result<Option<Said>> {
+        let begun = Instant::now();
+        loop {
+            if std::mem::take(&mut self.is_new) {
+                return Ok(Some(Said::Came(self.name.clone())));
+            }
+            let left = most.saturating_sub(begun.elapsed());
+            if self.line.is_some() {
+                if let Some(said) = self.read() {
+                    return Ok(Some(said));
+                }
+            } else if self.looked.elapsed() >= LOOK_EVERY {
+                self.look();
+            } else {
+                std::thread::sleep(left.min(LOOK_EVERY - self.looked.elapsed().min(LOOK_EVERY)));
+            }
+            if left.is_zero() && !self.is_new {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let name = || self.name.clone();
+        let line = self.line.as_mut().ok_or(io::Error::from(ErrorKind::NotConnected)).with_context(name)?;
+        line.write_all(bytes).and_then(|()| line.flush()).with_context(name)?;
+        Ok(())
+    }
+}
+
+/// The port that a board must be at: the only one of USB, or the only one at all.
+///
+/// # Errors
+/// There is none, or more than one.
+fn only(found: &[Found]) -> Result<&Found, PortError> {
+    let usb: Vec<&Found> = found.iter().filter(|port| port.usb.is_some()).collect();
+    match (usb.as_slice(), found) {
+        ([one], _) => Ok(one),
+        ([], [one]) => Ok(one),
+        ([], []) => Err(PortError::None),
+        ([], several) => Err(PortError::Which(several.to_vec())),
+        (several, _) => Err(PortError::Which(several.iter().copied().cloned().collect())),
     }
 }
 

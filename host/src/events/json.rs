@@ -3,11 +3,11 @@
 use crate::names::{
     cause_name, death_name, direction_name, fault_name, hold_name, source_name, span_name, status_name, verdict_name,
 };
+use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone::boot::Record;
 use ridgetone::command::Outcome;
 use ridgetone::fault::{Doubts, FaultKind};
-use ridgetone::settings::{Array, Settings, SlideRule};
 use ridgetone::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ enum Body<'a> {
         protocol: u8,
         version: String,
         frame_rate_hz: f32,
-        settings: JsonSettings,
+        settings: SettingsForm,
         settings_source: &'static str,
         reset_cause: &'static str,
         record: Option<JsonRecord<'a>>,
@@ -167,18 +167,6 @@ fn names(doubts: Doubts) -> Vec<&'static str> {
     doubts.iter().map(fault_name).collect()
 }
 
-#[derive(Serialize)]
-struct JsonSettings {
-    window_s: f32,
-    hop_s: f32,
-    harmonics: u8,
-    accuracy: f32,
-    interferer_hz: f32,
-    vref_v: f32,
-    slide: JsonSlide,
-    array: Array,
-}
-
 /// Spatial period, speed and direction; null where they are not known.
 #[derive(Serialize)]
 struct JsonTravel {
@@ -204,33 +192,6 @@ impl From<&Travel> for JsonTravel {
     }
 }
 
-#[derive(Serialize)]
-#[serde(tag = "rule", rename_all = "snake_case")]
-enum JsonSlide {
-    Found,
-    Protocol { delay_s: f32, speed_mm_s: f32, length_mm: f32 },
-}
-
-impl From<&Settings> for JsonSettings {
-    fn from(settings: &Settings) -> Self {
-        Self {
-            window_s: settings.window_s,
-            hop_s: settings.hop_s,
-            harmonics: settings.harmonics,
-            accuracy: settings.accuracy,
-            interferer_hz: settings.interferer_hz,
-            vref_v: settings.vref_v,
-            slide: match settings.slide {
-                SlideRule::Found => JsonSlide::Found,
-                SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
-                    JsonSlide::Protocol { delay_s, speed_mm_s, length_mm }
-                }
-            },
-            array: settings.array,
-        }
-    }
-}
-
 fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }
@@ -240,8 +201,13 @@ fn seconds(t_us: u64) -> f64 {
 /// # Errors
 /// None that a packet could cause; those of the serializer.
 pub fn json(packet: &Packet) -> serde_json::Result<String> {
+    serde_json::to_string(&serializable(packet))
+}
+
+/// A packet as [`json`] has it, for a serializer.
+pub fn serializable(packet: &Packet) -> impl Serialize {
     let sequence = packet.sequence;
-    let body = match &packet.event {
+    match &packet.event {
         Event::Hello(e) => Body::Hello {
             sequence,
             protocol: e.protocol,
@@ -323,8 +289,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
             good: e.good,
             codes: &e.codes,
         },
-    };
-    serde_json::to_string(&body)
+    }
 }
 
 #[cfg(test)]

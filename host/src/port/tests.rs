@@ -1,7 +1,8 @@
 //! A board that moves from one pseudo-terminal to another.
 
 use super::*;
-use ridgetone::telemetry::{Event, Release, WIRE_MAX, encode};
+use crate::feed::{Feed, Happening};
+use ridgetone::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use std::cell::RefCell;
 use std::fs::File;
@@ -62,26 +63,26 @@ fn frame(sequence: u16) -> Vec<u8> {
     wire[..used].to_vec()
 }
 
-fn came<P: Ports>(link: &mut Link<P>) -> String {
-    match link.next(PATIENCE) {
+fn came<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+    match link.next(PATIENCE).unwrap() {
         Some(Happening::Came(name)) => name,
         other => panic!("{other:?} instead of a board"),
     }
 }
 
-fn went<P: Ports>(link: &mut Link<P>) -> String {
-    match link.next(PATIENCE) {
+fn went<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+    match link.next(PATIENCE).unwrap() {
         Some(Happening::Went(name, _)) => name,
         other => panic!("{other:?} instead of an unplugged board"),
     }
 }
 
-fn numbers<P: Ports>(link: &mut Link<P>, count: usize) -> Vec<u16> {
+fn numbers<P: Ports>(link: &mut Feed<Link<P>>, count: usize) -> Vec<u16> {
     let number = |happening| match happening {
         Some(Happening::Packet(packet)) => packet.sequence,
         other => panic!("{other:?} instead of a packet"),
     };
-    (0..count).map(|_| number(link.next(PATIENCE))).collect()
+    (0..count).map(|_| number(link.next(PATIENCE).unwrap())).collect()
 }
 
 /// Sends 0 to 9 and half of 10, is unplugged until half of 20, and sends up to 29 at another terminal.
@@ -89,23 +90,24 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     let bench = Bench::default();
     let mut first = Plugged::new();
     bench.has(&[("/dev/none", None), (&first.name, Some("R-7")), ("/dev/other", Some("R-8"))]);
-    let mut link = Link::open(bench.clone(), wanted(&first.name)).unwrap();
+    let mut link = Feed::new(Link::open(bench.clone(), wanted(&first.name)).unwrap());
     assert_eq!(came(&mut link), first.name);
     (0..10).for_each(|number| first.send(&frame(number)));
     first.send(&frame(10)[..7]);
     assert_eq!(numbers(&mut link, 10), (0..10).collect::<Vec<_>>());
     // That the half frame was read too: nothing more comes.
-    assert!(link.next(Duration::from_millis(300)).is_none());
+    assert!(link.next(Duration::from_millis(300)).unwrap().is_none());
 
     let old_name = first.name.clone();
     // As long as one end is open the system gives the name to nobody else.
     drop(first);
     assert_eq!(went(&mut link), old_name);
-    assert_eq!(link.send(b"x").unwrap_err().kind(), ErrorKind::NotConnected);
+    let unsent = link.send(b"x").unwrap_err();
+    assert_eq!(unsent.downcast_ref::<io::Error>().map(io::Error::kind), Some(ErrorKind::NotConnected), "{unsent:#}");
     // Another board at the old name is not ours.
     let stranger = Plugged::new();
     bench.has(&[(&stranger.name, Some("R-8"))]);
-    assert!(link.next(3 * LOOK_EVERY).is_none());
+    assert!(link.next(3 * LOOK_EVERY).unwrap().is_none());
 
     let mut second = Plugged::new();
     assert_ne!(second.name, stranger.name);
@@ -115,7 +117,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     (21..30).for_each(|number| second.send(&frame(number)));
     assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
     // Both halves, and what was sent in between.
-    assert_eq!((link.decoder().damaged, link.decoder().missing), (2, 11));
+    assert_eq!((link.counts().damaged, link.counts().missing), (2, 11));
 
     link.send(b"to the board").unwrap();
     let mut heard = [0; 12];
@@ -143,19 +145,19 @@ fn without_a_serial_number_it_is_the_name_that_counts() {
     plug(&first);
     // Two adapters with one number, as cheap ones have: it says nothing.
     bench.has(&[(&first.name, Some("0001")), ("/dev/other", Some("0001"))]);
-    let mut link = Link::open(bench.clone(), Wanted::Name(name.into())).unwrap();
+    let mut link = Feed::new(Link::open(bench.clone(), Wanted::Name(name.into())).unwrap());
     assert_eq!(came(&mut link), name);
     first.send(&frame(65_535));
     assert_eq!(numbers(&mut link, 1), [65_535]);
     std::fs::remove_file(&link_name).unwrap();
     drop(first);
     assert_eq!(went(&mut link), name);
-    assert!(link.next(3 * LOOK_EVERY).is_none());
+    assert!(link.next(3 * LOOK_EVERY).unwrap().is_none());
     let mut second = Plugged::new();
     plug(&second);
     assert_eq!(came(&mut link), name);
     second.send(&frame(2));
-    assert_eq!((numbers(&mut link, 1), link.decoder().missing, link.decoder().damaged), (vec![2], 2, 0));
+    assert_eq!((numbers(&mut link, 1), link.counts().missing, link.counts().damaged), (vec![2], 2, 0));
 }
 
 #[test]
@@ -170,6 +172,23 @@ fn what_is_not_there_is_told_with_what_is() {
     assert!(open(Wanted::Name("/dev/none-a".into())).starts_with("/dev/none-a: "));
     bench.has(&[("/dev/none-a", Some("R-9")), ("/dev/none-b", Some("R-9"))]);
     assert!(open(number()).starts_with("more than one port has the USB serial number R-9, choose with --port"));
+}
+
+#[test]
+fn the_only_port_is_found_and_of_several_none_is_guessed() {
+    let only = |ports: &[(&str, Option<&str>)]| {
+        let bench = Bench::default();
+        bench.has(ports);
+        let found = bench.list().unwrap();
+        only(&found).map(|port| port.name.clone()).map_err(|error| error.to_string())
+    };
+    assert!(only(&[]).unwrap_err().contains("--emulated"));
+    assert_eq!(only(&[("/dev/a", None)]), Ok("/dev/a".into()));
+    // A port of the mainboard is there whether anything is plugged into it or not.
+    assert_eq!(only(&[("/dev/a", None), ("/dev/b", Some("R-7"))]), Ok("/dev/b".into()));
+    let told = only(&[("/dev/a", None), ("/dev/b", Some("R-7")), ("/dev/c", Some("R-8"))]).unwrap_err();
+    assert!(told.contains("--usb-serial") && told.contains("R-7") && told.contains("R-8") && !told.contains("/dev/a"));
+    assert!(only(&[("/dev/a", None), ("/dev/b", None)]).unwrap_err().contains("/dev/a, /dev/b"));
 }
 
 #[test]

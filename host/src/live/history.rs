@@ -1,0 +1,84 @@
+//! Estimates one after the other: what a chart of the frequency shows.
+
+use crate::names::{direction_name, span_name, status_name, verdict_name};
+use crate::tone::abscissa_name;
+use ridgetone::telemetry::Estimate;
+use serde::Serialize;
+use std::collections::VecDeque;
+
+/// Estimates that are kept: eight minutes of sliding at the default hop.
+pub const POINTS: usize = 2000;
+
+/// An estimate, as short as a chart needs it. What is not known is `None`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Point {
+    /// Device time of the window's end, seconds.
+    pub t_s: f64,
+    /// Length of the window, seconds.
+    pub window_s: f32,
+    /// `window`, or `slide` for the whole of it.
+    pub span: &'static str,
+    /// What the frequency counts its cycles in: `time` or `place`.
+    pub abscissa: &'static str,
+    /// The estimate's status, as with `--json`.
+    pub status: &'static str,
+    /// Hertz, or by place cycles per millimetre.
+    pub frequency: Option<f32>,
+    /// Its standard deviation, in the same unit.
+    pub sigma: Option<f32>,
+    /// Whether period and speed are known, as with `--json`.
+    pub travel: &'static str,
+    /// `forward` or `backward`.
+    pub direction: Option<&'static str>,
+    /// Spatial period, millimetres.
+    pub spatial_period_mm: Option<f32>,
+    /// Its standard deviation, millimetres.
+    pub spatial_period_sigma_mm: Option<f32>,
+    /// Speed, millimetres per second.
+    pub speed_mm_s: Option<f32>,
+    /// Its standard deviation, millimetres per second.
+    pub speed_sigma_mm_s: Option<f32>,
+}
+
+impl Point {
+    /// Of an estimate.
+    pub fn new(estimate: &Estimate) -> Self {
+        let tone = |value| estimate.status.has_tone().then_some(value);
+        let known = |value| estimate.travel.is_known().then_some(value);
+        Self {
+            t_s: estimate.t_us as f64 / 1e6,
+            window_s: estimate.window_s,
+            span: span_name(estimate.span),
+            abscissa: abscissa_name(estimate.abscissa),
+            status: status_name(estimate.status),
+            frequency: tone(estimate.frequency),
+            sigma: tone(estimate.sigma),
+            travel: verdict_name(estimate.travel.verdict),
+            direction: direction_name(estimate.travel.direction),
+            spatial_period_mm: known(estimate.travel.spatial_period_mm),
+            spatial_period_sigma_mm: known(estimate.travel.spatial_period_sigma_mm),
+            speed_mm_s: known(estimate.travel.speed_mm_s),
+            speed_sigma_mm_s: known(estimate.travel.speed_sigma_mm_s),
+        }
+    }
+}
+
+/// The latest [`POINTS`] estimates, oldest first.
+#[derive(Clone, Debug, Default, Serialize)]
+#[serde(transparent)]
+pub struct History(VecDeque<Point>);
+
+impl History {
+    /// Adds one; the oldest goes if there are too many.
+    pub fn push(&mut self, point: Point) {
+        if self.0.len() == POINTS {
+            self.0.pop_front();
+        }
+        self.0.push_back(point);
+    }
+
+    /// They, oldest first.
+    pub fn points(&self) -> impl DoubleEndedIterator<Item = &Point> + ExactSizeIterator {
+        self.0.iter()
+    }
+}

@@ -1,0 +1,70 @@
+//! The channels as they were read, for strips: the latest raw frames.
+
+use ads1258::reading;
+use ridgetone::settings::TAXELS;
+use ridgetone::telemetry::Raw;
+use serde::{Serialize, Serializer};
+use std::collections::VecDeque;
+
+/// Frames that are kept: four seconds at 241.14 frames a second.
+pub const STRIP_FRAMES: usize = 965;
+
+/// A frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// Device time of its first slot, seconds.
+    pub t_s: f64,
+    /// Its number since start-up, counting those that were lost.
+    pub number: u32,
+    /// Voltage of each taxel; none where it was not read or cannot be trusted.
+    pub volts: [Option<f32>; TAXELS],
+}
+
+/// The latest frames, oldest first. Serialised by columns: `t_s`, `number`, and `volts` as one list for each taxel.
+#[derive(Clone, Debug, Default)]
+pub struct Strips(VecDeque<Frame>);
+
+impl Strips {
+    /// Adds a frame, read against a reference of `vref_v` volts.
+    pub fn push(&mut self, raw: &Raw, vref_v: f32) {
+        if self.0.len() == STRIP_FRAMES {
+            self.0.pop_front();
+        }
+        self.0.push_back(Self::frame(raw, vref_v));
+    }
+
+    /// A raw frame in volts.
+    pub fn frame(raw: &Raw, vref_v: f32) -> Frame {
+        let usable = raw.present & raw.good;
+        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
+        Frame { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
+    }
+
+    /// They, oldest first.
+    pub fn frames(&self) -> impl DoubleEndedIterator<Item = &Frame> + ExactSizeIterator {
+        self.0.iter()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl Serialize for Strips {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Columns {
+            t_s: Vec<f64>,
+            number: Vec<u32>,
+            volts: Vec<Vec<Option<f32>>>,
+        }
+        let frames = || self.0.iter();
+        Columns {
+            t_s: frames().map(|frame| frame.t_s).collect(),
+            number: frames().map(|frame| frame.number).collect(),
+            volts: (0..TAXELS).map(|taxel| frames().map(|frame| frame.volts[taxel]).collect()).collect(),
+        }
+        .serialize(serializer)
+    }
+}

@@ -1,0 +1,109 @@
+//! The frequency's history, with its uncertainty.
+
+use super::screen::{alarm, boxed};
+use super::view::View;
+use crate::live::{Live, Point};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::style::Style;
+use ratatui::symbols::Marker;
+use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
+
+/// Least height of the chart, as a share of the frequency: a millionth looks like noise and is none.
+const LEAST_SHARE: f64 = 1e-4;
+
+/// Room above and below, as a share of the height.
+const MARGIN: f64 = 0.1;
+
+/// Dots that a bar of uncertainty is made of: as many as the chart has rows of them at most.
+const BAR_DOTS: usize = 96;
+
+/// Draws it.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
+    let by_place = live.history.points().next_back().is_some_and(|point| point.abscissa == "place");
+    let (what, unit) = if by_place { ("cycles per mm", "/mm") } else { ("frequency", "Hz") };
+    let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
+    let abscissa = if by_place { "place" } else { "time" };
+    let last_s = live.history.points().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
+    let end_s = live.now_s.unwrap_or(last_s).max(last_s);
+    // The axis is as long from the beginning on.
+    let begin_s = (end_s - view.history_s()).max(0.0);
+    let end_s = begin_s + view.history_s();
+    let shown: Vec<&Point> =
+        live.history.points().filter(|point| point.t_s >= begin_s && point.abscissa == abscissa).collect();
+    let Some(bounds) = bounds(&shown) else {
+        let text = if live.history.points().len() == 0 { "no frequency yet" } else { "no frequency in this time" };
+        frame.render_widget(Paragraph::new(text).block(block), area);
+        return;
+    };
+    let place = |good: bool| -> Vec<(f64, f64)> {
+        let fits = |point: &&&Point| (point.status == "good") == good;
+        shown.iter().filter(fits).filter_map(|point| Some((point.t_s, point.frequency?.into()))).collect()
+    };
+    let (good, others, bars) = (place(true), place(false), bars(&shown));
+    let set = |points, marker, style| {
+        Dataset::default().data(points).marker(marker).style(style).graph_type(GraphType::Scatter)
+    };
+    let sets = vec![
+        set(&bars, Marker::Braille, Style::new()),
+        set(&good, Marker::Dot, Style::new()),
+        set(&others, Marker::Custom('x'), alarm(view)),
+    ];
+    let decimals = decimals(bounds);
+    let labels = [bounds[0], 0.5 * (bounds[0] + bounds[1]), bounds[1]].map(|value| format!("{value:.decimals$}"));
+    let times = [begin_s, end_s].map(|t_s| format!("{t_s:.1} s"));
+    let chart = Chart::new(sets)
+        .block(block)
+        .x_axis(Axis::default().bounds([begin_s, end_s]).labels(times))
+        .y_axis(Axis::default().bounds(bounds).labels(labels))
+        .legend_position(None);
+    frame.render_widget(chart, area);
+}
+
+/// The frequencies that are to fit in, with their uncertainties; none if there is none.
+fn bounds(points: &[&Point]) -> Option<[f64; 2]> {
+    let known = points.iter().filter_map(|point| Some((f64::from(point.frequency?), f64::from(point.sigma?))));
+    let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (frequency, sigma)| {
+        // One that is hardly known must not flatten the others.
+        let sigma = sigma.min(0.1 * frequency);
+        (low.min(frequency - sigma), high.max(frequency + sigma))
+    });
+    if low > high {
+        return None;
+    }
+    let least = 0.5 * LEAST_SHARE * high;
+    let middle = 0.5 * (low + high);
+    let half = (0.5 * (high - low) * (1.0 + 2.0 * MARGIN)).max(least);
+    Some([middle - half, middle + half])
+}
+
+/// Decimals that tell the labels apart.
+fn decimals(bounds: [f64; 2]) -> usize {
+    (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
+}
+
+fn bars(points: &[&Point]) -> Vec<(f64, f64)> {
+    let mut dots = Vec::new();
+    for point in points {
+        let (Some(frequency), Some(sigma)) = (point.frequency, point.sigma) else { continue };
+        let (frequency, sigma) = (f64::from(frequency), f64::from(sigma));
+        let dot = |dot: usize| frequency + sigma * (2.0 * dot as f64 / BAR_DOTS as f64 - 1.0);
+        dots.extend((0..=BAR_DOTS).map(|number| (point.t_s, dot(number))));
+    }
+    dots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_tell_the_chart_s_ends_apart() {
+        for bounds in [[8.3331, 8.3336], [8.0, 9.0], [0.0, 100.0], [0.27777, 0.27778]] {
+            let places = decimals(bounds);
+            assert_ne!(format!("{:.places$}", bounds[0]), format!("{:.places$}", bounds[1]));
+            let middle = 0.5 * (bounds[0] + bounds[1]);
+            assert_ne!(format!("{:.places$}", bounds[0]), format!("{middle:.places$}"));
+        }
+    }
+}

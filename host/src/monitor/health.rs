@@ -1,0 +1,59 @@
+//! The board's readings, and everything that was lost, on the board and on the line.
+
+use super::screen::{alarm, boxed};
+use super::view::View;
+use crate::live::Live;
+use crate::names::fault_name;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::Paragraph;
+
+/// Draws it.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
+    let (title, style) = match live.faults() {
+        [] => (format!("health: nothing is wrong; {} packets", live.counts.received), Default::default()),
+        faults => {
+            let names: Vec<_> = faults.iter().map(|fault| fault_name(fault.kind)).collect();
+            (format!("health: FAULT: {}", names.join(", ")), alarm(view))
+        }
+    };
+    let title = if live.health().is_none() { "health: not told yet".to_owned() } else { title };
+    let lines = vec![readings(live), losses(live, view)];
+    frame.render_widget(Paragraph::new(lines).block(boxed(title).title_style(style)), area);
+}
+
+fn readings(live: &Live) -> Line<'static> {
+    let Some(health) = live.health() else { return Line::raw("") };
+    let load = if health.load > 0.0 { format!("  load {:.1} %", 100.0 * health.load) } else { String::new() };
+    let stack = match health.stack_bytes {
+        0 => String::new(),
+        bytes => format!("  stack {} %", u64::from(health.stack_used_bytes) * 100 / u64::from(bytes)),
+    };
+    Line::raw(format!(
+        "{:.2} frames/s{load}{stack}  {:.1} C  supply {:.2} V  ref {:.3} V",
+        health.frame_rate_hz, health.temperature_c, health.supply_v, health.reference_v
+    ))
+}
+
+/// Zeros are as they should be; everything else is an alarm.
+fn losses(live: &Live, view: &View) -> Line<'static> {
+    let mut spans = Vec::new();
+    let mut count = |before: &str, count: u32, what: &str| {
+        let style = if count == 0 { Default::default() } else { alarm(view) };
+        spans.push(Span::raw(before.to_owned()));
+        spans.push(Span::styled(format!("{count} {what}"), style));
+    };
+    count("line: ", live.counts.missing, "lost");
+    count(", ", live.counts.damaged, "damaged");
+    if let Some(health) = live.health() {
+        count(", ", health.messages_dropped, "dropped");
+        count("; ADC: ", health.conversions_lost, "lost");
+        count(", ", health.conversions_doubtful, "doubtful");
+        count("; ", health.hops_skipped, "hops skipped");
+        if health.chip_restarts > 0 {
+            count(", ", health.chip_restarts, "ADC restarts");
+        }
+    }
+    Line::from(spans)
+}

@@ -1,0 +1,43 @@
+//! The static image: how far each taxel was pushed in the latest hold, as a map of 4 x 4.
+
+use super::screen::boxed;
+use crate::live::Live;
+use crate::static_image;
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::Line;
+use ratatui::widgets::Paragraph;
+use ridgetone::telemetry::Hold;
+
+/// Draws it.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
+    let hold = live.map_v().map(|(hold, _)| hold);
+    let title = match hold {
+        Some(Hold::BeforeSlide) => "map before the slide, mV",
+        Some(Hold::AfterSlide) => "map after the slide, mV",
+        None => "static map, mV",
+    };
+    frame.render_widget(Paragraph::new(lines(live)).block(boxed(title)), area);
+}
+
+fn lines(live: &Live) -> Vec<Line<'static>> {
+    let Some((hold, map)) = live.map_v() else {
+        return vec![Line::raw("none yet: it is told when"), Line::raw("a hold is over")];
+    };
+    let mut lines = Vec::new();
+    for (row, values) in map.iter().enumerate() {
+        let mut text = String::new();
+        for (column, value) in values.iter().enumerate() {
+            let gap = if column == static_image::SIDE / 2 { " |" } else { "" };
+            text += gap;
+            text += &value.map_or_else(|| format!("{:>6}", "dead"), |volts| format!("{:>+6.1}", 1e3 * volts));
+        }
+        if row == static_image::SIDE / 2 {
+            lines.push(Line::raw(format!("{0}-+{0}", "-".repeat(12))));
+        }
+        lines.push(Line::raw(text));
+    }
+    let sigma = live.image(hold).and_then(static_image::greatest_sigma_v);
+    lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| format!("+-{:.3} mV at most", 1e3 * sigma_v))));
+    lines
+}

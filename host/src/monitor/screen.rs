@@ -1,0 +1,137 @@
+//! The screen: [`Live`] drawn into whatever room there is, 80 x 24 at the least.
+//!
+//! Colours are the terminal's own, so that it is readable on dark and on light: what matters is bold or reversed, and
+//! only what is wrong is red.
+
+use super::view::{HELP, KEYS, View};
+use super::{chart, health, map, strips, tone};
+use crate::live::{Line, Live, Phase};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line as Text, Span};
+use ratatui::widgets::{Block, Clear, Paragraph};
+
+/// The least room that everything fits into.
+pub const LEAST: (u16, u16) = (80, 24);
+
+/// Columns of what stands at the right.
+const RIGHT: u16 = 30;
+
+/// Rows of the map's box, and of the health's.
+const MAP_ROWS: u16 = 10;
+const HEALTH_ROWS: u16 = 4;
+
+/// Rows that the log gets where there are more than [`LEAST`].
+const LOG_ROWS: u16 = 8;
+
+/// Style of what is wrong.
+pub fn alarm(view: &View) -> Style {
+    let style = Style::new().add_modifier(Modifier::BOLD);
+    if view.has_colour { style.fg(Color::Red) } else { style.add_modifier(Modifier::REVERSED) }
+}
+
+/// Bold.
+pub fn bold() -> Style {
+    Style::new().add_modifier(Modifier::BOLD)
+}
+
+/// A box with a title.
+pub fn boxed(title: impl Into<String>) -> Block<'static> {
+    Block::bordered().title(format!(" {} ", title.into()))
+}
+
+/// Draws all of it.
+pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
+    let area = frame.area();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let text = format!(
+            "{} x {}: the screen needs {} x {}\nq quit; --plain prints lines",
+            area.width, area.height, LEAST.0, LEAST.1
+        );
+        frame.render_widget(Paragraph::new(text), area);
+        return;
+    }
+    let spare = area.height - LEAST.1;
+    // A row for each strip is more than any log.
+    let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
+    let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };
+    let [top, above, middle, below, log, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Min(8),
+        Constraint::Length(middle_rows),
+        Constraint::Length(HEALTH_ROWS),
+        Constraint::Length(log_rows),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    let sides = |area| Layout::horizontal([Constraint::Min(0), Constraint::Length(RIGHT)]).areas(area);
+    header(frame, top, live, view);
+    let [left, right] = sides(above);
+    chart::draw(frame, left, live, view);
+    tone::draw(frame, right, live, view);
+    let [left, right] = sides(middle);
+    strips::draw(frame, left, live, view);
+    map::draw(frame, right, live);
+    health::draw(frame, below, live, view);
+    if log_rows > 0 {
+        log_lines(frame, log, live);
+    }
+    frame.render_widget(Paragraph::new(KEYS), keys);
+    if view.shows_help {
+        help(frame, area);
+    }
+}
+
+fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
+    let state = match &live.line {
+        Line::Waiting => Span::raw("nothing heard yet"),
+        Line::There => Span::raw("connected"),
+        Line::Gone { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
+        Line::Over => Span::raw("over"),
+    };
+    let mut spans = vec![Span::styled("ridgetone", bold()), Span::raw(format!("  {}  ", live.source)), state];
+    if let Some(hello) = live.hello() {
+        let [major, minor, patch] = hello.version;
+        spans.push(Span::raw(format!("  firmware {major}.{minor}.{patch}")));
+    }
+    if let Some(now_s) = live.now_s {
+        spans.push(Span::raw(format!("  {now_s:.1} s")));
+    }
+    if live.restarts > 0 {
+        spans.push(Span::styled(format!("  {} restarts", live.restarts), alarm(view)));
+    }
+    if view.is_paused {
+        spans.push(Span::raw("  "));
+        spans.push(Span::styled(" PAUSED ", Style::new().add_modifier(Modifier::REVERSED)));
+    }
+    frame.render_widget(Text::from(spans), area);
+}
+
+/// Name of a phase, for people.
+pub fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Unknown => "not known yet",
+        Phase::Idle => "no contact",
+        Phase::Held => "contact, held",
+        Phase::Sliding => "sliding",
+        Phase::HeldAfter => "held after the slide",
+    }
+}
+
+fn log_lines(frame: &mut Frame<'_>, area: Rect, live: &Live) {
+    let rows = usize::from(area.height.saturating_sub(2));
+    let skipped = live.log.len().saturating_sub(rows);
+    let lines: Vec<Text<'_>> = live.log.iter().skip(skipped).map(|line| Text::raw(line.as_str())).collect();
+    frame.render_widget(Paragraph::new(lines).block(boxed("what happened")), area);
+}
+
+fn help(frame: &mut Frame<'_>, area: Rect) {
+    let (width, height) = (62, HELP.len() as u16 + 2);
+    let x = area.x + (area.width - width) / 2;
+    let y = area.y + (area.height - height) / 2;
+    let place = Rect { x, y, width, height };
+    frame.render_widget(Clear, place);
+    let lines: Vec<Text<'_>> = HELP.iter().map(|line| Text::raw(format!(" {line}"))).collect();
+    frame.render_widget(Paragraph::new(lines).block(boxed("help")), place);
+}

@@ -1,0 +1,81 @@
+//! The latest frequency, period and speed, and the phase of the touch.
+
+use super::screen::{alarm, bold, boxed, phase_name};
+use super::view::View;
+use crate::fit_report::{decimals, with_sigma};
+use crate::live::Live;
+use crate::names::{direction_name, fault_name, status_name, verdict_name};
+use ratatui::Frame;
+use ratatui::layout::Rect;
+use ratatui::text::Line;
+use ratatui::widgets::Paragraph;
+use ridgetone::telemetry::{Abscissa, Estimate, Status, Travel, Verdict};
+
+/// Draws it.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
+    frame.render_widget(Paragraph::new(lines(live, view)).block(boxed(phase(live))), area);
+}
+
+fn phase(live: &Live) -> String {
+    match live.phase_since_s.filter(|_| live.touches > 0) {
+        Some(since_s) => format!("{} since {since_s:.2} s", phase_name(live.phase)),
+        None => phase_name(live.phase).to_owned(),
+    }
+}
+
+fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
+    let Some(estimate) = live.estimate() else {
+        return vec![Line::raw("no estimate yet"), Line::raw("touch, hold, slide")];
+    };
+    let mut lines = vec![Line::styled(frequency(estimate), bold())];
+    let until_s = estimate.t_us as f64 / 1e6;
+    let status = format!("{}, {:.2} s until {until_s:.2} s", status_name(estimate.status), estimate.window_s);
+    let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
+    lines.push(Line::styled(status, style));
+    lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
+    if !estimate.doubts.is_none() {
+        let names: Vec<_> = estimate.doubts.iter().map(fault_name).collect();
+        lines.push(Line::styled(format!("doubts: {}", names.join(", ")), alarm(view)));
+    }
+    if let Some(whole) = live.whole_slide() {
+        lines.push(Line::raw(format!("slide {}", frequency(whole))));
+    }
+    lines
+}
+
+/// A frequency with its uncertainty, or that there is none.
+pub fn frequency(estimate: &Estimate) -> String {
+    if !estimate.status.has_tone() {
+        return format!("- ({})", status_name(estimate.status));
+    }
+    let (value, sigma) = with_sigma(estimate.frequency.into(), estimate.sigma.into());
+    let unit = match estimate.abscissa {
+        Abscissa::Time => "Hz",
+        Abscissa::Place => "/mm",
+    };
+    format!("{value} +- {sigma} {unit}")
+}
+
+fn travel(travel: &Travel) -> [String; 2] {
+    if !travel.is_known() {
+        let why = match travel.verdict {
+            Verdict::Nothing => "not known",
+            verdict => verdict_name(verdict),
+        };
+        return [format!("period {why}"), format!("speed  {why}")];
+    }
+    let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = *travel;
+    // Short, for a narrow box; a speed that the host has told is exact as far as is known here.
+    let short = |value: f32, sigma: f32, least| {
+        let places = decimals(sigma.into(), least);
+        format!("{value:.places$} +- {sigma:.places$}")
+    };
+    let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
+    let speed = short(speed_mm_s, speed_sigma_mm_s, 1);
+    let arrow = match direction_name(travel.direction) {
+        Some("forward") => " ->",
+        Some("backward") => " <-",
+        _ => "",
+    };
+    [format!("period {period} mm"), format!("speed  {speed} mm/s{arrow}")]
+}

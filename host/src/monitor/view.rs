@@ -1,0 +1,112 @@
+//! How the screen is looked at, and the keys that change it.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+/// Lengths of the history that can be shown, seconds.
+const HISTORY_S: [f64; 5] = [10.0, 30.0, 60.0, 180.0, 600.0];
+
+/// Lengths of the strips that can be shown, seconds.
+const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+
+/// What a key asks of whoever runs the screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Leave.
+    Quit,
+    /// Forget what is shown.
+    Clear,
+    /// Ask for raw frames, or no longer.
+    Raw,
+}
+
+/// Raw frames: what the strips are drawn from.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum RawFrames {
+    /// They cannot be asked for: there is no board, or nothing that could.
+    #[default]
+    Unavailable,
+    /// They are not wanted.
+    Off,
+    /// They are asked for.
+    On,
+    /// They were asked for, and this came of it.
+    Refused(String),
+}
+
+/// How the screen is looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The screen stands still; packets are taken all the same.
+    pub is_paused: bool,
+    /// The help is shown.
+    pub shows_help: bool,
+    /// Whether raw frames come.
+    pub raw: RawFrames,
+    /// Red for what is wrong. Nothing else has a colour: the terminal's own fit its background.
+    pub has_colour: bool,
+    history: usize,
+    strips: usize,
+}
+
+impl View {
+    /// As it begins.
+    pub fn new(raw: RawFrames, has_colour: bool) -> Self {
+        Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
+    }
+
+    /// Length of the history, seconds.
+    pub fn history_s(&self) -> f64 {
+        HISTORY_S[self.history]
+    }
+
+    /// Length of the strips, seconds.
+    pub fn strips_s(&self) -> f64 {
+        STRIPS_S[self.strips]
+    }
+
+    /// Takes a key; gives what it asks of others.
+    pub fn press(&mut self, key: KeyEvent) -> Option<Action> {
+        if key.kind == KeyEventKind::Release {
+            return None;
+        }
+        if self.shows_help && key.code != KeyCode::Char('c') {
+            self.shows_help = false;
+            return None;
+        }
+        match key.code {
+            KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Some(Action::Quit),
+            KeyCode::Char('q') | KeyCode::Esc => return Some(Action::Quit),
+            KeyCode::Char('c') => return Some(Action::Clear),
+            KeyCode::Char('r') => return Some(Action::Raw),
+            KeyCode::Char('p' | ' ') => self.is_paused = !self.is_paused,
+            KeyCode::Char('h' | '?') => self.shows_help = true,
+            KeyCode::Char('+') => self.history = self.history.saturating_sub(1),
+            KeyCode::Char('-') => self.history = (self.history + 1).min(HISTORY_S.len() - 1),
+            KeyCode::Char(']') => self.strips = self.strips.saturating_sub(1),
+            KeyCode::Char('[') => self.strips = (self.strips + 1).min(STRIPS_S.len() - 1),
+            _ => {}
+        }
+        None
+    }
+}
+
+/// The keys, for the last line of the screen.
+pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] strips  h help";
+
+/// The help.
+pub const HELP: &[&str] = &[
+    "q, Esc, Ctrl-C  leave",
+    "p, space        pause the screen; packets are still taken",
+    "c               clear history, strips, maps and log",
+    "r               ask the board for raw frames, or no longer",
+    "+  -            shorter, longer history",
+    "]  [            shorter, longer strips",
+    "",
+    "The chart shows the frequency of every window with one",
+    "standard deviation up and down; x: not good (see status).",
+    "A strip is one channel's voltage about its mean, all on",
+    "one scale. The map shows how far each taxel was pushed in",
+    "the latest hold, x to the right; times are device time.",
+    "",
+    "any key closes this",
+];

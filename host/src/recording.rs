@@ -1,0 +1,240 @@
+//! Telemetry in a file: a short header and behind it the very bytes that came over the line.
+//!
+//! ```text
+//! ridgetone telemetry 1 {"protocol":4,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes as they came>
+//! ```
+//!
+//! There is no index and no end mark: a file that was cut off anywhere is valid up to there, and what was in the middle of
+//! being written is at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave
+//! them, are read too.
+
+use crate::feed::{Said, Source};
+use anyhow::{Context, Result, bail};
+use ridgetone::telemetry::PROTOCOL;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::path::Path;
+use std::time::Duration;
+
+/// What such a file begins with.
+const MAGIC: &str = "ridgetone telemetry ";
+
+/// Version of this format.
+const FORMAT: u32 = 1;
+
+/// The longest header, bytes: what is longer is none.
+const HEADER_MAX: u64 = 4096;
+
+/// Bytes of a file in which a zero must be if they are telemetry: every frame ends with one
+/// ([`ridgetone::telemetry::WIRE_MAX`] is 512).
+const LOOK_BYTES: u64 = 4096;
+
+/// What a recording says of itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the wire contract ([`PROTOCOL`]).
+    pub protocol: u8,
+    /// Version of the command that wrote it.
+    pub version: String,
+    /// What the bytes came from.
+    pub source: String,
+}
+
+/// Begins a recording of what comes from `source`. What is written to it is on the disk's way at once.
+///
+/// # Errors
+/// The file exists already, or cannot be written.
+pub fn create(path: &Path, source: &str) -> Result<File> {
+    let named = || path.display().to_string();
+    let mut file = match File::create_new(path) {
+        Ok(file) => file,
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            bail!("{}: there is such a file already, and no recording is overwritten: choose another name", named())
+        }
+        Err(error) => return Err(error).with_context(named),
+    };
+    let header =
+        Header { protocol: PROTOCOL, version: env!("CARGO_PKG_VERSION").to_owned(), source: source.to_owned() };
+    let text = format!("{MAGIC}{FORMAT} {}\n\0", serde_json::to_string(&header)?);
+    file.write_all(text.as_bytes()).with_context(named)?;
+    Ok(file)
+}
+
+/// Whether a file holds telemetry, by its content; a text file does not.
+///
+/// # Errors
+/// It cannot be read.
+pub fn is_telemetry(path: &Path) -> Result<bool> {
+    let named = || path.display().to_string();
+    let mut start = Vec::new();
+    File::open(path).with_context(named)?.take(LOOK_BYTES).read_to_end(&mut start).with_context(named)?;
+    Ok(start.contains(&0))
+}
+
+/// A recording as a source: all it holds, as fast as it is asked.
+#[derive(Debug)]
+pub struct Recorded {
+    name: String,
+    file: BufReader<File>,
+    header: Option<Header>,
+    bytes: u64,
+    done: u64,
+}
+
+impl Recorded {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// It cannot be read, holds something else, or was written by another version of the format or of the protocol.
+    pub fn open(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        if !is_telemetry(path)? {
+            bail!("{name}: holds no telemetry; a recording as CSV is for `replay`, `fit` and `emulate`");
+        }
+        let file = File::open(path).with_context(|| name.clone())?;
+        let bytes = file.metadata().with_context(|| name.clone())?.len();
+        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes, done: 0 };
+        recorded.read_header().with_context(|| name)?;
+        Ok(recorded)
+    }
+
+    fn read_header(&mut self) -> Result<()> {
+        if !self.file.fill_buf()?.starts_with(MAGIC.as_bytes()) {
+            return Ok(());
+        }
+        let mut text = Vec::new();
+        self.done = self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
+        let text = String::from_utf8(text).context("the header")?;
+        let (format, json) =
+            text[MAGIC.len()..].trim_end_matches(['\0', '\n']).split_once(' ').context("the header")?;
+        if format != FORMAT.to_string() {
+            bail!("written in format {format}, this command reads {FORMAT}: use the version that wrote it");
+        }
+        let header: Header = serde_json::from_str(json).context("the header")?;
+        if header.protocol != PROTOCOL {
+            let Header { protocol, version, .. } = header;
+            bail!("holds protocol {protocol}, this command speaks {PROTOCOL}: use version {version}, which wrote it");
+        }
+        self.header = Some(header);
+        Ok(())
+    }
+
+    /// What it says of itself, if it has a header.
+    pub fn header(&self) -> Option<&Header> {
+        self.header.as_ref()
+    }
+
+    /// Bytes that the file had when it was opened.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Bytes read.
+    pub fn done(&self) -> u64 {
+        self.done
+    }
+}
+
+impl Source for Recorded {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn next(&mut self, _: Duration) -> Result<Option<Said>> {
+        let bytes = self.file.fill_buf().with_context(|| self.name.clone())?.to_vec();
+        self.file.consume(bytes.len());
+        self.done += bytes.len() as u64;
+        Ok(Some(if bytes.is_empty() { Said::Over } else { Said::Bytes(bytes) }))
+    }
+
+    fn send(&mut self, _: &[u8]) -> Result<()> {
+        bail!("{}: a recording cannot be told anything", self.name)
+    }
+
+    fn has_board(&self) -> bool {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feed::{Feed, Happening};
+    use crate::{input::Input, replay};
+    use ridgetone::settings::Settings;
+    use ridgetone::telemetry::Packet;
+
+    /// What the library makes of the default scene: its bytes on the wire, and its packets.
+    fn sent() -> (Vec<u8>, Vec<Packet>) {
+        let mut packets = Vec::new();
+        let mut sink = |packet: &Packet| {
+            packets.push(packet.clone());
+            Ok(())
+        };
+        let outcome =
+            replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).unwrap();
+        (outcome.serial, packets)
+    }
+
+    fn read(path: &Path) -> (Vec<Packet>, crate::live::Counts) {
+        let mut feed = Feed::new(Recorded::open(path).unwrap());
+        let mut packets = Vec::new();
+        loop {
+            match feed.next(Duration::ZERO).unwrap() {
+                Some(Happening::Packet(packet)) => packets.push(packet),
+                Some(Happening::Over) => return (packets, feed.counts()),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_recorded_comes_back_and_a_torn_end_costs_one_packet_at_most() {
+        let folder = tempfile::tempdir().unwrap();
+        let (bytes, packets) = sent();
+        let path = folder.path().join("whole");
+        create(&path, "a test").unwrap().write_all(&bytes).unwrap();
+        let header = Recorded::open(&path).unwrap().header().cloned().unwrap();
+        assert_eq!((header.protocol, header.source.as_str()), (PROTOCOL, "a test"));
+        let (found, counts) = read(&path);
+        assert_eq!(found, packets);
+        assert_eq!((counts.received, counts.missing, counts.damaged), (packets.len() as u64, 0, 0));
+
+        // Cut off at any byte: all packets before the cut, and nothing is called damaged.
+        let whole = std::fs::read(&path).unwrap();
+        let from = whole.len() - bytes.len();
+        for length in (from + 1..whole.len()).step_by(37) {
+            let torn = folder.path().join(format!("torn{length}"));
+            std::fs::write(&torn, &whole[..length]).unwrap();
+            let (found, counts) = read(&torn);
+            let complete = bytes[..length - from].iter().filter(|byte| **byte == 0).count();
+            assert_eq!(found, packets[..complete]);
+            assert_eq!((counts.missing, counts.damaged), (0, 0));
+        }
+        let bare = folder.path().join("bare");
+        std::fs::write(&bare, &bytes).unwrap();
+        assert_eq!(read(&bare).0, packets);
+        assert!(Recorded::open(&bare).unwrap().header().is_none());
+    }
+
+    #[test]
+    fn what_is_not_telemetry_or_of_another_version_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |name: &str, content: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            let error = format!("{:#}", Recorded::open(&path).unwrap_err());
+            assert!(error.starts_with(&path.display().to_string()), "{error}");
+            error
+        };
+        assert!(refused("a.csv", b"time_s,ain0\n0,1\n").contains("holds no telemetry"));
+        assert!(refused("empty", b"").contains("holds no telemetry"));
+        assert!(refused("format", b"ridgetone telemetry 9 {}\n\0").contains("format 9"));
+        let other = br#"ridgetone telemetry 1 {"protocol":200,"version":"7.0.0","source":"x"}"#;
+        let error = refused("protocol", &[&other[..], b"\n\0"].concat());
+        assert!(error.contains("protocol 200") && error.contains("version 7.0.0"), "{error}");
+        let there = folder.path().join("a.csv");
+        assert!(format!("{:#}", create(&there, "x").unwrap_err()).contains("already"));
+    }
+}
