@@ -5,9 +5,11 @@ mod common;
 
 use common::{directory, file, json_lines, run, text};
 use pulldown_cmark::{CodeBlockKind, Event as Mark, Parser, Tag, TagEnd};
+use ridgetone::fault::FaultKind;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Packet, WIRE_MAX, encode};
 use ridgetone_host::input::{Input, Source};
+use ridgetone_host::names::fault_name;
 use ridgetone_host::replay;
 use std::collections::BTreeSet;
 use std::fs;
@@ -206,6 +208,16 @@ fn the_wiring_is_the_firmwares() {
         let (tx, rx) = pins.split_once(", ").expect("two pins");
         assert!(code.contains(&format!(".{}, rx)", tx.to_lowercase())), "TX is not on {tx}");
         assert!(code.contains(&format!(".{}.into_alternate", rx.to_lowercase())), "RX is not on {rx}");
+    }
+}
+
+#[test]
+fn every_kind_of_fault_has_a_remedy() {
+    let page = read(&root().join("docs/book/6-troubleshooting.md"));
+    let symptoms: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next()).collect();
+    for kind in FaultKind::ALL {
+        let name = format!("`{}`", fault_name(kind));
+        assert!(symptoms.iter().any(|symptom| symptom.contains(&name)), "{name}");
     }
 }
 
