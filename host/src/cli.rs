@@ -249,6 +249,7 @@ Without FILE.csv the chip feels a scene. The emulator comes with `cargo xtask se
 
 Examples:
   ridgetone emulate
+  ridgetone emulate --log
   ridgetone emulate trace.csv --json > events.jsonl
   ridgetone emulate --scene scenes/c7.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
@@ -259,6 +260,9 @@ pub struct EmulateArgs {
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
+    /// Show the firmware's log, defmt, on standard error.
+    #[arg(long)]
+    pub log: bool,
     /// Write the raw bytes of the telemetry line here.
     #[arg(long, value_name = "FILE")]
     pub serial_out: Option<PathBuf>,

@@ -109,6 +109,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     let mut options = args.firmware.options(&elf);
     options.keep_conversions = args.svg.is_some();
     options.keep_serial = args.serial_out.is_some();
+    options.log = args.log.then_some(|line| eprintln!("log: {line}"));
     let mut progress = Progress::default();
     let mut print = printer(LineOptions { json: args.json, teleplot: false });
     let mut packets = Vec::new();

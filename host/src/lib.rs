@@ -48,7 +48,7 @@ pub mod listen;
 pub mod live;
 mod markdown;
 pub mod monitor;
-mod names;
+pub mod names;
 pub mod orders;
 pub mod output;
 mod parallel;
