@@ -61,3 +61,4 @@ mod svg;
 pub mod table_fit;
 mod tone;
 pub mod trade;
+pub mod view;

@@ -25,15 +25,20 @@ pub struct Frame {
 pub struct Strips(VecDeque<Frame>);
 
 impl Strips {
-    /// Adds a frame, read against a reference of `vref_v` volts.
+    /// Adds a frame as it was told, read against a reference of `vref_v` volts.
     pub fn push(&mut self, raw: &Raw, vref_v: f32) {
-        if self.0.len() == STRIP_FRAMES {
-            self.0.pop_front();
-        }
         let usable = raw.present & raw.good;
         let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
         let t_s = raw.t_us as f64 / 1e6;
-        self.0.push_back(Frame { t_s, number: raw.number, volts: std::array::from_fn(volts) });
+        self.add(Frame { t_s, number: raw.number, volts: std::array::from_fn(volts) });
+    }
+
+    /// Adds a frame; the oldest goes if there are too many.
+    pub fn add(&mut self, frame: Frame) {
+        if self.0.len() == STRIP_FRAMES {
+            self.0.pop_front();
+        }
+        self.0.push_back(frame);
     }
 
     /// They, oldest first.
