@@ -1,8 +1,10 @@
 //! The command line: what can be said, and the help that says so.
 
 mod array;
+mod source;
 
 pub use array::ArrayOptions;
+pub use source::{BoardOptions, SourceOptions};
 
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
@@ -40,6 +42,10 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(EmulateArgs),
+    /// The serial ports of this computer.
+    Ports(PortsArgs),
+    /// What a board does, live on the terminal.
+    Monitor(MonitorArgs),
     /// What a board on a serial line says. When it is unplugged it is waited for.
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
@@ -248,6 +254,53 @@ pub struct EmulateArgs {
     pub json: bool,
 }
 
+/// `ports`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  ridgetone ports")]
+pub struct PortsArgs {
+    /// One JSON object a line instead of text.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `monitor`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The keys are in the last line of the screen. Where standard output is no terminal, and with --plain, --json or
+--teleplot, it prints lines.
+
+Examples:
+  ridgetone monitor
+  ridgetone monitor --port /dev/ttyUSB0
+  ridgetone monitor --emulated
+  ridgetone monitor --emulated --scene scenes/c7.toml
+  ridgetone monitor --file touch.rec
+  ridgetone monitor --emulated --once --plain")]
+pub struct MonitorArgs {
+    /// Where packets come from.
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// Print lines instead of a screen.
+    #[arg(long)]
+    pub plain: bool,
+    /// What lines look like.
+    #[command(flatten)]
+    pub lines: LineOptions,
+}
+
+/// What lines look like.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct LineOptions {
+    /// One JSON object a line instead of text.
+    #[arg(long, conflicts_with = "teleplot")]
+    pub json: bool,
+    /// Numbers as Teleplot reads them, >NAME:TIME_MS:VALUE|g, instead of text.
+    #[arg(long)]
+    pub teleplot: bool,
+}
+
 /// `listen`
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -390,6 +443,12 @@ impl FirmwareOptions {
 }
 
 impl SceneOptions {
+    /// Whether any of it was given.
+    fn is_given(&self) -> bool {
+        let Self { scene_file, scene_speed, period, snr, seed } = self;
+        scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some() || seed.is_some()
+    }
+
     /// The scene's parameters.
     ///
     /// # Errors

@@ -3,19 +3,21 @@
 use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, ListenArgs, ReplayArgs, ReproduceArgs, SceneArgs,
-    Senseless,
+    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ListenArgs, MonitorArgs, PortsArgs,
+    ReplayArgs, ReproduceArgs, SceneArgs, Senseless,
 };
 use crate::faults::campaign;
-use crate::feed::Feed;
+use crate::feed::{self, Feed};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
 use crate::live::Counts;
+use crate::monitor::Monitor;
 use crate::output::{self, Progress};
 use crate::picture::Recording;
-use crate::port::{Link, System, Wanted};
+use crate::port::{Link, PortError, Ports, System, Wanted};
 use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
+use crate::teleplot::Teleplot;
 use crate::trade::{Effort, Trade};
 use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay, stop};
 use anyhow::{Result, bail};
@@ -24,6 +26,7 @@ use ridgetone::profile::After;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
+use std::io::IsTerminal;
 
 /// Does what the command line says.
 ///
@@ -35,6 +38,8 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
+        Command::Ports(args) => ports(&args),
+        Command::Monitor(args) => run_monitor(&args),
         Command::Listen(args) => run_listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
@@ -131,11 +136,37 @@ fn run_listen(args: ListenArgs) -> Result<()> {
         (None, None) => return Err(Senseless("say which board: --port or --usb-serial".into()).into()),
     };
     stop::on_signal()?;
-    let mut feed = Feed::new(Link::open(System, wanted)?);
-    let heard = listen::run(&mut feed, &mut printer(args.json));
-    let Counts { received, missing, damaged, .. } = feed.counts();
-    line_quality(received, missing, damaged);
+    print_lines(Feed::new(Link::open(System, wanted)?), &mut printer(args.json))
+}
+
+/// Prints what comes, line by line, and at the end what was received and what was not.
+fn print_lines<S: feed::Source>(mut feed: Feed<S>, print: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<()> {
+    let heard = listen::run(&mut feed, print);
+    tell_counts(feed.counts());
     heard
+}
+
+fn tell_counts(counts: Counts) {
+    line_quality(counts.received, counts.missing, counts.damaged);
+}
+
+fn ports(args: &PortsArgs) -> Result<()> {
+    for port in System.list().map_err(PortError::List)? {
+        output::line(&if args.json { serde_json::to_string(&port)? } else { port.to_string() })?;
+    }
+    Ok(())
+}
+
+fn run_monitor(args: &MonitorArgs) -> Result<()> {
+    stop::on_signal()?;
+    let feed = args.source.open()?;
+    let LineOptions { json, teleplot } = args.lines;
+    if args.plain || json || teleplot || !std::io::stdout().is_terminal() {
+        return print_lines(feed, &mut line_printer(args.lines));
+    }
+    let (feed, shown) = Monitor::new(feed, None).run();
+    tell_counts(feed.counts());
+    shown
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {
@@ -240,6 +271,17 @@ fn scene(args: &SceneArgs) -> Result<()> {
         })?)?;
     }
     Ok(())
+}
+
+/// Prints packets as they come, in one of three kinds of lines.
+fn line_printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
+    let mut teleplot = lines.teleplot.then(Teleplot::default);
+    let mut print = printer(lines.json);
+    move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
+        None => print(packet),
+        Some(lines) if lines.is_empty() => Ok(()),
+        Some(lines) => output::line(&lines),
+    }
 }
 
 /// Prints packets as they come.

@@ -133,6 +133,39 @@ pub fn run_talking(
     talk: &mut Talk<'_>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
+    let (mut decoder, mut received) = (Decoder::new(), 0);
+    let mut wire = |now, bytes: &[u8]| {
+        if bytes.is_empty() {
+            return talk(now, None);
+        }
+        let mut said = Vec::new();
+        for packet in bytes.iter().filter_map(|byte| decoder.push(*byte)) {
+            received += 1;
+            said.extend(talk(now, Some(&packet))?);
+        }
+        Ok(said)
+    };
+    let outcome = run_wired(input, options, &mut wire, progress)?;
+    if let Some(protocol) = decoder.foreign {
+        bail!("the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
+    }
+    Ok(Outcome { received, missing: decoder.missing, damaged: decoder.damaged, ..outcome })
+}
+
+/// What is at the other end of the line: it is given the board's time and the bytes that have come, and gives those to be
+/// sent. Without bytes it is asked whenever something else has come from the board.
+pub type Wire<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
+
+/// The same with the line's bytes as they are: nothing is decoded, and nothing counted, here.
+///
+/// # Errors
+/// Those of [`run`], but for what the bytes say.
+pub fn run_wired(
+    input: Opened,
+    options: Options<'_>,
+    wire: &mut Wire<'_>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
     let image = image::check(options.elf)?;
     let mut chip = ChipEnd::new(input, options.keep_conversions).blocking(options.line_blocked_s);
     if let Some((at_us, mishap)) = options.mishap {
@@ -143,14 +176,12 @@ pub fn run_talking(
         emulator,
         chip,
         incoming: Vec::new(),
-        decoder: Decoder::new(),
         serial: options.keep_serial.then(Vec::new),
-        received: 0,
         messages: Vec::new(),
         open: [true; 3],
         heard: Instant::now(),
     };
-    let status = session.serve(options.silence, talk, progress)?;
+    let status = session.serve(options.silence, wire, progress)?;
     session.conclude(status)
 }
 
@@ -164,9 +195,7 @@ struct Session {
     chip: ChipEnd,
     /// Bytes of requests that have not come in full.
     incoming: Vec<u8>,
-    decoder: Decoder,
     serial: Option<Vec<u8>>,
-    received: u64,
     /// What the emulator said on its standard error.
     messages: Vec<u8>,
     /// Pipes whose other end has not been closed.
@@ -178,13 +207,13 @@ impl Session {
     fn serve(
         &mut self,
         silence: Duration,
-        talk: &mut Talk<'_>,
+        wire: &mut Wire<'_>,
         progress: &mut dyn FnMut(f64, f64),
     ) -> Result<ExitStatus> {
         loop {
-            if self.turn(LOOK_NS, talk)? {
+            if self.turn(LOOK_NS, wire)? {
                 self.heard = Instant::now();
-                self.emulator.send(&talk(Duration::from_micros(self.chip.now_us()), None)?)?;
+                self.emulator.send(&wire(Duration::from_micros(self.chip.now_us()), &[])?)?;
                 let (done_s, end_s) = self.chip.progress_s();
                 progress(done_s, end_s);
                 if self.chip.start_us().is_none() && self.chip.now_us() as f64 * 1e-6 > PATIENCE_S {
@@ -195,7 +224,7 @@ impl Session {
                 }
             } else if let Some(status) = self.emulator.exit_status()? {
                 // What it wrote before it ended; something it left behind may hold the pipes open, so no waiting.
-                while self.turn(0, talk)? {}
+                while self.turn(0, wire)? {}
                 return Ok(status);
             } else if self.heard.elapsed() > silence {
                 let when = if self.chip.ended() { " after the end of the input" } else { "" };
@@ -205,7 +234,7 @@ impl Session {
     }
 
     /// Waits up to `most_ns` for something to come, and serves it. False if nothing came.
-    fn turn(&mut self, most_ns: i64, talk: &mut Talk<'_>) -> Result<bool> {
+    fn turn(&mut self, most_ns: i64, wire: &mut Wire<'_>) -> Result<bool> {
         let emulator = &self.emulator;
         let pipes = [emulator.request.as_fd(), emulator.serial.as_fd(), emulator.messages.as_fd()];
         let mut fds: Vec<PollFd<'_>> = Vec::with_capacity(pipes.len());
@@ -222,13 +251,13 @@ impl Session {
             which.iter().zip(&fds).filter(|(_, fd)| !fd.revents().is_empty()).map(|(at, _)| *at).collect();
         let mut came = false;
         for at in ready {
-            came |= self.receive(at, talk)?;
+            came |= self.receive(at, wire)?;
         }
         Ok(came)
     }
 
     /// Reads from one pipe that is ready. False at its end.
-    fn receive(&mut self, at: usize, talk: &mut Talk<'_>) -> Result<bool> {
+    fn receive(&mut self, at: usize, wire: &mut Wire<'_>) -> Result<bool> {
         let mut bytes = [0; 4096];
         let read = match at {
             REQUESTS => self.emulator.request.read(&mut bytes),
@@ -251,13 +280,8 @@ impl Session {
                 if let Some(serial) = &mut self.serial {
                     serial.extend_from_slice(bytes);
                 }
-                for byte in bytes {
-                    if let Some(packet) = self.decoder.push(*byte) {
-                        self.received += 1;
-                        let now = Duration::from_micros(self.chip.now_us());
-                        self.emulator.send(&talk(now, Some(&packet))?)?;
-                    }
-                }
+                let now = Duration::from_micros(self.chip.now_us());
+                self.emulator.send(&wire(now, bytes)?)?;
             }
             MESSAGES => self.messages.extend_from_slice(bytes),
             _ => {}
@@ -296,16 +320,10 @@ impl Session {
             Some(101) => bail!("the firmware panicked{said}"),
             _ => bail!("{QEMU} failed: {status}{said}"),
         }
-        if let Some(protocol) = self.decoder.foreign {
-            bail!("the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
-        }
         let (conversions_served, conversions_lost) = self.chip.served_and_lost();
         Ok(Outcome {
             serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
-            received: self.received,
-            missing: self.decoder.missing,
-            damaged: self.decoder.damaged,
             conversions_served,
             conversions_lost,
             chip: self.chip.chip().counters(),
@@ -316,6 +334,7 @@ impl Session {
             first_edge_us: self.chip.first_edge_us().unwrap_or(0),
             end_us: self.chip.now_us(),
             conversions: self.chip.into_conversions(),
+            ..Outcome::default()
         })
     }
 

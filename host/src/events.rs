@@ -4,4 +4,4 @@ mod json;
 mod text;
 
 pub use json::{json, serializable};
-pub use text::text;
+pub use text::{outcome, text};

@@ -2,8 +2,12 @@
 //!
 //! A [`Source`] brings bytes; [`Feed`] makes packets of them, counts what is lost, and keeps the bytes if they are recorded.
 
+mod asking;
+mod emulated;
 mod pace;
 
+pub use asking::{Asking, new_orders};
+pub use emulated::Emulated;
 pub use pace::Pace;
 
 use crate::live::Counts;
@@ -90,13 +94,14 @@ pub struct Feed<S: Source = Box<dyn Source + Send>> {
     is_over: bool,
     pace: Option<Pace>,
     record: Option<Box<dyn Write + Send>>,
+    opened: Instant,
 }
 
 impl<S: Source> Feed<S> {
     /// Of a source that has said nothing yet.
     pub fn new(source: S) -> Self {
         let (waiting, decoder) = (VecDeque::new(), Decoder::new());
-        Self { source, decoder, received: 0, waiting, is_over: false, pace: None, record: None }
+        Self { source, decoder, received: 0, waiting, is_over: false, pace: None, record: None, opened: Instant::now() }
     }
 
     /// With packets held back until it is their time: for a recording, which has all of them at once.

@@ -62,6 +62,42 @@ pub struct Opened {
     pub warning: Option<String>,
 }
 
+/// From the end of a touch to the beginning of the next, seconds.
+const PAUSE_S: f64 = 1.0;
+
+/// A scene that begins again and again.
+pub struct Again<S> {
+    scene: S,
+    every_s: f64,
+    end_s: f64,
+}
+
+impl<S: Scene> Again<S> {
+    /// Begins again every `every_s` seconds, until `end_s`.
+    pub fn new(scene: S, every_s: f64, end_s: f64) -> Self {
+        Self { scene, every_s, end_s }
+    }
+}
+
+impl<S: Scene> Scene for Again<S> {
+    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
+        self.scene.volts(input, t_s.max(0.0) % self.every_s)
+    }
+
+    fn end_s(&self) -> f64 {
+        self.end_s
+    }
+}
+
+impl Opened {
+    /// The same again and again, with a second's pause, for ever.
+    #[must_use]
+    pub fn repeated(self) -> Self {
+        let scene = Again::new(self.scene, self.end_s + PAUSE_S, f64::INFINITY);
+        Self { scene: Box::new(scene), end_s: f64::INFINITY, ..self }
+    }
+}
+
 /// Frames per second of the scan, nominal.
 pub fn frame_rate_hz() -> f64 {
     f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks())

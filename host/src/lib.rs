@@ -10,11 +10,12 @@
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
+//! | the same on a terminal | [`monitor`] |
 //! | telemetry in a file | [`recording`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | orders to a board, and what came of them | [`orders`] |
-//! | packets as text and as JSON | [`events`] |
+//! | packets as text, as JSON, for Teleplot | [`events`], [`teleplot`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |
 //! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
 //! | what it costs on the emulated chip | [`mod@bench`] |
@@ -43,6 +44,7 @@ pub mod input;
 pub mod listen;
 pub mod live;
 mod markdown;
+pub mod monitor;
 mod names;
 pub mod orders;
 pub mod output;
@@ -59,6 +61,7 @@ pub mod static_image;
 pub mod stop;
 mod svg;
 pub mod table_fit;
+pub mod teleplot;
 mod tone;
 pub mod trade;
 pub mod view;

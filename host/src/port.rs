@@ -9,6 +9,7 @@ pub use system::{BAUD, System};
 
 use crate::feed::{Said, Source};
 use anyhow::{Context, Result};
+use serde::Serialize;
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -17,7 +18,7 @@ use std::time::{Duration, Instant};
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// A serial port of this computer.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Found {
     /// What it is opened by, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
@@ -26,7 +27,7 @@ pub struct Found {
 }
 
 /// What a USB device says of itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Usb {
     /// Serial number, by which it is known again under another name. Many cheap adapters have none.
     pub serial_number: Option<String>,

@@ -154,7 +154,12 @@ fn fault(e: &Fault) -> String {
 }
 
 fn reply(e: &Reply) -> String {
-    let outcome = match &e.outcome {
+    format!("order {}: {}", e.number, outcome(&e.outcome))
+}
+
+/// What became of an order.
+pub fn outcome(outcome: &Outcome) -> String {
+    match outcome {
         Outcome::Done => "done".to_owned(),
         Outcome::Setting { field, value, least, greatest } => {
             format!("refused: {field} = {value}: choose a value from {least} to {greatest}")
@@ -165,8 +170,7 @@ fn reply(e: &Reply) -> String {
         Outcome::NotStored => "in force, but not stored: the flash refuses".into(),
         Outcome::Busy => "refused: busy with another order; ask again".into(),
         Outcome::DoneErased => "done; the flash was erased for it, which cost a second or two of conversions".into(),
-    };
-    format!("order {}: {outcome}", e.number)
+    }
 }
 
 fn health(e: &Health) -> String {

@@ -130,8 +130,14 @@ mod tests {
             volts: [volts; TAXELS],
         };
         // Two columns of two frames each, and one without any.
-        let frames =
-            [frame(0, Some(1.0)), frame(1, Some(3.0)), frame(2, None), frame(3, None), frame(4, Some(4.0)), frame(5, Some(8.0))];
+        let frames = [
+            frame(0, Some(1.0)),
+            frame(1, Some(3.0)),
+            frame(2, None),
+            frame(3, None),
+            frame(4, Some(4.0)),
+            frame(5, Some(8.0)),
+        ];
         let found = columns(&frames.each_ref(), 5, 0.0, 1.5, 3);
         assert_eq!(found, [Some(-2.0), None, Some(2.0)]);
     }

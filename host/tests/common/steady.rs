@@ -3,12 +3,12 @@
 #[path = "../../../tests/support/memory.rs"]
 mod memory;
 
-use hal_mock::{Options, Scene, Sliding, SlidingScene};
+use hal_mock::{Options, Sliding, SlidingScene};
 use memory::resident_bytes;
 use ridgetone::settings::{FRAME_RATE_HZ, SCAN};
 use ridgetone::telemetry::{Event, Health, Packet, Span, Status};
 use ridgetone_host::emulator;
-use ridgetone_host::input::Opened;
+use ridgetone_host::input::{Again, Opened};
 use ridgetone_host::output::Progress;
 use std::time::Instant;
 
@@ -25,22 +25,6 @@ const GROWTH_BYTES: u64 = 4 << 20;
 /// How much deeper the stack may get after two touches, bytes: by chance the tasks above the fit meet it at its deepest
 /// later only, each with a frame of up to 104 bytes and what it takes itself.
 const STACK_GROWTH_BYTES: u32 = 2048;
-
-/// A touch that begins again and again.
-struct Again {
-    touch: SlidingScene,
-    end_s: f64,
-}
-
-impl Scene for Again {
-    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        self.touch.volts(input, t_s.max(0.0) % EVERY_S)
-    }
-
-    fn end_s(&self) -> f64 {
-        self.end_s
-    }
-}
 
 /// What came, without keeping it.
 #[derive(Default)]
@@ -67,7 +51,7 @@ pub fn run(end_s: f64, alone: bool) {
     let truth = scene.truth();
     assert!(truth.end_s < EVERY_S);
     let input = Opened {
-        scene: Box::new(Again { touch: scene, end_s }),
+        scene: Box::new(Again::new(scene, EVERY_S, end_s)),
         options: Options { power_up_cycles: ads1258::POWER_UP_TICKS.into(), ..Options::default() },
         end_s,
         truth: None,

@@ -1,0 +1,99 @@
+//! Orders beside the packets: sent while a feed is read, and raw frames asked for again and again.
+
+use super::{Feed, Source};
+use crate::orders::{Line, Orders};
+use anyhow::Result;
+use ridgetone::command::{Command, Outcome};
+use ridgetone::settings::FRAME_RATE_HZ;
+use ridgetone::telemetry::{Event, Packet};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Raw frames are asked for so often, for twice as long: a board whose reader has gone falls silent by itself.
+const RENEW: Duration = Duration::from_secs(5);
+
+/// Frames asked for.
+const FRAMES: u32 = (2.0 * RENEW.as_secs() as f32 * FRAME_RATE_HZ) as u32;
+
+/// Orders to a board whose packets go elsewhere.
+#[derive(Debug)]
+pub struct Asking {
+    orders: Orders,
+    begun: Instant,
+    /// When raw frames are to be asked for; none: they are not wanted.
+    renew: Option<Instant>,
+}
+
+impl Default for Asking {
+    fn default() -> Self {
+        Self { orders: new_orders(), begun: Instant::now(), renew: None }
+    }
+}
+
+/// Orders with a first number by the clock: a board answers a number that it has just had without doing anything.
+pub fn new_orders() -> Orders {
+    let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Orders::new((clock.as_millis() % 65_536) as u16)
+}
+
+impl Asking {
+    /// Has a command sent.
+    pub fn give(&mut self, command: Command) {
+        self.orders.give(command);
+    }
+
+    /// Asks for raw frames from now on, or no longer.
+    pub fn want_raw(&mut self, wanted: bool) {
+        self.renew = wanted.then(Instant::now);
+        if !wanted {
+            self.orders.give(Command::Raw { frames: 0 });
+        }
+    }
+
+    /// Sends what is due. To be called often while the board is there.
+    ///
+    /// # Errors
+    /// The board does not answer, or the line fails; nothing is asked for any more then.
+    pub fn tick<S: Source>(&mut self, feed: &mut Feed<S>) -> Result<()> {
+        let now = Instant::now();
+        if self.orders.are_done()
+            && let Some(due) = self.renew.filter(|due| *due <= now)
+        {
+            self.renew = Some(due.max(now) + RENEW);
+            self.orders.give(Command::Raw { frames: FRAMES });
+        }
+        let sent = self.orders.due(self.begun.elapsed()).and_then(|bytes| match bytes.as_slice() {
+            [] => Ok(()),
+            bytes => feed.send(bytes),
+        });
+        if sent.is_err() {
+            (self.orders, self.renew) = (new_orders(), None);
+        }
+        sent
+    }
+
+    /// Takes a packet; gives an answered command, and the answer.
+    pub fn hear(&mut self, packet: &Packet) -> Option<(Command, Outcome)> {
+        if let (Event::Hello(_), 0, Some(renew)) = (&packet.event, packet.sequence, &mut self.renew) {
+            // It has started anew, and has forgotten.
+            *renew = Instant::now();
+        }
+        self.orders.hear(&packet.event)
+    }
+}
+
+impl<S: Source> Line for Feed<S> {
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        Feed::send(self, bytes)
+    }
+
+    fn receive(&mut self, most: Duration) -> Result<Option<Packet>> {
+        match self.next(most)? {
+            Some(super::Happening::Packet(packet)) => Ok(Some(packet)),
+            _ => Ok(None),
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+}

@@ -1,0 +1,187 @@
+//! The screen in a buffer: what stands on it, at the least size and at a larger one.
+
+use super::screen::{LEAST, draw};
+use super::view::{Action, RawFrames, View};
+use crate::input::Input;
+use crate::live::{Line, Live};
+use crate::replay;
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::style::Color;
+use ridgetone::fault::{Fault, FaultKind};
+use ridgetone::settings::{Settings, TAXELS};
+use ridgetone::telemetry::{Event, Packet, Raw};
+
+/// The default scene, folded: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
+fn touched() -> Live {
+    let mut live = Live::new("/dev/ttyUSB0");
+    let mut sink = |packet: &Packet| {
+        live.take(packet);
+        Ok(())
+    };
+    replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).unwrap();
+    live
+}
+
+/// Adds a second of raw frames: channel k swings with its own amplitude, channel 5 is not read.
+fn with_frames(mut live: Live) -> Live {
+    for number in 0..241u32 {
+        let swing = |taxel: usize| (1e4 * (1 + taxel) as f32 * (number as f32 * 0.2).sin()) as i32;
+        let raw = Raw {
+            t_us: 5_000_000 + u64::from(number) * 4147,
+            number,
+            present: !(1 << 5),
+            good: u16::MAX,
+            codes: std::array::from_fn(swing),
+        };
+        live.take(&Packet { sequence: 1, event: Event::Raw(raw) });
+    }
+    live
+}
+
+fn drawn(live: &Live, view: &View, (width, height): (u16, u16)) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+    terminal.draw(|frame| draw(frame, live, view)).unwrap();
+    terminal.backend().buffer().clone()
+}
+
+fn lines(buffer: &Buffer) -> Vec<String> {
+    let area = buffer.area;
+    let row = |y| (0..area.width).map(|x| buffer[(x, y)].symbol()).collect();
+    (0..area.height).map(row).collect()
+}
+
+fn assert_shows(lines: &[String], parts: &[&str]) {
+    for part in parts {
+        assert!(lines.iter().any(|line| line.contains(part)), "{part:?} is not on\n{}", lines.join("\n"));
+    }
+}
+
+fn view() -> View {
+    View::new(RawFrames::On, true)
+}
+
+#[test]
+fn at_80_by_24_everything_is_there() {
+    let buffer = drawn(&with_frames(touched()), &view(), LEAST);
+    let lines = lines(&buffer);
+    assert_shows(
+        &lines,
+        &[
+            "ridgetone  /dev/ttyUSB0  connected",
+            "firmware 0.1.0",
+            "frequency, Hz, last 30 s",
+            "no contact",
+            "good, window of",
+            "period 3.6",
+            "mm/s ->",
+            "slide 8.333",
+            "strips, 1 s, +-",
+            "map after the slide, mV",
+            "health: nothing is wrong",
+            "241.14 frames/s",
+            "0 lost, 0 damaged",
+            "q quit",
+            "h help",
+        ],
+    );
+    // Both columns of eight strips, the one without frames told.
+    for taxel in 0..TAXELS {
+        let label = format!("{taxel:>2} ");
+        assert!(lines.iter().any(|line| line.contains(&label)));
+    }
+    assert_shows(&lines, &["no valid frame"]);
+    assert!(lines.iter().filter(|line| line.contains('▁') && line.contains('█')).count() >= 1);
+    // The chart has a point for each window.
+    assert!(lines.iter().any(|line| line.contains('•')));
+    // The strip with the widest swing is the one with the highest bars.
+    let strip =
+        |taxel: usize| lines.iter().find_map(|line| line.split(&format!("{taxel:>2} ")).nth(1)).unwrap().to_owned();
+    assert!(strip(15).contains('█') && !strip(0).contains('█'), "{} {}", strip(15), strip(0));
+}
+
+#[test]
+fn it_uses_the_terminal_s_own_colours_and_red_only_for_what_is_wrong() {
+    let mut live = with_frames(touched());
+    // Of the estimates none is wrong; a fault and a loss are.
+    live.strips = Default::default();
+    let colours = |live: &Live, view: &View| {
+        let buffer = drawn(live, view, (100, 40));
+        let cells = buffer.content.iter();
+        cells
+            .map(|cell| (cell.fg, cell.bg))
+            .filter(|colours| *colours != (Color::Reset, Color::Reset))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(colours(&live, &view()), []);
+    let fault = Fault { kind: FaultKind::Supply, from_us: 1, until_us: None, count: 3 };
+    live.take(&Packet { sequence: 1, event: Event::Fault(fault) });
+    live.counts.missing = 7;
+    let buffer = drawn(&live, &view(), LEAST);
+    assert_shows(&lines(&buffer), &["health: FAULT: supply", "7 lost"]);
+    let red = colours(&live, &view());
+    assert!(!red.is_empty() && red.iter().all(|colours| *colours == (Color::Red, Color::Reset)), "{red:?}");
+    // Where colours are not wanted it is reversed instead.
+    assert_eq!(colours(&live, &View::new(RawFrames::On, false)), []);
+}
+
+#[test]
+fn larger_screens_show_a_strip_a_row_and_what_happened() {
+    let lines = lines(&drawn(&with_frames(touched()), &view(), (120, 48)));
+    assert_shows(&lines, &["what happened", "contact", "the finger is off"]);
+    let strips = lines
+        .iter()
+        .filter(|line| line.starts_with('│') && line.chars().filter(|c| "▁▂▃▄▅▆▇█".contains(*c)).count() > 40);
+    assert_eq!(strips.count(), TAXELS - 1);
+}
+
+#[test]
+fn without_raw_frames_there_are_amplitudes_and_it_is_said_why() {
+    let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), LEAST));
+    assert_shows(&shown(RawFrames::Unavailable), &["amplitude in the window; no raw frames", " mV █"]);
+    assert_shows(&shown(RawFrames::Refused("no answer".into())), &["no answer"]);
+    assert_shows(&shown(RawFrames::Off), &["r: strips"]);
+}
+
+#[test]
+fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
+    let mut live = Live::new("emulated board");
+    assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["nothing heard yet", "no estimate yet", "none yet"]);
+    assert_shows(&lines(&drawn(&live, &view(), (60, 20))), &["needs 80 x 24"]);
+    for size in [(1, 1), (79, 24), (80, 23), (300, 100)] {
+        drawn(&with_frames(touched()), &view(), size);
+    }
+    live.line = Line::Gone { why: "no such device".into() };
+    assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["UNPLUGGED"]);
+    let mut view = view();
+    view.press(KeyEvent::from(KeyCode::Char('h')));
+    assert_shows(&lines(&drawn(&live, &view, LEAST)), &["ask the board for raw frames", "any key closes this"]);
+}
+
+#[test]
+fn keys_do_what_the_help_says() {
+    let mut view = view();
+    let key = |code| KeyEvent::from(code);
+    assert_eq!(view.press(key(KeyCode::Char('q'))), Some(Action::Quit));
+    assert_eq!(view.press(KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL)), Some(Action::Quit));
+    assert_eq!(view.press(key(KeyCode::Char('c'))), Some(Action::Clear));
+    assert_eq!(view.press(key(KeyCode::Char('r'))), Some(Action::Raw));
+    assert_eq!((view.press(key(KeyCode::Char('p'))), view.is_paused), (None, true));
+    assert_eq!((view.press(key(KeyCode::Char(' '))), view.is_paused), (None, false));
+    let (history_s, strips_s) = (view.history_s(), view.strips_s());
+    for _ in 0..9 {
+        view.press(key(KeyCode::Char('-')));
+        view.press(key(KeyCode::Char('[')));
+    }
+    assert!(view.history_s() > history_s && view.strips_s() > strips_s);
+    for _ in 0..9 {
+        view.press(key(KeyCode::Char('+')));
+        view.press(key(KeyCode::Char(']')));
+    }
+    assert!(view.history_s() < history_s && view.strips_s() < strips_s);
+    view.press(key(KeyCode::Char('?')));
+    assert!(view.shows_help);
+    assert_eq!((view.press(key(KeyCode::Char('q'))), view.shows_help), (None, false));
+}

@@ -1,0 +1,87 @@
+//! Lines for Teleplot (https://github.com/nesnes/teleplot): `>name:time_ms:value|g`, one for each number.
+
+use crate::live::{Point, time_s};
+use ads1258::reading;
+use ridgetone::settings::{Settings, TAXELS};
+use ridgetone::telemetry::{Event, Packet};
+use std::fmt::Write;
+
+/// Makes lines of packets. It needs all of them: raw frames become volts by the reference that the board has told.
+#[derive(Clone, Copy, Debug)]
+pub struct Teleplot {
+    vref_v: f32,
+}
+
+impl Default for Teleplot {
+    fn default() -> Self {
+        Self { vref_v: Settings::DEFAULT.vref_v }
+    }
+}
+
+impl Teleplot {
+    /// The lines of a packet, without the last one's end; empty if it has no numbers that go on. Times are device time in
+    /// milliseconds.
+    pub fn lines(&mut self, packet: &Packet) -> String {
+        let mut lines = String::new();
+        let time_ms = 1e3 * time_s(&packet.event).unwrap_or(0.0);
+        let mut put = |name: &str, value: f64| {
+            let gap = if lines.is_empty() { "" } else { "\n" };
+            // Writing to a string cannot fail.
+            let _ = write!(lines, "{gap}>{name}:{time_ms:.3}:{value}|g");
+        };
+        match &packet.event {
+            Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
+            Event::Estimate(estimate) => {
+                let point = Point::new(estimate);
+                let unit = if point.abscissa == "place" { "per_mm" } else { "hz" };
+                let values = [
+                    (format!("frequency_{unit}"), point.frequency),
+                    (format!("sigma_{unit}"), point.sigma),
+                    ("spatial_period_mm".into(), point.spatial_period_mm),
+                    ("speed_mm_s".into(), point.speed_mm_s),
+                ];
+                values.iter().filter_map(|(name, value)| Some((name, (*value)?))).for_each(|(n, v)| put(n, v.into()));
+            }
+            Event::Raw(raw) => {
+                for taxel in (0..TAXELS).filter(|taxel| raw.present & raw.good & 1 << taxel != 0) {
+                    put(&format!("ain{taxel}_v"), reading::volts(raw.codes[taxel], self.vref_v).into());
+                }
+            }
+            Event::Health(health) => {
+                put("load", health.load.into());
+                put("temperature_c", health.temperature_c.into());
+                put("supply_v", health.supply_v.into());
+                put("conversions_lost", health.conversions_lost.into());
+            }
+            _ => {}
+        }
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone::telemetry::{Health, Raw, Release};
+
+    #[test]
+    fn numbers_get_a_name_a_time_and_a_value_and_events_without_numbers_none() {
+        let mut teleplot = Teleplot::default();
+        let health = Health { t_us: 1_234_567, load: 0.5, temperature_c: 25.0, supply_v: 5.0, ..Health::default() };
+        let lines = teleplot.lines(&Packet { sequence: 1, event: Event::Health(health) });
+        let expected = [
+            ">load:1234.567:0.5|g",
+            ">temperature_c:1234.567:25|g",
+            ">supply_v:1234.567:5|g",
+            ">conversions_lost:1234.567:0|g",
+        ];
+        assert_eq!(lines.lines().collect::<Vec<_>>(), expected);
+        let mut codes = [0; TAXELS];
+        codes[3] = 7_864_320;
+        let raw = Raw { t_us: 2_000_000, number: 1, present: 0b1001, good: 0b1110, codes };
+        let line = teleplot.lines(&Packet { sequence: 1, event: Event::Raw(raw) });
+        // A code of the reference's is the reference's voltage, in single precision.
+        assert_eq!(line, format!(">ain3_v:2000.000:{}|g", f64::from(4.096f32)));
+        assert_eq!(teleplot.lines(&Packet { sequence: 1, event: Event::Release(Release { t_us: 5 }) }), "");
+    }
+}
