@@ -11,11 +11,13 @@ use crate::calibrate::CalibrateArgs;
 use crate::emulator;
 use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
+use crate::view::server::loopback;
 use anyhow::Result;
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -46,6 +48,8 @@ pub enum Command {
     Ports(PortsArgs),
     /// What a board does, live on the terminal.
     Monitor(MonitorArgs),
+    /// The same as one page in a browser on this computer, which needs no network. Ctrl-C ends it.
+    View(ViewArgs),
     /// What a board on a serial line says. When it is unplugged it is waited for.
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
@@ -288,6 +292,26 @@ pub struct MonitorArgs {
     /// What lines look like.
     #[command(flatten)]
     pub lines: LineOptions,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+It prints the page's address; open that in a browser. It can be reached from this computer only.
+
+Examples:
+  ridgetone view
+  ridgetone view --port /dev/ttyUSB0
+  ridgetone view --emulated
+  ridgetone view --emulated --scene scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --file touch.rec")]
+pub struct ViewArgs {
+    /// Where packets come from.
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// Where the page is served: an address of this computer's own, 127.0.0.1 or [::1], and a port; port 0 is any free one.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
+    pub listen: SocketAddr,
 }
 
 /// What lines look like.

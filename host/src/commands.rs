@@ -4,7 +4,7 @@ use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
     Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ListenArgs, MonitorArgs, PortsArgs,
-    ReplayArgs, ReproduceArgs, SceneArgs, Senseless,
+    ReplayArgs, ReproduceArgs, SceneArgs, Senseless, ViewArgs,
 };
 use crate::faults::campaign;
 use crate::feed::{self, Feed};
@@ -19,7 +19,7 @@ use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::teleplot::Teleplot;
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay, stop};
+use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay, stop, view};
 use anyhow::{Result, bail};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::profile::After;
@@ -40,6 +40,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Emulate(args) => emulate(&args),
         Command::Ports(args) => ports(&args),
         Command::Monitor(args) => run_monitor(&args),
+        Command::View(args) => run_view(&args),
         Command::Listen(args) => run_listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
@@ -167,6 +168,13 @@ fn run_monitor(args: &MonitorArgs) -> Result<()> {
     let (feed, shown) = Monitor::new(feed, None).run();
     tell_counts(feed.counts());
     shown
+}
+
+fn run_view(args: &ViewArgs) -> Result<()> {
+    stop::on_signal()?;
+    let (feed, served) = view::run(args.source.open()?, args.listen);
+    tell_counts(feed.counts());
+    served
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {

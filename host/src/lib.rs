@@ -11,6 +11,7 @@
 //! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
 //! | the same on a terminal | [`monitor`] |
+//! | the same as a page in a browser | [`view`] |
 //! | telemetry in a file | [`recording`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |

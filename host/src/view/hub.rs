@@ -4,11 +4,12 @@
 //! in it, is told everything anew, and how many updates it has missed.
 
 use super::words;
+use crate::feed::{Following, Happening};
 use crate::live::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::live::{Frame, Live, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
-use ridgetone::telemetry::{Event, Packet};
+use ridgetone::telemetry::Event;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -114,11 +115,13 @@ impl Hub {
         Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0 }
     }
 
-    /// Takes a packet.
-    pub fn take(&self, packet: &Packet) {
+    /// Folds what has happened, if anything has.
+    pub fn take(&self, happening: Option<&Happening>, following: &mut Following) {
         let mut inner = self.lock();
+        following.fold(happening, &mut inner.live);
+        inner.no_raw = words::no_raw(following.raw());
+        let Some(Happening::Packet(packet)) = happening else { return };
         inner.heard = Some(Instant::now());
-        inner.live.take(packet);
         match packet.event {
             Event::Estimate(_) => {
                 let point = inner.live.history.points().next_back().copied();
@@ -130,16 +133,6 @@ impl Hub {
             }
             _ => {}
         }
-    }
-
-    /// Has something other than a packet noted down.
-    pub fn note(&self, change: impl FnOnce(&mut Live)) {
-        change(&mut self.lock().live);
-    }
-
-    /// From now on this is why there are no raw frames.
-    pub fn tell_no_raw(&self, why: Option<String>) {
-        self.lock().no_raw = why;
     }
 
     /// Tells all pages what is new. To be called every [`BEAT`].

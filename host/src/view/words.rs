@@ -1,5 +1,6 @@
 //! What is to be said where there is nothing to see: why, and what to do about it.
 
+use crate::feed::RawFrames;
 use crate::live::{Line, Live, Phase};
 use std::time::Duration;
 
@@ -18,6 +19,16 @@ pub fn say(live: &Live, heard: Option<Duration>) -> String {
             format!("The board has been silent for {} s. Is its line still connected?", heard.as_secs())
         }
         _ => touch(live).into(),
+    }
+}
+
+/// Why there are no raw frames, if they do not come.
+pub fn no_raw(raw: &RawFrames) -> Option<String> {
+    match raw {
+        RawFrames::On => None,
+        RawFrames::Off => Some("Raw frames are not asked for.".into()),
+        RawFrames::Unavailable => Some("This recording holds no raw frames, from which this is drawn.".into()),
+        RawFrames::Refused(why) => Some(format!("There are {why}.")),
     }
 }
 
