@@ -53,7 +53,7 @@ export function health(model) {
   const { health: told, hello } = live.latest;
   const rows = [["wrong now", live.faults.length ? live.faults.map(words).join(", ") : "nothing", live.faults.length > 0]];
   if (told) {
-    const seen = Object.entries(told.faults).map(([kind, count]) => `${words(kind)} ${count}`);
+    const seen = Object.entries(told.faults).filter(([, count]) => count > 0).map(([kind, count]) => `${words(kind)} ${count}`);
     rows.push(
       ["faults seen", seen.length ? seen.join(", ") : "none", seen.length > 0],
       ["conversions lost", told.conversions_lost, told.conversions_lost > 0],

@@ -5,6 +5,8 @@ import { round125 } from "./format.js";
 const TAXELS = 16;
 // Decibels below which a spectrum is not looked at.
 const FLOOR_DB = -70;
+// Hops from which on there was a pause between two windows.
+const GAP = 2.5;
 // Least height of the history, as a share of the frequency: a millionth looks like noise and is none.
 const LEAST_SHARE = 1e-4;
 
@@ -72,7 +74,7 @@ export class Strips extends Plot {
     const rows = () => Array.from({ length: TAXELS }, (_, row) => (row + 1 - TAXELS) * apart.mv);
     super(card, onZoom, {
       x: "device time, s", y: "taxel", ySize: 34, series,
-      yRange: () => [(0.3 - TAXELS) * apart.mv, 0.7 * apart.mv],
+      yRange: () => [(0.1 - TAXELS) * apart.mv, 1.1 * apart.mv],
       yAxis: { splits: rows, values: (_, splits) => splits.map((split) => String(Math.round(-split / apart.mv))) },
     });
     this.apart = apart;
@@ -90,10 +92,16 @@ export class Strips extends Plot {
     const swings = mv.map((values) => Math.max(...values) - Math.min(...values)).sort((a, b) => a - b);
     // The liveliest may reach into their neighbours' rows.
     this.apart.mv = round125(Math.max(0.02, 0.6 * swings[12]));
+    this.plot.axes[1].label = `taxel, rows ${this.apart.mv} mV apart`;
     this.show([t_s, ...mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)))]);
-    return `${this.apart.mv} mV from row to row`;
   }
 }
+
+// With an empty point in every pause that is longer: what is before it and behind it is not joined.
+const apart = (points, pause_s) => points.flatMap((point, at) => {
+  const before = points[at - 1];
+  return before && point.t_s - before.t_s > pause_s ? [{ t_s: 0.5 * (before.t_s + point.t_s) }, point] : [point];
+});
 
 export class History extends Plot {
   constructor(card, onZoom) {
@@ -111,12 +119,17 @@ export class History extends Plot {
     this.plot.addBand({ series: [2, 1], fill: () => colour("band") });
   }
 
-  tell({ live: { history, now_s } }, length_s) {
+  tell({ live: { history, now_s, latest } }, length_s) {
     const abscissa = history.at(-1)?.abscissa;
-    const shown = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
-    shown.sort((a, b) => a.t_s - b.t_s);
-    const windows = (value) => shown.map((point) => (point.span === "window" && point.frequency !== null ? value(point) : null));
-    const only = (want) => shown.map((point) => (point.frequency !== null && want(point) ? point.frequency : null));
+    const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
+    found.sort((a, b) => a.t_s - b.t_s);
+    const shown = apart(found, GAP * (latest.hello?.settings.hop_s ?? 0.25));
+    // To the plot null is a gap, and undefined nothing at all.
+    const windows = (value) => shown.map((point) => {
+      if (point.span === "slide") return undefined;
+      return (point.frequency ?? null) === null ? null : value(point);
+    });
+    const only = (want) => shown.map((point) => ((point.frequency ?? null) !== null && want(point) ? point.frequency : undefined));
     // What is hardly known must not flatten the rest.
     const sigma = (point) => Math.min(point.sigma, 0.1 * point.frequency);
     this.plot.axes[1].label = abscissa === "place" ? "cycles per mm" : "frequency, Hz";
@@ -129,7 +142,7 @@ export class History extends Plot {
       only((point) => point.span === "window" && point.status !== "good"),
       only((point) => point.span === "slide"),
     ]);
-    return shown.some((point) => point.frequency !== null);
+    return found.some((point) => point.frequency !== null);
   }
 }
 
@@ -137,7 +150,7 @@ export class Spectrum extends Plot {
   constructor(card, onZoom) {
     const mark = { hz: null };
     super(card, onZoom, {
-      x: "frequency, Hz", y: "share of power, dB", series: [line(() => colour("accent"), { fill: () => colour("band"), fillTo: FLOOR_DB })],
+      x: "frequency, Hz", y: "share of power, dB", series: [line(() => colour("accent"))],
       yRange: () => [FLOOR_DB, 0],
       draw: [(u) => {
         if (mark.hz === null || mark.hz > u.scales.x.max || mark.hz < u.scales.x.min) return;
@@ -170,11 +183,9 @@ export class Fit extends Plot {
     });
   }
 
-  // What was read of a taxel, and the tone over it.
-  tell({ curves, live: { strips } }, taxel) {
-    const at = new Map(strips.t_s.map((t_s, frame) => [t_s, frame]));
-    const read = curves.t_s.map((t_s) => strips.volts[taxel][at.get(t_s)] ?? null);
-    const mv = (values) => values.map((value) => (value === null ? null : 1e3 * value));
-    this.show([curves.t_s, mv(read), mv(curves.volts[taxel] ?? curves.t_s.map(() => null))]);
+  // What was read of a taxel, and the fundamental over it.
+  tell({ curves }, taxel) {
+    const mv = (values) => values?.map((value) => (value === null ? null : 1e3 * value)) ?? curves.t_s.map(() => null);
+    this.show([curves.t_s, mv(curves.read_v[taxel]), mv(curves.tone_v[taxel])]);
   }
 }

@@ -74,7 +74,7 @@ function drawMap(state) {
     $("map-small").textContent = "";
     return;
   }
-  $("map-small").textContent = `mV, ${words(found.told.hold)}, x to the right`;
+  $("map-small").textContent = `${words(found.told.hold)}, mV, x →`;
   panels.map(mapCanvas, found);
 }
 
@@ -82,7 +82,7 @@ function drawPlots(state) {
   const { live } = state;
   const hasRaw = live.strips.t_s.length > 1;
   const noRaw = state.no_raw ?? "No raw frames yet.";
-  if (hasRaw) $("strips").querySelector("h2").title = plots.strips.tell(state, Number($("strips-s").value));
+  if (hasRaw) plots.strips.tell(state, Number($("strips-s").value));
   plots.strips.say(hasRaw ? "" : noRaw);
   const hasTone = plots.history.tell(state, Number($("history-s").value));
   plots.history.say(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
@@ -94,6 +94,9 @@ function drawPlots(state) {
   $("spectrum-small").textContent = spectrum ? (spectrum.of_estimate ? "of the latest window" : "of the latest frames") : "";
   const taxel = chosen(estimate);
   const canFit = Boolean(curves) && taxel !== null;
+  const channel = estimate?.channels.find((found) => found.taxel === taxel);
+  $("fit-small").textContent = channel && tone_hz !== null
+    ? `${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, rest ${(1e3 * channel.residual_v).toFixed(2)} mV` : "";
   if (canFit) plots.fit.tell(state, taxel);
   plots.fit.say(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
 }

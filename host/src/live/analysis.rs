@@ -36,13 +36,15 @@ pub struct Spectrum {
     pub strongest_hz: Option<f64>,
 }
 
-/// The tone as the board has told it, at the times of those frames that it was fitted to and that are there.
+/// The tone as the board has told it, over those frames that it was fitted to and that are there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curves {
     /// Device time of each frame, seconds.
     pub t_s: Vec<f64>,
-    /// For each taxel its offset and the fundamental in that frame, volts; none where it took no part.
-    pub volts: Vec<Option<Vec<f32>>>,
+    /// For each taxel what was read in it, volts; none where that cannot be trusted.
+    pub read_v: Vec<Vec<Option<f32>>>,
+    /// For each taxel its offset and the fundamental, volts; none where it took no part.
+    pub tone_v: Vec<Option<Vec<f32>>>,
 }
 
 /// Spectrum of the latest estimate's window, if its frames are all there, else of the latest frames as long as a window.
@@ -100,7 +102,11 @@ pub fn curves(live: &Live) -> Option<Curves> {
         };
         Some(frames.iter().map(value).collect())
     };
-    Some(Curves { t_s: frames.iter().map(|frame| frame.t_s).collect(), volts: (0..TAXELS).map(curve).collect() })
+    Some(Curves {
+        t_s: frames.iter().map(|frame| frame.t_s).collect(),
+        read_v: (0..TAXELS).map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect()).collect(),
+        tone_v: (0..TAXELS).map(curve).collect(),
+    })
 }
 
 /// Frames of an estimate's window.
