@@ -9,8 +9,10 @@ pub use source::{BoardOptions, SourceOptions};
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::emulator;
+use crate::export;
 use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
+use crate::settings_form;
 use crate::view::server::loopback;
 use anyhow::Result;
 use clap::{ArgGroup, Args, Parser, Subcommand};
@@ -50,6 +52,13 @@ pub enum Command {
     Monitor(MonitorArgs),
     /// The same as one page in a browser on this computer, which needs no network. Ctrl-C ends it.
     View(ViewArgs),
+    /// Write what a board says into a file, as it comes.
+    Record(RecordArgs),
+    /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
+    Export(ExportArgs),
+    /// The settings in force on a board: print them, change them.
+    #[command(subcommand)]
+    Settings(SettingsCommand),
     /// What a board on a serial line says. When it is unplugged it is waited for.
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
@@ -161,15 +170,18 @@ pub struct InputOptions {
 /// Settings of the library.
 #[derive(Args, Clone, Debug)]
 pub struct SettingsOptions {
-    /// Length of a window, seconds, 0.1 to 3.9.
-    #[arg(long, value_name = "S", default_value_t = Settings::default().window_s)]
-    pub window: f32,
-    /// From the start of one window to that of the next, seconds.
-    #[arg(long, value_name = "S", default_value_t = Settings::default().hop_s)]
-    pub hop: f32,
-    /// Most harmonics to fit, 1 to 5.
-    #[arg(long, value_name = "N", default_value_t = Settings::default().harmonics)]
-    pub harmonics: u8,
+    /// Settings to begin with, as `settings get` prints them; the options below go over them [default: the library's].
+    #[arg(long = "settings", value_name = "FILE.toml")]
+    pub settings_file: Option<PathBuf>,
+    /// Length of a window, seconds, 0.1 to 3.9 [default: 1].
+    #[arg(long, value_name = "S")]
+    pub window: Option<f32>,
+    /// From the start of one window to that of the next, seconds [default: 0.25].
+    #[arg(long, value_name = "S")]
+    pub hop: Option<f32>,
+    /// Most harmonics to fit, 1 to 5 [default: 4].
+    #[arg(long, value_name = "N")]
+    pub harmonics: Option<u8>,
     /// Accuracy asked for, percent of the frequency (one standard deviation): an estimate comes as soon as it
     /// is met, checked every --hop, or with a window of --window [default: windows of fixed length].
     #[arg(long, value_name = "PERCENT")]
@@ -194,12 +206,16 @@ pub struct SettingsOptions {
 /// `replay`
 #[derive(Debug, Args)]
 #[command(after_help = "\
+FILE.csv may also be a recording of telemetry, as `record` writes it: then what the board said is printed.
+
 Examples:
   ridgetone replay trace.csv
+  ridgetone replay touch.rec
   ridgetone replay counts.csv --scale 1e-3 --json
   ridgetone replay --scene scenes/c8.toml
   ridgetone replay --scene-speed 15 --period 2.6 --snr 10
-  ridgetone replay trace.csv --speed 30 --delay 1 --length 55")]
+  ridgetone replay trace.csv --speed 30 --delay 1 --length 55
+  ridgetone replay trace.csv --settings finger.toml")]
 pub struct ReplayArgs {
     /// What the chip feels.
     #[command(flatten)]
@@ -214,9 +230,9 @@ pub struct ReplayArgs {
     /// The profile begins again where it ends [default: its last speed goes on].
     #[arg(long, requires = "profile")]
     pub profile_repeats: bool,
-    /// One JSON object a line instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// What lines look like.
+    #[command(flatten)]
+    pub lines: LineOptions,
 }
 
 /// Which firmware, and how long to wait for it.
@@ -286,6 +302,9 @@ pub struct MonitorArgs {
     /// Where packets come from.
     #[command(flatten)]
     pub source: SourceOptions,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
+    pub settings: Option<PathBuf>,
     /// Print lines instead of a screen.
     #[arg(long)]
     pub plain: bool,
@@ -309,9 +328,123 @@ pub struct ViewArgs {
     /// Where packets come from.
     #[command(flatten)]
     pub source: SourceOptions,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
+    pub settings: Option<PathBuf>,
     /// Where the page is served: an address of this computer's own, 127.0.0.1 or [::1], and a port; port 0 is any free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
     pub listen: SocketAddr,
+}
+
+/// `record`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Ends with Ctrl-C, after --for, or when the board's scene is over; the file is valid at any moment. `monitor --file`,
+`replay` and `export` read it.
+
+Examples:
+  ridgetone record -o touch.rec
+  ridgetone record --port /dev/ttyUSB0 --raw --for 60 -o touch.rec
+  ridgetone record --emulated --raw -o touch.rec")]
+pub struct RecordArgs {
+    /// Which board.
+    #[command(flatten)]
+    pub board: BoardOptions,
+    /// What the emulated chip feels.
+    #[command(flatten)]
+    pub input: InputOptions,
+    /// File to write; one that is there is not overwritten.
+    #[arg(short, long, value_name = "RECORDING")]
+    pub output: PathBuf,
+    /// With every frame as it was read (20 kB a second).
+    #[arg(long)]
+    pub raw: bool,
+    /// So many seconds of device time [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "S", value_parser = positive)]
+    pub length: Option<f64>,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+}
+
+/// `export`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The CSV of frames is what `replay`, `fit` and `emulate` take: the same touch with other settings.
+
+Examples:
+  ridgetone export touch.rec --format csv -o estimates.csv
+  ridgetone export touch.rec --format csv --table frames -o frames.csv
+  ridgetone export touch.rec --format mcap -o touch.mcap
+  ridgetone export touch.rec --format ndjson | head")]
+pub struct ExportArgs {
+    /// Recording of telemetry.
+    #[arg(value_name = "RECORDING")]
+    pub file: PathBuf,
+    /// Format.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    pub format: export::Format,
+    /// What the table of CSV is of [default: estimates].
+    #[arg(long, value_enum, value_name = "KIND")]
+    pub table: Option<export::Kind>,
+    /// File to write [default: standard output].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+}
+
+/// `settings`
+#[derive(Debug, Subcommand)]
+#[command(after_help = "\
+Examples:
+  ridgetone settings get > finger.toml
+  ridgetone settings set window_s=0.5 --keep
+  ridgetone replay trace.csv --settings finger.toml")]
+pub enum SettingsCommand {
+    /// Print the settings in force as TOML, and where they come from.
+    #[command(after_help = "\
+Examples:
+  ridgetone settings get
+  ridgetone settings get --port /dev/ttyUSB0 > finger.toml")]
+    Get(SettingsGetArgs),
+    /// Put settings into force, from the next window on.
+    #[command(after_help = "\
+What is not named stays as it is on the board, or with --settings as it is in that file.
+
+Examples:
+  ridgetone settings set window_s=0.5 hop_s=0.1
+  ridgetone settings set --settings finger.toml --keep
+  ridgetone settings set array.period_most_mm=3.5 slide.rule=found")]
+    Set(SettingsSetArgs),
+    /// Forget what is stored on the board, and use its defaults.
+    #[command(after_help = "\
+Example:
+  ridgetone settings forget")]
+    Forget(SettingsGetArgs),
+}
+
+/// `settings get`, `settings forget`
+#[derive(Debug, Args)]
+pub struct SettingsGetArgs {
+    /// Which board.
+    #[command(flatten)]
+    pub board: BoardOptions,
+}
+
+/// `settings set`
+#[derive(Debug, Args)]
+pub struct SettingsSetArgs {
+    /// Settings by their names in the file, such as window_s=0.5.
+    #[arg(value_name = "NAME=VALUE", required_unless_present = "settings")]
+    pub changes: Vec<String>,
+    /// All settings of this file; what it leaves out has its default.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+    /// Store them: they are in force after the next start too.
+    #[arg(long)]
+    pub keep: bool,
+    /// Which board.
+    #[command(flatten)]
+    pub board: BoardOptions,
 }
 
 /// What lines look like.
@@ -342,9 +475,9 @@ pub struct ListenArgs {
     /// The USB serial number of the board, or of the adapter on its line.
     #[arg(long, value_name = "NUMBER", group = "board")]
     pub usb_serial: Option<String>,
-    /// One JSON object a line instead of text.
-    #[arg(long)]
-    pub json: bool,
+    /// What lines look like.
+    #[command(flatten)]
+    pub lines: LineOptions,
 }
 
 /// `demo`
@@ -494,6 +627,11 @@ impl SceneOptions {
 }
 
 impl InputOptions {
+    /// Whether any of it was given.
+    fn is_given(&self) -> bool {
+        self.file.is_some() || !self.noise || self.scene.is_given()
+    }
+
     /// What the chip feels.
     ///
     /// # Errors
@@ -523,18 +661,24 @@ impl SettingsOptions {
     /// # Errors
     /// [`Senseless`]: one is out of its bounds.
     pub fn settings(&self) -> Result<Settings> {
-        let slide = match self.speed {
-            None => SlideRule::Found,
-            Some(speed_mm_s) => SlideRule::Protocol { delay_s: self.delay, speed_mm_s, length_mm: self.length },
-        };
-        let (window_s, hop_s, harmonics) = (self.window, self.hop, self.harmonics);
+        let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
         // Asked for with zero they would be switched off: that is out of bounds.
-        let asked = |value: Option<f32>| value.map_or(0.0, |value| if value == 0.0 { f32::NAN } else { value });
-        let (accuracy, interferer_hz) = (asked(self.accuracy) / 100.0, asked(self.mains));
-        let array = self.array.array();
-        let settings =
-            Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, slide, array, ..Settings::default() };
-        settings.validate().map_err(|error| Senseless(error.to_string()))?;
+        let asked = |value: f32| if value == 0.0 { f32::NAN } else { value };
+        let settings = Settings {
+            window_s: self.window.unwrap_or(base.window_s),
+            hop_s: self.hop.unwrap_or(base.hop_s),
+            harmonics: self.harmonics.unwrap_or(base.harmonics),
+            accuracy: self.accuracy.map_or(base.accuracy, |percent| asked(percent) / 100.0),
+            interferer_hz: self.mains.map_or(base.interferer_hz, asked),
+            slide: self.speed.map_or(base.slide, |speed_mm_s| SlideRule::Protocol {
+                delay_s: self.delay,
+                speed_mm_s,
+                length_mm: self.length,
+            }),
+            array: self.array.array(base.array),
+            ..base
+        };
+        settings.validate().map_err(|error| Senseless(settings_form::explained(&error)))?;
         Ok(settings)
     }
 }

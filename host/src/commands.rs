@@ -1,32 +1,29 @@
 //! The commands: arguments in, output out.
 
+mod board;
+
 use crate::bench::{BenchArgs, Report};
 use crate::calibrate::{self, CalibrateArgs};
 use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ListenArgs, MonitorArgs, PortsArgs,
-    ReplayArgs, ReproduceArgs, SceneArgs, Senseless, ViewArgs,
+    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ReplayArgs, ReproduceArgs, SceneArgs,
+    Senseless,
 };
 use crate::faults::campaign;
-use crate::feed::{self, Feed};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
-use crate::live::Counts;
-use crate::monitor::Monitor;
 use crate::output::{self, Progress};
 use crate::picture::Recording;
-use crate::port::{Link, PortError, Ports, System, Wanted};
 use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
-use crate::teleplot::Teleplot;
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, events, fit_report, listen, picture, replay, stop, view};
+use crate::{bench, demo, emulator, fit_report, picture, recording, replay};
 use anyhow::{Result, bail};
+use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
 use ridgetone::profile::After;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
-use std::io::IsTerminal;
 
 /// Does what the command line says.
 ///
@@ -38,10 +35,13 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Replay(args) => run_replay(&args),
         Command::Calibrate(args) => run_calibrate(&args),
         Command::Emulate(args) => emulate(&args),
-        Command::Ports(args) => ports(&args),
-        Command::Monitor(args) => run_monitor(&args),
-        Command::View(args) => run_view(&args),
-        Command::Listen(args) => run_listen(args),
+        Command::Ports(args) => board::ports(&args),
+        Command::Monitor(args) => board::monitor(&args),
+        Command::View(args) => board::view(&args),
+        Command::Record(args) => board::record(&args),
+        Command::Export(args) => board::export(&args),
+        Command::Settings(args) => board::settings(&args),
+        Command::Listen(args) => board::listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
@@ -79,12 +79,17 @@ fn fit(args: &FitArgs) -> Result<()> {
 }
 
 fn run_replay(args: &ReplayArgs) -> Result<()> {
+    if let Some(file) = &args.input.file
+        && recording::is_telemetry(file)?
+    {
+        return board::replay(args, file);
+    }
     let settings = args.settings.settings()?;
     let after = if args.profile_repeats { After::Repeat } else { After::Hold };
     let profile = args.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
     let input = open(&args.input, settings.window_s, ": choose a shorter --window")?;
     let mut progress = Progress::default();
-    let outcome = replay::run(input, settings, profile, &mut printer(args.json), &mut |done_s, total_s| {
+    let outcome = replay::run(input, settings, profile, &mut printer(args.lines), &mut |done_s, total_s| {
         progress.tell(done_s, total_s);
     });
     progress.end();
@@ -105,7 +110,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     options.keep_conversions = args.svg.is_some();
     options.keep_serial = args.serial_out.is_some();
     let mut progress = Progress::default();
-    let mut print = printer(args.json);
+    let mut print = printer(LineOptions { json: args.json, teleplot: false });
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         if args.svg.is_some() {
@@ -128,53 +133,6 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     }
     line_quality(outcome.received, outcome.missing, outcome.damaged);
     Ok(())
-}
-
-fn run_listen(args: ListenArgs) -> Result<()> {
-    let wanted = match (args.port, args.usb_serial) {
-        (Some(name), _) => Wanted::Name(name),
-        (None, Some(number)) => Wanted::UsbSerial(number),
-        (None, None) => return Err(Senseless("say which board: --port or --usb-serial".into()).into()),
-    };
-    stop::on_signal()?;
-    print_lines(Feed::new(Link::open(System, wanted)?), &mut printer(args.json))
-}
-
-/// Prints what comes, line by line, and at the end what was received and what was not.
-fn print_lines<S: feed::Source>(mut feed: Feed<S>, print: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<()> {
-    let heard = listen::run(&mut feed, print);
-    tell_counts(feed.counts());
-    heard
-}
-
-fn tell_counts(counts: Counts) {
-    line_quality(counts.received, counts.missing, counts.damaged);
-}
-
-fn ports(args: &PortsArgs) -> Result<()> {
-    for port in System.list().map_err(PortError::List)? {
-        output::line(&if args.json { serde_json::to_string(&port)? } else { port.to_string() })?;
-    }
-    Ok(())
-}
-
-fn run_monitor(args: &MonitorArgs) -> Result<()> {
-    stop::on_signal()?;
-    let feed = args.source.open()?;
-    let LineOptions { json, teleplot } = args.lines;
-    if args.plain || json || teleplot || !std::io::stdout().is_terminal() {
-        return print_lines(feed, &mut line_printer(args.lines));
-    }
-    let (feed, shown) = Monitor::new(feed, None).run();
-    tell_counts(feed.counts());
-    shown
-}
-
-fn run_view(args: &ViewArgs) -> Result<()> {
-    stop::on_signal()?;
-    let (feed, served) = view::run(args.source.open()?, args.listen);
-    tell_counts(feed.counts());
-    served
 }
 
 fn run_demo(args: &DemoArgs) -> Result<()> {
@@ -281,22 +239,6 @@ fn scene(args: &SceneArgs) -> Result<()> {
     Ok(())
 }
 
-/// Prints packets as they come, in one of three kinds of lines.
-fn line_printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
-    let mut teleplot = lines.teleplot.then(Teleplot::default);
-    let mut print = printer(lines.json);
-    move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
-        None => print(packet),
-        Some(lines) if lines.is_empty() => Ok(()),
-        Some(lines) => output::line(&lines),
-    }
-}
-
-/// Prints packets as they come.
-fn printer(json: bool) -> impl FnMut(&Packet) -> Result<()> {
-    move |packet| if json { output::line(&events::json(packet)?) } else { output::line(&events::text(packet)) }
-}
-
 /// Opens an input that has to fill a window, and tells what is wrong with it but no reason to stop.
 fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
     let input = options.input()?;
@@ -312,8 +254,4 @@ fn open(options: &InputOptions, window_s: f32, remedy: &str) -> Result<Opened> {
         eprintln!("ridgetone: warning: {warning}");
     }
     Ok(input)
-}
-
-fn line_quality(received: u64, missing: u32, damaged: u32) {
-    eprintln!("ridgetone: {received} frames received, {missing} lost, {damaged} damaged");
 }

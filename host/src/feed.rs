@@ -198,6 +198,11 @@ impl<S: Source> Feed<S> {
         self.source.has_board()
     }
 
+    /// What the bytes come from.
+    pub fn source(&self) -> &S {
+        &self.source
+    }
+
     /// What the packets come from, for people.
     pub fn name(&self) -> String {
         self.source.name()

@@ -12,7 +12,7 @@
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
 //! | the same on a terminal | [`monitor`] |
 //! | the same as a page in a browser | [`view`] |
-//! | telemetry in a file | [`recording`] |
+//! | telemetry in a file, and in the formats of others | [`record`], [`recording`], [`export`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
 //! | orders to a board, and what came of them | [`orders`] |
@@ -24,11 +24,13 @@
 //! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
+//! | settings as TOML and `name=value`, and those of a board | [`settings_form`], [`board_settings`] |
 //! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
 #![forbid(unsafe_code)]
 
 mod axis;
 pub mod bench;
+pub mod board_settings;
 pub mod bound;
 pub mod calibrate;
 pub mod cli;
@@ -36,6 +38,7 @@ pub mod commands;
 pub mod demo;
 pub mod emulator;
 pub mod events;
+pub mod export;
 pub mod faults;
 pub mod feed;
 pub mod fit_report;
@@ -52,10 +55,12 @@ pub mod output;
 mod parallel;
 pub mod picture;
 pub mod port;
+pub mod record;
 pub mod recording;
 pub mod replay;
 pub mod reproduce;
 pub mod setting;
+pub mod settings_form;
 pub mod simulated;
 pub mod speed;
 pub mod static_image;

@@ -1,28 +1,51 @@
-//! Packets as they come, to whoever takes them line by line: until the source is over, or nobody reads any more.
+//! Packets as they come, to whoever takes them one by one: until the source is over, or nobody wants any more.
 
-use crate::feed::{Feed, Happening, Source};
+use crate::events;
+use crate::feed::{Asking, Feed, Happening, Source};
 use crate::stop;
-use anyhow::Result;
+use anyhow::{Result, bail};
+use ridgetone::command::Outcome;
 use ridgetone::telemetry::Packet;
+use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// How often it is looked whether to stop, and whether anything was lost.
-const LOOK: Duration = Duration::from_millis(200);
+/// How often it is looked whether to stop, and what is to be sent.
+const LOOK: Duration = Duration::from_millis(50);
 
-/// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost. Ends when the source is
-/// over, or when this process is asked to ([`stop`]).
+/// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost; sends what is to be
+/// asked. Ends when the source is over, when the sink breaks off, or when this process is asked to ([`stop`]).
 ///
 /// # Errors
-/// Those of the feed and of `sink`.
-pub fn run<S: Source>(feed: &mut Feed<S>, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<()> {
-    let mut told = 0;
+/// Those of the feed and of `sink`; the board refuses what it is asked, or does not answer.
+pub fn run<S: Source>(
+    feed: &mut Feed<S>,
+    asking: &mut Asking,
+    sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
+) -> Result<()> {
+    let (mut told, mut is_there) = (0, false);
     while !stop::is_asked() {
         match feed.next(LOOK)? {
-            Some(Happening::Packet(packet)) => sink(&packet)?,
+            Some(Happening::Packet(packet)) => {
+                is_there = true;
+                if let Some((_, outcome)) = asking.hear(&packet)
+                    && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
+                {
+                    bail!("{}: {}", feed.name(), events::outcome(&outcome));
+                }
+                if sink(&packet)?.is_break() {
+                    break;
+                }
+            }
             Some(Happening::Came(name)) => eprintln!("ridgetone: {name}: the board is there"),
-            Some(Happening::Went(name, why)) => eprintln!("ridgetone: {name}: {why}; waiting for the board"),
+            Some(Happening::Went(name, why)) => {
+                is_there = false;
+                eprintln!("ridgetone: {name}: {why}; waiting for the board");
+            }
             Some(Happening::Over) => break,
             None => {}
+        }
+        if is_there && feed.has_board() {
+            asking.tick(feed)?;
         }
         let counts = feed.counts();
         if counts.missing > told {

@@ -73,7 +73,8 @@ impl Progress {
         self.say(format_args!("{what}: {done} of {total}"));
     }
 
-    fn say(&mut self, how_far: Arguments<'_>) {
+    /// It is so far, in the caller's words.
+    pub fn say(&mut self, how_far: Arguments<'_>) {
         if self.told.elapsed() < EVERY {
             return;
         }

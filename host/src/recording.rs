@@ -125,9 +125,14 @@ impl Recorded {
         self.header.as_ref()
     }
 
-    /// Bytes read, and those there are.
-    pub fn progress(&self) -> (u64, u64) {
-        (self.done, self.bytes)
+    /// Bytes that the file had when it was opened.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Bytes read.
+    pub fn done(&self) -> u64 {
+        self.done
     }
 }
 

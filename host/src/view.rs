@@ -18,6 +18,7 @@ use crate::feed::{Feed, Following};
 use crate::{output, stop};
 use anyhow::Result;
 use hub::{BEAT, Hub};
+use ridgetone::settings::Settings;
 use server::Server;
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -26,13 +27,13 @@ use std::time::{Duration, Instant};
 /// The longest that nobody looks whether to stop.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Serves the page at a [`server::loopback`] address, of which it prints the URL, until this process is asked to end. Gives
-/// the feed back, with what it has counted.
+/// Serves the page at a [`server::loopback`] address, of which it prints the URL, until this process is asked to end. With
+/// `settings` these are put into force on the board first, but not stored. Gives the feed back, with what it has counted.
 ///
 /// # Errors
 /// The port is in use; those of the feed.
-pub fn run(feed: Feed, address: SocketAddr) -> (Feed, Result<()>) {
-    let mut following = Following::new(feed, None);
+pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed, Result<()>) {
+    let mut following = Following::new(feed, settings);
     let served = serve(&mut following, address);
     (following.leave(), served)
 }

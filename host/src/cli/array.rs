@@ -17,38 +17,38 @@ pub enum Way {
 /// What is known of the units and of the gratings.
 #[derive(Args, Clone, Debug)]
 pub struct ArrayOptions {
-    /// From one column of units to the other along the motion, mm, as `calibrate` finds it.
-    #[arg(long, value_name = "MM", default_value_t = Array::DEFAULT.pitch_mm)]
-    pub pitch: f32,
-    /// By how much the contact's ends pull the columns' phases together, rad, as `calibrate` finds it.
-    #[arg(long, value_name = "RAD", default_value_t = Array::DEFAULT.pull_rad, allow_negative_numbers = true)]
-    pub pull: f32,
-    /// Standard deviation of the pull, rad, as `calibrate` finds it.
-    #[arg(long, value_name = "RAD", default_value_t = Array::DEFAULT.pull_sigma_rad)]
-    pub pull_sigma: f32,
-    /// Shortest spatial period that is possible, mm.
-    #[arg(long, value_name = "MM", default_value_t = Array::DEFAULT.period_least_mm)]
-    pub period_least: f32,
-    /// Longest spatial period that is possible, mm. Between one pitch and two the answer is unique.
-    #[arg(long, value_name = "MM", default_value_t = Array::DEFAULT.period_most_mm)]
-    pub period_most: f32,
-    /// Which way the grating can go. Where that is known, every period from one pitch on has an answer of its own.
-    #[arg(long, value_enum, value_name = "WAY", default_value_t = Way::Either)]
-    pub direction: Way,
+    /// From one column of units to the other along the motion, mm, as `calibrate` finds it [default: 2.364].
+    #[arg(long, value_name = "MM")]
+    pub pitch: Option<f32>,
+    /// By how much the contact's ends pull the columns' phases together, rad, as `calibrate` finds it [default: 0.41].
+    #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
+    pub pull: Option<f32>,
+    /// Standard deviation of the pull, rad, as `calibrate` finds it [default: 0.01].
+    #[arg(long, value_name = "RAD")]
+    pub pull_sigma: Option<f32>,
+    /// Shortest spatial period that is possible, mm [default: 2.3].
+    #[arg(long, value_name = "MM")]
+    pub period_least: Option<f32>,
+    /// Longest spatial period that is possible, mm; between one pitch and two the answer is unique [default: 4.2].
+    #[arg(long, value_name = "MM")]
+    pub period_most: Option<f32>,
+    /// Which way the grating can go. Where that is known, every period from one pitch on has an answer of its own [default: either].
+    #[arg(long, value_enum, value_name = "WAY")]
+    pub direction: Option<Way>,
 }
 
 impl ArrayOptions {
-    /// The settings.
-    pub fn array(&self) -> Array {
+    /// The settings, over those of `array` where they are not given.
+    pub fn array(&self, array: Array) -> Array {
         Array {
-            pitch_mm: self.pitch,
-            pull_rad: self.pull,
-            pull_sigma_rad: self.pull_sigma,
-            period_least_mm: self.period_least,
-            period_most_mm: self.period_most,
-            may_go_forward: self.direction != Way::Backward,
-            may_go_backward: self.direction != Way::Forward,
-            ..Array::DEFAULT
+            pitch_mm: self.pitch.unwrap_or(array.pitch_mm),
+            pull_rad: self.pull.unwrap_or(array.pull_rad),
+            pull_sigma_rad: self.pull_sigma.unwrap_or(array.pull_sigma_rad),
+            period_least_mm: self.period_least.unwrap_or(array.period_least_mm),
+            period_most_mm: self.period_most.unwrap_or(array.period_most_mm),
+            may_go_forward: self.direction.map_or(array.may_go_forward, |way| way != Way::Backward),
+            may_go_backward: self.direction.map_or(array.may_go_backward, |way| way != Way::Forward),
+            ..array
         }
     }
 }

@@ -1,7 +1,8 @@
 //! Where packets come from, on the command line: a board, the emulated board, or a recording.
 
 use super::{FirmwareOptions, InputOptions, Senseless, positive};
-use crate::feed::{Emulated, Feed, Pace};
+use crate::feed::{Emulated, Feed, Pace, Source};
+use crate::input::Input;
 use crate::port::{Link, System, Wanted};
 use crate::recording::Recorded;
 use anyhow::Result;
@@ -17,12 +18,9 @@ pub struct BoardOptions {
     /// The board, or the adapter on its line, with this USB serial number.
     #[arg(long, value_name = "NUMBER", conflicts_with = "emulated")]
     pub usb_serial: Option<String>,
-    /// The firmware image in the emulator, in front of a scene or of FILE.csv.
+    /// The emulated board: the firmware image in QEMU, in front of a scene.
     #[arg(long)]
     pub emulated: bool,
-    /// What the emulated chip feels.
-    #[command(flatten)]
-    pub input: InputOptions,
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
@@ -37,6 +35,9 @@ pub struct SourceOptions {
     /// Which board.
     #[command(flatten)]
     pub board: BoardOptions,
+    /// What the emulated chip feels.
+    #[command(flatten)]
+    pub input: InputOptions,
     /// Seconds of device time in a second, of the emulated board and of a recording; 0: as fast as it goes.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace)]
     pub pace: f64,
@@ -56,9 +57,11 @@ impl SourceOptions {
     /// [`Senseless`]: options that do not go together. The source is not there.
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
-        let Some(path) = &self.recording else { return self.board.open(pace, !self.once) };
-        self.board.refuse_input("--file")?;
-        let feed = Feed::<Box<dyn crate::feed::Source + Send>>::new(Box::new(Recorded::open(path)?));
+        let Some(path) = &self.recording else { return self.board.open(Some(&self.input), pace, !self.once) };
+        if self.input.is_given() || self.board.firmware.elf.is_some() {
+            return Err(misplaced());
+        }
+        let feed = Feed::<Box<dyn Source + Send>>::new(Box::new(Recorded::open(path)?));
         Ok(match pace {
             Some(pace) => feed.paced(Pace::new(pace)),
             None => feed,
@@ -66,38 +69,35 @@ impl SourceOptions {
     }
 }
 
+fn misplaced() -> anyhow::Error {
+    Senseless("FILE.csv, a scene and --elf are for the emulated board: add --emulated".into()).into()
+}
+
 impl BoardOptions {
-    /// Opens the board's line. The emulated one goes at `pace`, or as fast as it can; with `again` its input begins anew
-    /// when it is over.
+    /// Opens the board's line. The emulated one is in front of `input`, or of a plain scene, and goes at `pace`, or as fast as
+    /// it can; with `again` its input begins anew when it is over.
     ///
     /// # Errors
     /// [`Senseless`]: options that do not go together. The board is not there.
-    pub fn open(&self, pace: Option<f64>, again: bool) -> Result<Feed> {
+    pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
         if self.emulated {
             let elf = self.firmware.image()?;
             let silence = self.firmware.options(&elf).silence;
-            let input = self.input.input()?.open()?;
+            let input = input.map_or_else(|| Ok(Input::default()), InputOptions::input)?.open()?;
             if let Some(warning) = &input.warning {
                 eprintln!("ridgetone: warning: {warning}");
             }
             let input = if again { input.repeated() } else { input };
             return Ok(Feed::new(Box::new(Emulated::start(input, elf, silence, pace))));
         }
-        self.refuse_input("a board")?;
+        if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
+            return Err(misplaced());
+        }
         let wanted = match (&self.port, &self.usb_serial) {
             (Some(Some(name)), _) => Wanted::Name(name.clone()),
             (_, Some(number)) => Wanted::UsbSerial(number.clone()),
             _ => Wanted::Only,
         };
         Ok(Feed::new(Box::new(Link::open(System, wanted)?)))
-    }
-
-    fn refuse_input(&self, with: &str) -> Result<()> {
-        let input = &self.input;
-        if input.file.is_some() || input.scene.is_given() || self.firmware.elf.is_some() {
-            let why = format!("FILE.csv, a scene and --elf are for the emulated chip (--emulated), not for {with}");
-            return Err(Senseless(why).into());
-        }
-        Ok(())
     }
 }

@@ -3,11 +3,11 @@
 use crate::names::{
     cause_name, death_name, direction_name, fault_name, hold_name, source_name, span_name, status_name, verdict_name,
 };
+use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone::boot::Record;
 use ridgetone::command::Outcome;
 use ridgetone::fault::{Doubts, FaultKind};
-use ridgetone::settings::{Array, Settings, SlideRule};
 use ridgetone::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ enum Body<'a> {
         protocol: u8,
         version: String,
         frame_rate_hz: f32,
-        settings: JsonSettings,
+        settings: SettingsForm,
         settings_source: &'static str,
         reset_cause: &'static str,
         record: Option<JsonRecord<'a>>,
@@ -167,18 +167,6 @@ fn names(doubts: Doubts) -> Vec<&'static str> {
     doubts.iter().map(fault_name).collect()
 }
 
-#[derive(Serialize)]
-struct JsonSettings {
-    window_s: f32,
-    hop_s: f32,
-    harmonics: u8,
-    accuracy: f32,
-    interferer_hz: f32,
-    vref_v: f32,
-    slide: JsonSlide,
-    array: Array,
-}
-
 /// Spatial period, speed and direction; null where they are not known.
 #[derive(Serialize)]
 struct JsonTravel {
@@ -200,33 +188,6 @@ impl From<&Travel> for JsonTravel {
             spatial_period_sigma_mm: known(travel.spatial_period_sigma_mm),
             speed_mm_s: known(travel.speed_mm_s),
             speed_sigma_mm_s: known(travel.speed_sigma_mm_s),
-        }
-    }
-}
-
-#[derive(Serialize)]
-#[serde(tag = "rule", rename_all = "snake_case")]
-enum JsonSlide {
-    Found,
-    Protocol { delay_s: f32, speed_mm_s: f32, length_mm: f32 },
-}
-
-impl From<&Settings> for JsonSettings {
-    fn from(settings: &Settings) -> Self {
-        Self {
-            window_s: settings.window_s,
-            hop_s: settings.hop_s,
-            harmonics: settings.harmonics,
-            accuracy: settings.accuracy,
-            interferer_hz: settings.interferer_hz,
-            vref_v: settings.vref_v,
-            slide: match settings.slide {
-                SlideRule::Found => JsonSlide::Found,
-                SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
-                    JsonSlide::Protocol { delay_s, speed_mm_s, length_mm }
-                }
-            },
-            array: settings.array,
         }
     }
 }

@@ -8,11 +8,12 @@ use ridgetone::settings::FRAME_RATE_HZ;
 use ridgetone::telemetry::{Event, Packet};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Raw frames are asked for so often, for twice as long: a board whose reader has gone falls silent by itself.
+/// How often raw frames are asked for.
 const RENEW: Duration = Duration::from_secs(5);
 
-/// Frames asked for.
-const FRAMES: u32 = (2.0 * RENEW.as_secs() as f32 * FRAME_RATE_HZ) as u32;
+/// Frames asked for, a minute's: a board whose reader has gone falls silent by itself, and the emulated one may be some times
+/// faster than this clock.
+const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
 /// Orders to a board whose packets go elsewhere.
 #[derive(Debug)]

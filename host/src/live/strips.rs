@@ -27,10 +27,7 @@ pub struct Strips(VecDeque<Frame>);
 impl Strips {
     /// Adds a frame as it was told, read against a reference of `vref_v` volts.
     pub fn push(&mut self, raw: &Raw, vref_v: f32) {
-        let usable = raw.present & raw.good;
-        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
-        let t_s = raw.t_us as f64 / 1e6;
-        self.add(Frame { t_s, number: raw.number, volts: std::array::from_fn(volts) });
+        self.add(Self::frame(raw, vref_v));
     }
 
     /// Adds a frame; the oldest goes if there are too many.
@@ -39,6 +36,13 @@ impl Strips {
             self.0.pop_front();
         }
         self.0.push_back(frame);
+    }
+
+    /// A raw frame in volts.
+    pub fn frame(raw: &Raw, vref_v: f32) -> Frame {
+        let usable = raw.present & raw.good;
+        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
+        Frame { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
     }
 
     /// They, oldest first.

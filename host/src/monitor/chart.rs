@@ -26,7 +26,9 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let abscissa = if by_place { "place" } else { "time" };
     let last_s = live.history.points().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
     let end_s = live.now_s.unwrap_or(last_s).max(last_s);
-    let begin_s = end_s - view.history_s();
+    // The axis is as long from the beginning on.
+    let begin_s = (end_s - view.history_s()).max(0.0);
+    let end_s = begin_s + view.history_s();
     let shown: Vec<&Point> =
         live.history.points().filter(|point| point.t_s >= begin_s && point.abscissa == abscissa).collect();
     let Some(bounds) = bounds(&shown) else {

@@ -12,7 +12,7 @@ use ratatui::widgets::Paragraph;
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let (title, style) = match live.faults() {
-        [] => ("health: nothing is wrong".to_owned(), Default::default()),
+        [] => (format!("health: nothing is wrong; {} packets", live.counts.received), Default::default()),
         faults => {
             let names: Vec<_> = faults.iter().map(|fault| fault_name(fault.kind)).collect();
             (format!("health: FAULT: {}", names.join(", ")), alarm(view))
@@ -31,31 +31,29 @@ fn readings(live: &Live) -> Line<'static> {
         bytes => format!("  stack {} %", u64::from(health.stack_used_bytes) * 100 / u64::from(bytes)),
     };
     Line::raw(format!(
-        "{:.2} frames/s{load}{stack}  {:.1} C  supply {:.2} V  reference {:.3} V",
+        "{:.2} frames/s{load}{stack}  {:.1} C  supply {:.2} V  ref {:.3} V",
         health.frame_rate_hz, health.temperature_c, health.supply_v, health.reference_v
     ))
 }
 
 /// Zeros are as they should be; everything else is an alarm.
 fn losses(live: &Live, view: &View) -> Line<'static> {
-    let counts = live.counts;
-    let mut spans = vec![Span::raw(format!("{} packets:", counts.received))];
-    let mut count = |count: u64, what: &str| {
+    let mut spans = Vec::new();
+    let mut count = |before: &str, count: u32, what: &str| {
         let style = if count == 0 { Default::default() } else { alarm(view) };
-        spans.push(Span::styled(format!(" {count} {what}"), style));
-        spans.push(Span::raw(","));
+        spans.push(Span::raw(before.to_owned()));
+        spans.push(Span::styled(format!("{count} {what}"), style));
     };
-    count(counts.missing.into(), "lost");
-    count(counts.damaged.into(), "damaged");
+    count("line: ", live.counts.missing, "lost");
+    count(", ", live.counts.damaged, "damaged");
     if let Some(health) = live.health() {
-        count(health.messages_dropped.into(), "dropped");
-        count(health.conversions_lost.into(), "conversions lost");
-        count(health.conversions_doubtful.into(), "doubtful");
-        count(health.hops_skipped.into(), "hops skipped");
+        count(", ", health.messages_dropped, "dropped");
+        count("; ADC: ", health.conversions_lost, "lost");
+        count(", ", health.conversions_doubtful, "doubtful");
+        count("; ", health.hops_skipped, "hops skipped");
         if health.chip_restarts > 0 {
-            count(health.chip_restarts.into(), "ADC restarts");
+            count(", ", health.chip_restarts, "ADC restarts");
         }
     }
-    spans.pop();
     Line::from(spans)
 }

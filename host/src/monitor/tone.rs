@@ -2,7 +2,7 @@
 
 use super::screen::{alarm, bold, boxed, phase_name};
 use super::view::View;
-use crate::fit_report::with_sigma;
+use crate::fit_report::{decimals, with_sigma};
 use crate::live::Live;
 use crate::names::{direction_name, fault_name, status_name, verdict_name};
 use ratatui::Frame;
@@ -18,7 +18,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 
 fn phase(live: &Live) -> String {
     match live.phase_since_s.filter(|_| live.touches > 0) {
-        Some(since_s) => format!("{} {since_s:.2} s", phase_name(live.phase)),
+        Some(since_s) => format!("{} since {since_s:.2} s", phase_name(live.phase)),
         None => phase_name(live.phase).to_owned(),
     }
 }
@@ -28,7 +28,8 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
         return vec![Line::raw("no estimate yet"), Line::raw("touch, hold, slide")];
     };
     let mut lines = vec![Line::styled(frequency(estimate), bold())];
-    let status = format!("{}, window of {:.2} s", status_name(estimate.status), estimate.window_s);
+    let until_s = estimate.t_us as f64 / 1e6;
+    let status = format!("{}, {:.2} s until {until_s:.2} s", status_name(estimate.status), estimate.window_s);
     let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
     lines.push(Line::styled(status, style));
     lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
@@ -64,16 +65,17 @@ fn travel(travel: &Travel) -> [String; 2] {
         return [format!("period {why}"), format!("speed  {why}")];
     }
     let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = *travel;
-    let (period, period_sigma) = with_sigma(spatial_period_mm.into(), spatial_period_sigma_mm.into());
-    let (speed, speed_sigma) = match speed_sigma_mm_s {
-        // Told by the host: exact as far as is known here.
-        0.0 => (format!("{speed_mm_s}"), "0".into()),
-        sigma => with_sigma(speed_mm_s.into(), sigma.into()),
+    // Short, for a narrow box; a speed that the host has told is exact as far as is known here.
+    let short = |value: f32, sigma: f32, least| {
+        let places = decimals(sigma.into(), least);
+        format!("{value:.places$} +- {sigma:.places$}")
     };
+    let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
+    let speed = short(speed_mm_s, speed_sigma_mm_s, 1);
     let arrow = match direction_name(travel.direction) {
         Some("forward") => " ->",
         Some("backward") => " <-",
         _ => "",
     };
-    [format!("period {period} +- {period_sigma} mm"), format!("speed  {speed} +- {speed_sigma} mm/s{arrow}")]
+    [format!("period {period} mm"), format!("speed  {speed} mm/s{arrow}")]
 }

@@ -38,7 +38,7 @@ pub struct View {
 impl View {
     /// As it begins.
     pub fn new(raw: RawFrames, has_colour: bool) -> Self {
-        Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 2 }
+        Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
     }
 
     /// Length of the history, seconds.

@@ -240,4 +240,31 @@ mod tests {
         }
         assert!(is_ours("localhost", "127.0.0.1:80".parse().unwrap()));
     }
+
+    #[test]
+    fn a_page_that_is_too_slow_is_told_everything_anew_and_how_much_it_has_missed() {
+        let hub = Arc::new(Hub::new(crate::live::Live::new("a test")));
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let mut page = Page { hub: Arc::clone(&hub), updates: None, missed: 0 };
+        let mut next = || {
+            let message = runtime.block_on(page.next()).unwrap();
+            (message.kind, serde_json::from_str::<serde_json::Value>(&message.json).unwrap())
+        };
+        let (kind, state) = next();
+        assert_eq!((kind, &state["missed"], &state["live"]["source"]), ("state", &0.into(), &"a test".into()));
+        hub.publish().unwrap();
+        let (kind, update) = next();
+        let number = state["update"].as_u64().unwrap();
+        assert_eq!((kind, update["update"].as_u64()), ("update", Some(number + 1)));
+        for _ in 0..1000 {
+            hub.publish().unwrap();
+        }
+        let (kind, state) = next();
+        let missed = state["missed"].as_u64().unwrap();
+        // All but those that a queue holds.
+        assert!(kind == "state" && (900..1000).contains(&missed), "{kind}, {missed}");
+        assert_eq!(state["update"].as_u64(), Some(number + 1002));
+        hub.publish().unwrap();
+        assert_eq!(next().0, "update");
+    }
 }

@@ -1,0 +1,77 @@
+//! `settings`: what is in force on a board, over its line.
+
+use crate::cli::Senseless;
+use crate::events;
+use crate::feed::{Feed, Source, new_orders};
+use crate::orders::{Orders, ask};
+use crate::settings_form;
+use anyhow::{Context, Result, bail};
+use ridgetone::command::{Command, Outcome};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Hello};
+
+/// A board that is asked.
+pub struct Asked<'a, S: Source> {
+    feed: &'a mut Feed<S>,
+    orders: Orders,
+}
+
+impl<'a, S: Source> Asked<'a, S> {
+    /// The board behind a feed.
+    pub fn new(feed: &'a mut Feed<S>) -> Self {
+        Self { feed, orders: new_orders() }
+    }
+
+    /// What the board says of itself.
+    ///
+    /// # Errors
+    /// It does not answer.
+    pub fn hello(&mut self) -> Result<Hello> {
+        let mut hello = None;
+        let mut sink = |packet: &ridgetone::telemetry::Packet| {
+            if let Event::Hello(told) = &packet.event {
+                hello = Some(told.clone());
+            }
+        };
+        ask(self.feed, &mut self.orders, Command::Greet, &mut sink)?;
+        // The reply may overtake the greeting.
+        let mut tries = 0;
+        while hello.is_none() && tries < 20 {
+            tries += 1;
+            if let Some(crate::feed::Happening::Packet(packet)) = self.feed.next(crate::orders::PATIENCE)?
+                && let Event::Hello(told) = packet.event
+            {
+                hello = Some(told);
+            }
+        }
+        hello.context("the board was asked for its settings and has not told them")
+    }
+
+    /// Puts settings into force, from the next window on; with `keep` after the next start too. True if that took a second or
+    /// two of conversions, for the flash was erased.
+    ///
+    /// # Errors
+    /// [`Senseless`]: the board refuses them, with the reason. They could not be stored; it does not answer.
+    pub fn set(&mut self, settings: Settings, keep: bool) -> Result<bool> {
+        self.order(Command::Set { settings, keep })
+    }
+
+    /// Has the board forget what it has stored, and use its defaults. True as with [`Self::set`].
+    ///
+    /// # Errors
+    /// Those of [`Self::set`].
+    pub fn forget(&mut self) -> Result<bool> {
+        self.order(Command::Forget)
+    }
+
+    fn order(&mut self, command: Command) -> Result<bool> {
+        let outcome = ask(self.feed, &mut self.orders, command, &mut |_| {})?;
+        let told = events::outcome(&outcome);
+        match outcome {
+            Outcome::Done => Ok(false),
+            Outcome::DoneErased => Ok(true),
+            Outcome::Setting { field, .. } => Err(Senseless(settings_form::explain(&field, &told)).into()),
+            Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {told}"),
+        }
+    }
+}

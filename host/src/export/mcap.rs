@@ -1,0 +1,80 @@
+//! MCAP (https://mcap.dev): a channel of JSON for each kind of packet, with a schema, at device time. No compression: that
+//! would need C.
+
+use super::packets;
+use super::schema::Schema;
+use crate::events;
+use crate::live::{Counts, Strips, time_s};
+use ::mcap::records::MessageHeader;
+use ::mcap::write::{NoSeek, WriteOptions};
+use anyhow::{Result, bail};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Packet};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::Path;
+
+/// Writes all packets. The recording is read twice: schemas stand in front.
+///
+/// # Errors
+/// The recording cannot be read or is empty; those of `out`.
+pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
+    let mut schemas: BTreeMap<String, Schema> = BTreeMap::new();
+    let mut messages = Messages::new();
+    packets(path, &mut |packet| {
+        let (kind, message) = messages.message(packet)?;
+        schemas.entry(kind).or_default().see(&message);
+        Ok(())
+    })?;
+    if schemas.is_empty() {
+        bail!("{}: holds no packets", path.display());
+    }
+    let options = WriteOptions::new().compression(None).library("ridgetone").disable_seeking(true);
+    let mut file = options.create(NoSeek::new(out))?;
+    let mut channels = BTreeMap::new();
+    for (kind, schema) in &schemas {
+        let schema =
+            file.add_schema(&format!("ridgetone.{kind}"), "jsonschema", schema.json().to_string().as_bytes())?;
+        let channel = file.add_channel(schema, &format!("/ridgetone/{kind}"), "json", &BTreeMap::new())?;
+        channels.insert(kind, channel);
+    }
+    let mut messages = Messages::new();
+    let counts = packets(path, &mut |packet| {
+        let (kind, message) = messages.message(packet)?;
+        let Some(channel_id) = channels.get(&kind).copied() else { return Ok(()) };
+        let time = messages.time_ns;
+        let header = MessageHeader { channel_id, sequence: packet.sequence.into(), log_time: time, publish_time: time };
+        Ok(file.write_to_known_channel(&header, message.to_string().as_bytes())?)
+    })?;
+    file.finish()?;
+    Ok(counts)
+}
+
+/// Makes messages of packets.
+struct Messages {
+    vref_v: f32,
+    /// Device time of the latest packet that has one.
+    time_ns: u64,
+}
+
+impl Messages {
+    fn new() -> Self {
+        Self { vref_v: Settings::DEFAULT.vref_v, time_ns: 0 }
+    }
+
+    /// Kind of a packet and what `--json` makes of it; raw frames with their volts beside the codes.
+    fn message(&mut self, packet: &Packet) -> Result<(String, Value)> {
+        if let Some(t_s) = time_s(&packet.event) {
+            self.time_ns = (t_s * 1e6).round() as u64 * 1000;
+        }
+        let mut message = serde_json::to_value(events::serializable(packet))?;
+        match &packet.event {
+            Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
+            Event::Raw(raw) => message["volts"] = serde_json::to_value(Strips::frame(raw, self.vref_v).volts)?,
+            _ => {}
+        }
+        let kind = message["type"].as_str().unwrap_or("unknown").to_owned();
+        Ok((kind, message))
+    }
+}

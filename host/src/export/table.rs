@@ -1,0 +1,127 @@
+//! Tables as CSV.
+
+use super::packets;
+use crate::live::{Counts, Point, Strips};
+use anyhow::{Result, bail};
+use clap::ValueEnum;
+use ridgetone::settings::{Settings, TAXELS};
+use ridgetone::telemetry::{Event, Raw};
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// What a table is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Kind {
+    /// A row for each estimate; what is not known is empty.
+    Estimates,
+    /// A row for each raw frame, in volts: what `replay`, `fit` and `emulate` take.
+    Frames,
+    /// A row for each second: counters and readings.
+    Health,
+}
+
+#[derive(Serialize)]
+struct HealthRow {
+    t_s: f64,
+    frames: u32,
+    conversions_lost: u32,
+    conversions_doubtful: u32,
+    hops_skipped: u32,
+    messages_dropped: u32,
+    chip_restarts: u32,
+    orders_damaged: u32,
+    stack_used_bytes: u32,
+    frame_rate_hz: f32,
+    load: f32,
+    supply_v: f32,
+    reference_v: f32,
+    temperature_c: f32,
+    offset_v: f32,
+    gain: f32,
+}
+
+/// Writes one.
+///
+/// # Errors
+/// The recording cannot be read, or has no such rows; those of `out`.
+pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
+    let mut csv = csv::Writer::from_writer(out);
+    let mut rows = 0u64;
+    let counts = match kind {
+        Kind::Frames => frames(path, &mut csv, &mut rows)?,
+        Kind::Estimates => packets(path, &mut |packet| {
+            let Event::Estimate(estimate) = &packet.event else { return Ok(()) };
+            rows += 1;
+            Ok(csv.serialize(Point::new(estimate))?)
+        })?,
+        Kind::Health => packets(path, &mut |packet| {
+            let Event::Health(health) = packet.event else { return Ok(()) };
+            rows += 1;
+            Ok(csv.serialize(HealthRow {
+                t_s: health.t_us as f64 / 1e6,
+                frames: health.frames,
+                conversions_lost: health.conversions_lost,
+                conversions_doubtful: health.conversions_doubtful,
+                hops_skipped: health.hops_skipped,
+                messages_dropped: health.messages_dropped,
+                chip_restarts: health.chip_restarts,
+                orders_damaged: health.orders_damaged,
+                stack_used_bytes: health.stack_used_bytes,
+                frame_rate_hz: health.frame_rate_hz,
+                load: health.load,
+                supply_v: health.supply_v,
+                reference_v: health.reference_v,
+                temperature_c: health.temperature_c,
+                offset_v: health.offset_v,
+                gain: health.gain,
+            })?)
+        })?,
+    };
+    csv.flush()?;
+    if rows == 0 {
+        let hint = if kind == Kind::Frames { ": record with --raw" } else { "" };
+        bail!("{}: holds no {}{hint}", path.display(), format!("{kind:?}").to_lowercase());
+    }
+    Ok(counts)
+}
+
+/// Frames in volts. A taxel that no frame has a valid value of is at 0 V; a frame that lacks any other is left out, as
+/// `replay` and `fit` take a gap for frames that are missing.
+fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) -> Result<Counts> {
+    let mut alive = 0u16;
+    packets(path, &mut |packet| {
+        if let Event::Raw(Raw { present, good, .. }) = packet.event {
+            alive |= present & good;
+        }
+        Ok(())
+    })?;
+    if alive == 0 {
+        return Ok(Counts::default());
+    }
+    let names = (0..TAXELS).map(|taxel| format!("ain{taxel}"));
+    csv.write_record(std::iter::once("time_s".to_owned()).chain(names))?;
+    let (mut vref_v, mut left_out) = (Settings::DEFAULT.vref_v, 0u64);
+    let counts = packets(path, &mut |packet| {
+        let raw = match &packet.event {
+            Event::Hello(hello) => {
+                vref_v = hello.settings.vref_v;
+                return Ok(());
+            }
+            Event::Raw(raw) => raw,
+            _ => return Ok(()),
+        };
+        if raw.present & raw.good & alive != alive {
+            left_out += 1;
+            return Ok(());
+        }
+        *rows += 1;
+        let frame = Strips::frame(raw, vref_v);
+        let volts = frame.volts.iter().map(|volts| volts.unwrap_or(0.0).to_string());
+        Ok(csv.write_record(std::iter::once(format!("{:.6}", frame.t_s)).chain(volts))?)
+    })?;
+    if left_out > 0 {
+        eprintln!("ridgetone: {left_out} frames lack a taxel and are left out");
+    }
+    Ok(counts)
+}

@@ -1,0 +1,110 @@
+//! Exports, read back by readers that are not ours.
+
+use super::*;
+use crate::{input::Input, recording, replay};
+use hal_mock::Table;
+use ridgetone::settings::{Settings, TAXELS};
+use ridgetone::telemetry::{Event, Raw, WIRE_MAX, encode};
+use std::path::PathBuf;
+
+/// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a taxel.
+fn recorded(folder: &Path) -> PathBuf {
+    let path = folder.join("touch.rec");
+    let mut bytes =
+        replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {})
+            .unwrap()
+            .serial;
+    let sent = bytes.iter().filter(|byte| **byte == 0).count() as u16;
+    for number in 0..100 {
+        let codes = std::array::from_fn(|taxel| (number as i32 + 1) * 1000 * taxel as i32);
+        let present = if number == 50 { !2 } else { u16::MAX };
+        let raw = Raw { t_us: 6_000_000 + 4147 * u64::from(number), number, present, good: !1, codes };
+        let mut wire = [0; WIRE_MAX];
+        let packet = Packet { sequence: sent + number as u16, event: Event::Raw(raw) };
+        let used = encode(&packet, &mut wire).unwrap();
+        bytes.extend(&wire[..used]);
+    }
+    std::io::Write::write_all(&mut recording::create(&path, "a test").unwrap(), &bytes).unwrap();
+    path
+}
+
+fn exported(format: Format, kind: Kind) -> (Vec<u8>, Counts) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut out = Vec::new();
+    let counts = run(&recorded(folder.path()), format, kind, &mut out).unwrap();
+    assert_eq!((counts.missing, counts.damaged), (0, 0));
+    (out, counts)
+}
+
+#[test]
+fn frames_become_a_table_that_replay_takes() {
+    let (csv, _) = exported(Format::Csv, Kind::Frames);
+    let table = Table::read(csv.as_slice(), "frames").unwrap();
+    assert_eq!((table.names().len(), table.rows().len()), (TAXELS, 99));
+    assert_eq!(table.time_s().unwrap()[1], 6.004147);
+    // Taxel 0 was never good; codes are volts by the reference: 7,864,320 of them are 4.096 V (SBAS297G).
+    for (channel, volts) in table.rows()[9].iter().enumerate() {
+        let expected = 10_000.0 * channel as f64 * 4.096 / 7_864_320.0;
+        assert!((volts - expected).abs() < 1e-7, "{channel}: {volts}");
+    }
+}
+
+#[test]
+fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
+    let (csv, _) = exported(Format::Csv, Kind::Estimates);
+    let mut rows = csv::Reader::from_reader(csv.as_slice());
+    let header = rows.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap();
+    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
+    assert!(rows.len() > 3);
+    let whole = rows.iter().find(|row| &row[column("span")] == "slide").unwrap();
+    assert!((whole[column("frequency")].parse::<f64>().unwrap() / (30.0 / 3.6) - 1.0).abs() < 1e-3);
+    let (csv, _) = exported(Format::Csv, Kind::Health);
+    assert_eq!(csv::Reader::from_reader(csv.as_slice()).records().count(), 6);
+}
+
+#[test]
+fn a_recording_without_frames_says_how_to_get_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("empty.rec");
+    recording::create(&path, "a test").unwrap();
+    let error = run(&path, Format::Csv, Kind::Frames, &mut Vec::new()).unwrap_err().to_string();
+    assert!(error.contains("empty.rec") && error.contains("record with --raw"), "{error}");
+    assert!(run(&path, Format::Mcap, Kind::Frames, &mut Vec::new()).is_err());
+}
+
+#[test]
+fn json_lines_and_teleplot_have_every_packet() {
+    let (lines, counts) = exported(Format::Ndjson, Kind::Estimates);
+    let text = String::from_utf8(lines).unwrap();
+    assert_eq!(text.lines().count() as u64, counts.received);
+    assert!(text.lines().all(|line| serde_json::from_str::<serde_json::Value>(line).unwrap()["sequence"].is_u64()));
+    let (lines, _) = exported(Format::Teleplot, Kind::Estimates);
+    let text = String::from_utf8(lines).unwrap();
+    assert!(text.lines().all(|line| line.starts_with('>') && line.ends_with("|g") && line.split(':').count() == 3));
+    assert!(text.contains(">ain15_v:6000.000:"));
+}
+
+#[test]
+fn mcap_holds_every_packet_with_a_schema_that_names_its_fields() {
+    let (bytes, counts) = exported(Format::Mcap, Kind::Estimates);
+    let mut kinds = std::collections::BTreeMap::new();
+    for message in ::mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("jsonschema", "json"));
+        let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+        let value: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+        assert!(value.as_object().unwrap().keys().all(|name| schema["properties"][name]["type"].is_string()));
+        if let Some(t_s) = value["t_s"].as_f64() {
+            assert_eq!(message.log_time, (t_s * 1e6).round() as u64 * 1000);
+        }
+        if value["type"] == "estimate" {
+            assert_eq!(schema["properties"]["frequency_hz"]["type"], "number");
+            assert_eq!(schema["properties"]["channels"]["items"]["properties"]["amplitude_v"]["type"], "number");
+        }
+        *kinds.entry(message.channel.topic.clone()).or_insert(0u64) += 1;
+    }
+    assert_eq!(kinds.values().sum::<u64>(), counts.received);
+    assert_eq!((kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]), (100, 1));
+}

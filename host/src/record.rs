@@ -1,0 +1,42 @@
+//! `record`: a board's bytes into a file, until it is asked to end.
+
+use crate::feed::{Asking, Feed, Source};
+use crate::listen;
+use crate::live::time_s;
+use crate::output::Progress;
+use crate::recording;
+use anyhow::Result;
+use ridgetone::telemetry::Packet;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// Writes what comes into a new file until the source is over, `length_s` of device time have passed, or this process is
+/// asked to end. The file is valid at any moment. Gives the feed back, with what it has counted.
+///
+/// # Errors
+/// The file is there already or cannot be written; those of the feed. What came until then is in the file.
+pub fn run<S: Source>(
+    feed: Feed<S>,
+    path: &Path,
+    mut asking: Asking,
+    length_s: Option<f64>,
+) -> Result<(Feed<S>, Result<()>)> {
+    let file = recording::create(path, &feed.name())?;
+    let mut feed = feed.recorded(Box::new(file));
+    let mut progress = Progress::default();
+    let (mut begun_s, mut packets) = (None, 0u64);
+    let mut sink = |packet: &Packet| {
+        packets += 1;
+        if let Some(t_s) = time_s(&packet.event) {
+            let done_s = t_s - *begun_s.get_or_insert(t_s);
+            progress.say(format_args!("{done_s:.1} s recorded, {packets} packets"));
+            if length_s.is_some_and(|length_s| done_s >= length_s) {
+                return Ok(ControlFlow::Break(()));
+            }
+        }
+        Ok(ControlFlow::Continue(()))
+    };
+    let heard = listen::run(&mut feed, &mut asking, &mut sink);
+    progress.end();
+    Ok((feed, heard))
+}

@@ -1,0 +1,252 @@
+//! Settings as people and programs write them: TOML in files, the same names in JSON, `name=value` on the command line.
+//!
+//! ```toml
+//! window_s = 0.5
+//! interferer_hz = 50
+//!
+//! [slide]
+//! rule = "protocol" # or "found": in the signal
+//! speed_mm_s = 30
+//!
+//! [array]
+//! period_most_mm = 3.5
+//! ```
+//!
+//! What is left out is as it was: in a file the default ([`Settings::DEFAULT`]), on the command line what the board has.
+
+use crate::cli::Senseless;
+use anyhow::{Context, Result, anyhow, bail};
+use ridgetone::settings::{Array, Settings, SettingsError, SlideRule};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use toml::{Table, Value};
+
+/// All settings, by their names.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingsForm {
+    window_s: f32,
+    hop_s: f32,
+    harmonics: u8,
+    accuracy: f32,
+    interferer_hz: f32,
+    vref_v: f32,
+    slide: SlideForm,
+    array: Array,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
+enum SlideForm {
+    Found,
+    Protocol {
+        #[serde(default = "delay_s")]
+        delay_s: f32,
+        speed_mm_s: f32,
+        #[serde(default = "length_mm")]
+        length_mm: f32,
+    },
+}
+
+/// The paper's protocol: a second of hold, then 55 of its 60 mm.
+const fn delay_s() -> f32 {
+    1.0
+}
+
+const fn length_mm() -> f32 {
+    55.0
+}
+
+impl From<&Settings> for SettingsForm {
+    fn from(settings: &Settings) -> Self {
+        let Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = *settings;
+        let slide = match slide {
+            SlideRule::Found => SlideForm::Found,
+            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
+                SlideForm::Protocol { delay_s, speed_mm_s, length_mm }
+            }
+        };
+        Self { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array }
+    }
+}
+
+impl From<SettingsForm> for Settings {
+    fn from(form: SettingsForm) -> Self {
+        let SettingsForm { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = form;
+        let slide = match slide {
+            SlideForm::Found => SlideRule::Found,
+            SlideForm::Protocol { delay_s, speed_mm_s, length_mm } => {
+                SlideRule::Protocol { delay_s, speed_mm_s, length_mm }
+            }
+        };
+        Self { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array }
+    }
+}
+
+/// Settings as TOML.
+///
+/// # Errors
+/// Those of the serializer; there are none.
+pub fn toml(settings: &Settings) -> Result<String> {
+    Ok(toml::to_string(&SettingsForm::from(settings))?)
+}
+
+/// Settings of a file; what it leaves out has its default.
+///
+/// # Errors
+/// The file cannot be read, is no TOML, has a name that no setting has, or a value out of its bounds.
+pub fn load(path: &Path) -> Result<Settings> {
+    let named = || path.display().to_string();
+    let text = std::fs::read_to_string(path).with_context(named)?;
+    let given: Table = text.parse().with_context(named)?;
+    over(&Settings::DEFAULT, given).with_context(named)
+}
+
+/// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
+///
+/// # Errors
+/// [`Senseless`]: no such name, no such value, or one that is out of its bounds.
+pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
+    let mut settings = *settings;
+    for change in changes {
+        let wrong = |why: String| anyhow!(Senseless(format!("{change}: {why}")));
+        let (name, value) = change.split_once('=').ok_or_else(|| wrong("write NAME=VALUE".into()))?;
+        // A word needs no quotes here: the shell would take them away.
+        let given = format!("{name}={value}").parse::<Table>();
+        let given = given.or_else(|_| format!("{name}=\"{value}\"").parse::<Table>());
+        let given = given.map_err(|error| wrong(error.message().to_owned()))?;
+        settings = over(&settings, given).map_err(|error| wrong(format!("{error:#}")))?;
+    }
+    Ok(settings)
+}
+
+/// Settings with those of a table over them.
+fn over(settings: &Settings, given: Table) -> Result<Settings> {
+    let mut all = Table::try_from(SettingsForm::from(settings))?;
+    lay_over(&mut all, given, "")?;
+    let form: SettingsForm = all.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
+    let settings = Settings::from(form);
+    settings.validate().map_err(|error| anyhow!(explained(&error)))?;
+    Ok(settings)
+}
+
+fn lay_over(all: &mut Table, given: Table, within: &str) -> Result<()> {
+    for (name, value) in given {
+        // A rule has settings of its own: those of the rule before mean nothing to it.
+        if within.is_empty() && name == "slide" {
+            let rule = value.get("rule").or_else(|| all.get("slide")?.get("rule")).cloned();
+            let same = rule == all.get("slide").and_then(|slide| slide.get("rule").cloned());
+            let mut slide = match all.remove("slide") {
+                Some(Value::Table(slide)) if same => slide,
+                _ => Table::new(),
+            };
+            let Value::Table(value) = value else { bail!("slide is a table: slide.rule, slide.speed_mm_s, ...") };
+            slide.extend(value);
+            slide.extend(rule.map(|rule| ("rule".to_owned(), rule)));
+            all.insert(name, Value::Table(slide));
+            continue;
+        }
+        let names = || all.keys().map(|name| format!("{within}{name}")).collect::<Vec<_>>().join(", ");
+        let Some(place) = all.get(&name) else { bail!("there is no setting {within}{name}, but {}", names()) };
+        match (place, value) {
+            (Value::Table(_), Value::Table(value)) => {
+                if let Some(Value::Table(place)) = all.get_mut(&name) {
+                    lay_over(place, value, &format!("{within}{name}."))?;
+                }
+            }
+            // 1 is 1.0.
+            (Value::Float(_), Value::Integer(value)) => drop(all.insert(name, Value::Float(value as f64))),
+            (place, value) if place.same_type(&value) => drop(all.insert(name, value)),
+            (place, value) => {
+                bail!("{within}{name} = {value}: expected {}, found {}", place.type_str(), value.type_str())
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A value out of its bounds, and why they are where they are.
+pub fn explained(error: &SettingsError) -> String {
+    explain(error.field, &error.to_string())
+}
+
+/// `told` with the reason for the bounds of a setting behind it.
+pub fn explain(field: &str, told: &str) -> String {
+    let why = match field {
+        "window_s" => {
+            "0.1 s are 24 frames, the fewest that hold four harmonics; 3.9 s is what the board has memory for"
+        }
+        "hop_s" => "0.02 s are five frames; longer than the longest window frames would be left out",
+        "harmonics" => "the fundamental counts as one",
+        "accuracy" => "a share of the frequency, 0 for windows of one length; finer than a millionth is no crystal",
+        "interferer_hz" => "0 for none; slower than 5 Hz it could not be told from a drift",
+        "vref_v" => "the ADS1258 takes a reference of 0.5 V up to its supply",
+        "delay_s" | "speed_mm_s" | "length_mm" => "of the protocol that the stimulus follows",
+        "pitch_mm" | "pull_rad" | "pull_sigma_rad" => "`ridgetone calibrate` finds them",
+        "period_least_mm" | "period_most_mm" => "the longest possible period is not below the shortest",
+        _ => return told.to_owned(),
+    };
+    format!("{told} ({why})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn changed(changes: &[&str]) -> Result<Settings> {
+        change(&Settings::DEFAULT, &changes.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn settings_written_and_read_are_the_same_to_the_last_bit() {
+        let slide = SlideRule::Protocol { delay_s: 0.1, speed_mm_s: 30.3, length_mm: 55.5 };
+        let array = Array { pull_rad: 0.1 + f32::EPSILON, alike: [1, 2, 4, 8], ..Array::DEFAULT };
+        for settings in
+            [Settings::DEFAULT, Settings { window_s: 0.7, accuracy: 0.003, slide, array, ..Settings::DEFAULT }]
+        {
+            let text = toml(&settings).unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("settings.toml");
+            std::fs::write(&path, &text).unwrap();
+            assert_eq!(load(&path).unwrap(), settings, "{text}");
+        }
+        // As short as they were written.
+        assert!(toml(&Settings::DEFAULT).unwrap().contains("vref_v = 4.096\n"));
+    }
+
+    #[test]
+    fn a_change_leaves_the_rest() {
+        let found = changed(&["window_s=0.5", "array.period_most_mm=3", "interferer_hz = 50"]).unwrap();
+        let array = Array { period_most_mm: 3.0, ..Array::DEFAULT };
+        assert_eq!(found, Settings { window_s: 0.5, interferer_hz: 50.0, array, ..Settings::DEFAULT });
+        let told = changed(&["slide={rule=\"protocol\", speed_mm_s=20}"]).unwrap();
+        let protocol = |speed_mm_s| SlideRule::Protocol { delay_s: 1.0, speed_mm_s, length_mm: 55.0 };
+        assert_eq!(told.slide, protocol(20.0));
+        assert_eq!(change(&told, &["slide.speed_mm_s=25".into()]).unwrap().slide, protocol(25.0));
+        assert_eq!(change(&told, &["slide.rule=found".into()]).unwrap(), Settings::DEFAULT);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_bounds_and_their_reason() {
+        for (change, parts) in [
+            ("window_s=9", &["window_s=9: window_s = 9: choose a value from 0.1 to 3.9", "memory"][..]),
+            ("windw_s=1", &["no setting windw_s", "window_s, "]),
+            ("array.pitch=1", &["no setting array.pitch", "array.pitch_mm"]),
+            ("harmonics=2.5", &["expected integer, found float"]),
+            ("harmonics=300", &["300"]),
+            ("window_s", &["NAME=VALUE"]),
+            ("slide.rule=neither", &["neither", "found", "protocol"]),
+            ("slide.speed=3", &["speed"]),
+            ("array=3", &["expected table"]),
+        ] {
+            let error = changed(&[change]).unwrap_err();
+            assert!(error.is::<Senseless>(), "{change}");
+            let told = error.to_string();
+            assert!(parts.iter().all(|part| told.contains(part)), "{change}: {told}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("wrong.toml");
+        std::fs::write(&path, "window_s = 0.5\nhop_s = \n").unwrap();
+        let told = format!("{:#}", load(&path).unwrap_err());
+        assert!(told.contains("wrong.toml") && told.contains("line 2"), "{told}");
+    }
+}
