@@ -55,9 +55,10 @@ struct Inner {
     restarts_told: u32,
     /// Device time of the estimate whose curves were told.
     curves_of_us: Option<u64>,
-    /// What was made of the raw frames, and when.
+    /// What was made of the raw frames, when, and whether some have come since.
     spectrum: Option<Spectrum>,
     spectrum_made: Instant,
+    spectrum_is_old: bool,
     curves: Option<Curves>,
     number: u64,
 }
@@ -109,6 +110,7 @@ impl Hub {
             curves_of_us: None,
             spectrum: None,
             spectrum_made: Instant::now(),
+            spectrum_is_old: false,
             curves: None,
             number: 0,
         };
@@ -187,9 +189,11 @@ impl Inner {
             self.curves_of_us = None;
             return had;
         }
-        let is_due = !self.frames.is_empty() && self.spectrum_made.elapsed() >= SPECTRUM_EVERY;
+        self.spectrum_is_old |= !self.frames.is_empty();
+        let is_due = self.spectrum_is_old && self.spectrum_made.elapsed() >= SPECTRUM_EVERY;
         if is_due {
             (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Instant::now());
+            self.spectrum_is_old = false;
         }
         let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.frames().next_back());
         // An estimate may overtake the last frames of its window.
