@@ -12,6 +12,7 @@ pub use strips::{Frame, STRIP_FRAMES, Strips};
 
 use crate::events;
 use crate::static_image;
+use ridgetone::command::Outcome;
 use ridgetone::fault::{Fault, FaultKind};
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
@@ -121,7 +122,7 @@ pub struct Live {
     /// What is wrong now, as it was told.
     #[serde(serialize_with = "fault_names")]
     faults: Vec<Fault>,
-    /// What happened, a line each, oldest first: all packets but estimates, health and raw frames.
+    /// What happened, a line each, oldest first: all packets but estimates, health, raw frames, and orders done.
     pub log: VecDeque<String>,
 }
 
@@ -171,7 +172,13 @@ impl Live {
             Event::Raw(raw) => self.strips.push(raw, self.settings().vref_v),
             Event::Reply(_) => {}
         }
-        if !matches!(packet.event, Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_)) {
+        let is_told = match &packet.event {
+            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => false,
+            // Raw frames are asked for again and again.
+            Event::Reply(reply) => reply.outcome != Outcome::Done,
+            _ => true,
+        };
+        if is_told {
             // An image has its map behind it.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }

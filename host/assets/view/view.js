@@ -96,7 +96,7 @@ function drawPlots(state) {
   const canFit = Boolean(curves) && taxel !== null;
   const channel = estimate?.channels.find((found) => found.taxel === taxel);
   $("fit-small").textContent = channel && tone_hz !== null
-    ? `${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, rest ${(1e3 * channel.residual_v).toFixed(2)} mV` : "";
+    ? `Taxel ${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, residual ${(1e3 * channel.residual_v).toFixed(2)} mV. ` : "";
   if (canFit) plots.fit.tell(state, taxel);
   plots.fit.say(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
 }

@@ -70,7 +70,7 @@ impl Browser {
             .args(["-c", "exec \"$0\" \"$@\" 3<\"$ORDERS\" 4>\"$SAID\""])
             .arg(plain.get_program())
             .args(plain.get_args())
-            .arg("--remote-debugging-pipe")
+            .args(["--remote-debugging-pipe", "about:blank"])
             .env("ORDERS", &orders)
             .env("SAID", &said)
             .stderr(log)
@@ -190,12 +190,6 @@ impl Browser {
             self.value("0");
             sleep(Duration::from_millis(50));
         }
-    }
-
-    /// A picture of the page, whole or what is in sight, as PNG in base64.
-    pub fn picture(&mut self, whole: bool) -> String {
-        let parameters = json!({"format": "png", "captureBeyondViewport": whole});
-        self.call("Page.captureScreenshot", parameters)["data"].as_str().expect("a picture").to_owned()
     }
 }
 

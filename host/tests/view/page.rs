@@ -151,7 +151,6 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
         "document.getElementById('phase')?.textContent === 'sliding' && document.getElementById('frequency').textContent.includes('Hz')",
     );
     assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
-    let pictures = std::env::var_os("RIDGETONE_PICTURES").map(std::path::PathBuf::from);
     let looks = [
         ("light", LOOK),
         ("dark", Look { dark: true, ..LOOK }),
@@ -161,10 +160,6 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
     for (name, look) in looks {
         browser.look(look);
         sleep(Duration::from_millis(700));
-        if let Some(folder) = &pictures {
-            std::fs::write(folder.join(format!("{name}.png.base64")), browser.picture(look.width < 500))
-                .expect("a picture");
-        }
         let wide = browser.value("document.documentElement.scrollWidth").as_u64();
         assert!(wide <= Some(u64::from(look.width)), "{name}: {wide:?}");
         let found = browser.value(include_str!("readable.js"));
