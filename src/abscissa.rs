@@ -74,14 +74,11 @@ pub fn by_place(
     // By the converter's own clock: the stamp of a single frame has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
-    let middle_us = (MIDDLE_SLOT * CONVERSION_NS as f32 * 1e-3) as u64;
-    let start_us = window.end_us.saturating_add(middle_us).saturating_sub((last as f32 * frame_us) as u64);
-    // Less the first place, so that f32 keeps the small ones of a finger that has gone far.
-    let first_mm = profile.place_mm(start_us);
-    let place_mm = |frame: u32| {
-        let t_us = start_us.saturating_add((frame as f32 * frame_us) as u64);
-        (profile.place_mm(t_us) - first_mm) as f32
-    };
+    let middle_us = (MIDDLE_SLOT * CONVERSION_NS as f32 * 1e-3) as u32;
+    let start_us =
+        window.end_us.saturating_add(middle_us.into()).saturating_sub(((last as f32 * frame_us) as u32).into());
+    let way = profile.way_from(start_us);
+    let place_mm = |frame: u32| way.place_mm((frame as f32 * frame_us) as u32);
     let per_slot = place_mm(last) / (last.max(1) * SLOTS) as f32;
     let fit = match stretch(window, source, interferer_hz).along(&place_mm) {
         Some(mut stretch) => fitter.fit(&mut stretch)?,

@@ -13,7 +13,7 @@
 mod settle;
 
 use crate::fault::FaultKind;
-use crate::frame::TimedConversion;
+use crate::frame::{SLOTS, TimedConversion};
 use crate::settings::SCAN;
 use crate::tally::Tally;
 use ads1258::{Ads1258, Channel, Conversion};
@@ -222,8 +222,21 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.latest_us = t_us;
         self.next = follows(conversion.status.0);
         if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
-            tally.overrun();
+            tally.overrun(1);
         }
+    }
+
+    /// Conversions of the scan between the one that is due and this one, less whole scans: converted, and gone before they
+    /// were read. None for one that is not of the scan.
+    fn skipped(&self, conversion: Conversion) -> u32 {
+        let (mut status, mut skipped) = (self.next, 0);
+        while status & NEW_AND_ID != conversion.status.0 & NEW_AND_ID {
+            (status, skipped) = (follows(status), skipped + 1);
+            if skipped >= SLOTS {
+                return 0;
+            }
+        }
+        skipped
     }
 
     /// Whatever is not the next conversion, read twice alike.
@@ -238,21 +251,27 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     ) -> Drdy {
         let adc = &mut self.adc;
         match settle(self.latest, self.next, first, again, || adc.read().ok()) {
-            Settled::Found(conversion) => self.queue(conversion, t_us, samples, tally),
+            Settled::Found(conversion) => {
+                tally.overrun(self.skipped(conversion));
+                self.queue(conversion, t_us, samples, tally);
+                // New, and heard: a processor that is too slow for the scan makes no storm.
+                return self.ask();
+            }
             Settled::Mended(conversion) => {
                 tally.fault(FaultKind::Bus, t_us);
+                tally.overrun(self.skipped(conversion));
                 self.queue(conversion, t_us, samples, tally);
             }
             Settled::Later(conversion) => {
-                // The one before it was read once only.
-                tally.overrun();
+                // The one before it, read once only, is among them.
+                tally.overrun(self.skipped(conversion));
                 self.queue(conversion, t_us, samples, tally);
                 self.early = true;
                 return Drdy::Listen;
             }
             Settled::Garbled => {
                 tally.fault(FaultKind::Bus, t_us);
-                tally.overrun();
+                tally.overrun(1);
                 self.next = follows(self.next);
             }
             Settled::Dead => tally.fault(FaultKind::BusDead, t_us),
@@ -274,6 +293,11 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             self.muted = true;
             return Drdy::Mute;
         }
+        self.ask()
+    }
+
+    /// Asks for a check at the first of [`ODD_EDGES`] unexpected edges.
+    fn ask(&mut self) -> Drdy {
         let asks = self.odd.is_multiple_of(ODD_EDGES);
         self.odd = self.odd.wrapping_add(1);
         if asks { Drdy::Watch } else { Drdy::Listen }

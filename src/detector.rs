@@ -22,7 +22,7 @@ pub use teller::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 /// What the caller counts and the detector reports in `health`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counters {
-    /// Conversions lost between interrupt and queue.
+    /// Conversions lost before the queue or at it, but for whole scans that were never read.
     pub overruns: u32,
     /// Windows not fitted because the fit was busy.
     pub hops_skipped: u32,

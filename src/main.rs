@@ -45,6 +45,7 @@ fn main() {
 mod app {
     use crate::board::{self, Board, POWER_UP_US, Reset, Spi, Start, Wait};
     use ads1258::Ads1258;
+    use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
@@ -62,7 +63,7 @@ mod app {
     use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
     use ridgetone::vitals::{Feeder, Vitals};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
-    use ridgetone::wire::{self, Inbox, Pushed};
+    use ridgetone::wire::{Inbox, Pushed};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -89,7 +90,7 @@ mod app {
     #[shared]
     struct Shared {
         ring: &'static mut Ring,
-        detector: Detector,
+        detector: &'static mut Detector,
         inbox: Inbox<ORDER_WIRE_MAX>,
         outbox: Outbox<PACKETS>,
         tally: Tally,
@@ -110,7 +111,7 @@ mod app {
 
     #[local]
     struct Local {
-        estimator: Estimator,
+        estimator: &'static mut Estimator,
         executor: Executor,
         store: FlashStore<board::SettingsFlash>,
         acquisition: Acquisition<Spi, Start, Reset>,
@@ -129,6 +130,9 @@ mod app {
         samples: Queue<TimedConversion, SAMPLES> = Queue::new(),
         windows: Queue<Window, WINDOWS> = Queue::new(),
         bytes: Queue<u8, BYTES> = Queue::new(),
+        // Not with their initial values: those would take their size of flash too.
+        detector_place: MaybeUninit<Detector> = MaybeUninit::uninit(),
+        estimator_place: MaybeUninit<Estimator> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Board { spi, start, reset, drdy, line, boot, flash } = board::init(cx.device, cx.core);
@@ -149,7 +153,7 @@ mod app {
             Shared {
                 ring: cx.local.ring,
                 // Not statics with an initial value: that would take their size of flash too.
-                detector: Detector::booted(settings, source, boot),
+                detector: put(cx.local.detector_place, || Detector::booted(settings, source, boot)),
                 inbox: Inbox::new(),
                 outbox: Outbox::new(),
                 tally: Tally::new(),
@@ -162,7 +166,7 @@ mod app {
                 restarting: AtomicBool::new(false),
             },
             Local {
-                estimator: Estimator::new(settings),
+                estimator: put(cx.local.estimator_place, || Estimator::new(settings)),
                 executor: Executor::new(),
                 store,
                 acquisition,
@@ -176,6 +180,13 @@ mod app {
                 bytes_out,
             },
         )
+    }
+
+    /// Makes what is big in a frame of its own: the first tasks run on top of `init`'s frame, and a processor that never
+    /// rests runs all of them there, for good.
+    #[inline(never)]
+    fn put<T>(place: &mut MaybeUninit<T>, make: impl FnOnce() -> T) -> &mut T {
+        place.write(make())
     }
 
     /// DRDY has fallen, or the chip is to be checked.
@@ -416,7 +427,7 @@ mod app {
     #[inline(never)]
     fn take_order(inbox: &mut impl Mutex<T = Inbox<ORDER_WIRE_MAX>>, tally: &Tally) -> Option<Order> {
         let mut frame = inbox.lock(|inbox| inbox.take())?;
-        let order = wire::decode(&mut frame);
+        let order = Order::decode(&mut frame);
         if order.is_none() {
             tally.order_damaged();
         }

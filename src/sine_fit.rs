@@ -74,10 +74,11 @@ impl Fit {
 
     fn without_tone(status: Status, levels: &Levels) -> Self {
         let mut channels = [ChannelFit::default(); TAXELS];
-        for (c, channel) in channels.iter_mut().enumerate() {
+        let spreads = levels.offset.iter().zip(&levels.about_line);
+        for (c, (channel, (offset, about_line))) in channels.iter_mut().zip(spreads).enumerate() {
             if levels.usable & 1 << c != 0 {
-                channel.offset = levels.offset[c];
-                channel.residual = libm::sqrtf(levels.about_line[c] / (levels.frames as f32 - 2.0));
+                channel.offset = *offset;
+                channel.residual = libm::sqrtf(about_line / (levels.frames as f32 - 2.0));
             }
         }
         let (frames, usable) = (levels.frames, levels.usable);

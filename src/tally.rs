@@ -39,9 +39,9 @@ impl Tally {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// A conversion was lost between interrupt and queue.
-    pub fn overrun(&self) {
-        self.overruns.fetch_add(1, Relaxed);
+    /// Conversions were lost before the queue or at it.
+    pub fn overrun(&self, conversions: u32) {
+        self.overruns.fetch_add(conversions, Relaxed);
     }
 
     /// A window was not fitted.
@@ -97,7 +97,7 @@ mod tests {
     #[test]
     fn what_is_counted_is_reported() {
         let tally = Tally::new();
-        tally.overrun();
+        tally.overrun(1);
         tally.hop_skipped();
         tally.hop_skipped();
         tally.message_dropped();

@@ -122,7 +122,7 @@ pub struct Live {
     /// What is wrong now, as it was told.
     #[serde(serialize_with = "fault_names")]
     faults: Vec<Fault>,
-    /// What happened, a line each, oldest first: all packets but estimates, health, raw frames, and orders done.
+    /// What happened, a line each, oldest first: all packets but estimates, health, raw frames and orders done.
     pub log: VecDeque<String>,
 }
 
@@ -172,13 +172,13 @@ impl Live {
             Event::Raw(raw) => self.strips.push(raw, self.settings().vref_v),
             Event::Reply(_) => {}
         }
-        let is_told = match &packet.event {
-            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => false,
-            // Raw frames are asked for again and again.
-            Event::Reply(reply) => reply.outcome != Outcome::Done,
-            _ => true,
+        // What goes on all the time has a place of its own; that an order was done is what was asked for.
+        let is_usual = match &packet.event {
+            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => true,
+            Event::Reply(reply) => reply.outcome == Outcome::Done,
+            _ => false,
         };
-        if is_told {
+        if !is_usual {
             // An image has its map behind it.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }

@@ -145,6 +145,8 @@ impl Settings {
     };
 
     /// Checks every bound; the first field outside is told.
+    // Compiled where it is called, for size and not for speed.
+    #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
         let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
         // Of the front column any taxels may be.
@@ -157,39 +159,66 @@ impl Settings {
             SlideRule::Found => (0.0, 1.0, 1.0),
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => (delay_s, speed_mm_s, length_mm),
         };
-        // A table: calls, one for each, take a kilobyte of flash.
-        let bounds = [
-            // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
-            // what the ring holds with room for the fit.
-            ("window_s", self.window_s, 0.1, 3.9),
-            ("hop_s", self.hop_s, 0.02, 3.9),
-            ("harmonics", self.harmonics as f32, 1.0, 5.0),
-            // A tenth is what the fit calls too short; a millionth is beyond any crystal.
-            ("accuracy", unless_zero(self.accuracy, 1e-6), 1e-6, 0.1),
-            // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
-            ("interferer_hz", unless_zero(self.interferer_hz, 5.0), 5.0, 1000.0),
-            ("vref_v", self.vref_v, 0.5, 5.5),
-            ("delay_s", delay_s, 0.0, 60.0),
-            ("speed_mm_s", speed_mm_s, 0.1, 2000.0),
-            ("length_mm", length_mm, 0.1, 2000.0),
-            ("pitch_mm", pitch_mm, 0.1, 100.0),
-            ("pull_rad", pull_rad, -PI, PI),
-            ("pull_sigma_rad", pull_sigma_rad, 0.0, PI),
-            ("period_least_mm", period_least_mm, 0.1, 100.0),
-            ("period_most_mm", period_most_mm, period_least_mm, 100.0),
-            // Going neither way nothing would ever be told.
-            ("may_go_forward", (may_go_forward || may_go_backward) as u8 as f32, 1.0, 1.0),
-            ("alike", twice as f32, 0.0, 0.0),
+        let values = [
+            self.window_s,
+            self.hop_s,
+            self.harmonics as f32,
+            unless_zero(self.accuracy, 1e-6),
+            unless_zero(self.interferer_hz, 5.0),
+            self.vref_v,
+            delay_s,
+            speed_mm_s,
+            length_mm,
+            pitch_mm,
+            pull_rad,
+            pull_sigma_rad,
+            period_least_mm,
+            period_most_mm,
+            (may_go_forward || may_go_backward) as u8 as f32,
+            twice as f32,
         ];
-        for (field, value, least, greatest) in bounds {
+        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values) {
             // A NaN is within no bounds.
             if !(value >= least && value <= greatest) {
                 return Err(SettingsError { field, value, least, greatest });
             }
         }
+        if period_most_mm < period_least_mm {
+            let (field, value) = ("period_most_mm", period_most_mm);
+            return Err(SettingsError { field, value, least: period_least_mm, greatest: PERIOD_GREATEST_MM });
+        }
         Ok(())
     }
 }
+
+/// Greatest spatial period that may be set, millimetres.
+const PERIOD_GREATEST_MM: f32 = 100.0;
+
+/// Names, least and greatest values, in the order of [`Settings::validate`]'s values: a table, for calls, one for each, take
+/// a kilobyte of flash.
+const BOUNDS: [(&str, f32, f32); 16] = [
+    // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
+    // what the ring holds with room for the fit.
+    ("window_s", 0.1, 3.9),
+    ("hop_s", 0.02, 3.9),
+    ("harmonics", 1.0, 5.0),
+    // A tenth is what the fit calls too short; a millionth is beyond any crystal.
+    ("accuracy", 1e-6, 0.1),
+    // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
+    ("interferer_hz", 5.0, 1000.0),
+    ("vref_v", 0.5, 5.5),
+    ("delay_s", 0.0, 60.0),
+    ("speed_mm_s", 0.1, 2000.0),
+    ("length_mm", 0.1, 2000.0),
+    ("pitch_mm", 0.1, 100.0),
+    ("pull_rad", -PI, PI),
+    ("pull_sigma_rad", 0.0, PI),
+    ("period_least_mm", 0.1, PERIOD_GREATEST_MM),
+    ("period_most_mm", 0.1, PERIOD_GREATEST_MM),
+    // Going neither way nothing would ever be told.
+    ("may_go_forward", 1.0, 1.0),
+    ("alike", 0.0, 0.0),
+];
 
 #[cfg(test)]
 mod tests {

@@ -114,7 +114,8 @@ impl Checkup {
         emit(News::Health(Health {
             t_us,
             frames: assembler.frames,
-            // What overran the queue is missing in the scan too; it would count twice if added.
+            // What did not get into the queue is missing in the scan too; it would count twice if added. Of the two the
+            // former knows nothing of whole scans that were not read, the latter counts by the nominal rate.
             conversions_lost: assembler.lost.max(counters.overruns),
             conversions_doubtful: assembler.doubtful,
             hops_skipped: counters.hops_skipped,

@@ -8,7 +8,7 @@
 //! To erase a page stops the STM32F405 for 1 to 2 s, for its code is in the same bank of flash (RM0090, 3.5.1; DS8626): every
 //! conversion of that time is lost. So it is done only between touches, the loss is counted and told like any other, and
 //! the answer says why ([`Saved::Erasing`], [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog waits for
-//! longer ([`crate::vitals::WATCHDOG_S`]).
+//! longer (8 s).
 //!
 //! Why not the crate `sequential-storage` (8.0.2): with it the image takes 9.4 kB of flash more than with this.
 
@@ -82,12 +82,8 @@ pub trait Pages {
     fn erase(&mut self, page: u32) -> Result<(), NotStored>;
 }
 
-/// A place for a record: page and number in it. Only such places are ever touched.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Slot {
-    page: u32,
-    number: u32,
-}
+/// A place for a record: its number in both pages. Only such places are ever touched.
+type Slot = u32;
 
 /// A [`Store`] in two pages of flash. It holds the only handle to them.
 #[derive(Debug)]
@@ -97,7 +93,7 @@ pub struct FlashStore<P: Pages> {
 
 impl<P: Pages> FlashStore<P> {
     /// Records that a page holds.
-    const SLOTS: u32 = P::PAGE_BYTES / RECORD_BYTES as u32;
+    const SLOTS: Slot = P::PAGE_BYTES / RECORD_BYTES as u32;
 
     /// A store in pages that may hold anything.
     pub const fn new(pages: P) -> Self {
@@ -110,15 +106,16 @@ impl<P: Pages> FlashStore<P> {
         self.pages
     }
 
-    /// Below the number of what is erased.
-    const NO_LIMIT: (u32, Slot) = (u32::MAX, Slot { page: 0, number: 0 });
+    /// That both pages hold.
+    const ALL: Slot = PAGES * Self::SLOTS;
 
-    fn offset(slot: Slot) -> u32 {
-        slot.page * P::PAGE_BYTES + slot.number * RECORD_BYTES as u32
+    const fn offset(slot: Slot) -> u32 {
+        slot / Self::SLOTS * P::PAGE_BYTES + slot % Self::SLOTS * RECORD_BYTES as u32
     }
 
-    fn slots() -> impl Iterator<Item = Slot> {
-        (0..PAGES).flat_map(|page| (0..Self::SLOTS).map(move |number| Slot { page, number }))
+    /// The place behind this one: in the same page, or the first of the other one.
+    const fn behind(slot: Slot) -> Slot {
+        (slot + 1) % Self::ALL
     }
 
     fn record(&mut self, slot: Slot) -> [u8; RECORD_BYTES] {
@@ -132,7 +129,7 @@ impl<P: Pages> FlashStore<P> {
     fn newest_below(&mut self, mut limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
         loop {
             let mut newest = None;
-            for slot in Self::slots() {
+            for slot in 0..Self::ALL {
                 let mut number = [0; 4];
                 self.pages.read(Self::offset(slot), &mut number);
                 let number = u32::from_le_bytes(number);
@@ -153,42 +150,27 @@ impl<P: Pages> FlashStore<P> {
         self.record(slot).iter().all(|byte| *byte == ERASED)
     }
 
-    /// Whether there is something unreadable where the record behind this one would be.
-    fn is_torn_behind(&mut self, slot: Slot) -> bool {
-        let Slot { page, number } = slot;
-        let behind = if number + 1 < Self::SLOTS {
-            Slot { page, number: number + 1 }
-        } else {
-            Slot { page: (page + 1) % PAGES, number: 0 }
-        };
-        !self.is_erased(behind) && !is_whole(&self.record(behind))
-    }
-
     /// The place behind a record, or behind none: in the same page, or else in the other one, which is erased.
     /// Not that which must be kept.
     fn next_slot(
         &mut self,
         behind: Option<Slot>,
-        keep: Option<u32>,
+        keep: Option<Slot>,
         may_erase: bool,
     ) -> Result<(Slot, Saved), NotStored> {
-        let mut page = 0;
-        if let Some(Slot { page: full, number }) = behind {
-            let behind = (number + 1..Self::SLOTS).map(|number| Slot { page: full, number });
-            for slot in behind {
-                if self.is_erased(slot) {
-                    return Ok((slot, Saved::AtOnce));
-                }
+        let mut slot = behind.map_or(0, Self::behind);
+        while !slot.is_multiple_of(Self::SLOTS) {
+            if self.is_erased(slot) {
+                return Ok((slot, Saved::AtOnce));
             }
-            page = (full + 1) % PAGES;
+            slot = Self::behind(slot);
         }
         // New, or erased before a loss of power: there is nothing to be gained by erasing it again.
-        let blank = (0..Self::SLOTS).all(|number| self.is_erased(Slot { page, number }));
-        let slot = Slot { page, number: 0 };
-        if blank {
+        if (slot..slot + Self::SLOTS).all(|slot| self.is_erased(slot)) {
             return Ok((slot, Saved::AtOnce));
         }
-        if !may_erase || keep == Some(page) {
+        let page = slot / Self::SLOTS;
+        if !may_erase || keep.is_some_and(|kept| kept / Self::SLOTS == page) {
             return Err(NotStored);
         }
         self.pages.erase(page)?;
@@ -207,14 +189,16 @@ impl<P: Pages> FlashStore<P> {
 impl<P: Pages> Store for FlashStore<P> {
     #[inline(never)]
     fn load(&mut self) -> (Settings, SettingsSource) {
-        let mut limit = Self::NO_LIMIT;
+        let mut limit = NO_LIMIT;
         while let Some((at, record)) = self.newest_below(limit) {
             // Of another version, or out of bounds: the one before it.
             let Some(settings) = content(&record) else {
                 limit = at;
                 continue;
             };
-            let is_last = limit == Self::NO_LIMIT && !self.is_torn_behind(at.1);
+            // What is unreadable where the next record would be was to be one.
+            let behind = Self::behind(at.1);
+            let is_last = limit == NO_LIMIT && (self.is_erased(behind) || is_whole(&self.record(behind)));
             return match (settings, is_last) {
                 (Some(settings), true) => (settings, SettingsSource::Stored),
                 (Some(settings), false) => (settings, SettingsSource::StoredBefore),
@@ -222,13 +206,13 @@ impl<P: Pages> Store for FlashStore<P> {
                 (None, false) => (Settings::DEFAULT, SettingsSource::Damaged),
             };
         }
-        let blank = Self::slots().all(|slot| self.is_erased(slot));
+        let blank = (0..Self::ALL).all(|slot| self.is_erased(slot));
         (Settings::DEFAULT, if blank { SettingsSource::Default } else { SettingsSource::Damaged })
     }
 
     #[inline(never)]
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
-        let newest = self.newest_below(Self::NO_LIMIT);
+        let newest = self.newest_below(NO_LIMIT);
         let number = newest.as_ref().map_or(0, |((number, _), _)| number.wrapping_add(1));
         let mut record = [0; RECORD_BYTES];
         let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
@@ -238,13 +222,13 @@ impl<P: Pages> Store for FlashStore<P> {
         *sum = checksum(content).to_le_bytes();
 
         let mut behind = newest.map(|((_, slot), _)| slot);
-        let keep = behind.map(|slot| slot.page);
+        let keep = behind;
         let mut saved = Saved::AtOnce;
         for _ in 0..TRIES {
             let (slot, how) = self.next_slot(behind, keep, may_erase)?;
             saved = if how == Saved::Erasing { how } else { saved };
             // Worn where it cannot be read back.
-            if self.write(slot, &record).is_ok() && self.record(slot) == record {
+            if self.write(slot, &record).is_ok() && self.record(slot).iter().eq(&record) {
                 return Ok(saved);
             }
             behind = Some(slot);
@@ -252,6 +236,9 @@ impl<P: Pages> Store for FlashStore<P> {
         Err(NotStored)
     }
 }
+
+/// Below the number of what is erased.
+const NO_LIMIT: (u32, Slot) = (u32::MAX, 0);
 
 /// What every byte of an erased page reads.
 const ERASED: u8 = 0xff;
