@@ -54,7 +54,7 @@ function draw() {
   const { state } = shown;
   const { live } = state;
   document.title = `Ridgetone · ${live.source}`;
-  $("source").textContent = live.source;
+  $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
   $("version").textContent = `Ridgetone ${state.version}.`;
   panels.tiles(live);
   panels.health(shown);
