@@ -13,11 +13,13 @@ use crate::export;
 use crate::faults::FaultsArgs;
 use crate::input::{Input, Source, frame_rate_hz};
 use crate::settings_form;
+use crate::view::server::loopback;
 use anyhow::Result;
 use clap::{ArgGroup, Args, Parser, Subcommand};
 use hal_mock::Sliding;
 use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -48,6 +50,8 @@ pub enum Command {
     Ports(PortsArgs),
     /// What a board does, live on the terminal.
     Monitor(MonitorArgs),
+    /// The same as one page in a browser on this computer, which needs no network. Ctrl-C ends it.
+    View(ViewArgs),
     /// Write what a board says into a file, as it comes.
     Record(RecordArgs),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
@@ -311,6 +315,29 @@ pub struct MonitorArgs {
     /// What lines look like.
     #[command(flatten)]
     pub lines: LineOptions,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+It prints the page's address; open that in a browser. It can be reached from this computer only.
+
+Examples:
+  ridgetone view
+  ridgetone view --port /dev/ttyUSB0
+  ridgetone view --emulated
+  ridgetone view --emulated --scene scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --file touch.rec")]
+pub struct ViewArgs {
+    /// Where packets come from.
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
+    pub settings: Option<PathBuf>,
+    /// Where the page is served: an address of this computer's own, 127.0.0.1 or [::1], and a port; port 0 is any free one.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
+    pub listen: SocketAddr,
 }
 
 /// `record`

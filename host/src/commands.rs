@@ -37,6 +37,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Emulate(args) => emulate(&args),
         Command::Ports(args) => board::ports(&args),
         Command::Monitor(args) => board::monitor(&args),
+        Command::View(args) => board::view(&args),
         Command::Record(args) => board::record(&args),
         Command::Export(args) => board::export(&args),
         Command::Settings(args) => board::settings(&args),
