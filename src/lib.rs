@@ -33,7 +33,8 @@
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
-//! [`ridgetone_hot`], which is compiled for speed and the rest for size; here they have their places all the same.
+//! [`ridgetone_hot`], which is compiled for speed and the rest for size; what travels and what is kept are another, [`ridgetone_wire`], for
+//! the least size. Here they have their places all the same.
 //!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
 //! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
@@ -58,14 +59,10 @@
 
 pub mod abscissa;
 pub mod acquire;
-pub mod boot;
 pub mod bridge;
-pub mod command;
-pub mod crash;
 pub mod descent;
 pub mod detector;
 pub mod doubt;
-pub mod fault;
 pub mod few_cycles;
 pub mod fundamental;
 pub mod lag;
@@ -75,22 +72,19 @@ pub mod model;
 pub mod order;
 pub mod outbox;
 pub mod pipeline;
-pub mod profile;
 pub mod relaxing;
 pub mod search;
 pub mod sine_fit;
 pub mod stack_depth;
-pub mod store;
 pub mod survey;
 pub mod tally;
-pub mod telemetry;
 pub mod travel;
 pub mod vitals;
 pub mod window;
-pub mod wire;
 pub mod workload;
 
 pub use ridgetone_hot::{
     chance, contact, dating, frame, levels, moments, motion, normal, nuisance, phase, residuals, settings, solve,
     spectrum, stretch, waves,
 };
+pub use ridgetone_wire::{boot, command, crash, fault, profile, store, telemetry, wire};

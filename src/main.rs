@@ -67,7 +67,7 @@ mod app {
     use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
     use ridgetone::vitals::{Feeder, Vitals};
     use ridgetone::window::{FrameSource, Ring, Values, Window};
-    use ridgetone::wire::{self, Inbox, Pushed};
+    use ridgetone::wire::{Inbox, Pushed};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -436,7 +436,7 @@ mod app {
     #[inline(never)]
     fn take_order(inbox: &mut impl Mutex<T = Inbox<ORDER_WIRE_MAX>>, tally: &Tally) -> Option<Order> {
         let mut frame = inbox.lock(|inbox| inbox.take())?;
-        let order = wire::decode(&mut frame);
+        let order = Order::decode(&mut frame);
         if order.is_none() {
             tally.order_damaged();
         }

@@ -185,6 +185,11 @@ impl Pipeline {
         self.profile = profile;
     }
 
+    /// From now on so many frames are told as they were read.
+    pub fn tell_raw(&mut self, frames: u32) {
+        self.detector.tell_raw(frames);
+    }
+
     /// The greeting to send before anything else.
     pub fn hello(&self) -> Event {
         self.detector.hello().into()

@@ -12,13 +12,11 @@
 //! The file `results` has one line of text for each [`Measured`], in the order of the jobs: a word
 //! that says what it is, then its numbers, those of floats as their bits in hexadecimal.
 
-use crate::fault::Doubts;
 use crate::frame::TimedConversion;
 use crate::settings::TAXELS;
 use crate::sine_fit::Fit;
-use crate::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Event, Packet, Span, Status, Travel, Verdict, WIRE_MAX, encode,
-};
+pub use crate::telemetry::longest_packet;
+use crate::telemetry::{Packet, WIRE_MAX, encode};
 use crate::window::Values;
 use ads1258::Conversion;
 use core::fmt;
@@ -131,37 +129,10 @@ pub fn decode_conversion(bytes: &[u8; CONVERSION_BYTES]) -> TimedConversion {
     TimedConversion { t_us: u32::from_le_bytes([a, b, c, d]), conversion: Conversion::from_bytes(conversion) }
 }
 
-/// A packet whose every field takes as many bytes as it can.
-pub fn longest_packet() -> Packet {
-    let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
-    let estimate = Estimate {
-        t_us: u64::MAX,
-        window_s: 1.0,
-        span: Span::Slide,
-        status: Status::Good,
-        abscissa: Abscissa::Place,
-        frequency: 8.333_333,
-        sigma: 1e-3,
-        harmonics: 5,
-        frames_missing: u16::MAX,
-        doubts: Doubts::NONE,
-        travel: Travel {
-            verdict: Verdict::Contradicted,
-            direction: Direction::Backward,
-            spatial_period_mm: 3.6,
-            spatial_period_sigma_mm: 1e-3,
-            speed_mm_s: 30.0,
-            speed_sigma_mm_s: 1e-2,
-        },
-        channels: (0..TAXELS as u8).map(channel).collect(),
-    };
-    Packet { sequence: u16::MAX, event: Event::Estimate(estimate) }
-}
-
 /// What a fit came to, as bits: the chip's must be the PC's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// [`Status`] by its number, 255 if the window could not be read.
+    /// [`Status`](crate::telemetry::Status) by its number, 255 if the window could not be read.
     pub status: u8,
     /// Bits of [`Fit::frequency`].
     pub frequency_bits: u32,

@@ -11,6 +11,7 @@ pub use strips::{Frame, STRIP_FRAMES, Strips};
 
 use crate::events;
 use crate::static_image;
+use ridgetone::command::Outcome;
 use ridgetone::fault::{Fault, FaultKind};
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
@@ -120,7 +121,7 @@ pub struct Live {
     /// What is wrong now, as it was told.
     #[serde(serialize_with = "fault_names")]
     faults: Vec<Fault>,
-    /// What happened, a line each, oldest first: all packets but estimates, health and raw frames.
+    /// What happened, a line each, oldest first: all packets but estimates, health, raw frames and orders done.
     pub log: VecDeque<String>,
 }
 
@@ -170,7 +171,13 @@ impl Live {
             Event::Raw(raw) => self.strips.push(raw, self.settings().vref_v),
             Event::Reply(_) => {}
         }
-        if !matches!(packet.event, Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_)) {
+        // What goes on all the time has a place of its own; that an order was done is what was asked for.
+        let is_usual = match &packet.event {
+            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => true,
+            Event::Reply(reply) => reply.outcome == Outcome::Done,
+            _ => false,
+        };
+        if !is_usual {
             // An image has its map behind it.
             self.note(events::text(packet).lines().next().unwrap_or_default());
         }

@@ -37,7 +37,8 @@ pub struct SettingsForm {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
 enum SlideForm {
-    Found,
+    // With no fields, instead of without: then one that is given is refused.
+    Found {},
     Protocol {
         #[serde(default = "delay_s")]
         delay_s: f32,
@@ -60,7 +61,7 @@ impl From<&Settings> for SettingsForm {
     fn from(settings: &Settings) -> Self {
         let Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = *settings;
         let slide = match slide {
-            SlideRule::Found => SlideForm::Found,
+            SlideRule::Found => SlideForm::Found {},
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
                 SlideForm::Protocol { delay_s, speed_mm_s, length_mm }
             }
@@ -73,7 +74,7 @@ impl From<SettingsForm> for Settings {
     fn from(form: SettingsForm) -> Self {
         let SettingsForm { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = form;
         let slide = match slide {
-            SlideForm::Found => SlideRule::Found,
+            SlideForm::Found {} => SlideRule::Found,
             SlideForm::Protocol { delay_s, speed_mm_s, length_mm } => {
                 SlideRule::Protocol { delay_s, speed_mm_s, length_mm }
             }
@@ -229,7 +230,7 @@ mod tests {
     fn what_is_wrong_is_told_with_its_bounds_and_their_reason() {
         for (change, parts) in [
             ("window_s=9", &["window_s=9: window_s = 9: choose a value from 0.1 to 3.9", "memory"][..]),
-            ("windw_s=1", &["no setting windw_s", "window_s, "]),
+            ("windw_s=1", &["no setting windw_s", "hop_s, ", "window_s"]),
             ("array.pitch=1", &["no setting array.pitch", "array.pitch_mm"]),
             ("harmonics=2.5", &["expected integer, found float"]),
             ("harmonics=300", &["300"]),

@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "emulated/live.rs"]
+mod live;
 #[path = "emulated/orders.rs"]
 mod orders;
 #[path = "common/steady.rs"]

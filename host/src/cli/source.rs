@@ -39,7 +39,7 @@ pub struct SourceOptions {
     #[command(flatten)]
     pub input: InputOptions,
     /// Seconds of device time in a second, of the emulated board and of a recording; 0: as fast as it goes.
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pub pace: f64,
     /// The emulated touch once, not again and again.
     #[arg(long, requires = "emulated")]

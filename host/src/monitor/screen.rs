@@ -115,7 +115,7 @@ pub fn phase_name(phase: Phase) -> &'static str {
         Phase::Idle => "no contact",
         Phase::Held => "contact, held",
         Phase::Sliding => "sliding",
-        Phase::HeldAfter => "held after the slide",
+        Phase::HeldAfter => "held again",
     }
 }
 

@@ -18,7 +18,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let columns = if usize::from(rows) >= TAXELS { 1 } else { 2 };
     let width = usize::from(area.width.saturating_sub(2)) / columns;
     let (title, lines) = if live.strips.is_empty() {
-        (format!("channels: amplitude in the window; {}", why_none(view)), amplitudes(live, width))
+        (format!("amplitudes in the window; {}", why_none(view)), amplitudes(live, width))
     } else {
         raw(live, view, width)
     };

@@ -3,7 +3,7 @@
 use super::screen::{LEAST, draw};
 use super::view::{Action, RawFrames, View};
 use crate::input::Input;
-use crate::live::{Line, Live};
+use crate::live::{Line, Live, time_s};
 use crate::replay;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -11,6 +11,7 @@ use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use ridgetone::fault::{Fault, FaultKind};
+use ridgetone::pipeline::Pipeline;
 use ridgetone::settings::{Settings, TAXELS};
 use ridgetone::telemetry::{Event, Packet, Raw};
 
@@ -140,7 +141,7 @@ fn larger_screens_show_a_strip_a_row_and_what_happened() {
 #[test]
 fn without_raw_frames_there_are_amplitudes_and_it_is_said_why() {
     let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), LEAST));
-    assert_shows(&shown(RawFrames::Unavailable), &["amplitude in the window; no raw frames", " mV █"]);
+    assert_shows(&shown(RawFrames::Unavailable), &["amplitudes in the window; no raw frames", " mV █"]);
     assert_shows(&shown(RawFrames::Refused("no answer".into())), &["no answer"]);
     assert_shows(&shown(RawFrames::Off), &["r: strips"]);
 }
@@ -158,6 +159,33 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     let mut view = view();
     view.press(KeyEvent::from(KeyCode::Char('h')));
     assert_shows(&lines(&drawn(&live, &view, LEAST)), &["ask the board for raw frames", "any key closes this"]);
+}
+
+/// The default scene with raw frames, up to a moment of its slide.
+fn sliding(until_s: f64) -> Live {
+    let mut live = Live::new("emulated board");
+    let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+    pipeline.tell_raw(u32::MAX);
+    let mut packets = vec![Packet { sequence: 0, event: pipeline.hello() }];
+    replay::conversions(Input::default().open().unwrap(), &mut |conversion| {
+        pipeline.push(conversion, &mut |event| packets.push(Packet { sequence: packets.len() as u16, event }));
+        Ok(())
+    })
+    .unwrap();
+    for packet in packets.iter().filter(|packet| time_s(&packet.event).is_none_or(|t_s| t_s <= until_s)) {
+        live.take(packet);
+        live.counts.received += 1;
+    }
+    live
+}
+
+/// The README's screen, which is to be copied by hand when it changes.
+#[test]
+fn the_readme_shows_the_screen() {
+    let lines = lines(&drawn(&sliding(3.3), &view(), LEAST));
+    let shown = lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md")).unwrap();
+    assert!(readme.contains(&shown), "README.md lacks\n{shown}");
 }
 
 #[test]

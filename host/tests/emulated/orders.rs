@@ -2,7 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::boot::SettingsSource;
+use ridgetone::boot::{ResetCause, SettingsSource};
 use ridgetone::command::{Command, Outcome, Part};
 use ridgetone::profile::{After, Knot};
 use ridgetone::settings::Settings;
@@ -98,6 +98,38 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     assert_eq!(raw.len(), 10);
     assert!(raw.windows(2).all(|pair| pair[1].number == pair[0].number + 1));
     assert!(raw.iter().all(|raw| raw.present == u16::MAX && raw.codes.iter().all(|code| *code != 0)));
+}
+
+/// What is kept is in force after the restart that was ordered; what is not, is not.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn settings_that_are_kept_survive_a_restart() {
+    let kept = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
+    let passing = Settings { window_s: 0.6, ..kept };
+    let run = talk(
+        &[],
+        vec![
+            Command::Set { settings: kept, keep: true },
+            Command::Set { settings: passing, keep: false },
+            Command::Restart,
+        ],
+    );
+    assert!(run.answers.iter().all(|(_, outcome)| *outcome == Outcome::Done));
+    let greetings: Vec<_> = run
+        .packets
+        .iter()
+        .filter_map(|packet| match &packet.event {
+            Event::Hello(hello) if packet.sequence == 0 => Some((hello.boot.cause, hello.settings, hello.source)),
+            _ => None,
+        })
+        .collect();
+    let expected = [
+        (ResetCause::Unknown, Settings::DEFAULT, SettingsSource::Default),
+        (ResetCause::Software, kept, SettingsSource::Stored),
+    ];
+    assert_eq!(greetings, expected);
+    let windows_s = windows_s(run.events_behind(2));
+    assert!(windows_s.len() > 5 && windows_s.iter().all(|s| (s - 0.4).abs() < 0.005), "{windows_s:?}");
 }
 
 #[test]

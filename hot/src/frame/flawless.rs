@@ -1,6 +1,6 @@
 //! The short way: a whole scan without a flaw, taken at one glance.
 
-use super::{Assembler, CODE_LEAST, CONVERSION_NS, ID_OF, JITTER_US, PLACES, SLOTS, beyond};
+use super::{Assembler, CODE_LEAST, CONVERSION_NS, ID_OF, JITTER_US, NONE_YET, PLACES, SLOTS, beyond};
 use crate::settings::TAXELS;
 
 /// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
@@ -47,6 +47,10 @@ impl Assembler {
             ends |= beyond(*code);
         }
         if odd != 0 || ends >= -CODE_LEAST {
+            // The first one after all was not: here, where nothing is in a hurry.
+            if self.read == 0 {
+                (self.frame.number, self.latest) = (0, NONE_YET);
+            }
             return false;
         }
         for slot in TAXELS..SLOTS as usize {

@@ -69,6 +69,24 @@ fn whole_scans_lost_are_counted_by_time() {
     }
 }
 
+/// Whatever the board's clock says by then, device time begins with the first conversion, and nothing was lost before it.
+#[test]
+fn a_first_scan_with_a_flaw_or_the_long_way_loses_nothing() {
+    for (flaw, always) in [(0x80, true), (0xc0, false)] {
+        let mut assembler = Assembler::new(4.096);
+        assembler.take_the_long_way(always);
+        let mut frames = Vec::new();
+        for count in 0..63 {
+            let mut timed = conversion(count, if count == 3 { flaw } else { 0x80 });
+            timed.t_us += 20_100;
+            assembler.push(&timed, |_, frame| frames.push(*frame));
+        }
+        let numbers: Vec<_> = frames.iter().map(|frame| (frame.number, frame.t_us / 1000)).collect();
+        assert_eq!(numbers, [(0, 0), (1, 4), (2, 8)]);
+        assert_eq!((assembler.lost, assembler.flaws.lost, assembler.flaws.channel), (0, 0, 0));
+    }
+}
+
 #[test]
 fn flags_and_strangers_are_told() {
     let mut assembler = Assembler::new(4.096);

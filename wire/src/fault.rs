@@ -102,7 +102,7 @@ impl Doubts {
     pub const NONE: Self = Self(0);
 
     /// By the bits of their numbers.
-    pub(crate) const fn of_bits(bits: u32) -> Self {
+    pub const fn of_bits(bits: u32) -> Self {
         Self(bits as u16 & ((1 << KINDS) - 1))
     }
 

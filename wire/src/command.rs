@@ -2,6 +2,7 @@
 
 use crate::profile::{After, Knot};
 use crate::settings::Settings;
+use crate::wire;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +64,14 @@ pub struct Order {
     pub number: u16,
     /// The command.
     pub command: Command,
+}
+
+impl Order {
+    /// Reads one in its stuffed frame, which is changed; none if any of it is not as it was sent.
+    #[inline(never)]
+    pub fn decode(frame: &mut [u8]) -> Option<Self> {
+        wire::decode(frame)
+    }
 }
 
 /// The answer to an order.

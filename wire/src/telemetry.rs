@@ -391,6 +391,7 @@ pub const WIRE_MAX: usize = 512;
 ///
 /// # Errors
 /// It is longer than [`WIRE_MAX`] allows.
+#[inline(never)]
 pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
     wire::encode(packet, wire)
 }
@@ -450,13 +451,40 @@ impl Decoder {
     }
 }
 
+/// A packet whose every field takes as many bytes as it can.
+pub fn longest_packet() -> Packet {
+    let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
+    let estimate = Estimate {
+        t_us: u64::MAX,
+        window_s: 1.0,
+        span: Span::Slide,
+        status: Status::Good,
+        abscissa: Abscissa::Place,
+        frequency: 8.333_333,
+        sigma: 1e-3,
+        harmonics: 5,
+        frames_missing: u16::MAX,
+        doubts: Doubts::NONE,
+        travel: Travel {
+            verdict: Verdict::Contradicted,
+            direction: Direction::Backward,
+            spatial_period_mm: 3.6,
+            spatial_period_sigma_mm: 1e-3,
+            speed_mm_s: 30.0,
+            speed_sigma_mm_s: 1e-2,
+        },
+        channels: (0..TAXELS as u8).map(channel).collect(),
+    };
+    Packet { sequence: u16::MAX, event: Event::Estimate(estimate) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     extern crate std;
 
     fn estimate() -> Event {
-        crate::workload::longest_packet().event
+        longest_packet().event
     }
 
     fn sent(sequence: u16, event: Event) -> std::vec::Vec<u8> {

@@ -1,0 +1,87 @@
+//! A pseudo-terminal: a board's line, or a person's screen.
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
+use rustix::fs::{Mode, OFlags, open};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Our end of it, and what was read there.
+pub struct Terminal {
+    end: File,
+    /// What the other end is opened by.
+    pub name: String,
+    said: Vec<u8>,
+    /// What stands on it.
+    screen: vt100::Parser,
+}
+
+impl Terminal {
+    /// A new one of so many columns and rows.
+    pub fn new(columns: u16, rows: u16) -> Self {
+        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+        grantpt(&end).expect("granted");
+        unlockpt(&end).expect("unlocked");
+        let size = Winsize { ws_col: columns, ws_row: rows, ws_xpixel: 0, ws_ypixel: 0 };
+        tcsetwinsize(&end, size).expect("a size");
+        let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+        Self { end: end.into(), name, said: Vec::new(), screen: vt100::Parser::new(rows, columns, 0) }
+    }
+
+    /// The other end, for a child.
+    pub fn other_end(&self) -> File {
+        open(self.name.as_str(), OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("an end").into()
+    }
+
+    /// Our end as a file.
+    pub fn into_file(self) -> File {
+        self.end
+    }
+
+    /// Types something.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.end.write_all(bytes).expect("written");
+    }
+
+    /// Reads until this stands on it.
+    pub fn read_until(&mut self, part: &str) {
+        let begun = Instant::now();
+        while !self.shows(part) {
+            assert!(begun.elapsed() < PATIENCE, "{part:?} does not come:\n{}", self.screen.screen().contents());
+            self.read();
+        }
+    }
+
+    /// Whether this stands on it.
+    pub fn shows(&self, part: &str) -> bool {
+        self.screen.screen().contents().contains(part)
+    }
+
+    /// The screen.
+    pub fn screen(&self) -> &vt100::Screen {
+        self.screen.screen()
+    }
+
+    fn read(&mut self) -> bool {
+        let mut bytes = [0; 65_536];
+        match self.end.read(&mut bytes) {
+            Ok(length) if length > 0 => {
+                self.said.extend_from_slice(&bytes[..length]);
+                self.screen.process(&bytes[..length]);
+                true
+            }
+            // The other end is closed.
+            _ => false,
+        }
+    }
+
+    /// Reads what is left, and gives all bytes that came.
+    pub fn rest(&mut self) -> String {
+        while self.read() {}
+        String::from_utf8_lossy(&self.said).into_owned()
+    }
+}

@@ -1,0 +1,206 @@
+//! `record`, `replay`, `export`, `monitor`, `ports` and `settings` without an emulator: at a pseudo-terminal, and on
+//! recordings.
+#![cfg(target_os = "linux")]
+
+mod common;
+#[path = "common/terminal.rs"]
+mod terminal;
+
+use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, text};
+use ridgetone_host::input::Input;
+use ridgetone_host::replay;
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use terminal::Terminal;
+
+/// The bytes of the default scene's telemetry.
+fn telemetry() -> Vec<u8> {
+    let input = Input::default().open().expect("a scene");
+    replay::run(input, Default::default(), None, &mut |_| Ok(()), &mut |_, _| {}).expect("a replay").serial
+}
+
+/// A bare recording of them.
+fn recording(folder: &Path) -> PathBuf {
+    let path = folder.join("touch.rec");
+    std::fs::write(&path, telemetry()).expect("a file");
+    path
+}
+
+fn interrupt(child: &Child) {
+    let id = Pid::from_raw(child.id() as i32).expect("a process");
+    kill_process(id, Signal::INT).expect("a signal");
+}
+
+#[test]
+fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
+    let (board, folder, bytes) = (Terminal::new(80, 24), directory(), telemetry());
+    let path = folder.path().join("touch.rec");
+    let mut child = common::ridgetone()
+        .args(["record", "--port", &board.name, "-o", text(&path)])
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut next = || said.next().expect("a line").expect("UTF-8");
+    assert_eq!(next(), format!("ridgetone: {}: the board is there", board.name));
+    let mut board = board.into_file();
+    // All but the last frame, and a part of that.
+    board.write_all(&bytes[..bytes.len() - 5]).expect("written");
+    let whole = bytes.iter().filter(|byte| **byte == 0).count() - 1;
+    while std::fs::metadata(&path).map_or(0, |file| file.len()) < bytes.len() as u64 - 5 {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    interrupt(&child);
+    assert!(child.wait().expect("ended").success());
+    assert_eq!(
+        said.last().expect("a line").expect("UTF-8"),
+        format!("ridgetone: {whole} frames received, 0 lost, 0 damaged")
+    );
+
+    let replayed = json_lines(&run(&["replay", text(&path), "--json"]));
+    let scene = json_lines(&run(&["replay", "--json"]));
+    assert_eq!(replayed, scene[..whole]);
+    // It is not overwritten.
+    assert_one_line(&run(&["record", "--port", &board_name(), "-o", text(&path)]), 1, &["no such"]);
+}
+
+fn board_name() -> String {
+    "/dev/no such port".into()
+}
+
+#[test]
+fn a_recording_is_replayed_and_monitored_line_by_line_and_what_is_lost_is_told() {
+    let folder = directory();
+    let path = recording(folder.path());
+    let scene = stdout(&run(&["replay"]));
+    let replayed = run(&["replay", text(&path)]);
+    assert_eq!(stdout(&replayed), scene);
+    let monitored = run(&["monitor", "--file", text(&path), "--pace", "0"]);
+    assert_eq!(stdout(&monitored), scene);
+    assert!(stderr(&monitored).contains("0 lost, 0 damaged"), "{}", stderr(&monitored));
+    // Without its third frame, and with a fourth that is damaged.
+    let bytes = telemetry();
+    let ends: Vec<usize> = bytes.iter().enumerate().filter(|(_, byte)| **byte == 0).map(|(at, _)| at + 1).collect();
+    let mut damaged = [&bytes[..ends[1]], &bytes[ends[2]..]].concat();
+    damaged[ends[1] + 3] ^= 0x40;
+    std::fs::write(&path, damaged).expect("a file");
+    let replayed = run(&["replay", text(&path), "--teleplot"]);
+    let count = ends.len() - 2;
+    assert_eq!(
+        stderr(&replayed).lines().last(),
+        Some(&*format!("ridgetone: {count} frames received, 2 lost, 1 damaged"))
+    );
+    assert!(stdout(&replayed).lines().all(|line| line.starts_with('>') && line.ends_with("|g")));
+    // Settings are for a scene or a table.
+    assert_one_line(&run(&["replay", text(&path), "--window", "0.5"]), 2, &["export", "--table frames"]);
+}
+
+#[test]
+fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
+    let folder = directory();
+    let path = recording(folder.path());
+    let lines = run(&["export", text(&path), "--format", "ndjson"]);
+    assert_eq!(stdout(&lines), stdout(&run(&["replay", "--json"])));
+    let csv = folder.path().join("estimates.csv");
+    let output = run(&["export", text(&path), "--format", "csv", "-o", text(&csv)]);
+    assert!(output.status.success() && stdout(&output).is_empty(), "{}", stderr(&output));
+    assert!(stderr(&output).contains("frames received, 0 lost, 0 damaged"));
+    assert!(std::fs::read_to_string(&csv).expect("a file").starts_with("t_s,window_s,span,"));
+    let mcap = folder.path().join("touch.mcap");
+    assert!(run(&["export", text(&path), "--format", "mcap", "-o", text(&mcap)]).status.success());
+    // The format's magic at both ends (mcap.dev).
+    let bytes = std::fs::read(&mcap).expect("a file");
+    assert!(bytes.starts_with(b"\x89MCAP0\r\n") && bytes.ends_with(b"\x89MCAP0\r\n"));
+    let frames = folder.path().join("frames.csv");
+    let none = run(&["export", text(&path), "--format", "csv", "--table", "frames", "-o", text(&frames)]);
+    assert_one_line(&none, 1, &["record with --raw"]);
+    assert!(!frames.exists());
+    assert_one_line(&run(&["export", text(&path), "--format", "mcap", "--table", "health"]), 2, &["--table"]);
+    let table = file(folder.path(), "table.csv", "time_s,ain0\n0,1\n");
+    assert_one_line(&run(&["export", text(&table), "--format", "ndjson"]), 1, &["table.csv", "no telemetry"]);
+}
+
+#[test]
+fn options_that_do_not_go_together_and_boards_that_are_not_there_are_told_on_one_line() {
+    let folder = directory();
+    let path = recording(folder.path());
+    assert_one_line(&run(&["monitor", "--file", text(&path), "--emulated"]), 2, &["--file", "--emulated"]);
+    assert_one_line(&run(&["monitor", "--file", text(&path), "--period", "3"]), 2, &["--emulated"]);
+    assert_one_line(&run(&["monitor", "trace.csv"]), 2, &["--emulated"]);
+    assert_one_line(&run(&["monitor", "--port", &board_name()]), 1, &["no such port"]);
+    assert_one_line(&run(&["monitor", "--file", "no such file"]), 1, &["no such file"]);
+    assert_one_line(&run(&["monitor", "--file", text(&path), "--pace", "-1"]), 2, &["--pace"]);
+    assert_one_line(&run(&["settings", "get", "--port", &board_name()]), 1, &["no such port"]);
+    // Bounds are told, and why they are where they are, before any board is asked.
+    let port = board_name();
+    assert_one_line(&run(&["settings", "set", "window_s=9", "--port", &port]), 2, &["0.1 to 3.9", "memory"]);
+    assert_one_line(&run(&["settings", "set", "windows=1", "--port", &port]), 2, &["no setting windows", "window_s"]);
+    assert_one_line(&run(&["settings", "set", "--port", &port]), 2, &["NAME=VALUE"]);
+}
+
+#[test]
+fn one_file_of_settings_serves_all_and_options_go_over_it() {
+    let folder = directory();
+    let settings = file(folder.path(), "finger.toml", "window_s = 0.5\nharmonics = 2\n[array]\nperiod_most_mm = 3.9\n");
+    let hello = |arguments: &[&str]| json_lines(&run(arguments))[0]["settings"].clone();
+    let found = hello(&["replay", "--json", "--settings", text(&settings)]);
+    assert_eq!((&found["window_s"], &found["harmonics"]), (&0.5.into(), &2.into()));
+    assert!((found["array"]["period_most_mm"].as_f64().expect("a number") - 3.9).abs() < 1e-6);
+    let found = hello(&["replay", "--json", "--settings", text(&settings), "--window", "0.7"]);
+    assert_eq!((found["window_s"].as_f64().map(|s| (s * 1e3).round()), &found["harmonics"]), (Some(700.0), &2.into()));
+    let wrong = file(folder.path(), "wrong.toml", "window_s = 7\n");
+    assert_one_line(&run(&["replay", "--settings", text(&wrong)]), 1, &["wrong.toml", "0.1 to 3.9", "memory"]);
+}
+
+#[test]
+fn ports_lists_what_there_is_or_says_why_not() {
+    let output = run(&["ports", "--json"]);
+    if output.status.success() {
+        assert!(stdout(&output).lines().all(|line| line.starts_with("{\"name\":")));
+        assert_eq!(stdout(&output).is_empty(), stderr(&output).contains("no serial port"));
+    } else {
+        assert_one_line(&output, 1, &["cannot be listed"]);
+    }
+}
+
+/// The screen on a real terminal: it comes, follows its keys, and leaves the terminal as it was.
+#[test]
+fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
+    let folder = directory();
+    let path = recording(folder.path());
+    let mut terminal = Terminal::new(80, 24);
+    let end = terminal.other_end();
+    let mut child = common::ridgetone()
+        .args(["monitor", "--file", text(&path), "--pace", "0"])
+        .env("TERM", "xterm")
+        .stdin(end.try_clone().expect("an end"))
+        .stdout(end)
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command runs");
+    terminal.read_until("touch.rec  over");
+    for part in
+        ["frequency, Hz", "map after the slide", "nothing is wrong", "no raw frames", "8.3334 +- 0.0002 Hz", "q quit"]
+    {
+        assert!(terminal.shows(part), "{part:?} is not on\n{}", terminal.screen().contents());
+    }
+    // Readable on dark and on light: nothing has a colour of its own.
+    for place in 0..80 * 24 {
+        let cell = terminal.screen().cell(place / 80, place % 80).expect("a cell");
+        assert_eq!((cell.fgcolor(), cell.bgcolor()), (vt100::Color::Default, vt100::Color::Default), "{place}");
+    }
+    assert!(terminal.screen().alternate_screen());
+    terminal.send(b"h");
+    terminal.read_until("any key closes this");
+    terminal.send(b"x");
+    terminal.send(b"q");
+    assert!(child.wait().expect("ended").success());
+    terminal.rest();
+    // What stood there before is back, and so is the cursor.
+    assert!(!terminal.screen().alternate_screen() && !terminal.screen().hide_cursor());
+    assert_eq!(terminal.screen().contents(), "");
+    let mut lines = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    assert!(lines.next().expect("a line").expect("UTF-8").contains("0 lost, 0 damaged"));
+}
