@@ -138,14 +138,16 @@ impl Detector {
 
     #[inline(never)]
     fn scan_over(&mut self, ring: &mut Ring, tally: &Tally, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
-        if self.assembler.whole() {
+        let is_followed = if self.assembler.whole() {
             self.rest.frame(self.assembler.frame(), ring, emit, due);
+            true
         } else {
-            self.one_by_one(false, ring, tally, emit, due);
-        }
+            self.one_by_one(false, ring, tally, emit, due)
+        };
         self.check_supply(tally);
-        // A frame in which something is dated has enough to do.
-        if self.rest.contact.is_busy() {
+        // A frame in which something is dated has enough to do. Where no frame comes, stopped or for lack of a taxel, it
+        // would be busy for ever.
+        if is_followed && self.rest.contact.is_busy() {
             return;
         }
         if self.checkup.is_due(self.rest.teller.latest.0) {
@@ -158,6 +160,7 @@ impl Detector {
         }
     }
 
+    /// Whether the contact's detector got a frame.
     #[inline(never)]
     fn one_by_one(
         &mut self,
@@ -166,8 +169,9 @@ impl Detector {
         tally: &Tally,
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
-    ) {
+    ) -> bool {
         let Self { assembler, rest, stopped, raw_frames, .. } = self;
+        let mut is_followed = false;
         assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| {
             if *raw_frames > 0 {
                 *raw_frames -= 1;
@@ -177,10 +181,12 @@ impl Detector {
                 rest.teller.latest = (frame.number, frame.t_us);
             } else {
                 rest.frame(frame, ring, emit, due);
+                is_followed |= frame.present == u16::MAX && frame.good != 0;
             }
         });
         bouts::note(assembler, tally);
         self.choose_way();
+        is_followed
     }
 
     /// The signal has ended: closes what is open (a slide that still runs) and reports health.

@@ -3,6 +3,7 @@
 mod support;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Table, Trace, Truth, write_csv};
+use ridgetone::fault::FaultKind;
 use ridgetone::settings::{Settings, SlideRule};
 use ridgetone::telemetry::{Event, Status};
 use support::{Outcome, all, outcome, run};
@@ -89,6 +90,15 @@ fn the_greeting_comes_first_and_health_once_a_second() {
     assert!((last.frame_rate_hz - 241.14).abs() < 0.01, "{last:?}");
 }
 
+/// No frame is whole then, so nothing is looked for; but it is not silent.
+#[test]
+fn without_a_taxel_health_is_told_once_a_second() {
+    let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 10.0 }, 20e-6, 5);
+    let events = run(still, Settings::default(), |count, conversion| (count % 21 != 3).then_some(conversion));
+    let health = events.iter().filter(|event| matches!(event, Event::Health(_))).count();
+    assert!((10..=11).contains(&health), "{health}");
+}
+
 #[test]
 fn the_slide_by_protocol_follows_the_paper() {
     let settings = Settings {
@@ -115,23 +125,27 @@ fn a_finger_in_the_air_says_nothing() {
     assert!(out.contacts_s.is_empty() && out.slides_s.is_empty() && out.window_fits.is_empty(), "{out:?}");
 }
 
+/// From a silence of four scans on a slide may have ended unseen meanwhile.
 #[test]
 fn lost_conversions_are_counted_and_their_frames_left_out() {
-    let scene = scene(30.0, 3.6, 20.0, 2);
-    let truth = scene.truth();
-    let mut lost = 0;
-    let events = run(scene, Settings::default(), |count, conversion| {
-        // One conversion in 997, and a hole of five scans and a half in the middle of the slide.
-        let gone = count % 997 == 500 || (11_000..11_115).contains(&count);
-        lost += gone as u32;
-        (!gone).then_some(conversion)
-    });
-    let out = outcome(&events);
-    assert_eq!(out.health.conversions_lost, lost);
-    let fit = &out.slide_fits[0];
-    assert_eq!(fit.status, Status::Good);
-    assert!(fit.frames_missing > 5, "{fit:?}");
-    assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64, "{fit:?}");
+    for (hole, status) in [(11_000..11_074, Status::Good), (11_000..11_115, Status::Doubtful)] {
+        let scene = scene(30.0, 3.6, 20.0, 2);
+        let truth = scene.truth();
+        let mut lost = 0;
+        let events = run(scene, Settings::default(), |count, conversion| {
+            // One conversion in 997, and a hole of some scans and a half in the middle of the slide.
+            let gone = count % 997 == 500 || hole.contains(&count);
+            lost += gone as u32;
+            (!gone).then_some(conversion)
+        });
+        let out = outcome(&events);
+        assert_eq!(out.health.conversions_lost, lost);
+        let fit = &out.slide_fits[0];
+        assert_eq!(fit.status, status, "{fit:?}");
+        assert_eq!(fit.doubts.has(FaultKind::Silent), status == Status::Doubtful, "{fit:?}");
+        assert!(fit.frames_missing > 5, "{fit:?}");
+        assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64, "{fit:?}");
+    }
 }
 
 /// A conversion's slot in the scan is a delay: without it the phases of taxels 0 and 15 would be

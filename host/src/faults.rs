@@ -7,6 +7,7 @@
 //! | the firmware's rooms on this PC, run as its tasks | [`rooms`] |
 //! | the image on the emulated chip | [`emulated`] |
 //! | what a run showed, fault for fault | [`judge`] |
+//! | the line, both ways, and power lost while settings are stored | [`lines`] |
 //! | rows of the table | [`row`] |
 //! | all of it: so many runs of each family | [`campaign`] |
 //! | the document | `document` |
@@ -19,6 +20,7 @@ mod draw;
 pub mod emulated;
 pub mod family;
 pub mod judge;
+pub mod lines;
 mod order;
 pub mod plan;
 pub mod rooms;

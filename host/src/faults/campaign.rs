@@ -4,7 +4,7 @@ use super::family::Family;
 use super::judge::{Verdict, judge};
 use super::plan::{Plan, SETTINGS};
 use super::row::{Place, Row};
-use super::{document, emulated, rooms};
+use super::{document, emulated, lines, rooms};
 use crate::cli::FirmwareOptions;
 use crate::emulator;
 use crate::input::{Input, Opened, Source};
@@ -97,6 +97,15 @@ impl Campaign {
         Ok(())
     }
 
+    /// Adds what comes of damage on the line and of lost power, as many as belong to so many injections into the chip.
+    ///
+    /// # Errors
+    /// Those of [`lines::rows`].
+    pub fn on_lines(&mut self, injections: usize) -> Result<()> {
+        self.rows.extend(lines::rows(injections as u64, self.seed)?);
+        Ok(())
+    }
+
     /// Whether all is zero that must be.
     pub fn is_clean(&self) -> bool {
         self.rows.iter().all(Row::is_clean)
@@ -147,6 +156,9 @@ pub fn faults(args: &FaultsArgs) -> Result<()> {
     let mut campaign = Campaign::on_pc(args.injections, args.seed, only)?;
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
     eprintln!("ridgetone: {injected} injections, {:.0} a second", injected as f64 / began.elapsed().as_secs_f64());
+    if only.is_none() {
+        campaign.on_lines(args.injections)?;
+    }
     if args.emulated > 0 {
         let elf = args.firmware.image()?;
         campaign.on_emulator(args.emulated, only, args.firmware.options(&elf))?;

@@ -17,7 +17,7 @@ pub fn document(campaign: &Campaign) -> Result<String> {
         Ok(match name {
             "table" => table(campaign),
             "seed" => campaign.seed.to_string(),
-            "injected" => count(campaign.rows.iter().map(|row| row.injected).sum()),
+            "injected" => count(campaign.rows.iter().filter(|row| row.runs > 0).map(|row| row.injected).sum()),
             "runs" => count(campaign.rows.iter().map(|row| row.runs).sum()),
             other => bail!("the template asks for {other}"),
         })
@@ -56,7 +56,7 @@ fn cells(row: &Row) -> Vec<String> {
     let how_many = |delays: &Option<Delays>| delays.map_or("-".into(), |delays| count(delays.count));
     let how_soon = |delays: &Option<Delays>| {
         delays
-            .filter(|delays| delays.count > 0)
+            .filter(|delays| delays.count > 0 && !delays.median_s.is_nan())
             .map_or("-".into(), |delays| format!("{} / {}", seconds(delays.median_s), seconds(delays.longest_s)))
     };
     vec![

@@ -28,13 +28,18 @@ impl Place {
 pub struct Delays {
     /// How many there are.
     pub count: usize,
-    /// Half of them are shorter.
+    /// Half of them are shorter; not a number where no time is taken.
     pub median_s: f64,
-    /// The longest.
+    /// The longest; likewise.
     pub longest_s: f64,
 }
 
 impl Delays {
+    /// So many, of which no time is taken.
+    pub const fn untimed(count: u64) -> Self {
+        Self { count: count as usize, median_s: f64::NAN, longest_s: f64::NAN }
+    }
+
     /// Of these.
     pub fn of(mut all_s: Vec<f64>) -> Self {
         all_s.sort_by(f64::total_cmp);
@@ -51,7 +56,7 @@ pub struct Row {
     pub fault: String,
     /// Where.
     pub place: Place,
-    /// Runs.
+    /// Touches; none where the line or the store is asked alone.
     pub runs: usize,
     /// Injections.
     pub injected: usize,
@@ -67,9 +72,9 @@ pub struct Row {
     pub wrong: u64,
     /// Wrong ones among those that said good but with doubts.
     pub wrong_with_doubts: u64,
-    /// Conversions lost silently. Must be zero.
+    /// Conversions, frames or orders lost silently. Must be zero.
     pub silent: u64,
-    /// Conversions that arrived other than they were converted. Must be zero.
+    /// Conversions that arrived other than they were converted; packets, orders or settings that nobody sent. Must be zero.
     pub altered: u64,
     /// Bouts told in runs without injections. Must be zero.
     pub false_alarms: u64,

@@ -21,6 +21,8 @@ const OTHER: u64 = 1000;
 pub struct Heard {
     /// Bytes.
     pub bytes: u64,
+    /// Frames: whatever ends with a zero and is not empty.
+    pub frames: u64,
     /// Frames that were counted as damaged.
     pub damaged: u64,
     /// Orders that were answered. Of noise and damaged orders there must be none.
@@ -36,6 +38,8 @@ struct Subject {
     board: Receiver<CutFlash<PAGE_BYTES>>,
     flash: Vec<u8>,
     heard: Heard,
+    /// Byte that was heard last.
+    last: u8,
 }
 
 impl Subject {
@@ -44,11 +48,15 @@ impl Subject {
         board.hear(&order(1, Command::Set { settings: settings(STORED), keep: true })?);
         let pages = board.into_pages();
         let flash = pages.bytes().to_vec();
-        Ok(Self { board: Receiver::new(pages), flash, heard: Heard::default() })
+        Ok(Self { board: Receiver::new(pages), flash, heard: Heard::default(), last: 0 })
     }
 
     fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
         self.heard.bytes += bytes.len() as u64;
+        for byte in bytes {
+            self.heard.frames += u64::from(*byte == 0 && self.last != 0);
+            self.last = *byte;
+        }
         self.board.hear(bytes)
     }
 
