@@ -211,3 +211,6 @@ impl<S: Source> Feed<S> {
         Counts::of(&self.decoder, self.received)
     }
 }
+
+#[cfg(test)]
+mod tests;
