@@ -5,7 +5,7 @@
 use std::{env, fs, path::PathBuf};
 
 fn main() {
-    // This file and memory.x are part of the script itself: when they change it is built, and run, anew.
+    // This file and the linker script are part of the script itself: when they change it is built, and run, anew.
     println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
@@ -13,7 +13,12 @@ fn main() {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    fs::write(out.join("memory.x"), include_bytes!("memory.x")).expect("OUT_DIR is writable");
+    // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
+    let flash = if has("NUCLEO_F446RE") { "256K" } else { "768K" };
+    let size = format!("_flash_size = {flash};\n");
+    for (name, text) in [("memory.x", include_str!("memory.x")), ("flash_size.x", &size)] {
+        fs::write(out.join(name), text).expect("OUT_DIR is writable");
+    }
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: sections need no page alignment in flash.
     for argument in ["--nmagic", "-Tlink.x"] {

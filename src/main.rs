@@ -25,10 +25,13 @@
     clippy::unimplemented
 )]
 
-#[cfg(all(target_os = "none", feature = "feather-f405", feature = "emulated"))]
-compile_error!("choose one board: the feature `feather-f405` or the feature `emulated`, not both");
-#[cfg(all(target_os = "none", not(any(feature = "feather-f405", feature = "emulated"))))]
-compile_error!("choose a board: the feature `feather-f405` or the feature `emulated`");
+#[cfg(all(
+    target_os = "none",
+    any(all(feature = "stm32f4", feature = "emulated"), all(feature = "feather-f405", feature = "nucleo-f446re"))
+))]
+compile_error!("choose one board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
+#[cfg(all(target_os = "none", not(any(feature = "stm32f4", feature = "emulated"))))]
+compile_error!("choose a board: the feature `feather-f405`, `nucleo-f446re` or `emulated`");
 
 #[cfg(target_os = "none")]
 mod board;
@@ -50,6 +53,7 @@ mod app {
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::acquire::{self, Acquisition};
+    use ridgetone::boot::Record;
     use ridgetone::command::{ORDER_WIRE_MAX, Order, Reply};
     use ridgetone::doubt::cast_doubt;
     use ridgetone::frame::TimedConversion;
@@ -136,9 +140,14 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let Board { spi, start, reset, drdy, line, boot, flash } = board::init(cx.device, cx.core);
+        if let Some(Record { file, line, pc, .. }) = &boot.record {
+            defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
+        }
         let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
         Wait.delay_us(POWER_UP_US);
-        if !acquisition.set_up(&mut Wait) {
+        if acquisition.set_up(&mut Wait) {
+            defmt::info!("the ADS1258 is set up and scans");
+        } else {
             defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
         }
 

@@ -7,7 +7,7 @@ mod source;
 pub use array::ArrayOptions;
 pub use live::{
     ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, SettingsCommand, SettingsGetArgs,
-    SettingsSetArgs,
+    SettingsSetArgs, ViewArgs,
 };
 pub use source::{BoardOptions, SourceOptions};
 
@@ -52,6 +52,8 @@ pub enum Command {
     Ports(PortsArgs),
     /// What a board does, live on the terminal.
     Monitor(MonitorArgs),
+    /// The same as one page in a browser on this computer, which needs no network. Ctrl-C ends it.
+    View(ViewArgs),
     /// Write what a board says into a file, as it comes.
     Record(RecordArgs),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
@@ -253,6 +255,7 @@ Without FILE.csv the chip feels a scene. The emulator comes with `cargo xtask se
 
 Examples:
   ridgetone emulate
+  ridgetone emulate --log
   ridgetone emulate trace.csv --json > events.jsonl
   ridgetone emulate --scene scenes/c7.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
@@ -263,6 +266,9 @@ pub struct EmulateArgs {
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
+    /// Show the firmware's log, defmt, on standard error.
+    #[arg(long)]
+    pub log: bool,
     /// Write the raw bytes of the telemetry line here.
     #[arg(long, value_name = "FILE")]
     pub serial_out: Option<PathBuf>,

@@ -37,6 +37,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Emulate(args) => emulate(&args),
         Command::Ports(args) => board::ports(&args),
         Command::Monitor(args) => board::monitor(&args),
+        Command::View(args) => board::view(&args),
         Command::Record(args) => board::record(&args),
         Command::Export(args) => board::export(&args),
         Command::Settings(args) => board::settings(&args),
@@ -109,6 +110,7 @@ fn emulate(args: &EmulateArgs) -> Result<()> {
     let mut options = args.firmware.options(&elf);
     options.keep_conversions = args.svg.is_some();
     options.keep_serial = args.serial_out.is_some();
+    options.log = args.log.then_some(|line| eprintln!("log: {line}"));
     let mut progress = Progress::default();
     let mut print = printer(LineOptions { json: args.json, teleplot: false });
     let mut packets = Vec::new();

@@ -1,10 +1,11 @@
 //! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its bridge.
 //!
-//! One loop serves three pipes: the bridge's requests, the telemetry, and QEMU's messages. It looks at the process
+//! One loop serves four pipes: the bridge's requests, the telemetry, QEMU's messages, and the log. It looks at the process
 //! whenever they are silent, so that it ends whichever way the emulator does.
 
 mod chip_end;
 pub mod image;
+mod log;
 pub(crate) mod process;
 
 pub use chip_end::ChipEnd;
@@ -12,6 +13,7 @@ pub use process::QEMU;
 
 use crate::input::Opened;
 use anyhow::{Context, Result, bail};
+use log::Log;
 use process::Emulator;
 use ridgetone::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
 use ridgetone::frame::TimedConversion;
@@ -49,6 +51,8 @@ pub struct Options<'a> {
     pub icount_shift: u8,
     /// From when until when the telemetry line is blocked, seconds of scene time.
     pub line_blocked_s: Option<(f64, f64)>,
+    /// What is to be told each line of the firmware's log: board time in seconds, level, text.
+    pub log: Option<fn(&str)>,
 }
 
 impl<'a> Options<'a> {
@@ -63,6 +67,7 @@ impl<'a> Options<'a> {
             mishap: None,
             icount_shift: ICOUNT_SHIFT,
             line_blocked_s: None,
+            log: None,
         }
     }
 }
@@ -171,6 +176,7 @@ pub fn run_wired(
     if let Some((at_us, mishap)) = options.mishap {
         chip.arrange(at_us, mishap);
     }
+    let log = options.log.map(|tell| Log::new(&image, tell)).transpose()?;
     let emulator = Emulator::start(&image, options.icount_shift)?;
     let mut session = Session {
         emulator,
@@ -178,7 +184,8 @@ pub fn run_wired(
         incoming: Vec::new(),
         serial: options.keep_serial.then(Vec::new),
         messages: Vec::new(),
-        open: [true; 3],
+        log,
+        open: [true; 4],
         heard: Instant::now(),
     };
     let status = session.serve(options.silence, wire, progress)?;
@@ -189,6 +196,7 @@ pub fn run_wired(
 const REQUESTS: usize = 0;
 const SERIAL: usize = 1;
 const MESSAGES: usize = 2;
+const LOG: usize = 3;
 
 struct Session {
     emulator: Emulator,
@@ -198,8 +206,9 @@ struct Session {
     serial: Option<Vec<u8>>,
     /// What the emulator said on its standard error.
     messages: Vec<u8>,
+    log: Option<Log>,
     /// Pipes whose other end has not been closed.
-    open: [bool; 3],
+    open: [bool; 4],
     heard: Instant,
 }
 
@@ -236,7 +245,8 @@ impl Session {
     /// Waits up to `most_ns` for something to come, and serves it. False if nothing came.
     fn turn(&mut self, most_ns: i64, wire: &mut Wire<'_>) -> Result<bool> {
         let emulator = &self.emulator;
-        let pipes = [emulator.request.as_fd(), emulator.serial.as_fd(), emulator.messages.as_fd()];
+        let pipes =
+            [emulator.request.as_fd(), emulator.serial.as_fd(), emulator.messages.as_fd(), emulator.log.as_fd()];
         let mut fds: Vec<PollFd<'_>> = Vec::with_capacity(pipes.len());
         let mut which = Vec::with_capacity(pipes.len());
         for (at, pipe) in pipes.iter().enumerate().filter(|(at, _)| self.open[*at]) {
@@ -262,7 +272,8 @@ impl Session {
         let read = match at {
             REQUESTS => self.emulator.request.read(&mut bytes),
             SERIAL => self.emulator.serial.read(&mut bytes),
-            _ => self.emulator.messages.read(&mut bytes),
+            MESSAGES => self.emulator.messages.read(&mut bytes),
+            _ => self.emulator.log.read(&mut bytes),
         };
         let length = match read {
             Ok(length) => length,
@@ -284,6 +295,7 @@ impl Session {
                 self.emulator.send(&wire(now, bytes)?)?;
             }
             MESSAGES => self.messages.extend_from_slice(bytes),
+            LOG => self.log.iter_mut().for_each(|log| log.push(bytes)),
             _ => {}
         }
         Ok(length > 0)

@@ -4,10 +4,12 @@
 
 mod asking;
 mod emulated;
+mod following;
 mod pace;
 
 pub use asking::{Asking, new_orders};
 pub use emulated::Emulated;
+pub use following::{Following, RawFrames};
 pub use pace::Pace;
 
 use crate::live::Counts;

@@ -11,6 +11,7 @@
 //! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
 //! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
 //! | the same on a terminal | [`monitor`] |
+//! | the same as a page in a browser | [`view`] |
 //! | telemetry in a file, and in the formats of others | [`record`], [`recording`], [`export`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
 //! | how many damaged frames the decoder takes: none | [`flips`] |
@@ -48,7 +49,7 @@ pub mod listen;
 pub mod live;
 mod markdown;
 pub mod monitor;
-mod names;
+pub mod names;
 pub mod orders;
 pub mod output;
 mod parallel;
@@ -69,3 +70,4 @@ pub mod table_fit;
 pub mod teleplot;
 mod tone;
 pub mod trade;
+pub mod view;

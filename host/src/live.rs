@@ -3,6 +3,7 @@
 //!
 //! [`Live`] can be serialised. Whatever is a packet there has the same names as with `--json` ([`crate::events::json`]).
 
+pub mod analysis;
 mod history;
 mod strips;
 
@@ -221,6 +222,30 @@ impl Live {
         self.latest = Latest { hello, health, ..Latest::default() };
         (self.history, self.strips) = (History::default(), Strips::default());
         self.log.clear();
+    }
+
+    /// The same without estimates, raw frames and log: what is small, and changes as a whole.
+    #[must_use]
+    pub fn without_rows(&self) -> Self {
+        let Self { source, line, latest, faults, .. } = self;
+        let (source, line, latest, faults) = (source.clone(), line.clone(), latest.clone(), faults.clone());
+        let Self { counts, now_s, phase, phase_since_s, touches, restarts, .. } = *self;
+        let (history, strips, log) = (History::default(), Strips::default(), VecDeque::new());
+        Self {
+            source,
+            line,
+            counts,
+            now_s,
+            phase,
+            phase_since_s,
+            touches,
+            restarts,
+            latest,
+            history,
+            strips,
+            faults,
+            log,
+        }
     }
 
     /// What the board said of itself last.

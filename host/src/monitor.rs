@@ -11,46 +11,36 @@ mod tests;
 mod tone;
 pub mod view;
 
-use crate::events;
-use crate::feed::{Asking, Feed, Happening};
-use crate::live::{Line, Live};
+use crate::feed::{Feed, Following, RawFrames};
+use crate::live::Live;
 use crate::stop;
 use anyhow::{Context, Result};
 use ratatui::crossterm::event::{self, Event as TerminalEvent};
-use ridgetone::command::{Command, Outcome};
 use ridgetone::settings::Settings;
 use std::time::{Duration, Instant};
-use view::{Action, RawFrames, View};
+use view::{Action, View};
 
 /// Between two pictures.
 const BEAT: Duration = Duration::from_millis(50);
 
 /// The screen and what is behind it.
 pub struct Monitor {
-    feed: Feed,
+    following: Following,
     /// What is known, as it goes on.
     live: Live,
     /// What was known when the screen was paused.
     still: Option<Box<Live>>,
     view: View,
-    asking: Asking,
 }
 
 impl Monitor {
     /// Of a feed; with `settings` these are put into force on the board first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
-        let raw = if feed.has_board() { RawFrames::On } else { RawFrames::Unavailable };
-        let mut asking = Asking::default();
-        if let Some(settings) = settings {
-            asking.give(Command::Set { settings, keep: false });
-        }
-        if raw == RawFrames::On {
-            asking.want_raw(true);
-        }
+        let following = Following::new(feed, settings);
         // https://no-color.org
         let has_colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        let live = Live::new(feed.name());
-        Self { feed, live, still: None, view: View::new(raw, has_colour), asking }
+        let (live, view) = (following.live(), View::new(following.raw().clone(), has_colour));
+        Self { following, live, still: None, view }
     }
 
     /// Shows it until the user leaves, or this process is asked to end. Gives the feed back, with what it has counted.
@@ -63,8 +53,7 @@ impl Monitor {
             ratatui::restore();
             shown
         });
-        self.leave();
-        (self.feed, shown)
+        (self.following.leave(), shown)
     }
 
     fn show(&mut self, terminal: &mut ratatui::DefaultTerminal) -> Result<()> {
@@ -93,14 +82,10 @@ impl Monitor {
                 self.still = None;
             }
             Action::Raw => {
-                let wanted = match self.view.raw {
-                    RawFrames::Unavailable => return true,
-                    RawFrames::On => false,
-                    RawFrames::Off | RawFrames::Refused(_) => true,
-                };
-                self.view.raw = if wanted { RawFrames::On } else { RawFrames::Off };
-                self.asking.want_raw(wanted);
-                if !wanted {
+                let wanted = self.view.raw != RawFrames::On;
+                self.following.want_raw(wanted);
+                self.view.raw = self.following.raw().clone();
+                if self.view.raw == RawFrames::Off {
                     self.live.strips = Default::default();
                 }
             }
@@ -113,52 +98,12 @@ impl Monitor {
         let begun = Instant::now();
         loop {
             let left = most.saturating_sub(begun.elapsed());
-            match self.feed.next(left)? {
-                Some(Happening::Packet(packet)) => {
-                    self.live.take(&packet);
-                    if let Some((command, outcome)) = self.asking.hear(&packet)
-                        && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
-                    {
-                        self.refused(&command, events::outcome(&outcome));
-                    }
-                }
-                Some(Happening::Came(name)) => {
-                    self.live.source.clone_from(&name);
-                    (self.live.line, _) = (Line::There, self.live.note(format!("{name}: the board is there")));
-                }
-                Some(Happening::Went(name, why)) => {
-                    self.live.note(format!("{name}: {why}"));
-                    self.live.line = Line::Gone { why };
-                }
-                Some(Happening::Over) => self.live.line = Line::Over,
-                None => {}
-            }
-            self.live.counts = self.feed.counts();
-            if self.feed.has_board()
-                && self.live.line == Line::There
-                && let Err(error) = self.asking.tick(&mut self.feed)
-            {
-                self.live.note(format!("{error:#}"));
-                self.view.raw = RawFrames::Refused("no raw frames: no answer (RX?)".into());
-            }
+            let happening = self.following.next(left)?;
+            self.following.fold(happening.as_ref(), &mut self.live);
+            self.view.raw = self.following.raw().clone();
             if begun.elapsed() >= most {
                 return Ok(());
             }
-        }
-    }
-
-    fn refused(&mut self, command: &Command, why: String) {
-        if matches!(command, Command::Raw { .. }) {
-            self.view.raw = RawFrames::Refused(format!("no raw frames: {why}"));
-        }
-        self.live.note(why);
-    }
-
-    /// A board is not left with raw frames on its line. Whether it hears that is not waited for: they end by themselves.
-    fn leave(&mut self) {
-        if self.view.raw == RawFrames::On {
-            self.asking.want_raw(false);
-            let _ = self.asking.tick(&mut self.feed);
         }
     }
 }

@@ -14,11 +14,35 @@ fn a_thousand_faults_and_nothing_wrong_is_told_as_right() {
     for row in &campaign.rows {
         let must_be_zero = (row.wrong, row.silent, row.altered, row.false_alarms);
         assert_eq!(must_be_zero, (0, 0, 0, 0), "{row:?}");
-        // Noticed and well again before the next one. Supply, reference and clock are only looked at now and then, and may
-        // be right again before; a chip that does not answer is asked after growing pauses.
-        let most = |delays: &Option<Delays>, of: usize| delays.is_none_or(|delays| 5 * delays.count >= 4 * of);
-        assert!(most(&row.detected, row.injected) && most(&row.recovered, row.injected), "{row:?}");
+        // Noticed, every single one; in a mixed run one fault may hide another.
+        let mixed = row.fault == Family::Mixed.title();
+        let told = row.detected.map_or(0, |delays: Delays| delays.count);
+        assert!(if mixed { 10 * told >= 9 * row.injected } else { told == row.injected }, "{row:?}");
+        // Well again before the next one; a chip that does not answer is asked after growing pauses.
+        assert!(row.recovered.is_none_or(|delays| 5 * delays.count >= 4 * row.injected), "{row:?}");
         assert!(row.good > 0, "{row:?}");
+    }
+}
+
+/// Runs that once told something wrong as right, lost conversions silently, or kept a fault to themselves.
+#[test]
+fn what_once_went_wrong_does_not() {
+    for (family, seeds) in [
+        (Family::Reset, &[101, 155, 157][..]),
+        (Family::RegisterFlip, &[74, 79, 95, 170]),
+        (Family::DoutStuck, &[55, 76]),
+        (Family::Reference, &[251]),
+        (Family::DrdyStuck, &[28, 49, 50, 144]),
+        (Family::Storm, &[2, 188]),
+        (Family::Mixed, &[21, 48, 940]),
+    ] {
+        for seed in seeds {
+            let row = &Campaign::on_pc(1, *seed, Some(family)).expect("a campaign").rows[0];
+            let wrong = row.wrong + row.wrong_with_doubts;
+            assert_eq!((row.runs, wrong, row.silent, row.altered), (1, 0, 0, 0), "{row:?}");
+            let told = row.detected.map_or(0, |delays| delays.count);
+            assert!(told == row.injected || family == Family::Mixed, "{row:?}");
+        }
     }
 }
 

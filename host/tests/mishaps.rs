@@ -10,6 +10,7 @@ use ridgetone::vitals::WATCHDOG_S;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// Board time at which it happens, microseconds.
 const AT_US: u64 = 200_000;
@@ -125,4 +126,35 @@ fn no_arithmetic_overflows_in_a_touch() {
     };
     let checked = PathBuf::from(std::env::var_os("RIDGETONE_CHECKED_ELF").expect("RIDGETONE_CHECKED_ELF"));
     assert_eq!(told(&checked), told(&emulator::image::find().expect("an image")));
+}
+
+/// Lines of the log; a function takes them, for the options can be copied.
+static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_log_tells_what_the_greeting_does() {
+    let elf = emulator::image::find().expect("an image");
+    let tell = |line: &str| LINES.lock().expect("nobody has died with it").push(line.to_owned());
+    let options = Options { mishap: Some((AT_US, Mishap::Panic)), log: Some(tell), ..Options::new(&elf) };
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let scene = Sliding { idle_s: 0.8, ..Sliding::default() };
+    let input = Input { source: Source::Scene(scene), ..Input::default() }.open().expect("an input");
+    emulator::run(input, options, &mut sink, &mut |_, _| {}).expect("a run");
+    let hellos = greetings(&packets);
+    let record = hellos[1].boot.record.as_ref().expect("a record");
+
+    // Each run sets the chip up; the second says first what the first has died of.
+    let lines = LINES.lock().expect("nobody has died with it");
+    let [first, died, second] = &lines[..] else { panic!("{lines:?}") };
+    assert!(first.ends_with("INFO the ADS1258 is set up and scans"), "{first}");
+    assert!(died.contains(&format!("ERROR the run before died at {}:{}", record.file, record.line)), "{died}");
+    assert!(second.ends_with("INFO the ADS1258 is set up and scans"), "{second}");
+    // The log has the board's time, which goes on over a reset.
+    let seconds = |line: &str| line.split(' ').next().and_then(|word| word.parse::<f64>().ok()).expect("a time");
+    assert!(seconds(first) < AT_US as f64 * 1e-6 && seconds(died) >= AT_US as f64 * 1e-6, "{first}, {died}");
 }

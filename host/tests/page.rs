@@ -1,15 +1,15 @@
 //! The page of the reproduction in a real browser without a network. `cargo xtask test` installs one and runs this.
 
+#[path = "common/browser.rs"]
+mod browser;
+
+use browser::{Look, PATIENCE};
 use serde_json::Value;
-use std::ffi::OsString;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-
-/// Longest that the browser may take, wall time.
-const PATIENCE: Duration = Duration::from_secs(120);
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -18,35 +18,14 @@ fn shipped() -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The one that `cargo xtask test` has found, or else Debian's in PATH.
-fn browser() -> OsString {
-    std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
-}
-
-/// How the page is looked at.
-#[derive(Clone, Copy, Debug)]
-struct Look {
-    width: u32,
-    dark: bool,
-}
-
 /// What a browser makes of a page from disk, every name of a host unknown to it: the document at the end, and what was
 /// said in its console.
 fn opened(html: &str, look: Look) -> (String, Vec<String>) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name);
     fs::write(file("page.html"), html).expect("the page is written");
-    let mut command = Command::new(browser());
-    command
-        // The sandbox needs a user who is not root; what is opened is our own page.
-        .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
-        .args(["--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND"])
-        .args(["--enable-logging=stderr", "--log-level=0", "--force-device-scale-factor=1"])
-        .arg(format!("--user-data-dir={}", file("profile").display()))
-        .arg(format!("--window-size={},900", look.width))
-        .arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!look.dark)))
-        .arg("--dump-dom")
-        .arg(format!("file://{}", file("page.html").display()));
+    let mut command = browser::command(&file("profile"), look);
+    command.arg("--dump-dom").arg(format!("file://{}", file("page.html").display()));
     let create = |name: &str| Stdio::from(File::create(file(name)).expect("a file"));
     let mut child =
         command.stdout(create("dom")).stderr(create("log")).spawn().expect("a browser: cargo xtask setup installs one");
@@ -80,10 +59,10 @@ fn report(html: &str, look: Look) -> Value {
 }
 
 const LOOKS: [Look; 4] = [
-    Look { width: 1200, dark: false },
-    Look { width: 1200, dark: true },
-    Look { width: 700, dark: false },
-    Look { width: 700, dark: true },
+    Look { width: 1200, height: 900, dark: false },
+    Look { width: 1200, height: 900, dark: true },
+    Look { width: 700, height: 900, dark: false },
+    Look { width: 700, height: 900, dark: true },
 ];
 
 #[test]
@@ -104,7 +83,7 @@ fn the_page_is_whole_without_a_network_in_light_and_dark() {
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
 fn what_would_be_wrong_is_noticed() {
-    let look = Look { width: 1200, dark: true };
+    let look = Look { width: 1200, height: 900, dark: true };
     let page = shipped();
     // A picture from elsewhere is not loaded, and the console says so.
     let outside = page.replace("</h1>", "</h1><img src=\"https://example.org/picture.png\">");

@@ -155,9 +155,9 @@ pub fn power_near(frames: usize, points: usize, power: &[f32], nu: f32) -> f32 {
     near.iter().fold(0.0, |most, power| most.max(*power))
 }
 
-/// Points of the transform of so many frames: a quarter more than frames, where there is room and many of
-/// them. A peak between two bins then loses little height.
-fn transform_size(frames: usize, most: usize) -> usize {
+/// Points of the transform of so many frames where there is room for `most`: a quarter more than frames, if there are many
+/// of them and they fit. A peak between two bins then loses little height.
+pub fn transform_size(frames: usize, most: usize) -> usize {
     // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
     let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
     let wanted = if frames <= POINTS_MIN { frames } else { frames + frames / 4 };

@@ -22,7 +22,7 @@ pub fn set_us(now_us: u32) {
 }
 
 /// Starts the interrupt TIM4, every half second. `ticks_per_us`: as above, at most 130.
-#[cfg(feature = "feather-f405")]
+#[cfg(feature = "stm32f4")]
 pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
     TIM4::enable(rcc);
     TIM4::reset(rcc);

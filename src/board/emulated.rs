@@ -6,18 +6,16 @@
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Board, Line, SettingsFlash, crash, kept::Kept, line::LINE_BAUD, link};
+use super::{Board, Line, SettingsFlash, crash, kept::Kept, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
-use defmt_rtt as _;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use ridgetone::boot::{Boot, Death, Record, ResetCause};
 use ridgetone::bridge::{Operation, PAYLOAD_MAX};
-use stm32f4xx_hal::pac;
+use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
-use stm32f4xx_hal::serial;
 
 pub use link::{ended, feed_watchdog};
 
@@ -33,6 +31,8 @@ pub type Spi = Bridge;
 pub type Start = Pin;
 /// The pin RESET.
 pub type Reset = Pin;
+/// What the line is on.
+pub type Usart = USART3;
 
 /// An SPI device whose transactions travel over the bridge, one record each.
 pub struct Bridge;
@@ -154,12 +154,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
-    let config = serial::Config::default().baudrate(LINE_BAUD.bps());
-    #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
-    let serial = match device.USART3.serial((gpiob.pb10, gpiob.pb11), config, &mut rcc) {
-        Ok(serial) => serial,
-        Err(_) => panic!("USART3 cannot do {LINE_BAUD} baud"),
-    };
+    let line = Line::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
     let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
     let boot = Boot { cause, record: crash::take_record() };
@@ -169,7 +164,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
     // SAFETY: this is done once.
     let flash = unsafe { SettingsFlash::new() };
-    Board { spi: Bridge, start, reset, drdy: Drdy, line: Line::new(serial), boot, flash }
+    Board { spi: Bridge, start, reset, drdy: Drdy, line, boot, flash }
 }
 
 /// Waits until an interrupt is pending, masked or not.

@@ -1,4 +1,5 @@
-//! The last two sectors of the flash, for settings: 10 and 11, 128 KiB each (RM0090, table 5).
+//! The last two sectors of the flash, for settings, 128 KiB each: 10 and 11 of the STM32F405RG (RM0090, table 5), 6 and 7
+//! of the STM32F446RE (RM0390, table 4).
 //!
 //! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word, at most 100 us, and
 //! 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
@@ -6,11 +7,23 @@
 use ridgetone::store::{NotStored, PAGES, Pages, WORD_BYTES};
 use stm32f4xx_hal::pac::FLASH;
 
-/// Address of sector 10; `memory.x` keeps code out from there on.
-const FIRST: usize = 0x080c_0000;
+unsafe extern "C" {
+    /// Where the first of them begins; `memory.x` keeps code out from there on.
+    static _settings_start: u32;
+}
 
-/// Number of that sector.
-const FIRST_SECTOR: u8 = 10;
+/// From sector 5 on all have the same size; its address.
+const SECTOR_5: usize = 0x0802_0000;
+
+/// Address of the first of them.
+fn first() -> usize {
+    &raw const _settings_start as usize
+}
+
+/// Number of the first of them.
+fn first_sector() -> u8 {
+    5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::PAGE_BYTES as usize) as u8
+}
 
 /// Words of 32 bits at once: allowed from 2.7 V on.
 const PSIZE: u8 = 2;
@@ -61,7 +74,7 @@ impl Pages for SettingsFlash {
     const PAGE_BYTES: u32 = 128 * 1024;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-        for (place, byte) in (FIRST + offset as usize..).zip(bytes) {
+        for (place, byte) in (first() + offset as usize..).zip(bytes) {
             // SAFETY: the caller keeps to the two sectors, which are flash and can be read byte by byte.
             *byte = unsafe { (place as *const u8).read_volatile() };
         }
@@ -72,7 +85,7 @@ impl Pages for SettingsFlash {
             // SAFETY: PSIZE has two bits.
             flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.pg().set_bit());
             // SAFETY: the caller keeps to the two sectors and to whole words; nothing else lies there.
-            unsafe { ((FIRST + offset as usize) as *mut u32).write_volatile(u32::from_ne_bytes(word)) };
+            unsafe { ((first() + offset as usize) as *mut u32).write_volatile(u32::from_ne_bytes(word)) };
         })
     }
 
@@ -84,7 +97,7 @@ impl Pages for SettingsFlash {
             // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
             flash
                 .cr()
-                .write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(FIRST_SECTOR + page as u8) }.ser().set_bit());
+                .write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page as u8) }.ser().set_bit());
             flash.cr().modify(|_, w| w.strt().set_bit());
         })
     }

@@ -9,7 +9,7 @@ const SEAL: u32 = 0x5ea1_ed01;
 
 // Not cleared by start-up (cortex-m-rt, link.x); what is written here as the first value goes nowhere.
 #[unsafe(link_section = ".uninit.kept")]
-static WORDS: [AtomicU32; 5] = [const { AtomicU32::new(0) }; 5];
+static WORDS: [AtomicU32; 6] = [const { AtomicU32::new(0) }; 6];
 
 /// Kept by the run before.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +18,8 @@ pub struct Kept {
     pub request: File,
     /// Its replies.
     pub reply: File,
+    /// The log.
+    pub log: File,
     /// The microsecond counter at the reset.
     pub now_us: u32,
     /// What the reset stands for.
@@ -28,7 +30,7 @@ impl Kept {
     /// Keeps it until [`Kept::take`].
     pub fn put(&self) {
         let watchdog = u32::from(self.cause == ResetCause::Watchdog);
-        let words = [SEAL, self.request.handle(), self.reply.handle(), self.now_us, watchdog];
+        let words = [SEAL, self.request.handle(), self.reply.handle(), self.log.handle(), self.now_us, watchdog];
         for (kept, word) in WORDS.iter().zip(words) {
             kept.store(word, Relaxed);
         }
@@ -36,10 +38,11 @@ impl Kept {
 
     /// What was kept, if this run began with a reset by [`Kept::put`]'s caller.
     pub fn take() -> Option<Self> {
-        let [seal, request, reply, now_us, watchdog] = WORDS.each_ref().map(|word| word.swap(0, Relaxed));
+        let [seal, request, reply, log, now_us, watchdog] = WORDS.each_ref().map(|word| word.swap(0, Relaxed));
         (seal == SEAL).then_some(Self {
             request: File::of(request),
             reply: File::of(reply),
+            log: File::of(log),
             now_us,
             cause: if watchdog == 1 { ResetCause::Watchdog } else { ResetCause::Software },
         })

@@ -1,28 +1,40 @@
-//! The line: USART3, telemetry out and orders in, one byte per interrupt.
+//! The line: the board's USART, telemetry out and orders in, one byte per interrupt.
 
+use super::Usart;
+use stm32f4xx_hal::gpio::PushPull;
+use stm32f4xx_hal::gpio::alt::SerialAsync;
 use stm32f4xx_hal::nb;
-use stm32f4xx_hal::pac::USART3;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::serial::{Rx, RxListen, Serial, Tx, TxISR, TxListen};
+use stm32f4xx_hal::rcc::Rcc;
+use stm32f4xx_hal::serial::{Config, Rx, RxListen, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times what sixteen channels at four windows a second need.
-pub const LINE_BAUD: u32 = 921_600;
+const LINE_BAUD: u32 = 921_600;
 
-/// USART3.
+/// The USART.
 pub struct Line {
-    tx: Tx<USART3>,
-    rx: Rx<USART3>,
+    tx: Tx<Usart>,
+    rx: Rx<Usart>,
 }
 
 /// A byte was lost: it came too fast, or noise was on the line.
 pub struct Lost;
 
 impl Line {
-    /// Takes over the configured USART. Its receiver's interrupt is on, its transmitter's off.
-    pub fn new(serial: Serial<USART3>) -> Self {
-        let (mut tx, mut rx) = serial.split();
+    /// Sets the USART up. Its receiver's interrupt is on, its transmitter's off.
+    pub fn new(
+        usart: Usart,
+        pins: (impl Into<<Usart as SerialAsync>::Tx<PushPull>>, impl Into<<Usart as SerialAsync>::Rx<PushPull>>),
+        rcc: &mut Rcc,
+    ) -> Self {
+        #[allow(clippy::panic, reason = "at start-up, and never: both are constants")]
+        let (mut tx, mut rx) = match usart.serial(pins, Config::default().baudrate(LINE_BAUD.bps()), rcc) {
+            Ok(serial) => serial.split(),
+            // Not met at run time: the divider of a fixed baud rate from a fixed clock.
+            Err(_) => panic!("the USART cannot do {LINE_BAUD} baud"),
+        };
         tx.unlisten();
         rx.listen();
         Self { tx, rx }

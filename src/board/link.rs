@@ -5,6 +5,7 @@
 //! SysTick, because it can be set for one shot; the emulator's TIM2 to TIM5 always go on.
 
 use super::kept::Kept;
+use super::log;
 use super::semihost::{self, Exit, File};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
@@ -59,11 +60,13 @@ struct Link {
     heartbeat_us: u32,
 }
 
-/// Opens the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not kept them,
-/// and takes SysTick for the alarm. Waits until the PC has opened its ends.
+/// Opens the log and the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not
+/// kept them, and takes SysTick for the alarm. Waits until the PC has opened its ends.
 pub fn open(mut alarm: SYST, kept: Option<Kept>) {
     alarm.set_clock_source(SystClkSource::Core);
     alarm.enable_interrupt();
+    // First: when the bridge is open, the PC removes their names.
+    log::open(kept.map(|kept| kept.log));
     let files = match kept {
         Some(kept) => Some((kept.request, kept.reply)),
         None => File::write_to(c"spi.request").zip(File::read_from(c"spi.reply")),
@@ -94,7 +97,7 @@ pub fn feed_watchdog() {
 /// Resets the processor; the bridge and the time go on.
 pub fn restart(cause: ResetCause) -> ! {
     let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
-    Kept { request, reply, now_us: super::now_us(), cause }.put();
+    Kept { request, reply, log: log::file(), now_us: super::now_us(), cause }.put();
     SCB::sys_reset()
 }
 

@@ -3,7 +3,8 @@
 //! # Porting
 //!
 //! A board is a module with the items below; copy the nearest one, list it here and give it a
-//! feature in `Cargo.toml`. `main.rs` names no pin and no register.
+//! feature in `Cargo.toml`. `main.rs` names no pin and no register. What boards with an STM32F4 share
+//! is in `stm32f4.rs`; on one of them a board is little more than its pins, as `nucleo_f446re.rs` shows.
 //!
 //! | item | what it must do |
 //! |---|---|
@@ -11,11 +12,10 @@
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`Line`]: the telemetry's transmitter, byte by byte |
-//! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time |
 //! | `Board::line` | [`Line`]: telemetry out and orders in, byte by byte |
 //! | `Board::flash` | [`SettingsFlash`]: two pages of flash for settings, where no code may lie (`memory.x`) |
-//! | the types `Spi`, `Start`, `Reset` | of these three |
+//! | the types `Spi`, `Start`, `Reset`, `Drdy` | of these four |
+//! | the type `Usart` | what the line is on |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
 //! | an interrupt TIM4 about twice a second | for the watch over the chip, also while no DRDY comes |
 //! | `acknowledge_heartbeat()` | clears it |
@@ -31,8 +31,8 @@
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and
-//! "byte received"; `CAN1_TX`, `CAN1_RX0` and
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line on
+//! another USART hands its interrupt on, see `nucleo_f446re.rs`); `CAN1_TX`, `CAN1_RX0` and
 //! `CAN1_RX1` are the three tasks that software pends, for the sole reason that nothing else uses
 //! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
 //! `rtic::app`. Priorities need five levels.
@@ -60,14 +60,22 @@ mod kept;
 #[cfg(feature = "emulated")]
 mod link;
 #[cfg(feature = "emulated")]
+mod log;
+#[cfg(feature = "emulated")]
 mod memory;
+#[cfg(feature = "nucleo-f446re")]
+mod nucleo_f446re;
 #[cfg(feature = "emulated")]
 mod semihost;
+#[cfg(feature = "stm32f4")]
+mod stm32f4;
 
 #[cfg(feature = "emulated")]
 pub use emulated::*;
 #[cfg(feature = "feather-f405")]
 pub use feather_f405::*;
+#[cfg(feature = "nucleo-f446re")]
+pub use nucleo_f446re::*;
 
 pub use clock::{acknowledge_heartbeat, now_us};
 #[cfg(not(feature = "emulated"))]

@@ -41,30 +41,47 @@ const RELEASE: &str = "release";
 /// The firmware's binary.
 const FIRMWARE: &str = "ridgetone-firmware";
 
-/// The chip's name at probe-rs.
-const CHIP: &str = "STM32F405RGTx";
-
 /// A board there is an image for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Board {
     /// Adafruit Feather STM32F405 Express.
     FeatherF405,
+    /// ST Nucleo-F446RE.
+    NucleoF446re,
     /// QEMU's netduinoplus2, with the ADS1258 on the PC.
     Emulated,
 }
 
 impl Board {
     /// All of them.
-    pub const ALL: [Self; 2] = [Self::FeatherF405, Self::Emulated];
+    pub const ALL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::Emulated];
+
+    /// Those of hardware.
+    pub const REAL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+
+    /// Its feature in `Cargo.toml`.
+    pub const fn name(self) -> &'static str {
+        self.image().name
+    }
 
     /// Its firmware.
     pub const fn image(self) -> Image {
-        let name = match self {
-            Self::FeatherF405 => "feather-f405",
-            Self::Emulated => "emulated",
+        // DRDY's interrupt and the line's are what the firmware is about.
+        let (name, interrupts): (_, &[_]) = match self {
+            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
+            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
+            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
         };
-        // DRDY's interrupt is what the firmware is about.
-        Image { package: "ridgetone", name, binary: FIRMWARE, profile: RELEASE, interrupts: &[inspect::DRDY] }
+        Image { package: "ridgetone", name, binary: FIRMWARE, profile: RELEASE, interrupts }
+    }
+
+    /// Its chip's name at probe-rs; the emulated one has none.
+    const fn chip(self) -> Option<&'static str> {
+        match self {
+            Self::FeatherF405 => Some("STM32F405RGTx"),
+            Self::NucleoF446re => Some("STM32F446RETx"),
+            Self::Emulated => None,
+        }
     }
 }
 
@@ -104,8 +121,8 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
     let boards = board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);
     for board in boards {
         let (path, sizes) = build(board.image())?;
-        println!("{:<12} {sizes}", board.image().name);
-        println!("{:<12} {}", "", path.display());
+        println!("{:<13} {sizes}", board.image().name);
+        println!("{:<13} {}", "", path.display());
     }
     Ok(())
 }
@@ -129,11 +146,12 @@ pub fn lint() -> Result<()> {
     Ok(())
 }
 
-/// Flashes the Feather and shows its log until interrupted.
-pub fn flash() -> Result<()> {
+/// Flashes a board and shows its log until interrupted.
+pub fn flash(board: Board) -> Result<()> {
+    let Some(chip) = board.chip() else { bail!("the emulated board has no flash: `cargo xtask demo` runs it") };
     let Some(probe_rs) = find("probe-rs") else {
         bail!("probe-rs is missing; install it with `cargo install probe-rs-tools --locked` or from https://probe.rs");
     };
-    let (image, _) = build(Board::FeatherF405.image())?;
-    run(clean(probe_rs).args(["run", "--chip", CHIP]).arg(image))
+    let (image, _) = build(board.image())?;
+    run(clean(probe_rs).args(["run", "--chip", chip]).arg(image))
 }

@@ -4,10 +4,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::fmt;
 
-/// Flash of the STM32F405RG, bytes, but for the two sectors of the settings (`memory.x`).
-const FLASH_BYTES: u64 = 768 * 1024;
-
-/// Its main RAM, bytes.
+/// Main RAM of the boards' chips, bytes.
 const RAM_BYTES: u64 = 128 * 1024;
 
 /// An interrupt that an image must have a handler for.
@@ -22,11 +19,18 @@ pub struct Interrupt {
 /// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before the first.
 pub const DRDY: Interrupt = Interrupt { name: "EXTI4", word: 16 + 10 };
 
+/// The USARTs that a line may be on (interrupts 38 and 39).
+pub const USART2: Interrupt = Interrupt { name: "USART2", word: 16 + 38 };
+/// As above.
+pub const USART3: Interrupt = Interrupt { name: "USART3", word: 16 + 39 };
+
 /// What an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
     /// Code, constants and the statics' first values.
     pub flash: u64,
+    /// Flash there is for it.
+    pub flash_size: u64,
     /// Statics.
     pub ram: u64,
     /// Set aside for the stack.
@@ -35,8 +39,8 @@ pub struct Sizes {
 
 impl fmt::Display for Sizes {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { flash, ram, stack } = self;
-        write!(f, "flash {flash} of {FLASH_BYTES} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack")
+        let Self { flash, flash_size, ram, stack } = self;
+        write!(f, "flash {flash} of {flash_size} bytes, RAM {ram} of {RAM_BYTES} bytes and {stack} for the stack")
     }
 }
 
@@ -74,6 +78,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     let sum = |names: &[&str]| names.iter().flat_map(|name| file.section_by_name(name)).map(|s| s.size()).sum();
     Ok(Sizes {
         flash: sum(&[".vector_table", ".text", ".rodata", ".data"]),
+        flash_size: symbol("_flash_size")?,
         ram: sum(&[".data", ".bss", ".uninit"]),
         stack: symbol("_stack_start")?.saturating_sub(symbol("_stack_end")?),
     })
@@ -97,8 +102,13 @@ mod tests {
             let section = object.add_section(Vec::new(), name.into(), SectionKind::Text);
             object.append_section_data(section, &content, 1);
         }
-        let symbols =
-            [("_stack_start", 0x2000_8000), ("_stack_end", 0x2000_0000), ("EXTI4", drdy), ("DefaultHandler", default)];
+        let symbols = [
+            ("_stack_start", 0x2000_8000),
+            ("_stack_end", 0x2000_0000),
+            ("_flash_size", 0x8_0000),
+            ("EXTI4", drdy),
+            ("DefaultHandler", default),
+        ];
         for (name, value) in symbols {
             object.add_symbol(Symbol {
                 name: name.into(),
@@ -121,7 +131,7 @@ mod tests {
     #[test]
     fn an_image_with_code_is_measured() {
         let sizes = check(&image(1000, 64, 32), &[DRDY]).expect("it passes");
-        assert_eq!((sizes.flash, sizes.ram, sizes.stack), (4 * 98 + 1000, 0, 0x8000));
+        assert_eq!((sizes.flash, sizes.flash_size, sizes.ram, sizes.stack), (4 * 98 + 1000, 0x8_0000, 0, 0x8000));
     }
 
     #[test]

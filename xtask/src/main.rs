@@ -2,11 +2,13 @@
 
 mod bench;
 mod demo;
+mod dfu;
 mod faults;
 mod images;
 mod inspect;
 mod install;
 mod panics;
+mod release;
 mod setup;
 mod test;
 mod toolchain;
@@ -52,10 +54,16 @@ enum Task {
         #[arg(long, value_enum)]
         board: Option<Board>,
     },
-    /// Lints the firmware for both boards and the benchmarks, warnings denied.
+    /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
+    Release,
+    /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
-    /// Flashes the Feather through a debug probe, with probe-rs, and shows its log.
-    Flash,
+    /// Flashes a board through a debug probe, with probe-rs, and shows its log.
+    Flash {
+        /// Which.
+        #[arg(long, value_enum, default_value = "feather-f405")]
+        board: Board,
+    },
 }
 
 fn main() -> ExitCode {
@@ -64,10 +72,11 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Test => test::run(),
+        Task::Release => release::run(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_tell(board),
-        Task::Flash => images::flash(),
+        Task::Flash { board } => images::flash(board),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -6,7 +6,7 @@ use crate::tools::{clean, find, output_of};
 use anyhow::{Context, Result, bail};
 use std::path::PathBuf;
 
-/// Programs of the browser that a test looks at the reproduction's page with; the first is Debian's.
+/// Programs of the browser that a test looks at pages with; the first is Debian's.
 const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
 /// What Debian has a browser in, and letters for it.

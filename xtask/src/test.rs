@@ -5,7 +5,7 @@ use crate::setup;
 use crate::tools::{self, clean, tell};
 use anyhow::{Context, Result};
 
-/// Runs the tests that need no emulator, then those that do, on an image built from this tree, and the one that needs a browser.
+/// Runs the tests that need no emulator, then those that do, on an image built from this tree, and those that need a browser.
 pub fn run() -> Result<()> {
     setup::qemu()?;
     let browser = setup::browser()?;
@@ -18,15 +18,15 @@ pub fn run() -> Result<()> {
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
     emulated.args(["test", "--package", "ridgetone-host"]);
-    for test in ["emulated", "mishaps", "overload"] {
+    for test in ["emulated", "mishaps", "overload", "book"] {
         emulated.args(["--test", test]);
     }
     emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
-    tell("the test of the reproduction's page in a browser");
+    tell("the tests of the pages in a browser: the reproduction's, and the live one");
     let mut page = clean("cargo");
-    page.args(["test", "--package", "ridgetone-host", "--test", "page", "--", "--ignored", "--test-threads=1"]);
-    tools::run(page.env("RIDGETONE_BROWSER", browser)).context("the test of the page")?;
+    page.args(["test", "--package", "ridgetone-host", "--test", "page", "--test", "view", "--", "--ignored"]);
+    tools::run(page.arg("--test-threads=1").env("RIDGETONE_BROWSER", browser)).context("the tests of the pages")?;
     tell("the test of the benchmark");
     let mut counted = clean("cargo");
     counted.args(["test", "--package", "ridgetone-host", "--test", "bench", "--", "--ignored"]);

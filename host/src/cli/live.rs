@@ -2,7 +2,9 @@
 
 use super::{BoardOptions, InputOptions, SourceOptions, positive};
 use crate::export;
+use crate::view::server::loopback;
 use clap::{ArgGroup, Args, Subcommand};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// `ports`
@@ -42,6 +44,29 @@ pub struct MonitorArgs {
     /// What lines look like.
     #[command(flatten)]
     pub lines: LineOptions,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+It prints the page's address; open that in a browser. It can be reached from this computer only.
+
+Examples:
+  ridgetone view
+  ridgetone view --port /dev/ttyUSB0
+  ridgetone view --emulated
+  ridgetone view --emulated --scene scenes/c7.toml --listen 127.0.0.1:9000
+  ridgetone view --file touch.rec")]
+pub struct ViewArgs {
+    /// Where packets come from.
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
+    pub settings: Option<PathBuf>,
+    /// Where the page is served: an address of this computer's own, 127.0.0.1 or [::1], and a port; port 0 is any free one.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
+    pub listen: SocketAddr,
 }
 
 /// `record`

@@ -4,7 +4,7 @@ use crate::board_settings::Asked;
 use crate::cli::ExportArgs;
 use crate::cli::{
     LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, ReplayArgs, Senseless, SettingsCommand,
-    SettingsGetArgs, SettingsSetArgs,
+    SettingsGetArgs, SettingsSetArgs, ViewArgs,
 };
 use crate::export::{Format, Kind};
 use crate::feed::{Asking, Feed, Source};
@@ -13,7 +13,7 @@ use crate::monitor::Monitor;
 use crate::port::{Link, PortError, Ports, System, Wanted};
 use crate::recording::Recorded;
 use crate::teleplot::Teleplot;
-use crate::{events, listen, names, output, record, settings_form, stop};
+use crate::{events, listen, names, output, record, settings_form, stop, view};
 use anyhow::Result;
 use ridgetone::command::Command;
 use ridgetone::settings::Settings;
@@ -57,6 +57,15 @@ pub fn monitor(args: &MonitorArgs) -> Result<()> {
     let (feed, shown) = Monitor::new(feed, settings).run();
     tell_counts(feed.counts());
     shown
+}
+
+/// `view`
+pub fn view(args: &ViewArgs) -> Result<()> {
+    let settings = load(args.settings.as_ref())?;
+    stop::on_signal()?;
+    let (feed, served) = view::run(args.source.open()?, settings, args.listen);
+    tell_counts(feed.counts());
+    served
 }
 
 /// `record`

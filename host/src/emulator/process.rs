@@ -18,6 +18,8 @@ pub struct Emulator {
     /// Records from the board.
     pub request: File,
     reply: File,
+    /// The board's log.
+    pub log: File,
     /// To the board's third serial port.
     line: ChildStdin,
     /// Bytes that the line has not taken yet.
@@ -37,6 +39,7 @@ impl Emulator {
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         let request = fifo(&directory.path().join("spi.request"))?;
         let reply = fifo(&directory.path().join("spi.reply"))?;
+        let log = fifo(&directory.path().join("defmt.log"))?;
         let spawned = Command::new(QEMU)
             .args(["-machine", "netduinoplus2", "-icount", &format!("shift={icount_shift},sleep=off")])
             .args(["-display", "none", "-monitor", "none"])
@@ -65,7 +68,7 @@ impl Emulator {
         let flags = fcntl_getfl(&line).context("the line to the emulated board")?;
         fcntl_setfl(&line, flags | OFlags::NONBLOCK).context("the line to the emulated board")?;
         let directory = Some(directory);
-        Ok(Self { child, directory, request, reply, line, unsent: Vec::new(), serial, messages })
+        Ok(Self { child, directory, request, reply, log, line, unsent: Vec::new(), serial, messages })
     }
 
     /// Both ends of the bridge are open: their names, and the directory, are no longer needed. Removed now, nothing is

@@ -25,12 +25,17 @@ pub struct Frame {
 pub struct Strips(VecDeque<Frame>);
 
 impl Strips {
-    /// Adds a frame, read against a reference of `vref_v` volts.
+    /// Adds a frame as it was told, read against a reference of `vref_v` volts.
     pub fn push(&mut self, raw: &Raw, vref_v: f32) {
+        self.add(Self::frame(raw, vref_v));
+    }
+
+    /// Adds a frame; the oldest goes if there are too many.
+    pub fn add(&mut self, frame: Frame) {
         if self.0.len() == STRIP_FRAMES {
             self.0.pop_front();
         }
-        self.0.push_back(Self::frame(raw, vref_v));
+        self.0.push_back(frame);
     }
 
     /// A raw frame in volts.

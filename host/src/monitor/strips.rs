@@ -1,7 +1,8 @@
 //! The sixteen channels: strips of their voltage where raw frames come, otherwise their amplitudes in the latest window.
 
 use super::screen::{alarm, boxed};
-use super::view::{RawFrames, View};
+use super::view::View;
+use crate::feed::RawFrames;
 use crate::live::{Frame as RawFrame, Live};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};

@@ -1,7 +1,8 @@
 //! The screen in a buffer: what stands on it, at the least size and at a larger one.
 
 use super::screen::{LEAST, draw};
-use super::view::{Action, RawFrames, View};
+use super::view::{Action, View};
+use crate::feed::RawFrames;
 use crate::input::Input;
 use crate::live::{Line, Live, time_s};
 use crate::replay;

@@ -1,5 +1,6 @@
 //! How the screen is looked at, and the keys that change it.
 
+use crate::feed::RawFrames;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 /// Lengths of the history that can be shown, seconds.
@@ -17,20 +18,6 @@ pub enum Action {
     Clear,
     /// Ask for raw frames, or no longer.
     Raw,
-}
-
-/// Raw frames: what the strips are drawn from.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum RawFrames {
-    /// They cannot be asked for: there is no board, or nothing that could.
-    #[default]
-    Unavailable,
-    /// They are not wanted.
-    Off,
-    /// They are asked for.
-    On,
-    /// They were asked for, and this came of it.
-    Refused(String),
 }
 
 /// How the screen is looked at.

@@ -1,0 +1,26 @@
+// Numbers and words as they are shown.
+
+export const PHASES = {
+  unknown: "not known yet",
+  idle: "no contact",
+  held: "touched",
+  sliding: "sliding",
+  held_after: "held after the slide",
+};
+
+export const words = (name) => name.replaceAll("_", " ");
+
+// Two digits of the uncertainty, and as many of the value.
+export function withSigma(value, sigma, unit) {
+  if (!(sigma > 0)) return `${Number(value.toPrecision(6))} ${unit}`;
+  const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(sigma))));
+  return `${value.toFixed(decimals)} ± ${sigma.toFixed(decimals)} ${unit}`;
+}
+
+export const seconds = (t_s) => `${t_s.toFixed(2)} s`;
+
+// 1, 2 or 5 times a power of ten, not below `least`.
+export function round125(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return [1, 2, 5, 10].map((step) => step * power).find((step) => step >= least * 0.999);
+}

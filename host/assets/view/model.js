@@ -1,0 +1,40 @@
+// What the command tells, folded into one state: host/src/view/hub.rs says what comes.
+
+export class Model {
+  constructor() {
+    this.state = null;
+    this.missed = 0;
+  }
+
+  // Everything.
+  begin(message) {
+    this.state = message;
+    this.missed = message.missed;
+  }
+
+  // What is new.
+  add(message) {
+    const { state } = this;
+    if (state === null) return;
+    const { history, strips, log } = state.live;
+    history.push(...message.points);
+    history.splice(0, history.length - state.points_most);
+    strips.t_s.push(...message.strips.t_s);
+    strips.number.push(...message.strips.number);
+    strips.volts.forEach((values, taxel) => values.push(...message.strips.volts[taxel]));
+    const excess = Math.max(0, strips.t_s.length - state.frames_most);
+    [strips.t_s, strips.number, ...strips.volts].forEach((values) => values.splice(0, excess));
+    state.live = { ...message.live, history, strips, log: message.log ?? log };
+    for (const part of ["update", "words", "no_raw", "spectrum", "curves"]) {
+      if (part in message) state[part] = message[part];
+    }
+  }
+
+  // The same, as it is now, whatever comes later.
+  frozen() {
+    const copy = new Model();
+    copy.missed = this.missed;
+    copy.state = structuredClone(this.state);
+    return copy;
+  }
+}

@@ -1,0 +1,146 @@
+// What is no plot: the numbers above, the static image, the board's health, and the log.
+import { PHASES, seconds, withSigma, words } from "./format.js";
+import { colour } from "./plots.js";
+
+const $ = (id) => document.getElementById(id);
+const put = (id, text) => {
+  const element = $(id);
+  if (element.textContent !== text) element.textContent = text;
+};
+const sum = (values) => values.reduce((a, b) => a + b, 0);
+
+// Frequency of an estimate with its uncertainty, or that there is none.
+const tone = (estimate) => {
+  if (estimate.frequency_hz !== undefined && estimate.frequency_hz !== null) {
+    return withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz");
+  }
+  if (estimate.frequency_per_mm !== undefined && estimate.frequency_per_mm !== null) {
+    return withSigma(estimate.frequency_per_mm, estimate.sigma_per_mm, "/mm");
+  }
+  return null;
+};
+
+export function tiles(live) {
+  const { estimate, whole_slide: whole, health } = live.latest;
+  put("frequency", (estimate && tone(estimate)) ?? "none");
+  const parts = [];
+  if (estimate) {
+    parts.push(words(estimate.status), `${estimate.span} of ${seconds(estimate.window_s)} until ${seconds(estimate.t_s)}`);
+    if (estimate.doubts.length) parts.push(`doubts: ${estimate.doubts.map(words).join(", ")}`);
+    if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
+  } else parts.push("no estimate yet");
+  put("frequency-small", parts.join(" · "));
+  $("frequency").classList.toggle("alarm", Boolean(estimate && tone(estimate)) && estimate.status !== "good");
+  const known = estimate && estimate.spatial_period_mm !== null;
+  const why = estimate ? (estimate.travel === "nothing" ? "not known" : words(estimate.travel)) : "not known";
+  put("period", known ? withSigma(estimate.spatial_period_mm, estimate.spatial_period_sigma_mm, "mm") : "none");
+  put("period-small", why);
+  put("speed", known ? withSigma(estimate.speed_mm_s, estimate.speed_sigma_mm_s, "mm/s") : "none");
+  put("speed-small", estimate?.direction ? `${estimate.direction} ${estimate.direction === "forward" ? "→" : "←"}` : why);
+  put("phase", PHASES[live.phase] ?? words(live.phase));
+  const since = live.phase_since_s === null ? "" : `since ${seconds(live.phase_since_s)} · `;
+  put("phase-small", `${since}${live.touches} ${live.touches === 1 ? "touch" : "touches"}`);
+  const { missing, damaged } = live.counts;
+  const board = health ? health.conversions_lost + health.hops_skipped + health.messages_dropped : 0;
+  const lost = missing + damaged + board;
+  put("lost", lost === 0 ? "nothing" : String(lost));
+  put("lost-small", lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
+  $("lost").classList.toggle("alarm", lost > 0);
+}
+
+export function health(model) {
+  const { live } = model.state;
+  const { health: told, hello } = live.latest;
+  const rows = [["wrong now", live.faults.length ? live.faults.map(words).join(", ") : "nothing", live.faults.length > 0]];
+  if (told) {
+    const seen = Object.entries(told.faults).filter(([, count]) => count > 0).map(([kind, count]) => `${words(kind)} ${count}`);
+    rows.push(
+      ["faults seen", seen.length ? seen.join(", ") : "none", seen.length > 0],
+      ["conversions lost", told.conversions_lost, told.conversions_lost > 0],
+      ["conversions doubtful", told.conversions_doubtful, told.conversions_doubtful > 0],
+      ["windows not fitted", told.hops_skipped, told.hops_skipped > 0],
+      ["messages dropped", told.messages_dropped, told.messages_dropped > 0],
+      ["chip set up anew", told.chip_restarts, told.chip_restarts > 0],
+      ["orders damaged", told.orders_damaged, told.orders_damaged > 0],
+      ["frame rate", `${told.frame_rate_hz.toFixed(3)} Hz`],
+      ["processor load", told.load > 0 ? `${(100 * told.load).toFixed(1)} %` : "not measured"],
+      ["supply, reference", `${told.supply_v.toFixed(3)} V, ${told.reference_v.toFixed(3)} V`],
+      ["temperature", `${told.temperature_c.toFixed(1)} °C`],
+      ["offset, gain", `${(1e6 * told.offset_v).toFixed(1)} µV, ${told.gain.toFixed(5)}`],
+      ["stack", told.stack_bytes > 0 ? `${told.stack_used_bytes} of ${told.stack_bytes} bytes` : "not measured"],
+    );
+  } else rows.push(["the board's", "not told yet"]);
+  const { received, missing, damaged } = live.counts;
+  rows.push(["packets received", received], ["packets missing", missing, missing > 0], ["packets damaged", damaged, damaged > 0]);
+  rows.push(["restarts", live.restarts, live.restarts > 0], ["updates this page missed", model.missed, model.missed > 0]);
+  if (hello) rows.push(["firmware", `${hello.version}, settings ${hello.settings_source}, last reset: ${words(hello.reset_cause)}`]);
+  const text = JSON.stringify(rows);
+  const list = $("readings");
+  if (list.dataset.text === text) return;
+  list.dataset.text = text;
+  list.replaceChildren(...rows.map(([name, value, wrong]) => {
+    const row = document.createElement("div");
+    const term = document.createElement("dt");
+    const detail = document.createElement("dd");
+    [term.textContent, detail.textContent] = [name, String(value)];
+    detail.classList.toggle("alarm", Boolean(wrong));
+    row.append(term, detail);
+    return row;
+  }));
+}
+
+export function log({ log: lines }) {
+  const list = $("lines");
+  const text = lines.join("\n");
+  if (list.dataset.text === text) return;
+  list.dataset.text = text;
+  list.replaceChildren(...lines.toReversed().map((line) => {
+    const item = document.createElement("li");
+    item.textContent = line;
+    return item;
+  }));
+}
+
+// The latest static image and its rows of taxels; none without one.
+export function image({ live, places }) {
+  const told = live.latest.image_after ?? live.latest.image_before;
+  if (!told) return null;
+  const level = new Map(told.taxels.map((taxel) => [taxel.taxel, taxel]));
+  return { told, rows: places.map((row) => row.map((taxel) => ({ taxel, ...(level.get(taxel) ?? { level_v: null, sigma_v: null }) }))) };
+}
+
+// Draws it; positive and negative differ by sign, too, not by colour alone.
+export function map(canvas, found) {
+  const box = canvas.parentElement;
+  const scale = window.devicePixelRatio;
+  const side = Math.max(160, Math.min(box.clientWidth, box.clientHeight));
+  if (canvas.width !== Math.round(side * scale)) {
+    canvas.width = canvas.height = Math.round(side * scale);
+    canvas.style.width = canvas.style.height = `${side}px`;
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(scale, 0, 0, scale, 0, 0);
+  context.clearRect(0, 0, side, side);
+  const most = Math.max(1e-6, ...found.rows.flat().map(({ level_v: level }) => Math.abs(level ?? 0)));
+  const [cell, gap] = [side / 4, 2];
+  const text = colour("text");
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  found.rows.forEach((row, y) => row.forEach(({ taxel, level_v: level }, x) => {
+    const [left, top] = [x * cell + gap, y * cell + gap];
+    context.globalAlpha = 1;
+    context.fillStyle = colour("cell");
+    context.fillRect(left, top, cell - 2 * gap, cell - 2 * gap);
+    context.globalAlpha = level === null ? 0 : 0.75 * Math.abs(level) / most;
+    context.fillStyle = colour(level < 0 ? "negative" : "positive");
+    context.fillRect(left, top, cell - 2 * gap, cell - 2 * gap);
+    context.globalAlpha = 1;
+    context.fillStyle = text;
+    context.font = `600 ${Math.round(cell / 5.5)}px system-ui`;
+    context.fillText(level === null ? "dead" : `${level < 0 ? "−" : "+"}${Math.abs(1e3 * level).toFixed(2)}`, left + cell / 2 - gap, top + cell / 2);
+    context.font = `${Math.round(cell / 7.5)}px system-ui`;
+    context.fillText(`${taxel}`, left + cell / 2 - gap, top + cell * 0.8);
+  }));
+  const spoken = found.rows.map((row) => row.map(({ level_v: level }) => (level === null ? "dead" : (1e3 * level).toFixed(2))).join(", "));
+  canvas.setAttribute("aria-label", `4 x 4 map, millivolts, row by row: ${spoken.join("; ")}`);
+}

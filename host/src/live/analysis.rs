@@ -1,0 +1,166 @@
+//! What is not told on the wire, from the frames that are: the spectrum of a window by the library's own periodogram, and
+//! the tone that the board has fitted as curves over the same frames.
+
+use super::{Frame, Live, Strips};
+use ads1258::reading;
+use ridgetone::descent::CYCLES_FOR_SLOPE;
+use ridgetone::frame::CONVERSION_NS;
+use ridgetone::levels::levels;
+use ridgetone::nuisance::{Curve, Nuisances};
+use ridgetone::settings::TAXELS;
+use ridgetone::sine_fit::FRAMES_MIN;
+use ridgetone::spectrum::{POINTS_MAX, strongest, transform_size};
+use ridgetone::stretch::Stretch;
+use ridgetone::telemetry::{Abscissa, Estimate};
+use ridgetone::window::{Table, Values};
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Power of a bin in which there is nothing at all, decibels: below what 24 bits and 16 channels can show.
+const LEAST_DB: f32 = -120.0;
+
+/// The periodogram over all channels that the board's search starts from ([`ridgetone::spectrum`]).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spectrum {
+    /// Device time of the window's first and last frame, seconds.
+    pub from_s: f64,
+    /// See `from_s`.
+    pub until_s: f64,
+    /// Whether it is the window of the latest estimate; otherwise the latest frames.
+    pub of_estimate: bool,
+    /// From one bin to the next, hertz; the first is at 0 Hz.
+    pub bin_hz: f64,
+    /// Share of the channels' power that a line at each bin's frequency takes, decibels: 0 if there is nothing else.
+    pub power_db: Vec<f32>,
+    /// The strongest line between the bins, hertz, if there is one.
+    pub strongest_hz: Option<f64>,
+}
+
+/// The tone as the board has told it, over those frames that it was fitted to and that are there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Curves {
+    /// Device time of each frame, seconds.
+    pub t_s: Vec<f64>,
+    /// For each taxel what was read in it, volts; none where that cannot be trusted.
+    pub read_v: Vec<Vec<Option<f32>>>,
+    /// For each taxel its offset and the fundamental, volts; none where it took no part.
+    pub tone_v: Vec<Option<Vec<f32>>>,
+}
+
+/// Spectrum of the latest estimate's window, if its frames are all there, else of the latest frames as long as a window.
+/// None without raw frames, or with too few.
+pub fn spectrum(live: &Live) -> Option<Spectrum> {
+    let window = live.estimate().and_then(|estimate| windowed(&live.strips, estimate)).filter(|found| found.is_whole);
+    let of_estimate = window.is_some();
+    let frames = window.map_or_else(|| latest(live), |window| window.frames);
+    let (first, last) = (frames.first()?, frames.last()?);
+    let slots = last.number.wrapping_sub(first.number).checked_add(1)?;
+    if frames.len() < FRAMES_MIN as usize || slots as usize > POINTS_MAX || last.t_s <= first.t_s {
+        return None;
+    }
+    let rate_hz = f64::from(slots - 1) / (last.t_s - first.t_s);
+    let (values, valid) = table(&frames, slots, live.settings().vref_v);
+    let mut source = Table { values: &values, valid: &valid };
+    let mut stretch = Stretch::new(&mut source, 0, slots);
+    let levels = levels(&mut stretch, None)?;
+    let nothing = Nuisances::new(&mut stretch, &levels, Curve::None)?;
+    let (mut points, mut power) = (vec![0.0; POINTS_MAX], vec![0.0; POINTS_MAX / 2]);
+    let size = transform_size(slots as usize, POINTS_MAX);
+    let found = strongest(&mut stretch, &levels, &nothing, CYCLES_FOR_SLOPE, u16::MAX, &mut points, &mut power)?;
+    // A line alone has a magnitude of half its amplitude times the frames, of which its power is half the square.
+    let whole = 0.5 * levels.frames as f32 * levels.usable.count_ones() as f32;
+    let decibel = |power: f32| (10.0 * (power / whole).log10()).max(LEAST_DB);
+    Some(Spectrum {
+        from_s: first.t_s,
+        until_s: last.t_s,
+        of_estimate,
+        bin_hz: rate_hz / size as f64,
+        power_db: power[..size / 2].iter().map(|power| decibel(*power)).collect(),
+        strongest_hz: found.map(|nu| 2.0 * f64::from(nu) * rate_hz / f64::from(slots)),
+    })
+}
+
+/// The latest estimate's tone over the frames of its window. None if it has none, if it counts in place, or if none of the
+/// frames is there any more.
+pub fn curves(live: &Live) -> Option<Curves> {
+    let estimate = live.estimate()?;
+    if !estimate.status.has_tone() || estimate.abscissa != Abscissa::Time {
+        return None;
+    }
+    let Windowed { frames, centre_s, .. } = windowed(&live.strips, estimate)?;
+    if frames.is_empty() {
+        return None;
+    }
+    let slot_s = CONVERSION_NS as f64 * 1e-9;
+    let curve = |taxel: usize| {
+        let channel = estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
+        let value = |frame: &Frame| {
+            // Phases are told as if all of a scan were read at once; this taxel's slot comes later.
+            let t_s = frame.t_s + taxel as f64 * slot_s - centre_s;
+            let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad)).cos() as f32;
+            channel.offset_v + channel.amplitude_v * wave
+        };
+        Some(frames.iter().map(value).collect())
+    };
+    Some(Curves {
+        t_s: frames.iter().map(|frame| frame.t_s).collect(),
+        read_v: (0..TAXELS).map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect()).collect(),
+        tone_v: (0..TAXELS).map(curve).collect(),
+    })
+}
+
+/// Frames of an estimate's window.
+struct Windowed {
+    /// Those that are there.
+    frames: Vec<Frame>,
+    /// Half way from its first frame to its last, seconds.
+    centre_s: f64,
+    /// Whether its first and its last are there.
+    is_whole: bool,
+}
+
+fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
+    let (oldest, newest) = (strips.frames().next()?, strips.frames().next_back()?);
+    let frame_s = (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
+    // A window ends with its last frame, so it lasts one frame less from stamp to stamp.
+    let end_s = estimate.t_us as f64 / 1e6;
+    let start_s = end_s - f64::from(estimate.window_s) + frame_s;
+    let slack_s = 0.5 * frame_s;
+    let inside = |frame: &&Frame| frame.t_s > start_s - slack_s && frame.t_s < end_s + slack_s;
+    Some(Windowed {
+        frames: strips.frames().filter(inside).copied().collect(),
+        centre_s: 0.5 * (start_s + end_s),
+        is_whole: oldest.t_s < start_s + slack_s && newest.t_s > end_s - slack_s,
+    })
+}
+
+/// The latest frames, as many as a window has.
+fn latest(live: &Live) -> Vec<Frame> {
+    let wanted = (live.settings().window_s * nominal_hz(live)).round() as usize;
+    let frames = live.strips.frames();
+    let skipped = frames.len().saturating_sub(wanted);
+    frames.skip(skipped).copied().collect()
+}
+
+fn nominal_hz(live: &Live) -> f32 {
+    live.hello().map_or(ridgetone::settings::FRAME_RATE_HZ, |hello| hello.frame_rate_hz)
+}
+
+/// Frames as the library takes them: codes less each taxel's first one, and which of them count.
+fn table(frames: &[Frame], slots: u32, vref_v: f32) -> (Vec<Values>, Vec<u16>) {
+    let code_v = f64::from(reading::volts(1, vref_v));
+    let zero = |taxel: usize| frames.iter().find_map(|frame| frame.volts[taxel]).unwrap_or(0.0);
+    let zeros: [f32; TAXELS] = std::array::from_fn(zero);
+    let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots as usize], vec![0; slots as usize]);
+    for frame in frames {
+        let at = frame.number.wrapping_sub(frames[0].number) as usize;
+        let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else { continue };
+        for (taxel, volts) in frame.volts.iter().enumerate() {
+            if let Some(volts) = volts {
+                values[taxel] = ((f64::from(*volts) - f64::from(zeros[taxel])) / code_v) as f32;
+                *valid |= 1 << taxel;
+            }
+        }
+    }
+    (values, valid)
+}

@@ -1,0 +1,275 @@
+//! The README and the book: every command in them is run, or is in a list that says what runs it; every link leads
+//! somewhere; the wiring is the firmware's; the reader in Python reads.
+
+mod common;
+
+use common::{directory, file, json_lines, run, stdout, text};
+use pulldown_cmark::{CodeBlockKind, Event as Mark, Parser, Tag, TagEnd};
+use ridgetone::fault::FaultKind;
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Packet, WIRE_MAX, encode};
+use ridgetone_host::input::{Input, Source};
+use ridgetone_host::names::fault_name;
+use ridgetone_host::replay;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Commands that need a board.
+const WITH_A_BOARD: [&str; 8] = [
+    "cargo xtask flash",
+    "ridgetone monitor",
+    "ridgetone record --for 60 -o touch.rec",
+    "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
+    "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
+    "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.1.0-feather-f405.dfu",
+    "probe-rs attach --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",
+    "probe-rs attach --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
+];
+
+/// What a command that needs the emulator, or minutes, or what another of these has written, has one of.
+const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
+
+/// Commands that go on until somebody interrupts them, and for how long they may, seconds.
+const ENDLESS: [(&str, &str); 1] = [("ridgetone monitor --emulated", "8")];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace")
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The README and the pages of the book.
+fn pages() -> Vec<PathBuf> {
+    let book = fs::read_dir(root().join("docs/book")).expect("the book");
+    let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
+    pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
+    assert!((1..=6).contains(&pages.len()), "at most six short pages: {pages:?}");
+    pages.sort();
+    pages.insert(0, root().join("README.md"));
+    pages
+}
+
+/// The code blocks of a page in one language.
+fn blocks(page: &str, language: &str) -> Vec<String> {
+    let (mut blocks, mut inside) = (Vec::new(), false);
+    for mark in Parser::new(page) {
+        match mark {
+            Mark::Start(Tag::CodeBlock(CodeBlockKind::Fenced(name))) if &*name == language => {
+                inside = true;
+                blocks.push(String::new());
+            }
+            Mark::End(TagEnd::CodeBlock) => inside = false,
+            Mark::Text(text) if inside => blocks.last_mut().expect("begun").push_str(&text),
+            _ => {}
+        }
+    }
+    blocks
+}
+
+/// The commands of all pages, each once, in their order: lines of blocks of the shell, without what is said behind them.
+fn commands() -> Vec<String> {
+    let mut commands: Vec<String> = Vec::new();
+    for line in pages().iter().flat_map(|path| blocks(&read(path), "sh")).collect::<Vec<_>>().join("\n").lines() {
+        let command = line.split(" #").next().unwrap_or_default().trim();
+        if !command.is_empty() && !command.starts_with('#') && !commands.iter().any(|known| known == command) {
+            commands.push(command.to_owned());
+        }
+    }
+    assert!(commands.len() > 25, "{commands:?}");
+    commands
+}
+
+/// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that has the files that they
+/// speak of.
+fn run_all(long: bool) {
+    let folder = directory();
+    std::os::unix::fs::symlink(root().join("scenes"), folder.path().join("scenes")).expect("a link");
+    for name in ["recording.csv", "trace.csv"] {
+        let path = folder.path().join(name);
+        assert!(run(&["scene", "-o", text(&path)]).status.success());
+    }
+    let (mut by_hand, mut place_mm) = (String::from("time_s,a,v_mm_s\n"), 0.0_f64);
+    for row in 0..500 {
+        let speed_mm_s = 30.0 + f64::from(row) / 25.0;
+        place_mm += speed_mm_s / 500.0;
+        let a = (std::f64::consts::TAU * place_mm / 2.5).cos();
+        by_hand += &format!("{:.4},{a:.6},{speed_mm_s:.6}\n", f64::from(row) / 500.0);
+    }
+    file(folder.path(), "by_hand.csv", &by_hand);
+    file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n4,30\n");
+    let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone")).parent().expect("a folder");
+    let path = format!("{}:{}", text(binary), std::env::var("PATH").expect("a path"));
+
+    let mut ran = 0;
+    for command in commands() {
+        let is_ours = command.starts_with("ridgetone ") && !WITH_A_BOARD.contains(&&*command);
+        if !is_ours || command.split_whitespace().any(|word| LONG.contains(&word)) != long {
+            continue;
+        }
+        // Interrupted as Ctrl-C does.
+        let endless = ENDLESS.iter().find(|(endless, _)| *endless == command);
+        let shell =
+            endless.map_or(command.clone(), |(_, s)| format!("timeout --preserve-status --signal INT {s} {command}"));
+        let output = Command::new("sh")
+            .args(["-c", &shell])
+            .current_dir(folder.path())
+            .env("PATH", &path)
+            .stdin(Stdio::null())
+            .output()
+            .expect("a shell");
+        assert!(output.status.success(), "{command}: {}", common::stderr(&output));
+        let says = !output.stdout.is_empty() || !output.stderr.is_empty() || command.contains(" > ");
+        assert!(says, "{command} says nothing");
+        assert!(endless.is_none() || stdout(&output).contains(" estimate "), "{command} tells no estimate");
+        ran += 1;
+    }
+    assert!(ran > 6, "{ran} commands");
+}
+
+#[test]
+fn the_commands_of_readme_and_book_run() {
+    run_all(false);
+}
+
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_commands_that_take_long_run() {
+    run_all(true);
+}
+
+#[test]
+fn every_other_command_is_run_by_ci_or_needs_a_board() {
+    let ci = read(&root().join(".ci/run"));
+    let ci: Vec<&str> = ci.lines().collect();
+    let all = commands();
+    for command in all.iter().filter(|command| !command.starts_with("ridgetone ")) {
+        let run_by_ci = ci.iter().any(|line| *line == command || line.starts_with(&format!("{command} ")));
+        assert!(run_by_ci || WITH_A_BOARD.contains(&&**command), "nothing runs `{command}`");
+    }
+    for command in WITH_A_BOARD {
+        assert!(all.iter().any(|known| known == command), "no page has `{command}` any more");
+    }
+}
+
+#[test]
+fn every_link_leads_to_a_file() {
+    let mut links = 0;
+    for page in pages() {
+        for mark in Parser::new(&read(&page)) {
+            let (Mark::Start(Tag::Link { dest_url: to, .. }) | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
+            else {
+                continue;
+            };
+            let to = to.split('#').next().unwrap_or_default();
+            if !to.is_empty() && !to.contains("://") {
+                links += 1;
+                assert!(page.with_file_name("").join(to).exists(), "{}: {to}", page.display());
+            }
+        }
+    }
+    assert!(links > 30);
+}
+
+/// What `init` of a board's file names belongs together: the pins' names in the table are those in the code.
+#[test]
+fn the_wiring_is_the_firmwares() {
+    let page = read(&root().join("docs/book/1-wiring.md"));
+    let drawing = read(&root().join("docs/book/wiring.svg"));
+    let feather = read(&root().join("src/board/feather_f405.rs"));
+    let nucleo = read(&root().join("src/board/nucleo_f446re.rs"));
+    let rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    // The name of a signal in the code.
+    let signals = [
+        ("CS", "spi: "),
+        ("SCLK", "spi: "),
+        ("DOUT", "spi: "),
+        ("DIN", "spi: "),
+        ("DRDY", "drdy: "),
+        ("START", "start: "),
+        ("RESET", "reset: "),
+    ];
+    for (signal, field) in signals {
+        let row = rows.iter().find(|row| row[0] == signal).unwrap_or_else(|| panic!("no row {signal}"));
+        for (code, pin) in [(&feather, row[2]), (&nucleo, row[4])] {
+            let line = code.lines().find(|line| line.trim_start().starts_with(field)).expect("the field");
+            assert!(line.contains(&format!(".{}", pin.to_lowercase())), "{signal} is not on {pin}: {line}");
+        }
+        for said in [row[1], row[2]] {
+            assert!(drawing.contains(&format!(">{said}<")), "{signal}: the drawing has no {said}");
+        }
+    }
+    let row = rows.iter().find(|row| row[0].starts_with("telemetry")).expect("the line's row");
+    for (code, pins) in [(&feather, row[2]), (&nucleo, row[4])] {
+        let (tx, rx) = pins.split_once(", ").expect("two pins");
+        assert!(code.contains(&format!(".{}, rx)", tx.to_lowercase())), "TX is not on {tx}");
+        assert!(code.contains(&format!(".{}.into_alternate", rx.to_lowercase())), "RX is not on {rx}");
+    }
+}
+
+#[test]
+fn every_kind_of_fault_has_a_remedy() {
+    let page = read(&root().join("docs/book/6-troubleshooting.md"));
+    let symptoms: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next()).collect();
+    for kind in FaultKind::ALL {
+        let name = format!("`{}`", fault_name(kind));
+        assert!(symptoms.iter().any(|symptom| symptom.contains(&name)), "{name}");
+    }
+}
+
+#[test]
+fn the_reader_in_python_reads_what_the_command_prints() {
+    let page = read(&root().join("docs/book/4-telemetry.md"));
+    let [reader] = &blocks(&page, "python")[..] else { panic!("one reader") };
+    assert!(reader.lines().count() <= 30, "{} lines", reader.lines().count());
+    let folder = directory();
+    let script = file(folder.path(), "reader.py", reader);
+
+    // Damage in between, and a beginning in the middle of a frame.
+    let mut line: Vec<u8> = b"middle of a frame\0\0\x01\0".to_vec();
+    let mut wire = [0; WIRE_MAX];
+    let mut sink = |packet: &Packet| {
+        let length = encode(packet, &mut wire).expect("it fits");
+        line.extend_from_slice(&wire[..length]);
+        if packet.sequence.is_multiple_of(3) {
+            let mut flipped = wire[..length].to_vec();
+            flipped[length / 2] ^= 0x40;
+            line.extend(flipped);
+        }
+        Ok(())
+    };
+    let input = Input { source: Source::Scene(Default::default()), ..Input::default() }.open().expect("an input");
+    replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
+
+    let mut python = Command::new("python3")
+        .arg(&script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("Python 3 is there");
+    let mut stdin = python.stdin.take().expect("a pipe");
+    let fed = std::thread::spawn(move || stdin.write_all(&line));
+    let output = python.wait_with_output().expect("it ends");
+    fed.join().expect("a thread").expect("it read all");
+    let read: Vec<serde_json::Value> = json_lines(&output);
+
+    let printed = json_lines(&run(&["replay", "--json"]));
+    let estimates: Vec<_> = printed.iter().filter(|message| message["type"] == "estimate").collect();
+    assert!(estimates.len() > 4 && read.len() == estimates.len(), "{read:?}");
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or(0.0);
+    for (read, printed) in read.iter().zip(estimates) {
+        assert_eq!(read[0], printed["sequence"]);
+        assert!((number(&read[1]) - number(&printed["t_s"])).abs() < 1e-9);
+        assert_eq!(read[2], printed["status"]);
+        // They are f32 on the wire; each prints what reads back to the same.
+        assert_eq!(number(&read[3]) as f32, number(&printed["frequency_hz"]) as f32);
+        assert_eq!(number(&read[4]) as f32, number(&printed["sigma_hz"]) as f32);
+    }
+}

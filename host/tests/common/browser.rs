@@ -1,0 +1,201 @@
+//! A headless browser: how one is started, and one that is told what to do over the DevTools protocol
+//! (<https://chromedevtools.github.io/devtools-protocol/>) on two pipes.
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
+use rustix::fs::{CWD, Mode, mkfifoat};
+use serde_json::{Value, json};
+use std::ffi::OsString;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::{sleep, spawn};
+use std::time::{Duration, Instant};
+
+/// Longest that the browser may take for anything, wall time.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+
+/// How a page is looked at.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    pub width: u32,
+    pub height: u32,
+    pub dark: bool,
+}
+
+/// The one that `cargo xtask test` has found, or else Debian's in PATH.
+fn browser() -> OsString {
+    std::env::var_os("RIDGETONE_BROWSER").unwrap_or_else(|| "chromium".into())
+}
+
+/// The browser without a window, every host unknown to it but this computer.
+pub fn command(profile: &Path, look: Look) -> Command {
+    let mut command = Command::new(browser());
+    command
+        // The sandbox needs a user who is not root; what is opened is our own page.
+        .args(["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"])
+        .args(["--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"])
+        .args(["--enable-logging=stderr", "--log-level=0", "--force-device-scale-factor=1"])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg(format!("--window-size={},{}", look.width, look.height))
+        .arg(format!("--blink-settings=preferredColorScheme={}", u8::from(!look.dark)));
+    command
+}
+
+/// A browser with one page that does what it is told.
+pub struct Browser {
+    child: Child,
+    orders: File,
+    said: Receiver<Value>,
+    session: String,
+    number: u64,
+    events: Vec<Value>,
+    folder: tempfile::TempDir,
+}
+
+impl Browser {
+    /// Starts it with an empty page.
+    pub fn start(look: Look) -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = |name: &str| {
+            let path = folder.path().join(name);
+            mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).expect("a pipe");
+            path
+        };
+        let (orders, said) = (pipe("orders"), pipe("said"));
+        let plain = command(&folder.path().join("profile"), look);
+        let log = File::create(folder.path().join("log")).expect("a file");
+        let child = Command::new("sh")
+            .args(["-c", "exec \"$0\" \"$@\" 3<\"$ORDERS\" 4>\"$SAID\""])
+            .arg(plain.get_program())
+            .args(plain.get_args())
+            .args(["--remote-debugging-pipe", "about:blank"])
+            .env("ORDERS", &orders)
+            .env("SAID", &said)
+            .stderr(log)
+            .spawn()
+            .expect("a shell");
+        // In the order in which the shell opens them.
+        let orders = File::options().write(true).open(orders).expect("the pipe");
+        let said = File::open(said).expect("the pipe");
+        let (to_us, heard) = channel();
+        spawn(move || {
+            for message in BufReader::new(said).split(0).map_while(Result::ok) {
+                if to_us.send(serde_json::from_slice(&message).expect("JSON")).is_err() {
+                    return;
+                }
+            }
+        });
+        let (session, events) = (String::new(), Vec::new());
+        let mut browser = Self { child, orders, said: heard, session, number: 0, events, folder };
+        let targets = browser.call("Target.getTargets", json!({}));
+        let infos = targets["targetInfos"].as_array().expect("pages");
+        let page = infos.iter().find(|info| info["type"] == "page").expect("a page")["targetId"].clone();
+        let attached = browser.call("Target.attachToTarget", json!({"targetId": page, "flatten": true}));
+        browser.session = attached["sessionId"].as_str().expect("a session").to_owned();
+        for domain in ["Page", "Runtime", "Log", "Network"] {
+            browser.call(&format!("{domain}.enable"), json!({}));
+        }
+        browser.look(look);
+        browser.call(
+            "Browser.setDownloadBehavior",
+            json!({"behavior": "allow", "downloadPath": browser.folder.path().join("saved")}),
+        );
+        browser
+    }
+
+    /// Has something done; gives what came of it.
+    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.number += 1;
+        let mut order = json!({"id": self.number, "method": method, "params": parameters});
+        if !self.session.is_empty() && !method.starts_with("Browser.") {
+            order["sessionId"] = self.session.clone().into();
+        }
+        self.orders.write_all(format!("{order}\0").as_bytes()).expect("a browser: cargo xtask setup installs one");
+        loop {
+            let message = self.said.recv_timeout(PATIENCE).expect("the browser answers");
+            if message["id"] == self.number {
+                assert!(message["error"].is_null(), "{method}: {message}");
+                return message["result"].clone();
+            }
+            self.events.push(message);
+        }
+    }
+
+    /// From now on the page is looked at like this.
+    pub fn look(&mut self, look: Look) {
+        let Look { width, height, dark } = look;
+        let size = json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500});
+        self.call("Emulation.setDeviceMetricsOverride", size);
+        let scheme = if dark { "dark" } else { "light" };
+        let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
+        self.call("Emulation.setEmulatedMedia", json!({"features": features}));
+    }
+
+    /// Opens a page.
+    pub fn open(&mut self, url: &str) {
+        let went = self.call("Page.navigate", json!({"url": url}));
+        assert!(went["errorText"].is_null(), "{url}: {went}");
+    }
+
+    /// Value of an expression in the page, awaited.
+    pub fn value(&mut self, expression: &str) -> Value {
+        let parameters = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
+        let found = self.call("Runtime.evaluate", parameters);
+        assert!(found["exceptionDetails"].is_null(), "{expression}: {found}");
+        found["result"]["value"].clone()
+    }
+
+    /// Waits until an expression in the page is true.
+    pub fn wait(&mut self, expression: &str) {
+        let begun = Instant::now();
+        while self.value(expression) != true {
+            assert!(begun.elapsed() < PATIENCE, "never: {expression}; {:?}", self.errors());
+            sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// What was said in the console, and what went wrong in a script.
+    pub fn errors(&self) -> Vec<String> {
+        let bad = ["Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"];
+        let said = |event: &&Value| bad.iter().any(|method| event["method"] == *method);
+        self.events.iter().filter(said).map(Value::to_string).collect()
+    }
+
+    /// URLs that were asked for.
+    pub fn requests(&self) -> Vec<String> {
+        let sent = self.events.iter().filter(|event| event["method"] == "Network.requestWillBeSent");
+        sent.map(|event| event["params"]["request"]["url"].as_str().unwrap_or_default().to_owned()).collect()
+    }
+
+    /// Forgets what was said and asked for.
+    pub fn forget(&mut self) {
+        self.events.clear();
+    }
+
+    /// What is saved next, as soon as it is there whole, when this expression was run.
+    pub fn saved(&mut self, expression: &str) -> (String, Vec<u8>) {
+        self.value(expression);
+        let (folder, begun) = (self.folder.path().join("saved"), Instant::now());
+        loop {
+            let files = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+            let is_whole = |path: &PathBuf| path.extension().is_some_and(|ending| ending != "crdownload");
+            if let Some(path) = files.map(|file| file.path()).find(is_whole) {
+                let content = std::fs::read(&path).expect("a file");
+                std::fs::remove_file(&path).expect("removed");
+                return (path.file_name().expect("a name").to_string_lossy().into_owned(), content);
+            }
+            assert!(begun.elapsed() < PATIENCE, "nothing was saved by {expression}: {:?}", self.errors());
+            self.value("0");
+            sleep(Duration::from_millis(50));
+        }
+    }
+}
+
+impl Drop for Browser {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

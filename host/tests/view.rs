@@ -1,0 +1,87 @@
+//! `view`: what its pages are told, the server, and the page in a browser, which `cargo xtask test` installs.
+#![cfg(target_os = "linux")]
+
+mod common;
+#[path = "view/page.rs"]
+mod page;
+#[path = "view/served.rs"]
+mod served;
+#[path = "view/told.rs"]
+mod told;
+
+use ridgetone::pipeline::Pipeline;
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Packet, WIRE_MAX, encode};
+use ridgetone_host::input::Input;
+use ridgetone_host::{recording, replay};
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+
+/// What a board says of the default scene up to a device time, with every frame as it was read.
+fn packets(until_s: f64) -> Vec<Packet> {
+    let mut events = Vec::new();
+    let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+    pipeline.tell_raw(u32::MAX);
+    events.push(pipeline.hello());
+    let mut first_us = None;
+    let mut take = |timed: ridgetone::frame::TimedConversion| {
+        let t_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) / 1e6;
+        if t_s < until_s {
+            pipeline.push(timed, &mut |event: Event| events.push(event));
+        }
+        Ok(())
+    };
+    replay::conversions(Input::default().open().expect("a scene"), &mut take).expect("a run");
+    (0..).zip(events).map(|(sequence, event)| Packet { sequence, event }).collect()
+}
+
+/// The same as a recording.
+fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
+    let path = folder.join("touch.rec");
+    let mut file = recording::create(&path, "a test").expect("a file");
+    for packet in packets {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(packet, &mut wire).expect("it fits");
+        file.write_all(&wire[..used]).expect("written");
+    }
+    path
+}
+
+/// `ridgetone view` at a free port.
+struct View {
+    child: Child,
+    /// Such as `http://127.0.0.1:34567/`.
+    url: String,
+}
+
+impl View {
+    fn start(arguments: &[&str]) -> Self {
+        Self::at("127.0.0.1:0", arguments)
+    }
+
+    fn at(address: &str, arguments: &[&str]) -> Self {
+        let mut child = common::ridgetone()
+            .args(["view", "--listen", address])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command runs");
+        let mut url = String::new();
+        BufReader::new(child.stdout.as_mut().expect("a pipe")).read_line(&mut url).expect("a line");
+        Self { child, url: url.trim().to_owned() }
+    }
+
+    /// Address and port.
+    fn address(&self) -> &str {
+        self.url.trim_start_matches("http://").trim_end_matches('/')
+    }
+}
+
+impl Drop for View {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

@@ -1,0 +1,184 @@
+//! The page in a browser.
+
+#[path = "../common/browser.rs"]
+mod browser;
+
+use super::{View, packets, recorded};
+use crate::common;
+use browser::{Browser, Look};
+use std::thread::sleep;
+use std::time::Duration;
+
+const LOOK: Look = Look { width: 1280, height: 800, dark: false };
+
+const TEXT: &str = "(id) => document.getElementById(id).textContent";
+
+/// Share of a canvas's pixels that are not empty.
+const DRAWN: &str = "(canvas) => { \
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true }); \
+    copy.drawImage(canvas, 0, 0); \
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height); \
+    return data.filter((value, at) => at % 4 === 3 && value > 0).length / (data.length / 4); }";
+
+fn text(browser: &mut Browser, id: &str) -> String {
+    browser.value(&format!("({TEXT})('{id}')")).as_str().expect("a text").to_owned()
+}
+
+fn save(what: &str, how: &str) -> String {
+    format!("document.querySelector('#{what} [data-save={how}]').click()")
+}
+
+/// Whether all plots have something on them.
+fn assert_drawn(browser: &mut Browser, plots: &[&str]) {
+    for plot in plots {
+        let share = browser.value(&format!("({DRAWN})(document.querySelector('#{plot} canvas'))"));
+        assert!(share.as_f64() > Some(0.01), "{plot}: {share}");
+    }
+}
+
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(3.2));
+    let arguments = ["--file", common::text(&path), "--pace", "0"];
+    let view = View::start(&arguments);
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait("document.getElementById('words')?.textContent.startsWith('The recording is over') === true");
+    let lines = common::json_lines(&common::run(&[&["monitor", "--json"][..], &arguments].concat()));
+    let estimate = lines.iter().rfind(|line| line["type"] == "estimate").expect("an estimate");
+    let (told_hz, sigma_hz) = (estimate["frequency_hz"].as_f64().unwrap(), estimate["sigma_hz"].as_f64().unwrap());
+    let shown = text(&mut browser, "frequency");
+    let numbers: Vec<&str> = shown.trim_end_matches(" Hz").split(" ± ").collect();
+    let decimals = numbers[0].split_once('.').expect("decimals").1.len();
+    assert_eq!(shown, format!("{told_hz:.decimals$} ± {sigma_hz:.decimals$} Hz"));
+    assert!(decimals >= 4, "{shown}");
+    assert_eq!(text(&mut browser, "phase"), "sliding");
+    browser.wait("[...document.querySelectorAll('.empty')].every((text) => text.hidden)");
+    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+
+    // The channels as CSV are a recording: the fit finds the tone in it.
+    let (name, csv) = browser.saved(&save("strips", "csv"));
+    assert!(name.starts_with("ridgetone-strips-") && name.ends_with(".csv"), "{name}");
+    let saved = common::file(folder.path(), "strips.csv", &String::from_utf8(csv).expect("UTF-8"));
+    let (from, to) = (format!("{}", estimate["t_s"].as_f64().unwrap() - 1.0), format!("{}", estimate["t_s"]));
+    let fit = common::run(&["fit", common::text(&saved), "--from", &from, "--to", &to, "--json"]);
+    let fitted_hz = common::json_lines(&fit)[0]["frequency_hz"].as_f64().expect("a frequency");
+    assert!((fitted_hz - told_hz).abs() < 2.0 * sigma_hz, "{fitted_hz} and {told_hz}");
+    let (_, csv) = browser.saved(&save("history", "csv"));
+    let estimates = lines.iter().filter(|line| line["type"] == "estimate").count();
+    let csv = String::from_utf8(csv).expect("UTF-8");
+    assert_eq!(csv.lines().count(), 1 + estimates);
+    assert!(csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"), "{csv}");
+    for (what, rows) in [("spectrum", 511), ("fit", 241), ("map", 16)] {
+        let (_, csv) = browser.saved(&save(what, "csv"));
+        assert_eq!(String::from_utf8(csv).expect("UTF-8").lines().count(), 1 + rows, "{what}");
+    }
+    for what in ["strips", "history", "spectrum", "fit", "map"] {
+        let (name, png) = browser.saved(&save(what, "png"));
+        assert!(
+            name.ends_with(".png") && png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 2000,
+            "{name}: {}",
+            png.len()
+        );
+    }
+
+    // A drag across the spectrum zooms in, and pauses.
+    let place = browser.value(
+        "(({ left, top, width, height }) => [left + 0.2 * width, top + 0.5 * height, left + 0.6 * width])(document.querySelector('#spectrum .u-over').getBoundingClientRect())",
+    );
+    for (kind, x) in [("mousePressed", 0), ("mouseMoved", 2), ("mouseReleased", 2)] {
+        let mouse = serde_json::json!({"type": kind, "x": place[x], "y": place[1], "button": "left", "buttons": 1, "clickCount": 1});
+        browser.call("Input.dispatchMouseEvent", mouse);
+    }
+    browser.wait("document.body.classList.contains('paused')");
+    let (_, csv) = browser.saved(&save("spectrum", "csv"));
+    let zoomed: Vec<f64> = String::from_utf8(csv)
+        .expect("UTF-8")
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    assert!((150..260).contains(&zoomed.len()) && zoomed[0] > 15.0 && zoomed[zoomed.len() - 1] < 80.0, "{zoomed:?}");
+    assert_quiet(&browser, &view);
+}
+
+/// Nothing was said in the console, and nothing asked for but of the server.
+fn assert_quiet(browser: &Browser, view: &View) {
+    assert_eq!(browser.errors(), Vec::<String>::new());
+    let requests = browser.requests();
+    let is_ours = |url: &&String| url.starts_with(&view.url) || url.starts_with(&format!("blob:{}", view.url));
+    assert!(requests.len() >= 11 && requests.iter().all(|url| is_ours(&url)), "{requests:?}");
+}
+
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn a_restarted_command_is_found_again_and_what_is_missing_is_said() {
+    let folder = common::directory();
+    let only: Vec<_> = packets(3.2)
+        .into_iter()
+        .filter(|packet| !matches!(packet.event, ridgetone::telemetry::Event::Raw(_)))
+        .collect();
+    let numbered: Vec<_> =
+        (0..).zip(only).map(|(sequence, packet)| ridgetone::telemetry::Packet { sequence, ..packet }).collect();
+    let path = recorded(folder.path(), &numbered);
+    let arguments = ["--file", common::text(&path), "--pace", "0"];
+    let view = View::start(&arguments);
+    let address = view.address().to_owned();
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait("document.getElementById('words')?.textContent.startsWith('The recording is over') === true");
+    let why = browser.value("document.querySelector('#strips .empty').textContent");
+    assert_eq!(why, "This recording holds no raw frames, from which this is drawn.");
+    assert_drawn(&mut browser, &["history", "map"]);
+    let shown = text(&mut browser, "frequency");
+    assert!(shown.ends_with(" Hz"), "{shown}");
+    drop(view);
+    browser.wait("document.getElementById('words').textContent.startsWith('The command cannot be reached')");
+    let _again = View::at(&address, &arguments);
+    browser.wait("document.getElementById('words').textContent.startsWith('The recording is over')");
+    assert_eq!(text(&mut browser, "frequency"), shown);
+}
+
+#[test]
+#[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
+fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
+    let view = View::start(&["--emulated"]);
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait(
+        "document.getElementById('phase')?.textContent === 'sliding' && document.getElementById('frequency').textContent.includes('Hz')",
+    );
+    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    let looks = [
+        ("light", LOOK),
+        ("dark", Look { dark: true, ..LOOK }),
+        ("phone", Look { width: 390, height: 844, dark: false }),
+        ("phone-dark", Look { width: 390, height: 844, dark: true }),
+    ];
+    for (name, look) in looks {
+        browser.look(look);
+        sleep(Duration::from_millis(700));
+        let wide = browser.value("document.documentElement.scrollWidth").as_u64();
+        assert!(wide <= Some(u64::from(look.width)), "{name}: {wide:?}");
+        let found = browser.value(include_str!("readable.js"));
+        assert_eq!(found, serde_json::json!([]), "{name}");
+        assert_drawn(&mut browser, &["strips", "history", "map"]);
+    }
+    browser.look(LOOK);
+    let pixels = |browser: &mut Browser| browser.value("document.querySelector('#strips canvas').toDataURL()");
+    let before = pixels(&mut browser);
+    sleep(Duration::from_millis(500));
+    let after = pixels(&mut browser);
+    assert_ne!(before, after, "it is live");
+    browser.value("document.getElementById('pause').click()");
+    sleep(Duration::from_millis(300));
+    let (still, received) = (pixels(&mut browser), text(&mut browser, "lost-small"));
+    sleep(Duration::from_millis(700));
+    assert_eq!((pixels(&mut browser), text(&mut browser, "lost-small")), (still.clone(), received), "it is paused");
+    browser.value("document.getElementById('pause').click()");
+    sleep(Duration::from_millis(500));
+    assert_ne!(pixels(&mut browser), still, "it goes on");
+    assert_quiet(&browser, &view);
+}

@@ -1,0 +1,118 @@
+//! The server, without a browser.
+
+use super::{View, packets, recorded};
+use crate::common;
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Status, head and body of the answer to a request; of an endless one what comes within `most`.
+fn ask(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
+    let mut line = TcpStream::connect(address).expect("it listens");
+    line.set_read_timeout(Some(Duration::from_millis(100))).expect("a timeout");
+    write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("asked");
+    let (mut bytes, mut part, begun) = (Vec::new(), [0; 65_536], Instant::now());
+    while begun.elapsed() < most {
+        match line.read(&mut part) {
+            Ok(0) => break,
+            Ok(length) => bytes.extend_from_slice(&part[..length]),
+            Err(_) => {}
+        }
+    }
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    let (head, body) = text.split_once("\r\n\r\n").expect("a head");
+    let status = head.split(' ').nth(1).and_then(|status| status.parse().ok()).expect("a status");
+    (status, head.to_lowercase(), body.to_owned())
+}
+
+const LONG: Duration = Duration::from_secs(20);
+
+#[test]
+fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
+    let folder = common::directory();
+    let packets = packets(3.0);
+    let path = recorded(folder.path(), &packets);
+    let mut view = View::start(&["--file", common::text(&path), "--pace", "0"]);
+    let address = view.address().to_owned();
+    let port = address.strip_prefix("127.0.0.1:").expect("loopback");
+    let state = || -> Value {
+        let (status, head, body) = ask(&address, "/state.json", &address, LONG);
+        assert!(status == 200 && head.contains("content-type: application/json"), "{head}");
+        serde_json::from_str(&body).expect("JSON")
+    };
+    let begun = Instant::now();
+    while state()["live"]["line"]["state"] != "over" {
+        assert!(begun.elapsed() < LONG, "{}", state());
+        sleep(Duration::from_millis(100));
+    }
+    let live = &state()["live"];
+    // The same numbers as with --json.
+    let lines = common::json_lines(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
+    let estimates: Vec<&Value> = lines.iter().filter(|line| line["type"] == "estimate").collect();
+    assert_eq!(live["history"].as_array().map(Vec::len), Some(estimates.len()));
+    assert_eq!(&live["latest"]["estimate"], *estimates.last().expect("an estimate"));
+    assert_eq!(live["counts"]["received"], packets.len());
+
+    for host in
+        ["example.org", &format!("example.org:{port}"), &format!("127.0.0.1.example.org:{port}"), "127.0.0.1:1", ""]
+    {
+        for path in ["/", "/state.json", "/events", "/uPlot.js"] {
+            let (status, _, body) = ask(&address, path, host, LONG);
+            assert!(status == 403 || host.is_empty() && status == 400, "{host} {path}: {status}");
+            assert!(!body.contains("latest") && !body.contains("uPlot"), "{host} {path}");
+        }
+    }
+    for host in [format!("localhost:{port}"), format!("[::1]:{port}")] {
+        assert_eq!(ask(&address, "/", &host, LONG).0, 200, "{host}");
+    }
+    for path in ["/", "/view.js", "/uPlot.css", "/state.json"] {
+        let (_, head, _) = ask(&address, path, &address, LONG);
+        assert!(head.contains("content-security-policy: default-src 'self';"), "{head}");
+        assert!(head.contains("cache-control: no-store") && !head.contains("access-control"), "{head}");
+    }
+    assert_eq!(ask(&address, "/../Cargo.toml", &address, LONG).0, 404);
+    let (_, head, body) = ask(&address, "/events", &address, Duration::from_secs(1));
+    assert!(head.contains("text/event-stream"), "{head}");
+    assert!(body.contains("event: state") && body.matches("event: update").count() >= 3, "{}", body.len());
+
+    // On no address but the one that was said: every other one of 127.0.0.0/8 is this computer too.
+    assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
+
+    // Ctrl-C ends it, though a page is listening.
+    let _page =
+        TcpStream::connect(&address).map(|mut line| write!(line, "GET /events HTTP/1.1\r\nHost: {address}\r\n\r\n"));
+    kill_process(Pid::from_child(&view.child), Signal::INT).expect("a signal");
+    let begun = Instant::now();
+    let status = loop {
+        if let Some(status) = view.child.try_wait().expect("a child") {
+            break status;
+        }
+        assert!(begun.elapsed() < LONG, "it does not end");
+        sleep(Duration::from_millis(20));
+    };
+    let mut said = String::new();
+    view.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
+    assert!(status.success() && said.contains(" frames received, 0 lost, 0 damaged"), "{status}: {said}");
+}
+
+#[test]
+fn what_can_be_reached_from_elsewhere_or_is_taken_is_refused_on_one_line() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(0.5));
+    let file = common::text(&path);
+    for address in ["0.0.0.0:8321", "[::]:8321", "192.168.1.2:8321"] {
+        let output = common::run(&["view", "--file", file, "--listen", address]);
+        common::assert_one_line(&output, 2, &["--listen", "can be reached from elsewhere"]);
+    }
+    common::assert_one_line(&common::run(&["view", "--file", file, "--listen", "8321"]), 2, &["127.0.0.1:8321"]);
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = taken.local_addr().expect("an address").to_string();
+    let output = common::run(&["view", "--file", file, "--listen", &address]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = common::stderr(&output);
+    assert!(said.contains(&address) && said.contains("choose another"), "{said}");
+    common::assert_one_line(&common::run(&["view", "--file", "no such file"]), 1, &["no such file"]);
+}

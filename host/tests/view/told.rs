@@ -1,0 +1,183 @@
+//! What pages are told, and what is made of raw frames for them.
+
+use super::{packets, recorded};
+use ridgetone::telemetry::Event;
+use ridgetone_host::feed::{Feed, Following, Happening, Source};
+use ridgetone_host::live::analysis::{curves, spectrum};
+use ridgetone_host::live::{Live, Strips};
+use ridgetone_host::recording::Recorded;
+use ridgetone_host::view::hub::Hub;
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+/// Device time in the middle of the default scene's slide.
+const SLIDING_S: f64 = 3.0;
+
+fn live() -> Live {
+    let mut live = Live::new("a test");
+    packets(SLIDING_S).iter().for_each(|packet| live.take(packet));
+    live
+}
+
+/// Cosine and sine of `frequency_hz` in `values`, times 2 / n: amplitude and phase of a line.
+fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let sum = |wave: fn(f64) -> f64| -> f64 {
+        t_s.iter().zip(values).map(|(t_s, value)| (value - mean) * wave(TAU * frequency_hz * t_s)).sum()
+    };
+    let scale = 2.0 / values.len() as f64;
+    (scale * sum(f64::cos), scale * sum(f64::sin))
+}
+
+/// Frames of the latest window: times, and volts of each taxel.
+fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let inside = || strips.frames().filter(|frame| frame.t_s >= from_s && frame.t_s <= until_s);
+    let volts = |taxel: usize| inside().map(|frame| f64::from(frame.volts[taxel].expect("a value"))).collect();
+    (inside().map(|frame| frame.t_s).collect(), (0..16).map(volts).collect())
+}
+
+#[test]
+fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
+    let live = live();
+    let found = spectrum(&live).expect("a spectrum");
+    let estimate = live.estimate().expect("an estimate");
+    assert!(found.of_estimate && (found.until_s - estimate.t_us as f64 / 1e6).abs() < 1e-4);
+    let (t_s, volts) = window(&live.strips, found.from_s - 1e-4, found.until_s + 1e-4);
+    assert_eq!(t_s.len(), 241);
+    assert!((found.strongest_hz.expect("a line") - f64::from(estimate.frequency)).abs() < 0.1);
+    let frames = t_s.len() as f64;
+    for bin in [20, 35, 36, 71, 106, 200, 400] {
+        let hz = bin as f64 * found.bin_hz;
+        let share = |values: &Vec<f64>| {
+            // About its straight line, as the library has it.
+            let (mean, middle) = (values.iter().sum::<f64>() / frames, t_s.iter().sum::<f64>() / frames);
+            let along = |t_s: &f64| t_s - middle;
+            let slope = t_s.iter().zip(values).map(|(t, v)| along(t) * (v - mean)).sum::<f64>()
+                / t_s.iter().map(|t| along(t).powi(2)).sum::<f64>();
+            let rest: Vec<f64> = t_s.iter().zip(values).map(|(t, v)| v - mean - slope * along(t)).collect();
+            let (re, im) = (0..rest.len()).fold((0.0, 0.0), |(re, im), n| {
+                let angle = TAU * hz * (t_s[n] - t_s[0]);
+                (re + rest[n] * angle.cos(), im + rest[n] * angle.sin())
+            });
+            (re * re + im * im) / rest.iter().map(|v| v * v).sum::<f64>()
+        };
+        let power = volts.iter().map(share).sum::<f64>() / (16.0 * 0.5 * frames);
+        let db = 10.0 * power.log10();
+        assert!((f64::from(found.power_db[bin]) - db).abs() < 0.1, "bin {bin}: {} and {db}", found.power_db[bin]);
+    }
+    let peak = found.power_db.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+    assert!((-3.0..=0.0).contains(&peak), "{peak}");
+}
+
+#[test]
+fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
+    let live = live();
+    let estimate = live.estimate().expect("an estimate");
+    let curves = curves(&live).expect("curves");
+    assert_eq!(curves.t_s.len(), 241);
+    for channel in &estimate.channels {
+        let taxel = usize::from(channel.taxel);
+        let tone = curves.tone_v[taxel].as_ref().expect("a curve");
+        let rest: Vec<f64> = curves.read_v[taxel]
+            .iter()
+            .zip(tone)
+            .map(|(read, tone)| f64::from(read.expect("a value")) - f64::from(*tone))
+            .collect();
+        let (cos, sin) = line(&curves.t_s, &rest, f64::from(estimate.frequency));
+        let left = cos.hypot(sin) / f64::from(channel.amplitude_v);
+        // Drawn as if all of a scan were read at once, the last taxel would leave a fifth.
+        assert!(left < 0.03, "taxel {taxel}: {left}");
+    }
+    // Of a whole slide the first frames may be gone.
+    let mut over = Live::new("a test");
+    packets(f64::INFINITY).iter().for_each(|packet| over.take(packet));
+    let slide_s = over.whole_slide().expect("a slide").t_us as f64 / 1e6;
+    let mut later = Strips::default();
+    over.strips.frames().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.add(*frame));
+    over.strips = later;
+    let found = ridgetone_host::live::analysis::curves(&over).expect("those that are there");
+    assert!((119..123).contains(&found.t_s.len()) && found.t_s.iter().all(|t_s| *t_s < slide_s + 0.003));
+    assert!(!spectrum(&over).expect("of the latest frames").of_estimate);
+}
+
+#[test]
+fn without_raw_frames_there_is_neither() {
+    let mut live = Live::new("a test");
+    packets(SLIDING_S)
+        .iter()
+        .filter(|packet| !matches!(packet.event, Event::Raw(_)))
+        .for_each(|packet| live.take(packet));
+    assert!(live.estimate().is_some() && spectrum(&live).is_none() && curves(&live).is_none());
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).expect("JSON")
+}
+
+/// What the page does with an update (`host/assets/view/model.js`).
+fn add(early: &mut Value, update: &Value) {
+    let live = &mut early["live"];
+    let extend = |to: &mut Value, new: &Value| {
+        to.as_array_mut().expect("a list").extend(new.as_array().expect("a list").iter().cloned());
+    };
+    extend(&mut live["history"], &update["points"]);
+    for name in ["t_s", "number"] {
+        extend(&mut live["strips"][name], &update["strips"][name]);
+    }
+    for taxel in 0..16 {
+        extend(&mut live["strips"]["volts"][taxel], &update["strips"]["volts"][taxel]);
+    }
+    if !update["log"].is_null() {
+        live["log"] = update["log"].clone();
+    }
+    for (name, value) in update["live"].as_object().expect("an object") {
+        if !["history", "strips", "log"].contains(&name.as_str()) {
+            live[name.as_str()] = value.clone();
+        }
+    }
+    early["update"] = update["update"].clone();
+}
+
+#[test]
+fn updates_make_of_an_early_state_what_a_late_one_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded(folder.path(), &packets(SLIDING_S));
+    let source: Box<dyn Source + Send> = Box::new(Recorded::open(&path).expect("a recording"));
+    let mut following = Following::new(Feed::new(source), None);
+    let hub = Hub::new(following.live());
+    let (state, mut updates) = hub.join(0).expect("a state");
+    let mut early = json(&state.json);
+    assert_eq!(
+        (state.kind, &early["words"].as_str().map(|words| words.starts_with("Nothing was heard"))),
+        ("state", &Some(true))
+    );
+    let mut happened = 0;
+    loop {
+        let happening = following.next(Duration::ZERO).expect("a feed");
+        hub.take(happening.as_ref(), &mut following);
+        happened += 1;
+        if happened % 50 == 0 {
+            hub.publish().expect("told");
+        }
+        while let Ok(message) = updates.try_recv() {
+            assert_eq!(message.kind, "update");
+            add(&mut early, &json(&message.json));
+        }
+        if happening == Some(Happening::Over) {
+            break;
+        }
+    }
+    hub.publish().expect("told");
+    let last = json(&updates.try_recv().expect("an update").json);
+    add(&mut early, &last);
+    assert_eq!(last["live"]["line"]["state"], "over");
+    assert!(last["no_raw"].as_str().is_some_and(|why| why.contains("recording")));
+    let late = json(&hub.join(0).expect("a state").0.json);
+    let frames = early["live"]["strips"]["number"].as_array().expect("a list").len();
+    assert!(frames > 650, "{frames}");
+    for name in ["strips", "history", "log", "phase", "latest"] {
+        assert_eq!(early["live"][name], late["live"][name], "{name}");
+    }
+    assert_eq!(late["places"][1], json("[3, 2, 7, 6]"));
+}

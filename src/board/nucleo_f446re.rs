@@ -1,0 +1,66 @@
+//! ST Nucleo-F446RE (MB1136), 168 MHz from the 8 MHz that its ST-LINK puts on OSC_IN (UM1724, "OSC clock supply": the
+//! bridges are so from MB1136 C-02 on).
+//!
+//! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
+//!
+//! Telemetry leaves on PA2, orders come on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
+//! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered (UM1724).
+
+use super::{Board, Line, SettingsFlash, stm32f4};
+use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
+use stm32f4xx_hal::interrupt;
+use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Config;
+
+pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
+
+/// SPI with CS.
+pub type Spi = stm32f4::Spi<'B', 6>;
+/// The pin START.
+pub type Start = PC7<Output>;
+/// The pin RESET.
+pub type Reset = PA9<Output>;
+/// The falling edge of DRDY.
+pub type Drdy = stm32f4::Drdy<'A'>;
+/// What the line is on.
+pub type Usart = USART2;
+
+/// Sets the board up.
+pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
+    let boot = stm32f4::begin(&device);
+    let oscillator = Config::hse(8.MHz()).bypass_hse_oscillator();
+    let mut rcc = stm32f4::start_clocks(device.RCC, oscillator, device.TIM2, device.TIM4);
+    let gpioa = device.GPIOA.split(&mut rcc);
+    let gpiob = device.GPIOB.split(&mut rcc);
+    let gpioc = device.GPIOC.split(&mut rcc);
+    // Up: without a PC the line would float, and noise would be taken for bytes.
+    let rx = gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
+    let board = Board {
+        start: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
+        reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
+        spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
+        drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
+        line: Line::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
+        boot,
+        flash: SettingsFlash::new(device.FLASH),
+    };
+    let mut nvic = core.NVIC;
+    // SAFETY: the priority of the task that it becomes part of, so neither interrupts the other; RTIC has set it before
+    // it called `init`, and serves no interrupt before the end of it.
+    unsafe {
+        nvic.set_priority(Interrupt::USART2, NVIC::get_priority(Interrupt::USART3));
+        NVIC::unmask(Interrupt::USART2);
+    }
+    board
+}
+
+/// `main.rs` binds the line's task to USART3, which this board does not use otherwise.
+#[interrupt]
+fn USART2() {
+    unsafe extern "C" {
+        fn USART3();
+    }
+    // SAFETY: RTIC defines it as an interrupt handler; that of USART3 cannot run at the same time: see `init`.
+    unsafe { USART3() }
+}

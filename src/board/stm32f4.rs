@@ -1,0 +1,209 @@
+//! What the STM32F4 boards share: 168 MHz, SPI1 on PA5 to PA7, DRDY on line 4 of EXTI, the watchdog, the end of a run.
+//!
+//! The time of a DRDY edge is read first thing in its interrupt, so it is late by the interrupt's entry: 12 cycles
+//! (0.07 us), up to a few microseconds when something masked interrupts. A timer's input capture would be exact, but no
+//! pin of line 4 is on a timer channel that the boards have free.
+
+use super::crash;
+use core::convert::Infallible;
+use defmt_rtt as _;
+use embedded_hal::digital::{ErrorType, OutputPin};
+use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use ridgetone::boot::{Boot, Record, ResetCause};
+use ridgetone::vitals::WATCHDOG_S;
+use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed};
+use stm32f4xx_hal::pac::{self, DBGMCU, EXTI, IWDG, RCC, SPI1, SYSCFG, TIM2, TIM4};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{Config, Rcc};
+use stm32f4xx_hal::spi;
+
+/// From power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864 MHz,
+/// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
+pub const POWER_UP_US: u32 = 200_000;
+
+/// SPI clock, hertz: 84 MHz / 16, the fastest divider below half the chip's clock (7.86 MHz).
+const SPI_HZ: u32 = 5_250_000;
+
+/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127 ns).
+const CS_SETTLE_CYCLES: u32 = 32;
+
+/// Clock of the timers on APB1 in MHz: twice PCLK1.
+const TIMER_MHZ: u32 = 84;
+
+/// SPI with CS on a pin.
+pub type Spi<const PORT: char, const NUMBER: u8> = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
+
+/// CS that gives the chip its set-up time after each edge.
+pub struct SettledCs<const PORT: char, const NUMBER: u8>(Pin<PORT, NUMBER, Output>);
+
+impl<const PORT: char, const NUMBER: u8> ErrorType for SettledCs<PORT, NUMBER> {
+    type Error = Infallible;
+}
+
+impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.set_low();
+        cortex_m::asm::delay(CS_SETTLE_CYCLES);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.set_high();
+        cortex_m::asm::delay(CS_SETTLE_CYCLES);
+        Ok(())
+    }
+}
+
+/// The falling edge of DRDY, on pin 4 of a port.
+pub struct Drdy<const PORT: char> {
+    pin: Pin<PORT, 4, Input>,
+    exti: EXTI,
+    edge_us: u32,
+}
+
+impl<const PORT: char> Drdy<PORT> {
+    /// Sets the pin and its interrupt up.
+    pub fn new(pin: Pin<PORT, 4>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
+        let mut syscfg = syscfg.constrain(rcc);
+        // Up: without a chip the line would float, and every edge of noise would cost a read.
+        let mut pin = Input::new(pin, Pull::Up);
+        pin.make_interrupt_source(&mut syscfg);
+        pin.trigger_on_edge(&mut exti, Edge::Falling);
+        pin.enable_interrupt(&mut exti);
+        Self { pin, exti, edge_us: 0 }
+    }
+
+    /// Notes the time and clears the interrupt; call it first thing. Whether DRDY has fallen, and if so, whether there
+    /// is data to read.
+    #[inline(always)]
+    pub fn acknowledge(&mut self) -> Option<bool> {
+        self.edge_us = super::now_us();
+        let has_fallen = self.pin.check_interrupt();
+        self.pin.clear_interrupt_pending_bit();
+        // The write must have reached EXTI before the handler returns, or the interrupt fires twice.
+        cortex_m::asm::dsb();
+        let is_low = self.pin.is_low();
+        (has_fallen || is_low).then_some(is_low)
+    }
+
+    /// No more interrupts until [`Drdy::unmute`].
+    pub fn mute(&mut self) {
+        self.pin.disable_interrupt(&mut self.exti);
+    }
+
+    /// Edges from now on are served again; those meanwhile are forgotten (RM0090: a masked line's pending bit is set all
+    /// the same).
+    pub fn unmute(&mut self) {
+        self.pin.clear_interrupt_pending_bit();
+        self.pin.enable_interrupt(&mut self.exti);
+    }
+
+    /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping.
+    pub fn edge_us(&self) -> u32 {
+        self.edge_us
+    }
+}
+
+/// What comes before the clocks: the watchdog, and how this run began.
+pub fn begin(device: &pac::Peripherals) -> Boot {
+    // First of all: a crystal that does not start is waited for without end.
+    start_watchdog(&device.IWDG, &device.DBGMCU);
+    let boot = Boot { cause: take_reset_cause(&device.RCC), record: crash::take_record() };
+    // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
+    device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
+    boot
+}
+
+/// The processor at 168 MHz from an `oscillator`, and the two timers; the rest of this file counts on it.
+pub fn start_clocks(rcc: RCC, oscillator: Config, counter: TIM2, heartbeat: TIM4) -> Rcc {
+    let mut rcc = rcc.freeze(oscillator.sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
+    super::clock::start(counter, &mut rcc, TIMER_MHZ);
+    super::clock::start_heartbeat(heartbeat, &mut rcc, TIMER_MHZ);
+    rcc
+}
+
+/// SPI1 with CS.
+pub fn spi<const PORT: char, const NUMBER: u8>(
+    spi1: SPI1,
+    (sck, miso, mosi): (PA5, PA6, PA7),
+    cs: Pin<PORT, NUMBER>,
+    rcc: &mut Rcc,
+) -> Spi<PORT, NUMBER> {
+    let mut cs = cs.into_push_pull_output_in_state(PinState::High);
+    let mut sck = sck.into_alternate::<5>();
+    let miso = miso.into_alternate::<5>();
+    let mut mosi = mosi.into_alternate::<5>();
+    // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O AC characteristics).
+    cs.set_speed(Speed::Medium);
+    sck.set_speed(Speed::Medium);
+    mosi.set_speed(Speed::Medium);
+    let bus = spi::Spi::new(spi1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), rcc);
+    // CS is infallible, so there is no error to meet.
+    match ExclusiveDevice::new_no_delay(bus, SettledCs(cs)) {
+        Ok(spi) => spi,
+        Err(never) => match never {},
+    }
+}
+
+/// Starts the independent watchdog (RM0090, 21.3). It stops for a debugger that halts the processor.
+fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
+    /// Divides by 64: a tick takes 2 ms of the nominal 32 kHz.
+    const PRESCALER: u16 = 4;
+    const TICKS: u32 = 500 * WATCHDOG_S;
+    const { assert!(TICKS <= 4095, "the counter has 12 bits") };
+    debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+    // SAFETY: the keys that start it and open its registers.
+    watchdog.kr().write(|w| unsafe { w.bits(0xcccc) });
+    watchdog.kr().write(|w| unsafe { w.bits(0x5555) });
+    // SAFETY: 0 to 6 are allowed.
+    watchdog.pr().write(|w| unsafe { w.bits(PRESCALER) });
+    // SAFETY: 12 bits, see above.
+    watchdog.rlr().write(|w| unsafe { w.bits(TICKS as u16) });
+    // Both values take some of its ticks to arrive; fed before, it would start from the old one.
+    while watchdog.sr().read().bits() != 0 {}
+    feed_watchdog();
+}
+
+/// Puts off the reset by the watchdog.
+pub fn feed_watchdog() {
+    // SAFETY: the key that reloads; it does nothing else, so no owner can mind.
+    unsafe { (*IWDG::ptr()).kr().write(|w| w.bits(0xaaaa)) };
+}
+
+/// What the processor was reset by. The flags are cleared, or they would pile up.
+fn take_reset_cause(rcc: &RCC) -> ResetCause {
+    let flags = rcc.csr().read().bits();
+    rcc.csr().modify(|_, w| w.rmvf().set_bit());
+    ResetCause::from_flags(flags)
+}
+
+/// Keeps what is known of the end for the next run's greeting and log, and starts that. Nothing is logged here: the panic
+/// may come from the log.
+pub fn die(record: &Record) -> ! {
+    crash::keep(record);
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Formatting the message would take 9 KB of flash.
+#[panic_handler]
+fn panic(info: &core::panic::PanicInfo) -> ! {
+    die(&crash::record_of(info))
+}
+
+/// Sleeps until an interrupt is pending, masked or not.
+pub fn sleep() {
+    cortex_m::asm::wfi();
+}
+
+/// Resets the processor.
+pub fn restart() -> ! {
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// A board's signal never ends.
+pub const fn ended() -> bool {
+    false
+}
+
+/// Never called, as [`ended`] is never true.
+pub const fn leave() {}

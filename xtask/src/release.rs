@@ -1,0 +1,133 @@
+//! `release`: the images of the real boards as files for every way to flash them, with their checksums.
+
+use crate::dfu::{self, Segment};
+use crate::images::{self, Board};
+use crate::tools::{target_dir, tell};
+use anyhow::{Context, Result, ensure};
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile32, ProgramHeader};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol};
+use sha2::{Digest, Sha256};
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+/// Where the files go, from cargo's target directory.
+const FOLDER: &str = "release-images";
+
+/// The list of checksums, which `sha256sum --check` reads.
+const SUMS: &str = "SHA256SUMS";
+
+/// Sections that are in flash, but for the first values of `.data`, whose place there is told by a symbol.
+const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
+
+/// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for the chip's USB boot
+/// loader, looks whether the files hold what they must, and writes the checksums.
+pub fn run() -> Result<()> {
+    let folder = target_dir().join(FOLDER);
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| format!("cannot empty {}", folder.display()))?;
+    }
+    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let mut sums = String::new();
+    for board in Board::REAL {
+        let (path, sizes) = images::build(board.image())?;
+        let elf = fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        let segments = segments(&elf)?;
+        let (binary, dfu) = (raw(&segments)?, dfu::write(&segments));
+        check(&elf, &binary, &dfu).with_context(|| format!("{board:?}"))?;
+        tell(format_args!("{}: {sizes}", board.name()));
+        for (extension, bytes) in [("elf", &elf), ("bin", &binary), ("dfu", &dfu)] {
+            let name = format!("ridgetone-{}-{}.{extension}", env!("CARGO_PKG_VERSION"), board.name());
+            put(&folder.join(&name), bytes)?;
+            sums += &sum_line(&name, bytes)?;
+        }
+    }
+    put(&folder.join(SUMS), sums.as_bytes())?;
+    print!("{sums}");
+    println!("{}", folder.display());
+    Ok(())
+}
+
+fn put(path: &Path, bytes: &[u8]) -> Result<()> {
+    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A line of [`SUMS`].
+fn sum_line(name: &str, bytes: &[u8]) -> Result<String> {
+    let mut line = String::new();
+    for byte in Sha256::digest(bytes) {
+        write!(line, "{byte:02x}")?;
+    }
+    writeln!(line, "  {name}")?;
+    Ok(line)
+}
+
+/// What an image has to be loaded with, where it lies in flash: that is the physical address, not where it runs.
+fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
+    let file = ElfFile32::<Endianness>::parse(elf).context("no ELF file")?;
+    let endian = file.endian();
+    let mut segments = Vec::new();
+    for header in file.elf_program_headers() {
+        let header: &<FileHeader32<Endianness> as object::read::elf::FileHeader>::ProgramHeader = header;
+        if header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0 {
+            let bytes = header.data(endian, elf).ok().context("a segment lies outside of the file")?.to_vec();
+            segments.push(Segment { address: header.p_paddr(endian), bytes });
+        }
+    }
+    segments.sort_by_key(|segment| segment.address);
+    Ok(segments)
+}
+
+/// The bytes from the first segment's address on; what lies between two is as erased flash.
+fn raw(segments: &[Segment]) -> Result<Vec<u8>> {
+    let first = segments.first().context("nothing to load")?.address;
+    let mut bytes = Vec::new();
+    for segment in segments {
+        let at = (segment.address - first) as usize;
+        ensure!(at >= bytes.len(), "two segments overlap at {:#x}", segment.address);
+        bytes.resize(at, 0xff);
+        bytes.extend(&segment.bytes);
+    }
+    Ok(bytes)
+}
+
+/// Compares the files with the image's sections, which they are not made from.
+fn check(elf: &[u8], binary: &[u8], dfu: &[u8]) -> Result<()> {
+    let file = object::File::parse(elf).context("no ELF file")?;
+    let symbol = |name: &str| file.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.address());
+    let data_at = symbol("__sidata").context("no symbol __sidata")?;
+    let base = file.section_by_name(IN_FLASH[0]).context("no vector table")?.address();
+    let from_dfu = raw(&dfu::read(dfu)?)?;
+    ensure!(from_dfu == binary, "the DFU file holds something else than the raw one");
+    for name in IN_FLASH.into_iter().chain([".data"]) {
+        let section = file.section_by_name(name).with_context(|| format!("no section {name}"))?;
+        let content = section.data().with_context(|| format!("the section {name} has no content"))?;
+        let address = if name == ".data" { data_at } else { section.address() };
+        let at = usize::try_from(address.checked_sub(base).context("it lies before the vector table")?)?;
+        ensure!(binary.get(at..at + content.len()) == Some(content), "the section {name} is not at {address:#x}");
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{raw, sum_line};
+    use crate::dfu::Segment;
+
+    #[test]
+    fn a_gap_is_erased_flash_and_an_overlap_is_refused() {
+        let segment = |address, bytes: &[u8]| Segment { address, bytes: bytes.to_vec() };
+        let apart = [segment(0x100, &[1, 2]), segment(0x104, &[3])];
+        assert_eq!(raw(&apart).expect("they fit"), [1, 2, 0xff, 0xff, 3]);
+        assert!(raw(&[segment(0x100, &[1, 2]), segment(0x101, &[3])]).is_err());
+        assert!(raw(&[]).is_err());
+    }
+
+    #[test]
+    fn a_checksum_is_that_of_the_standard() {
+        // FIPS 180-2, appendix B.1.
+        let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(sum_line("a.bin", b"abc").expect("text"), format!("{sum}  a.bin\n"));
+    }
+}
