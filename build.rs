@@ -1,8 +1,6 @@
 //! Puts `memory.x` where the linker looks for it and hands over the linker scripts, for a target
 //! without an operating system only. Not in `.cargo/config.toml`: there the arguments vanish when
 //! RUSTFLAGS is set, and what is then linked is an empty image that nobody complains about.
-//!
-//! `memory.x` is in `src/board`, because the linker looks into the root first.
 
 use std::{env, fs, path::PathBuf};
 
@@ -17,8 +15,10 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
     let flash = if has("NUCLEO_F446RE") { "256K" } else { "768K" };
-    let memory = format!("_flash_size = {flash};\n{}", include_str!("src/board/memory.x"));
-    fs::write(out.join("memory.x"), memory).expect("OUT_DIR is writable");
+    let size = format!("_flash_size = {flash};\n");
+    for (name, text) in [("memory.x", include_str!("memory.x")), ("flash_size.x", &size)] {
+        fs::write(out.join(name), text).expect("OUT_DIR is writable");
+    }
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: sections need no page alignment in flash.
     for argument in ["--nmagic", "-Tlink.x"] {

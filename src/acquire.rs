@@ -11,17 +11,19 @@
 //! double. Nothing here waits for longer than a reset takes.
 
 mod settle;
+mod unseen;
 
 use crate::fault::FaultKind;
 use crate::frame::{SLOTS, TimedConversion};
 use crate::settings::SCAN;
 use crate::tally::Tally;
-use ads1258::{Ads1258, Channel, Conversion};
+use ads1258::{Ads1258, Channel, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use settle::{Settled, settle};
+use unseen::Unseen;
 
 /// NEW in the status byte (SBAS297G).
 const NEW: u8 = 0x80;
@@ -101,6 +103,7 @@ pub struct Acquisition<SPI, START, RESET> {
     /// Unexpected edges since the latest check that found nothing.
     odd: u8,
     muted: bool,
+    unseen: Unseen,
     /// Whether the chip was set up.
     answers: bool,
     /// Board time of the latest restart, and the pause before the next.
@@ -122,6 +125,7 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
             unrest: 0,
             odd: 0,
             muted: false,
+            unseen: Unseen::new(),
             answers: false,
             restarted_us: 0,
             pause_us: 0,
@@ -186,6 +190,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     pub fn watch(&mut self, now_us: u32, tally: &Tally, wait: &mut impl DelayNs) {
         if core::mem::take(&mut self.muted) {
             // Nothing could come meanwhile.
+            self.unseen.passed(now_us.wrapping_sub(self.latest_us));
             (self.unrest, self.latest_us) = (0, now_us);
         }
         let trouble = if !self.answers {
@@ -197,6 +202,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             FaultKind::Silent
         } else {
             self.odd = 0;
+            self.unseen.is_sound();
             if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
                 self.pause_us = 0;
             }
@@ -208,7 +214,18 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         tally.chip_restarted();
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
+        let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
+        match trouble {
+            // It has not run since.
+            FaultKind::NoAnswer => {}
+            FaultKind::Registers => {
+                let config0 = self.adc.read_register(Register::Config0).ok();
+                tally.unseen(self.unseen.at_most(since_us, config0));
+            }
+            _ => tally.unseen(Unseen::of_clock(since_us)),
+        }
+        self.unseen.is_sound();
         let answers = self.set_up(wait);
         // What was wrong before is over, if it answers now: it is told all the same, for it was not told while the
         // board was not looking.
@@ -218,6 +235,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     #[inline(always)]
     fn queue(&mut self, conversion: Conversion, t_us: u32, samples: &mut Producer<'_, TimedConversion>, tally: &Tally) {
         self.early = false;
+        if self.latest.is_some() {
+            self.unseen.passed(t_us.wrapping_sub(self.latest_us));
+        }
         self.latest = Some(conversion);
         self.latest_us = t_us;
         self.next = follows(conversion.status.0);

@@ -24,6 +24,8 @@ pub use teller::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 pub struct Counters {
     /// Conversions lost before the queue or at it, but for whole scans that were never read.
     pub overruns: u32,
+    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
+    pub unseen: u32,
     /// Windows not fitted because the fit was busy.
     pub hops_skipped: u32,
     /// Messages dropped because the line was slow.

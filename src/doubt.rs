@@ -1,6 +1,7 @@
 //! No estimate is called good while something was wrong that may have changed it.
 
-use crate::fault::FaultKind;
+use crate::fault::{Doubts, FaultKind};
+use crate::motion::{BLOCK_FRAMES, LONG_BLOCKS};
 use crate::settings::FRAME_RATE_HZ;
 use crate::tally::Tally;
 use crate::telemetry::{Estimate, Status, Travel};
@@ -12,8 +13,13 @@ const RATE_SHARE: f32 = 0.005;
 /// A margin at the window's beginning, microseconds: two frames.
 const MARGIN_US: u32 = (2e6 / FRAME_RATE_HZ) as u32;
 
+/// So long after something moved, microseconds, a hold that follows it is known to be one, and the slide over that it was
+/// taken for: [`crate::motion::LONG_BLOCKS`], the block itself, four still ones and one more.
+const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e6 / FRAME_RATE_HZ) as u32;
+
 /// Adds to an estimate of a window the kinds of faults seen since the window began; where they may have changed the
-/// frequency, what was good becomes doubtful, and nothing is said of period, speed and direction.
+/// frequency, what was good becomes doubtful, and nothing is said of period, speed and direction. Where levels may have
+/// moved shortly before the window, what it holds may not be a slide yet.
 ///
 /// To be called after the chip's registers have been checked, and that after the window's end: what changed in it is
 /// known only then.
@@ -21,7 +27,8 @@ const MARGIN_US: u32 = (2e6 / FRAME_RATE_HZ) as u32;
 pub fn cast_doubt(estimate: &mut Estimate, window: &Window, tally: &Tally) {
     let length_us = (estimate.window_s * 1e6) as u32;
     let begin_us = (estimate.t_us as u32).wrapping_sub(length_us).wrapping_sub(MARGIN_US);
-    let mut doubts = tally.faults.since(begin_us);
+    let before = tally.faults.since(begin_us.wrapping_sub(KNOWN_STILL_US)).iter().filter(|kind| kind.moves_levels());
+    let mut doubts = before.fold(tally.faults.since(begin_us), Doubts::with);
     let off_hz = window.frame_rate_hz - FRAME_RATE_HZ;
     // A rate that is no number is off too.
     if !(off_hz.abs() <= RATE_SHARE * FRAME_RATE_HZ) {

@@ -11,6 +11,8 @@ const OLD_US: u32 = 60_000_000;
 #[derive(Debug, Default)]
 pub struct Ledger {
     counts: [AtomicU32; KINDS],
+    /// When each kind was seen first since [`Self::take_fresh`], if its bit in `fresh` is set.
+    first_us: [AtomicU32; KINDS],
     /// When each kind was seen last, if its bit in `lately` is set.
     seen_us: [AtomicU32; KINDS],
     /// Bit k: kind k was seen since [`Self::take_fresh`].
@@ -26,6 +28,7 @@ impl Ledger {
     pub const fn new() -> Self {
         Self {
             counts: [const { AtomicU32::new(0) }; KINDS],
+            first_us: [const { AtomicU32::new(0) }; KINDS],
             seen_us: [const { AtomicU32::new(0) }; KINDS],
             fresh: AtomicU32::new(0),
             lately: AtomicU32::new(0),
@@ -36,13 +39,16 @@ impl Ledger {
     /// A fault was seen `times` times, the last time at `board_us`; nothing if that is no times.
     #[inline(never)]
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
-        let (Some(count), Some(seen_us)) = (self.counts.get(kind as usize), self.seen_us.get(kind as usize)) else {
-            return;
-        };
+        let at = kind as usize;
+        let places = (self.counts.get(at), self.first_us.get(at), self.seen_us.get(at));
+        let (Some(count), Some(first_us), Some(seen_us)) = places else { return };
         if times == 0 {
             return;
         }
         count.fetch_add(times, Relaxed);
+        if self.fresh.load(Relaxed) & 1 << kind as u32 == 0 {
+            first_us.store(board_us, Relaxed);
+        }
         seen_us.store(board_us, Relaxed);
         // After the time: whoever sees the bit finds the time that belongs to it.
         self.lately.fetch_or(1 << kind as u32, Relaxed);
@@ -62,6 +68,12 @@ impl Ledger {
     /// Board time at which a kind was seen last; anything if it was not.
     pub fn seen_us(&self, kind: FaultKind) -> u32 {
         self.seen_us.get(kind as usize).map_or(0, |seen_us| seen_us.load(Relaxed))
+    }
+
+    /// Board time at which a kind was seen first since [`Self::take_fresh`] was asked before it was last; anything if it
+    /// was not.
+    pub fn first_us(&self, kind: FaultKind) -> u32 {
+        self.first_us.get(kind as usize).map_or(0, |first_us| first_us.load(Relaxed))
     }
 
     /// Whether anything was seen since [`Self::take_fresh`].
@@ -122,8 +134,11 @@ mod tests {
         ledger.add(Bus, 0, 200);
         assert!(ledger.has_fresh());
         assert_eq!((ledger.count(Lost), ledger.seen_us(Lost), ledger.counts()[0]), (5, 200, 5));
+        assert_eq!(ledger.first_us(Lost), 100);
         assert!(ledger.take_fresh().iter().eq([Lost]));
         assert!(!ledger.has_fresh() && ledger.take_fresh().is_none());
+        ledger.add(Lost, 1, 300);
+        assert_eq!((ledger.first_us(Lost), ledger.seen_us(Lost)), (300, 300));
     }
 
     #[test]

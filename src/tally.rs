@@ -9,6 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 #[derive(Debug, Default)]
 pub struct Tally {
     overruns: AtomicU32,
+    unseen: AtomicU32,
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
@@ -24,6 +25,7 @@ impl Tally {
     pub const fn new() -> Self {
         Self {
             overruns: AtomicU32::new(0),
+            unseen: AtomicU32::new(0),
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
@@ -42,6 +44,11 @@ impl Tally {
     /// Conversions were lost before the queue or at it.
     pub fn overrun(&self, conversions: u32) {
         self.overruns.fetch_add(conversions, Relaxed);
+    }
+
+    /// The chip may have made so many conversions, at most, that nobody can have seen.
+    pub fn unseen(&self, at_most: u32) {
+        self.unseen.fetch_add(at_most, Relaxed);
     }
 
     /// A window was not fitted.
@@ -80,6 +87,7 @@ impl Tally {
     pub fn counters(&self) -> Counters {
         Counters {
             overruns: self.overruns.load(Relaxed),
+            unseen: self.unseen.load(Relaxed),
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
@@ -98,6 +106,7 @@ mod tests {
     fn what_is_counted_is_reported() {
         let tally = Tally::new();
         tally.overrun(1);
+        tally.unseen(6);
         tally.hop_skipped();
         tally.hop_skipped();
         tally.message_dropped();
@@ -107,6 +116,7 @@ mod tests {
         tally.set_stack(1234, 32768);
         let expected = Counters {
             overruns: 1,
+            unseen: 6,
             hops_skipped: 2,
             messages_dropped: 1,
             chip_restarts: 1,

@@ -2,7 +2,8 @@
 
 use super::Detector;
 use crate::fault::{Doubts, Fault, FaultKind, KINDS};
-use crate::frame::{Assembler, Flaws};
+use crate::frame::{Assembler, Flaws, SLOTS};
+use crate::motion::BLOCK_FRAMES;
 use crate::tally::Tally;
 use crate::telemetry::News;
 use crate::window::reached;
@@ -10,12 +11,24 @@ use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
 const OVER_US: u32 = 1_000_000;
-/// Most messages in a stretch of [`OVER_US`], whatever happens: what begins beyond that is told later, or with its end.
+/// Most messages in a stretch of [`STRETCH_US`], whatever happens, microseconds: what begins beyond that is told with the
+/// next. Kinds that all begin and end every [`OVER_US`], which is as often as they can, make 26 a second.
 const MOST: u8 = 4;
+const STRETCH_US: u32 = 125_000;
 /// While a bout lasts its end is looked for once in so many frames.
 const LOOK_FRAMES: u32 = 16;
 
-/// Codes from the least on, and how many more of them there are.
+/// So many conversions without one that came are a silence, in which a slide may have ended unseen: as many frames as the
+/// comparisons that tell a motion are made of.
+const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
+
+/// A clock may be off by this share of its rate, 2 %, while nobody sees it. Of so many conversions lost that is half a
+/// scan: which number of whole scans went by is then open, and as many more as it may have been are told as lost. In a
+/// gap of more than two seconds the chip was set up anew, or the board was off: it is counted by the time alone.
+const CLOCK_SHARE: u32 = 50;
+const UNSURE_CONVERSIONS: Range = Range { least: (CLOCK_SHARE * SLOTS / 2) as i32, more: 10_000 };
+
+/// Codes or numbers from the least on, and how many more of them there are.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     least: i32,
@@ -67,6 +80,9 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
     let board_us = assembler.board_us();
     note_zero(assembler, tally);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
+    if UNSURE_CONVERSIONS.has(lost as i32) {
+        tally.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+    }
     for (kind, times) in [
         (FaultKind::Lost, lost),
         (FaultKind::Repeated, repeated),
@@ -74,6 +90,7 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
         (FaultKind::Overload, overload),
+        (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
     ] {
         tally.faults.add(kind, times, board_us);
     }
@@ -108,20 +125,21 @@ impl Bouts {
     #[inline(never)]
     pub fn tell(&mut self, now_us: (u64, u32), tally: &Tally, emit: &mut dyn FnMut(News)) {
         let (device_us, board_us) = now_us;
-        if (device_us as u32).wrapping_sub(self.since_us) >= OVER_US {
+        if (device_us as u32).wrapping_sub(self.since_us) >= STRETCH_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
         }
         let fresh = tally.faults.take_fresh();
         self.looks = !fresh.and(self.lasting).is_none();
         for kind in fresh.and(self.lasting).iter() {
-            let age_us = board_us.wrapping_sub(tally.faults.seen_us(kind)) as i32;
             // Seen by a task that came between, or before the first conversion: now is near enough.
-            let age_us = age_us.max(0) as u32;
+            let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
+            let first_us = device_us.saturating_sub(age_us(tally.faults.first_us(kind)) as u64);
+            let age_us = age_us(tally.faults.seen_us(kind));
             let seen_us = device_us.saturating_sub(age_us as u64);
             let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
             if !self.lasting.has(kind) {
                 self.lasting = self.lasting.with(kind);
-                *from_us = seen_us;
+                *from_us = first_us;
             }
             let is_over = age_us >= OVER_US && !fresh.has(kind);
             if (!is_over && self.told.has(kind)) || self.messages >= MOST {

@@ -33,14 +33,17 @@ pub(super) struct Checkup {
     frame_rate_hz: f32,
     /// Healths until the greeting is said again.
     greeting_in: u8,
-    /// The latest frame when the rate was checked last, and its time.
-    rate_from: (u32, u64),
+    /// The latest frame when the rate was checked last, its time, and the losses and restarts until then.
+    rate_from: (u32, u64, u32),
     /// Looks in a row at which no conversion had come.
     silent: u8,
 }
 
 /// The rate may be off by this share of it: 1 / 200 is half a percent. No crystal is.
 const RATE_SHARE: u32 = 200;
+/// Frames from one check of the rate to the next, at least. It is asked for with every look and every `health`, which
+/// makes 141 at most: a clock that is off by 1 % for 0.6 s, 145 frames, is off for more than half of one such stretch.
+const RATE_FRAMES: u32 = 100;
 /// Looks, twice a second, from one `health` to the next while no conversion comes.
 const SILENT_LOOKS: u8 = 2;
 /// What the time of an edge may be ahead of the board's clock by, microseconds.
@@ -57,7 +60,7 @@ impl Checkup {
             readings: Readings::NONE,
             frame_rate_hz: 0.0,
             greeting_in: GREETING_HEALTHS,
-            rate_from: (0, 0),
+            rate_from: (0, 0, 0),
             silent: 0,
         }
     }
@@ -93,15 +96,23 @@ impl Checkup {
         }
     }
 
-    /// Whether the frames since this was asked before came at the nominal rate.
+    /// Whether the frames since this was checked before came at the nominal rate. Where some were lost, or the scan began
+    /// anew, that is told as such, and their time says nothing of the clock.
+    #[inline(never)]
     fn check_rate(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally) {
-        let (frame, t_us) = core::mem::replace(&mut self.rate_from, teller.latest);
-        let frames = teller.latest.0.wrapping_sub(frame);
+        let (number, t_us) = teller.latest;
+        let breaks = assembler.lost.wrapping_add(tally.counters().chip_restarts);
+        let (from, from_us, from_breaks) = self.rate_from;
+        let frames = number.wrapping_sub(from);
+        if frames < RATE_FRAMES {
+            return;
+        }
+        self.rate_from = (number, t_us, breaks);
         // A second or so: 32 bits are enough, and what is longer, numbers that wrapped included, is none of this.
-        let Ok(passed_us) = u32::try_from(teller.latest.1.wrapping_sub(t_us)) else { return };
+        let Ok(passed_us) = u32::try_from(t_us.wrapping_sub(from_us)) else { return };
         let nominal_us = frames.saturating_mul(FRAME_NS / 1000) + frames.saturating_mul(FRAME_NS % 1000) / 1000;
-        let is_second = (HEALTH_FRAMES / 2..10 * HEALTH_FRAMES).contains(&frames);
-        if is_second && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
+        let is_known = frames < 10 * HEALTH_FRAMES && breaks == from_breaks;
+        if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
             tally.fault(FaultKind::Clock, assembler.board_us());
         }
     }
@@ -116,7 +127,7 @@ impl Checkup {
             frames: assembler.frames,
             // What did not get into the queue is missing in the scan too; it would count twice if added. Of the two the
             // former knows nothing of whole scans that were not read, the latter counts by the nominal rate.
-            conversions_lost: assembler.lost.max(counters.overruns),
+            conversions_lost: assembler.lost.max(counters.overruns).saturating_add(counters.unseen),
             conversions_doubtful: assembler.doubtful,
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,
@@ -169,7 +180,8 @@ impl Detector {
     /// as it does after one ([`crate::frame`]); before the first conversion it is zero.
     #[inline(never)]
     pub fn look(&mut self, board_us: u32, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, checkup, bouts, .. } = self;
+        let Self { assembler, checkup, bouts, rest, .. } = self;
+        checkup.check_rate(assembler, &rest.teller, tally);
         let passed_us = board_us.wrapping_sub(assembler.board_us());
         // An edge's time may be a little ahead of the clock that was looked at.
         let passed_us = if passed_us > u32::MAX - AHEAD_US || !assembler.has_begun() { 0 } else { passed_us };

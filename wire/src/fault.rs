@@ -16,7 +16,7 @@ pub enum FaultKind {
     BusDead,
     /// A channel id that is not the scan's, or not its next.
     Channel,
-    /// No edge of DRDY for long.
+    /// No conversion for long: for 16 ms or more, if others followed.
     Silent,
     /// Edges of DRDY faster than the chip can convert.
     Storm,
@@ -57,6 +57,12 @@ impl FaultKind {
             | Self::Reference
             | Self::Clock => true,
         }
+    }
+
+    /// Whether what the taxels read may move with it, or unseen meanwhile: then something else than a slide may look like
+    /// the beginning of one, or hide its end.
+    pub const fn moves_levels(self) -> bool {
+        matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
     }
 
     /// Every kind, in the order of their numbers.

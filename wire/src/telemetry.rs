@@ -262,7 +262,8 @@ pub struct Health {
     pub t_us: u64,
     /// Frames assembled so far; wraps after 206 days.
     pub frames: u32,
-    /// Conversions lost: overruns of the queue and gaps in the scan.
+    /// Conversions lost: overruns of the queue and gaps in the scan; and, where the chip ran with other registers and so
+    /// perhaps faster, as many more as it can have made at most.
     pub conversions_lost: u32,
     /// Conversions whose status had OVF or SUPPLY set or NEW missing, or named a channel outside the scan.
     pub conversions_doubtful: u32,

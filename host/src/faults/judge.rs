@@ -127,15 +127,17 @@ fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Verdict) {
     verdict.doubtful += u32::from(!estimate.doubts.is_none() || estimate.status == Status::Doubtful);
     verdict.wrong += u32::from(is_sure && is_wrong);
     verdict.wrong_with_doubts += u32::from(estimate.status == Status::Good && !is_sure && is_wrong);
-    if is_sure && is_wrong {
+    if estimate.status == Status::Good && is_wrong {
         verdict.complaints.push(format!(
-            "wrong at {:.3} s: {} +- {} Hz in place of {} Hz, {:?} of {} s",
+            "wrong at {:.3} s: {} +- {} Hz in place of {} Hz, {:?} of {} s, {} frames missing, doubts {:?}",
             estimate.t_us as f64 * 1e-6,
             estimate.frequency,
             estimate.sigma,
             truth.frequency_hz,
             estimate.span,
-            estimate.window_s
+            estimate.window_s,
+            estimate.frames_missing,
+            estimate.doubts.iter().collect::<Vec<_>>()
         ));
     }
 }
