@@ -238,7 +238,7 @@ fn the_reader_in_python_reads_what_the_command_prints() {
     let mut sink = |packet: &Packet| {
         let length = encode(packet, &mut wire).expect("it fits");
         line.extend_from_slice(&wire[..length]);
-        if packet.sequence % 3 == 0 {
+        if packet.sequence.is_multiple_of(3) {
             let mut flipped = wire[..length].to_vec();
             flipped[length / 2] ^= 0x40;
             line.extend(flipped);
