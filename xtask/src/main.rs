@@ -7,6 +7,7 @@ mod faults;
 mod images;
 mod inspect;
 mod install;
+mod package;
 mod panics;
 mod release;
 mod setup;
@@ -56,6 +57,8 @@ enum Task {
     },
     /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
     Release,
+    /// Packs what is published and builds each from its package alone, without network.
+    Package,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
     /// Flashes a board through a debug probe, with probe-rs, and shows its log.
@@ -73,6 +76,7 @@ fn main() -> ExitCode {
         Task::Faults(arguments) => faults::run(&arguments),
         Task::Test => test::run(),
         Task::Release => release::run(),
+        Task::Package => package::check(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_tell(board),

@@ -1,0 +1,56 @@
+//! `package`: whether what is published builds from its packages alone.
+
+use crate::tools::{clean, run, target_dir};
+use anyhow::{Context, Result};
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+/// Those that are published, each after those that it needs.
+const PACKAGES: [&str; 4] = ["ads1258", "ridgetone-hot", "ridgetone-wire", "ridgetone"];
+
+/// Packs each and builds it from its package, without network.
+///
+/// In a target folder and a home of cargo of their own: cargo takes a package that it has unpacked or built once for the
+/// same ever after, if only its version is.
+pub fn check() -> Result<()> {
+    let folder = target_dir().join("package-check");
+    empty(&folder)?;
+    let home = folder.join("home");
+    let registry = home.join("registry");
+    fs::create_dir_all(&registry).with_context(|| format!("cannot create {}", registry.display()))?;
+    let usual = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
+    let usual = usual.context("neither CARGO_HOME nor a home directory")?;
+    for part in ["registry/index", "registry/cache", "config.toml"] {
+        if usual.join(part).exists() {
+            link(&usual.join(part), &home.join(part))?;
+        }
+    }
+    let target = folder.join("target");
+    let mut cargo = clean("cargo");
+    cargo.args(["package", "--quiet", "--offline", "--allow-dirty"]);
+    cargo.args(PACKAGES.iter().flat_map(|name| ["--package", name]));
+    run(cargo.env("CARGO_HOME", &home).env("CARGO_TARGET_DIR", &target)).context("a package does not build")?;
+    for name in PACKAGES {
+        let file = target.join("package").join(format!("{name}-{}.crate", env!("CARGO_PKG_VERSION")));
+        let bytes = fs::metadata(&file).with_context(|| format!("no {}", file.display()))?.len();
+        println!("{name:<15} {bytes} bytes packed");
+    }
+    empty(&folder)
+}
+
+fn empty(folder: &Path) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("cannot empty {}", folder.display()))?;
+    }
+    Ok(())
+}
+
+#[cfg(unix)]
+fn link(from: &Path, to: &Path) -> Result<()> {
+    std::os::unix::fs::symlink(from, to).with_context(|| format!("cannot link {}", to.display()))
+}
+
+#[cfg(not(unix))]
+fn link(_: &Path, _: &Path) -> Result<()> {
+    anyhow::bail!("only where there are symbolic links")
+}
