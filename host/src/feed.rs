@@ -213,3 +213,6 @@ impl<S: Source> Feed<S> {
         Counts::of(&self.decoder, self.received)
     }
 }
+
+#[cfg(test)]
+mod tests;

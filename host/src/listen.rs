@@ -24,7 +24,12 @@ pub fn run<S: Source>(
 ) -> Result<()> {
     let (mut told, mut is_there) = (0, false);
     while !stop::is_asked() {
-        match feed.next(LOOK)? {
+        let happening = match feed.next(LOOK) {
+            // Ctrl-C reaches the emulator too, which may be the first to end.
+            Err(_) if stop::is_asked() => break,
+            happening => happening?,
+        };
+        match happening {
             Some(Happening::Packet(packet)) => {
                 is_there = true;
                 if let Some((_, outcome)) = asking.hear(&packet)

@@ -10,7 +10,7 @@
 
 use crate::feed::{Said, Source};
 use anyhow::{Context, Result, bail};
-use ridgetone::telemetry::PROTOCOL;
+use ridgetone::telemetry::{Decoder, PROTOCOL};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -26,8 +26,8 @@ const FORMAT: u32 = 1;
 /// The longest header, bytes: what is longer is none.
 const HEADER_MAX: u64 = 4096;
 
-/// Bytes of a file in which a zero must be if they are telemetry: every frame ends with one
-/// ([`ridgetone::telemetry::WIRE_MAX`] is 512).
+/// Bytes of a file in which a whole frame must be if they are telemetry: frames have
+/// [`WIRE_MAX`](ridgetone::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
 /// What a recording says of itself.
@@ -61,7 +61,7 @@ pub fn create(path: &Path, source: &str) -> Result<File> {
     Ok(file)
 }
 
-/// Whether a file holds telemetry, by its content; a text file does not.
+/// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its beginning.
 ///
 /// # Errors
 /// It cannot be read.
@@ -69,7 +69,9 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
     let named = || path.display().to_string();
     let mut start = Vec::new();
     File::open(path).with_context(named)?.take(LOOK_BYTES).read_to_end(&mut start).with_context(named)?;
-    Ok(start.contains(&0))
+    let mut decoder = Decoder::new();
+    let is_frame = |byte: &u8| decoder.push(*byte).is_some() || decoder.foreign.is_some();
+    Ok(start.starts_with(MAGIC.as_bytes()) || start.iter().any(is_frame))
 }
 
 /// A recording as a source: all it holds, as fast as it is asked.

@@ -1,4 +1,4 @@
-//! Lines for Teleplot (https://github.com/nesnes/teleplot): `>name:time_ms:value|g`, one for each number.
+//! Lines for Teleplot (<https://github.com/nesnes/teleplot>): `>name:time_ms:value|g`, one for each number.
 
 use crate::live::{Point, time_s};
 use ads1258::reading;

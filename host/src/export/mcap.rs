@@ -1,4 +1,4 @@
-//! MCAP (https://mcap.dev): a channel of JSON for each kind of packet, with a schema, at device time. No compression: that
+//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at device time. No compression: that
 //! would need C.
 
 use super::packets;

@@ -6,6 +6,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 use std::fs::File;
 use std::io::{Read, Write};
+use std::num::NonZero;
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -29,7 +30,9 @@ impl Terminal {
         let size = Winsize { ws_col: columns, ws_row: rows, ws_xpixel: 0, ws_ypixel: 0 };
         tcsetwinsize(&end, size).expect("a size");
         let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
-        Self { end: end.into(), name, said: Vec::new(), screen: vt100::Parser::new(rows, columns, 0) }
+        let some = |size| NonZero::new(size).expect("a size");
+        let screen = vt100::Parser::new(some(rows), some(columns), 0);
+        Self { end: end.into(), name, said: Vec::new(), screen }
     }
 
     /// The other end, for a child.

@@ -64,8 +64,8 @@ fn the_readme_s_commands_on_boards_and_recordings_run() {
     let path = format!("{}:{}", text(binary), std::env::var("PATH").expect("a path"));
     for command in commands {
         let endless = command.starts_with("ridgetone monitor --emulated");
-        // What is endless is interrupted, as Ctrl-C does.
-        let shell = if endless { format!("timeout --signal INT 8 {command}") } else { command.to_owned() };
+        // What is endless is interrupted, as Ctrl-C does, but once.
+        let shell = if endless { format!("timeout --foreground --signal INT 8 {command}") } else { command.to_owned() };
         let begun = Instant::now();
         let elf = ridgetone_host::emulator::image::find().expect("an image");
         let target = elf.ancestors().nth(3).expect("the target folder");

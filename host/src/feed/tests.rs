@@ -1,0 +1,171 @@
+//! Feeds from sources made for a test: a board that obeys, on the library's own receiver, and one that says nothing.
+
+use super::*;
+use crate::orders::power_cuts::CutFlash;
+use crate::orders::receiver::Receiver;
+use ridgetone::command::{Command, Outcome};
+use ridgetone::settings::Settings;
+use ridgetone::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
+
+/// A board that answers orders as the firmware does, and says nothing else.
+struct Obedient {
+    board: Receiver<CutFlash<1024>>,
+    said: VecDeque<Said>,
+    sequence: u16,
+    /// Bytes that it was sent.
+    heard: usize,
+}
+
+impl Obedient {
+    fn new() -> Self {
+        Self { board: Receiver::new(CutFlash::new(1)), said: VecDeque::new(), sequence: 1, heard: 0 }
+    }
+
+    fn say(&mut self, event: Event) {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence: self.sequence, event }, &mut wire).unwrap();
+        self.sequence += 1;
+        self.said.push_back(Said::Bytes(wire[..used].to_vec()));
+    }
+}
+
+impl Source for Obedient {
+    fn name(&self) -> String {
+        "an obedient board".into()
+    }
+
+    fn next(&mut self, _: Duration) -> Result<Option<Said>> {
+        Ok(self.said.pop_front())
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.heard += bytes.len();
+        for reply in self.board.hear(bytes) {
+            self.say(Event::Reply(reply));
+        }
+        Ok(())
+    }
+}
+
+fn packet(sequence: u16, t_us: u64) -> Packet {
+    Packet { sequence, event: Event::Release(Release { t_us }) }
+}
+
+#[test]
+fn what_is_asked_is_sent_answered_and_raw_frames_only_while_they_are_wanted() {
+    let mut feed = Feed::new(Obedient::new());
+    let mut asking = Asking::default();
+    let settings = Settings { window_s: 0.5, ..Settings::DEFAULT };
+    asking.give(Command::Set { settings, keep: false });
+    asking.give(Command::Set { settings: Settings { window_s: 9.0, ..settings }, keep: false });
+    asking.want_raw(true);
+    let mut answers = Vec::new();
+    let talk = |feed: &mut Feed<Obedient>, asking: &mut Asking, answers: &mut Vec<_>| {
+        for _ in 0..10 {
+            asking.tick(feed).unwrap();
+            while let Some(Happening::Packet(packet)) = feed.next(Duration::ZERO).unwrap() {
+                answers.extend(asking.hear(&packet));
+            }
+        }
+    };
+    talk(&mut feed, &mut asking, &mut answers);
+    assert_eq!(feed.source().board.in_force().0, settings);
+    let outcomes: Vec<_> = answers.iter().map(|(_, outcome)| outcome).collect();
+    assert!(matches!(outcomes[..], [Outcome::Done, Outcome::Setting { .. }, Outcome::Done]), "{outcomes:?}");
+    assert!(matches!(answers[2].0, Command::Raw { frames } if frames > 241 * 10), "{answers:?}");
+    // Nothing more is sent until they have to be asked for anew.
+    let heard = feed.source().heard;
+    talk(&mut feed, &mut asking, &mut answers);
+    assert_eq!((feed.source().heard, answers.len()), (heard, 3));
+    // A board that starts anew has forgotten.
+    let (boot, source) = Default::default();
+    let hello = Hello {
+        protocol: PROTOCOL,
+        version: [0, 1, 0],
+        frame_rate_hz: 241.14,
+        settings: Settings::DEFAULT,
+        source,
+        boot,
+    };
+    asking.hear(&Packet { sequence: 0, event: Event::Hello(hello) });
+    talk(&mut feed, &mut asking, &mut answers);
+    assert!(matches!(answers[3].0, Command::Raw { frames } if frames > 0), "{answers:?}");
+    asking.want_raw(false);
+    talk(&mut feed, &mut asking, &mut answers);
+    assert!(answers.len() == 5 && answers[4] == (Command::Raw { frames: 0 }, Outcome::Done), "{answers:?}");
+}
+
+#[test]
+fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
+    let mut feed = Feed::new(Obedient::new());
+    let mut asked = crate::board_settings::Asked::new(&mut feed);
+    assert!(!asked.set(Settings { hop_s: 0.5, ..Settings::DEFAULT }, true).unwrap());
+    let refused = asked.set(Settings { harmonics: 9, ..Settings::DEFAULT }, true).unwrap_err();
+    assert!(refused.is::<crate::cli::Senseless>());
+    assert!(refused.to_string().contains("harmonics = 9") && refused.to_string().contains("from 1 to 5"), "{refused}");
+    assert!(!asked.forget().unwrap());
+    assert_eq!(feed.source().board.in_force().0, Settings::DEFAULT);
+}
+
+#[test]
+fn bytes_are_written_down_as_they_come_and_a_cut_off_frame_is_ended() {
+    use std::sync::{Arc, Mutex};
+    #[derive(Clone, Default)]
+    struct Kept(Arc<Mutex<Vec<u8>>>);
+    impl Write for Kept {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+    let mut board = Obedient::new();
+    board.say(packet(0, 5).event);
+    let Some(Said::Bytes(frame)) = board.said.pop_front() else { panic!("no bytes") };
+    let went = Said::Went("here".into(), "unplugged".into());
+    board.said.extend([Said::Bytes(frame.clone()), Said::Bytes(frame[..4].to_vec()), went, Said::Over]);
+    let kept = Kept::default();
+    let mut feed = Feed::new(board).recorded(Box::new(kept.clone()));
+    let mut happened = Vec::new();
+    while happened.last() != Some(&Happening::Over) {
+        happened.extend(feed.next(Duration::ZERO).unwrap());
+    }
+    let expected =
+        [Happening::Packet(packet(1, 5)), Happening::Went("here".into(), "unplugged".into()), Happening::Over];
+    assert_eq!(happened, expected);
+    assert_eq!(*kept.0.lock().unwrap(), [&frame[..], &frame[..4], &[0]].concat());
+    assert_eq!((feed.counts().received, feed.counts().damaged), (1, 1));
+    assert_eq!(feed.next(Duration::ZERO).unwrap(), None);
+}
+
+#[test]
+fn packets_come_at_their_time_and_pauses_are_not_waited_out() {
+    let begun = Instant::now();
+    let after = |ms| begun + Duration::from_millis(ms);
+    let mut pace = Pace::new(2.0);
+    let mut wait_ms = |t_ms: u64, now_ms: u64| pace.wait(&packet(0, t_ms * 1000), after(now_ms)).as_millis();
+    assert_eq!(wait_ms(10_000, 0), 0);
+    // Half a second later at twice the speed, 100 ms of which have passed.
+    assert_eq!(wait_ms(10_500, 100), 150);
+    // One that is late comes at once.
+    assert_eq!(wait_ms(10_400, 300), 0);
+    // A gap, and a board that started anew: from there on.
+    assert_eq!(wait_ms(60_000, 300), 0);
+    assert_eq!(wait_ms(61_000, 300), 500);
+    assert_eq!(wait_ms(0, 800), 0);
+    assert_eq!(wait_ms(200, 800), 100);
+}
+
+#[test]
+fn another_protocol_is_an_error_that_says_what_to_do() {
+    let mut board = Obedient::new();
+    let (boot, source) = Default::default();
+    let settings = Settings::DEFAULT;
+    let hello = Hello { protocol: PROTOCOL + 1, version: [9, 0, 0], frame_rate_hz: 241.14, settings, source, boot };
+    board.say(Event::Hello(hello));
+    let error = Feed::new(board).next(Duration::ZERO).unwrap_err().to_string();
+    assert!(error.contains("an obedient board") && error.contains("build both from one version"), "{error}");
+}
