@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::{sleep, spawn};
@@ -100,7 +100,7 @@ impl Browser {
         browser.look(look);
         browser.call(
             "Browser.setDownloadBehavior",
-            json!({"behavior": "allow", "downloadPath": browser.folder.path().join("saved")}),
+            json!({"behavior": "allowAndName", "downloadPath": browser.folder.path().join("saved"), "eventsEnabled": true}),
         );
         browser
     }
@@ -169,26 +169,29 @@ impl Browser {
         sent.map(|event| event["params"]["request"]["url"].as_str().unwrap_or_default().to_owned()).collect()
     }
 
-    /// Forgets what was said and asked for.
-    pub fn forget(&mut self) {
-        self.events.clear();
+    /// What a click on this element saves: its name, and its content when it is there whole.
+    pub fn saved(&mut self, element: &str) -> (String, Vec<u8>) {
+        let click = json!({"expression": format!("document.querySelector('{element}').click()"), "userGesture": true});
+        self.call("Runtime.evaluate", click);
+        let began = self.event("Browser.downloadWillBegin", |_| true);
+        let guid = began["guid"].as_str().expect("an id").to_owned();
+        let ended = |event: &Value| event["guid"] == guid && event["state"] != "inProgress";
+        let end = self.event("Browser.downloadProgress", ended);
+        assert_eq!(end["state"], "completed", "{element}");
+        let content = std::fs::read(self.folder.path().join("saved").join(guid)).expect("a file");
+        (began["suggestedFilename"].as_str().expect("a name").to_owned(), content)
     }
 
-    /// What is saved next, as soon as it is there whole, when this expression was run.
-    pub fn saved(&mut self, expression: &str) -> (String, Vec<u8>) {
-        self.value(expression);
-        let (folder, begun) = (self.folder.path().join("saved"), Instant::now());
+    /// Waits for an event, and takes it.
+    fn event(&mut self, method: &str, fits: impl Fn(&Value) -> bool) -> Value {
+        let is_it = |event: &Value| event["method"] == method && fits(&event["params"]);
         loop {
-            let files = std::fs::read_dir(&folder).into_iter().flatten().flatten();
-            let is_whole = |path: &PathBuf| path.extension().is_some_and(|ending| ending != "crdownload");
-            if let Some(path) = files.map(|file| file.path()).find(is_whole) {
-                let content = std::fs::read(&path).expect("a file");
-                std::fs::remove_file(&path).expect("removed");
-                return (path.file_name().expect("a name").to_string_lossy().into_owned(), content);
+            if let Some(at) = self.events.iter().position(is_it) {
+                return self.events.remove(at)["params"].take();
             }
-            assert!(begun.elapsed() < PATIENCE, "nothing was saved by {expression}: {:?}", self.errors());
-            self.value("0");
-            sleep(Duration::from_millis(50));
+            let message =
+                self.said.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
+            self.events.push(message);
         }
     }
 }

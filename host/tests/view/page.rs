@@ -25,7 +25,7 @@ fn text(browser: &mut Browser, id: &str) -> String {
 }
 
 fn save(what: &str, how: &str) -> String {
-    format!("document.querySelector('#{what} [data-save={how}]').click()")
+    format!("#{what} [data-save={how}]")
 }
 
 /// Whether all plots have something on them.
