@@ -62,11 +62,13 @@ impl Campaign {
     /// A run that cannot be made.
     pub fn on_pc(injections: usize, seed: u64, only: Option<Family>) -> Result<Self> {
         let families: Vec<_> = families(only).collect();
+        // Runs into which nothing is injected are besides.
+        let share = injections.div_ceil(families.iter().filter(|family| **family != Family::None).count().max(1));
         let mut rows = Vec::new();
         for family in &families {
             let mut plans = Vec::new();
             let (mut planned, mut next) = (0, seed);
-            while planned < injections / families.len() {
+            while planned < share {
                 let plan = Plan::new(*family, next, SLIDE_S);
                 // A run without injections stands for as many as a run with them has.
                 planned += plan.injections.len().max(usize::from(*family == Family::None) * 2);
