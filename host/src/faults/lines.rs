@@ -18,7 +18,7 @@ const ORDERS: u64 = 10;
 /// Random bytes, and orders, that one board hears.
 const BYTES_A_BOARD: u64 = 1_000_000;
 const ORDERS_A_BOARD: u64 = 10_000;
-/// Injections into the chip for each time that power is cut everywhere, some 500 times.
+/// Injections into the chip for each time that power is cut everywhere, some 1,300 times.
 const INJECTIONS_A_CUT: u64 = 2500;
 /// Records of settings in a sector of the STM32F405.
 const RECORDS: u64 = 128 * 1024 / 96;
