@@ -171,8 +171,16 @@ impl Browser {
 
     /// What a click on this element saves: its name, and its content when it is there whole.
     pub fn saved(&mut self, element: &str) -> (String, Vec<u8>) {
-        let click = json!({"expression": format!("document.querySelector('{element}').click()"), "userGesture": true});
-        self.call("Runtime.evaluate", click);
+        // By the mouse: what nobody has clicked on, a browser may keep from saving one file after the other.
+        let place = self.value(&format!(
+            "(() => {{ const button = document.querySelector('{element}'); button.scrollIntoView({{ block: 'center' }}); \
+             const {{ left, top, width, height }} = button.getBoundingClientRect(); \
+             return [left + width / 2, top + height / 2]; }})()"
+        ));
+        for kind in ["mousePressed", "mouseReleased"] {
+            let mouse = json!({"type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1});
+            self.call("Input.dispatchMouseEvent", mouse);
+        }
         let began = self.event("Browser.downloadWillBegin", |_| true);
         let guid = began["guid"].as_str().expect("an id").to_owned();
         let ended = |event: &Value| event["guid"] == guid && event["state"] != "inProgress";

@@ -85,6 +85,7 @@ fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
     }
 
     // A drag across the spectrum zooms in, and pauses.
+    browser.value("scrollTo(0, 0)");
     let place = browser.value(
         "(({ left, top, width, height }) => [left + 0.2 * width, top + 0.5 * height, left + 0.6 * width])(document.querySelector('#spectrum .u-over').getBoundingClientRect())",
     );
