@@ -64,7 +64,7 @@ pub struct ViewArgs {
     /// Put these settings into force first; they are not stored.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     pub settings: Option<PathBuf>,
-    /// Where the page is served: an address of this computer's own, 127.0.0.1 or [::1], and a port; port 0 is any free one.
+    /// Where the page is served: an address of this computer's own, 127.0.0.1 or `[::1]`, and a port; port 0 is any free one.
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
     pub listen: SocketAddr,
 }
