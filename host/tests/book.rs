@@ -31,8 +31,9 @@ const WITH_A_BOARD: [&str; 8] = [
 /// What a command that needs the emulator, or minutes, or what another of these has written, has one of.
 const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
 
-/// Commands that go on until somebody interrupts them, and for how long they may, seconds.
-const ENDLESS: [(&str, &str); 1] = [("ridgetone monitor --emulated", "8")];
+/// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
+const ENDLESS: [(&str, &str, &str); 2] =
+    [("ridgetone monitor --emulated", "8", " estimate "), ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/")];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace")
@@ -111,9 +112,9 @@ fn run_all(long: bool) {
             continue;
         }
         // Interrupted as Ctrl-C does.
-        let endless = ENDLESS.iter().find(|(endless, _)| *endless == command);
-        let shell =
-            endless.map_or(command.clone(), |(_, s)| format!("timeout --preserve-status --signal INT {s} {command}"));
+        let endless = ENDLESS.iter().find(|(endless, ..)| *endless == command);
+        let shell = endless
+            .map_or(command.clone(), |(_, s, _)| format!("timeout --preserve-status --signal INT {s} {command}"));
         let output = Command::new("sh")
             .args(["-c", &shell])
             .current_dir(folder.path())
@@ -124,7 +125,10 @@ fn run_all(long: bool) {
         assert!(output.status.success(), "{command}: {}", common::stderr(&output));
         let says = !output.stdout.is_empty() || !output.stderr.is_empty() || command.contains(" > ");
         assert!(says, "{command} says nothing");
-        assert!(endless.is_none() || stdout(&output).contains(" estimate "), "{command} tells no estimate");
+        if let Some((_, s, word)) = endless {
+            let all = format!("{}{}", stdout(&output), common::stderr(&output));
+            assert!(all.contains(word), "{command} does not say \"{word}\" within {s} s");
+        }
         ran += 1;
     }
     assert!(ran > 6, "{ran} commands");
