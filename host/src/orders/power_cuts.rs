@@ -337,4 +337,51 @@ mod tests {
         let flash = store.release();
         assert_eq!((flash.erased, flash.wrong), (1, 0));
     }
+
+    /// Pages of which some words do not take what is programmed any more.
+    struct Worn {
+        flash: CutFlash<960>,
+        is_worn: fn(u32) -> bool,
+    }
+
+    impl Pages for Worn {
+        const PAGE_BYTES: u32 = 960;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) {
+            self.flash.read(offset, bytes);
+        }
+
+        fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
+            let sticks = (self.is_worn)(offset) as u8;
+            self.flash.program(offset, word.map(|byte| byte | sticks))
+        }
+
+        fn erase(&mut self, page: u32) -> Result<(), NotStored> {
+            self.flash.erase(page)
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_read_back_is_stored_in_another_place() {
+        let load = |worn: Worn| FlashStore::new(worn).load();
+        let mut store = FlashStore::new(Worn { flash: CutFlash::new(1), is_worn: |_| false });
+        assert_eq!(store.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
+        let flash = store.release().flash;
+
+        // A word of each of the next two places.
+        let is_worn: fn(u32) -> bool = |offset| matches!(offset, 112 | 200);
+        let mut store = FlashStore::new(Worn { flash: flash.clone(), is_worn });
+        assert_eq!(store.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
+        let flash_after = store.release().flash;
+        assert_eq!(flash_after.wrong, 0);
+        let (kept, source) = load(Worn { flash: flash_after, is_worn });
+        assert_eq!(kept, settings(2));
+        assert!(matches!(source, SettingsSource::Stored | SettingsSource::StoredBefore), "{source:?}");
+
+        // All of them: refused, and what was there is there still.
+        let mut store = FlashStore::new(Worn { flash, is_worn: |_| true });
+        assert_eq!(store.save(Some(&settings(2)), true), Err(NotStored));
+        let (kept, _) = load(store.release());
+        assert_eq!(kept, settings(1));
+    }
 }

@@ -1,0 +1,105 @@
+//! Settings that change in the middle of a slide, as an order changes them: no window is half of one kind and half of another.
+
+#[path = "support/touch.rs"]
+#[allow(dead_code, reason = "a part of it is used here")]
+mod touch;
+
+use ridgetone::boot::SettingsSource;
+use ridgetone::frame::TimedConversion;
+use ridgetone::pipeline::{Detector, Estimator};
+use ridgetone::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone::tally::Tally;
+use ridgetone::telemetry::{Estimate, Span, Status};
+use ridgetone::window::Ring;
+use touch::{SCANS, TONE_HZ};
+
+/// The slide begins at 0.8 s, after this many scans (`touch`).
+const SLIDE_SCAN: f64 = 0.8 * FRAME_RATE_HZ as f64;
+
+/// And ends here: a window that reaches beyond, before it is known that the finger holds, may find no tone.
+const SLIDE_END_S: f32 = 2.8;
+
+struct Board {
+    detector: Detector,
+    estimator: Estimator,
+    ring: Ring,
+    tally: Tally,
+    /// With whether the settings had been changed when they came.
+    estimates: Vec<(bool, Estimate)>,
+    is_changed: bool,
+}
+
+impl Board {
+    /// Takes a conversion; none: the signal is over.
+    fn push(&mut self, conversion: Option<TimedConversion>) {
+        let mut due = Vec::new();
+        let mut wait = |window| due.push(window);
+        match conversion {
+            Some(conversion) => self.detector.push(conversion, &mut self.ring, &self.tally, &mut |_| (), &mut wait),
+            None => self.detector.finish(&mut self.ring, &self.tally, &mut |_| (), &mut wait),
+        }
+        for window in due {
+            let estimate = self.estimator.run(&window, &mut &self.ring, None).expect("its frames are there");
+            self.estimates.extend(estimate.map(|estimate| (self.is_changed, estimate)));
+        }
+    }
+}
+
+/// Estimates of a touch in which `before` becomes `after` with scan `changed`.
+fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
+    let (detector, estimator) = (Detector::new(before), Estimator::new(before));
+    let (ring, tally, estimates) = (Ring::new(), Tally::new(), Vec::new());
+    let mut board = Box::new(Board { detector, estimator, ring, tally, estimates, is_changed: false });
+    for number in 0..SCANS {
+        if number == changed {
+            board.detector.change(&after, SettingsSource::Sent);
+            board.estimator.change(&after);
+            board.is_changed = true;
+        }
+        touch::scan(number, number, 0).for_each(|conversion| board.push(Some(conversion)));
+    }
+    board.push(None);
+    board.estimates
+}
+
+#[test]
+fn every_window_is_of_one_length_within_the_slide_and_right() {
+    let long = Settings { window_s: 1.0, hop_s: 0.25, ..Settings::DEFAULT };
+    let short = Settings { window_s: 0.4, hop_s: 0.1, ..Settings::DEFAULT };
+    for (before, after) in [(long, short), (short, long)] {
+        // From before the slide until behind its end, at any phase of the hop.
+        for changed in (150..700).step_by(37) {
+            let changed_s = changed as f32 / FRAME_RATE_HZ;
+            let estimates = touch(before, after, changed);
+            let what = format!("{} s to {} s at {changed_s} s", before.window_s, after.window_s);
+            let windows: Vec<_> = estimates.iter().filter(|(_, estimate)| estimate.span == Span::Window).collect();
+            let mut lengths_s = [0; 2];
+            for (is_after, window) in windows {
+                let end_s = window.t_us as f32 * 1e-6;
+                let due_s = if *is_after { after.window_s } else { before.window_s };
+                lengths_s[*is_after as usize] += 1;
+                assert!((window.window_s - due_s).abs() < 1.0 / FRAME_RATE_HZ, "{what}: {window:?}");
+                assert!(
+                    f64::from(end_s - window.window_s) > SLIDE_SCAN / f64::from(FRAME_RATE_HZ) - 0.03,
+                    "{what}: {window:?}"
+                );
+                if end_s > SLIDE_END_S {
+                    continue;
+                }
+                let off = f64::from(window.frequency) - TONE_HZ;
+                assert!(
+                    window.status == Status::Good && off.abs() < 6.0 * f64::from(window.sigma),
+                    "{what}: {window:?}"
+                );
+            }
+            // What time was left for at least one of each.
+            assert!(changed_s < 0.85 + before.window_s || lengths_s[0] > 0, "{what}: {lengths_s:?}");
+            assert!(changed_s > 2.7 || lengths_s[1] > 0 || changed_s + after.window_s > 2.7, "{what}: {lengths_s:?}");
+            let whole: Vec<_> = estimates.iter().filter(|(_, estimate)| estimate.span == Span::Slide).collect();
+            assert!(
+                matches!(whole[..], [(_, fit)] if fit.status == Status::Good && fit.window_s > 1.9),
+                "{what}: {whole:?}"
+            );
+        }
+    }
+}
