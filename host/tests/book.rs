@@ -111,10 +111,11 @@ fn run_all(long: bool) {
         if !is_ours || command.split_whitespace().any(|word| LONG.contains(&word)) != long {
             continue;
         }
-        // Interrupted as Ctrl-C does.
+        // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
         let endless = ENDLESS.iter().find(|(endless, ..)| *endless == command);
-        let shell = endless
-            .map_or(command.clone(), |(_, s, _)| format!("timeout --preserve-status --signal INT {s} {command}"));
+        let shell = endless.map_or(command.clone(), |(_, s, _)| {
+            format!("timeout --foreground --preserve-status --signal INT {s} {command}")
+        });
         let output = Command::new("sh")
             .args(["-c", &shell])
             .current_dir(folder.path())
