@@ -1,9 +1,6 @@
 //! The commands that show, record and ask a board, on the emulated one.
 
 use crate::common::{directory, json_lines, run, stderr, stdout, text};
-use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
@@ -46,45 +43,4 @@ fn the_emulated_board_tells_its_settings_takes_others_and_refuses_what_is_out_of
     let windows: Vec<f64> =
         lines.iter().filter(|line| line["span"] == "window").filter_map(|line| line["window_s"].as_f64()).collect();
     assert!(windows.len() >= 3 && windows.iter().all(|window_s| (window_s - 0.5).abs() < 0.01), "{windows:?}");
-}
-
-/// Every line of the README that begins with one of these commands, one after the other in one folder. Those that need a
-/// board say that there is none.
-#[test]
-#[ignore = "needs the emulator: cargo xtask test"]
-fn the_readme_s_commands_on_boards_and_recordings_run() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
-    let live = readme.split("\n## Live\n").nth(1).and_then(|rest| rest.split("\n## ").next()).expect("the section");
-    let block = live.split("```").nth(1).expect("commands");
-    let commands: Vec<&str> = block.lines().filter(|line| line.starts_with("ridgetone ")).collect();
-    assert!(commands.len() >= 8, "{commands:?}");
-    let folder = directory();
-    let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone")).parent().expect("a folder");
-    let path = format!("{}:{}", text(binary), std::env::var("PATH").expect("a path"));
-    for command in commands {
-        let endless = command.starts_with("ridgetone monitor --emulated");
-        // What is endless is interrupted, as Ctrl-C does, but once.
-        let shell = if endless { format!("timeout --foreground --signal INT 8 {command}") } else { command.to_owned() };
-        let begun = Instant::now();
-        let elf = ridgetone_host::emulator::image::find().expect("an image");
-        let target = elf.ancestors().nth(3).expect("the target folder");
-        let output = Command::new("sh")
-            .args(["-c", &shell])
-            .current_dir(folder.path())
-            .env("PATH", &path)
-            .env("CARGO_TARGET_DIR", target)
-            .stdin(Stdio::null())
-            .output()
-            .expect("a shell");
-        let said = stderr(&output);
-        // What timeout ends it calls 124, whatever the command made of it.
-        let fine = output.status.success() || (endless && output.status.code() == Some(124));
-        let no_ports = command.starts_with("ridgetone ports") && said.contains("cannot be listed");
-        assert!(fine || no_ports, "{command}: {said}");
-        assert!(!endless || begun.elapsed() > Duration::from_secs(5) && said.contains("0 lost, 0 damaged"), "{said}");
-    }
-    for file in ["touch.rec", "touch.mcap", "frames.csv", "finger.toml"] {
-        assert!(folder.path().join(file).exists(), "{file}");
-    }
 }
