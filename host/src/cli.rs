@@ -1,26 +1,26 @@
 //! The command line: what can be said, and the help that says so.
 
 mod array;
+mod input;
 mod live;
+mod settings;
 mod source;
 
 pub use array::ArrayOptions;
+pub use input::{Decibel, InputOptions, SceneOptions};
 pub use live::{
     ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, SettingsCommand, SettingsGetArgs,
     SettingsSetArgs, ViewArgs,
 };
+pub use settings::SettingsOptions;
 pub use source::{BoardOptions, SourceOptions};
 
 use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::emulator;
 use crate::faults::FaultsArgs;
-use crate::input::{Input, Source, frame_rate_hz};
-use crate::settings_form;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use hal_mock::Sliding;
-use ridgetone::settings::{Settings, SlideRule};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -111,98 +111,18 @@ pub struct FitArgs {
     /// Columns to fit, at most 16 [default: all but time_s, speed and place].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub columns: Vec<String>,
-    /// Most harmonics to fit, the fundamental included, 1 to 5.
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
-    pub harmonics: u8,
+    /// Settings file, of which harmonics and interferer_hz mean something here; the two options below go over it.
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
+    /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
+    pub harmonics: Option<u8>,
     /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased [default: none].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     pub mains: Option<f64>,
     /// One JSON object on one line instead of the table.
     #[arg(long)]
     pub json: bool,
-}
-
-/// Parameters of the scene.
-#[derive(Args, Clone, Debug)]
-pub struct SceneOptions {
-    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml tells what may be in it [default: a plain scene].
-    #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
-    pub scene_file: Option<PathBuf>,
-    /// Speed of the grating, mm/s [default: 30].
-    #[arg(long, value_name = "MM_S", value_parser = positive)]
-    pub scene_speed: Option<f64>,
-    /// Spatial period of the grating, mm [default: 3.6].
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    pub period: Option<f64>,
-    /// Power of the tone over that of the noise, dB, or `none` for no noise [default: 20].
-    #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
-    pub snr: Option<Decibel>,
-    /// Seed of all noise, and of the channels' differences where there is no scene file [default: 1, or the file's].
-    #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
-}
-
-/// What the chip feels.
-#[derive(Args, Clone, Debug)]
-pub struct InputOptions {
-    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene].
-    #[arg(value_name = "FILE.csv")]
-    pub file: Option<PathBuf>,
-    /// Volts per unit of FILE.csv.
-    #[arg(
-        long,
-        value_name = "V_PER_UNIT",
-        default_value_t = 1.0,
-        value_parser = number,
-        allow_negative_numbers = true,
-        requires = "file"
-    )]
-    pub scale: f64,
-    /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
-    #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
-    pub rate: Option<f64>,
-    /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
-    #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
-    pub noise: bool,
-    /// The scene, without FILE.csv.
-    #[command(flatten)]
-    pub scene: SceneOptions,
-}
-
-/// Settings of the library.
-#[derive(Args, Clone, Debug)]
-pub struct SettingsOptions {
-    /// Settings to begin with, as `settings get` prints them; the options below go over them [default: the library's].
-    #[arg(long = "settings", value_name = "FILE.toml")]
-    pub settings_file: Option<PathBuf>,
-    /// Length of a window, seconds, 0.1 to 3.9 [default: 1].
-    #[arg(long, value_name = "S")]
-    pub window: Option<f32>,
-    /// From the start of one window to that of the next, seconds [default: 0.25].
-    #[arg(long, value_name = "S")]
-    pub hop: Option<f32>,
-    /// Most harmonics to fit, 1 to 5 [default: 4].
-    #[arg(long, value_name = "N")]
-    pub harmonics: Option<u8>,
-    /// Accuracy asked for, percent of the frequency (one standard deviation): an estimate comes as soon as it
-    /// is met, checked every --hop, or with a window of --window [default: windows of fixed length].
-    #[arg(long, value_name = "PERCENT")]
-    pub accuracy: Option<f32>,
-    /// Known interferer in all channels, hertz, such as mains of 50 or 60 [default: none].
-    #[arg(long, value_name = "HZ")]
-    pub mains: Option<f32>,
-    /// Speed of the stimulus, mm/s: the slide goes by the protocol [default: it is found in the signal].
-    #[arg(long, value_name = "MM_S")]
-    pub speed: Option<f32>,
-    /// By the protocol: from contact to slide, seconds.
-    #[arg(long, value_name = "S", default_value_t = 1.0, requires = "speed")]
-    pub delay: f32,
-    /// By the protocol: length of the slide to use, mm.
-    #[arg(long, value_name = "MM", default_value_t = 55.0, requires = "speed")]
-    pub length: f32,
-    /// The units and the gratings.
-    #[command(flatten)]
-    pub array: ArrayOptions,
 }
 
 /// `replay`
@@ -258,11 +178,15 @@ Examples:
   ridgetone emulate --log
   ridgetone emulate trace.csv --json > events.jsonl
   ridgetone emulate --scene scenes/c7.toml
+  ridgetone emulate trace.csv --settings finger.toml
   ridgetone emulate --scene-speed 48 --period 3.1 --svg run.svg --serial-out run.bin")]
 pub struct EmulateArgs {
     /// What the chip feels.
     #[command(flatten)]
     pub input: InputOptions,
+    /// Settings of the firmware, sent to it over its line at once.
+    #[command(flatten)]
+    pub settings: SettingsOptions,
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
@@ -289,6 +213,9 @@ pub struct DemoArgs {
     /// Another scene than the default one: a scene file.
     #[arg(long, value_name = "FILE.toml")]
     pub scene: Option<PathBuf>,
+    /// Settings of the firmware, sent to it over its line at once [default: its own].
+    #[arg(long, value_name = "FILE.toml")]
+    pub settings: Option<PathBuf>,
     /// Which firmware.
     #[command(flatten)]
     pub firmware: FirmwareOptions,
@@ -342,10 +269,6 @@ pub struct ReproduceArgs {
     pub render: bool,
 }
 
-/// A ratio of powers in decibels; none for no noise at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Decibel(pub Option<f64>);
-
 fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "not a number".into())
 }
@@ -354,18 +277,6 @@ fn number(text: &str) -> Result<f64, String> {
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     if value > 0.0 { Ok(value) } else { Err("must be greater than 0".into()) }
-}
-
-fn decibel(text: &str) -> Result<Decibel, String> {
-    if text == "none" { Ok(Decibel(None)) } else { number(text).map(|db| Decibel(Some(db))) }
-}
-
-fn on_off(text: &str) -> Result<bool, String> {
-    match text {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err("say on or off".into()),
-    }
 }
 
 /// A command that makes no sense, as opposed to one that fails.
@@ -399,94 +310,12 @@ impl FirmwareOptions {
     }
 }
 
-impl SceneOptions {
-    /// Whether any of it was given.
-    fn is_given(&self) -> bool {
-        let Self { scene_file, scene_speed, period, snr, seed } = self;
-        scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some() || seed.is_some()
-    }
-
-    /// The scene's parameters.
-    ///
-    /// # Errors
-    /// What is wrong with the scene file, with its line.
-    pub fn sliding(&self) -> Result<Sliding> {
-        if let Some(path) = &self.scene_file {
-            let scene = hal_mock::load_scene(path, frame_rate_hz())?;
-            return Ok(Sliding { seed: self.seed.unwrap_or(scene.seed), ..scene });
-        }
-        let default = Sliding::default();
-        Ok(Sliding {
-            speed_mm_s: self.scene_speed.unwrap_or(default.speed_mm_s),
-            period_mm: self.period.unwrap_or(default.period_mm),
-            snr_db: self.snr.map_or(default.snr_db, |Decibel(db)| db),
-            seed: self.seed.unwrap_or(default.seed),
-            ..default
-        })
-    }
-}
-
-impl InputOptions {
-    /// Whether any of it was given.
-    fn is_given(&self) -> bool {
-        self.file.is_some() || !self.noise || self.scene.is_given()
-    }
-
-    /// What the chip feels.
-    ///
-    /// # Errors
-    /// [`Senseless`]: parameters of a scene together with a recording. What is wrong with a scene file.
-    pub fn input(&self) -> Result<Input> {
-        let SceneOptions { scene_file, scene_speed, period, snr, seed } = &self.scene;
-        let makes_scene = scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some();
-        if self.file.is_some() && makes_scene {
-            let why = "--scene, --scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
-            return Err(Senseless(why.into()).into());
-        }
-        let source = match &self.file {
-            Some(path) => Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale },
-            None => Source::Scene(self.scene.sliding()?),
-        };
-        let seed = match &source {
-            Source::Scene(scene) => scene.seed,
-            Source::Trace { .. } => seed.unwrap_or(1),
-        };
-        Ok(Input { source, converter_noise: self.noise, seed })
-    }
-}
-
-impl SettingsOptions {
-    /// The settings.
-    ///
-    /// # Errors
-    /// [`Senseless`]: one is out of its bounds.
-    pub fn settings(&self) -> Result<Settings> {
-        let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
-        // Asked for with zero they would be switched off: that is out of bounds.
-        let asked = |value: f32| if value == 0.0 { f32::NAN } else { value };
-        let settings = Settings {
-            window_s: self.window.unwrap_or(base.window_s),
-            hop_s: self.hop.unwrap_or(base.hop_s),
-            harmonics: self.harmonics.unwrap_or(base.harmonics),
-            accuracy: self.accuracy.map_or(base.accuracy, |percent| asked(percent) / 100.0),
-            interferer_hz: self.mains.map_or(base.interferer_hz, asked),
-            slide: self.speed.map_or(base.slide, |speed_mm_s| SlideRule::Protocol {
-                delay_s: self.delay,
-                speed_mm_s,
-                length_mm: self.length,
-            }),
-            array: self.array.array(base.array),
-            ..base
-        };
-        settings.validate().map_err(|error| Senseless(settings_form::explained(&error)))?;
-        Ok(settings)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use clap::CommandFactory;
+    use hal_mock::Sliding;
+    use ridgetone::settings::Settings;
 
     #[test]
     fn the_command_line_is_sound() {

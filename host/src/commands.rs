@@ -16,7 +16,7 @@ use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, fit_report, picture, recording, replay};
+use crate::{bench, demo, emulator, fit_report, picture, recording, replay, settings_form};
 use anyhow::{Result, bail};
 use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
@@ -54,15 +54,16 @@ pub fn run(cli: Cli) -> Result<()> {
 const RATES_DIFFER: f64 = 0.01;
 
 fn fit(args: &FitArgs) -> Result<()> {
+    let settings = args.settings.as_deref().map(settings_form::load).transpose()?;
     let table = Table::load(&args.file)?;
     let selection = Selection {
         rate_hz: args.rate,
         from_s: args.from,
         to_s: args.to,
         columns: args.columns.clone(),
-        harmonics: args.harmonics,
+        harmonics: args.harmonics.or(settings.map(|settings| settings.harmonics)),
         place: args.position_column.clone().map(Column::Position).or(args.speed_column.clone().map(Column::Speed)),
-        interferer_hz: args.mains,
+        interferer_hz: args.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
     };
     if let (Some(rate_hz), Some([first, .., last])) = (args.rate, table.time_s()) {
         let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
@@ -78,6 +79,8 @@ fn fit(args: &FitArgs) -> Result<()> {
     }
 }
 
+const CHOOSE_SHORTER: &str = ": choose a shorter --window";
+
 fn run_replay(args: &ReplayArgs) -> Result<()> {
     if let Some(file) = &args.input.file
         // What cannot be read is told by who reads tables.
@@ -88,7 +91,7 @@ fn run_replay(args: &ReplayArgs) -> Result<()> {
     let settings = args.settings.settings()?;
     let after = if args.profile_repeats { After::Repeat } else { After::Hold };
     let profile = args.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
-    let input = open(&args.input, settings.window_s, ": choose a shorter --window")?;
+    let input = open(&args.input, settings.window_s, CHOOSE_SHORTER)?;
     let mut progress = Progress::default();
     let outcome = replay::run(input, settings, profile, &mut printer(args.lines), &mut |done_s, total_s| {
         progress.tell(done_s, total_s);
@@ -106,8 +109,10 @@ fn run_calibrate(args: &CalibrateArgs) -> Result<()> {
 
 fn emulate(args: &EmulateArgs) -> Result<()> {
     let elf = args.firmware.image()?;
-    let input = open(&args.input, Settings::DEFAULT.window_s, "")?;
+    let settings = args.settings.settings()?;
+    let input = open(&args.input, settings.window_s, CHOOSE_SHORTER)?;
     let mut options = args.firmware.options(&elf);
+    options.settings = settings;
     options.keep_conversions = args.svg.is_some();
     options.keep_serial = args.serial_out.is_some();
     options.log = args.log.then_some(|line| eprintln!("log: {line}"));
@@ -143,10 +148,12 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
         bail!("a hand has no one speed to compare with: use `ridgetone emulate --scene`");
     }
     let elf = args.firmware.image()?;
+    let mut options = args.firmware.options(&elf);
+    if let Some(path) = &args.settings {
+        options.settings = settings_form::load(path)?;
+    }
     let mut progress = Progress::default();
-    let demo = demo::run(scene.unwrap_or_default(), args.firmware.options(&elf), &mut |done_s, total_s| {
-        progress.tell(done_s, total_s)
-    });
+    let demo = demo::run(scene.unwrap_or_default(), options, &mut |done_s, total_s| progress.tell(done_s, total_s));
     progress.end();
     let demo = demo?;
     if let Some(path) = &args.svg {

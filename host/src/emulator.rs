@@ -11,12 +11,16 @@ pub(crate) mod process;
 pub use chip_end::ChipEnd;
 pub use process::QEMU;
 
+use crate::events;
 use crate::input::Opened;
+use crate::orders::Orders;
 use anyhow::{Context, Result, bail};
 use log::Log;
 use process::Emulator;
 use ridgetone::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
+use ridgetone::command::{Command, Outcome as Answer};
 use ridgetone::frame::TimedConversion;
+use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Decoder, PROTOCOL, Packet};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{ErrorKind, Read};
@@ -51,6 +55,8 @@ pub struct Options<'a> {
     pub icount_shift: u8,
     /// From when until when the telemetry line is blocked, seconds of scene time.
     pub line_blocked_s: Option<(f64, f64)>,
+    /// Settings of the firmware: others than its own are sent to it as soon as it has greeted. [`run`] alone does that.
+    pub settings: Settings,
     /// What is to be told each line of the firmware's log: board time in seconds, level, text.
     pub log: Option<fn(&str)>,
 }
@@ -67,6 +73,7 @@ impl<'a> Options<'a> {
             mishap: None,
             icount_shift: ICOUNT_SHIFT,
             line_blocked_s: None,
+            settings: Settings::DEFAULT,
             log: None,
         }
     }
@@ -115,7 +122,7 @@ pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a
 /// `progress` is told the seconds of the input done and those to do.
 ///
 /// # Errors
-/// The image is not ours, the emulator is missing or fails, the firmware fails or falls silent; those of
+/// The image is not ours, the emulator is missing or fails, the firmware fails, falls silent or refuses its settings; those of
 /// `sink`. The emulator is gone by then in any case.
 pub fn run(
     input: Opened,
@@ -123,8 +130,23 @@ pub fn run(
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
-    let mut listen = |_, packet: Option<&Packet>| packet.map_or(Ok(()), &mut *sink).map(|()| Vec::new());
-    run_talking(input, options, &mut listen, progress)
+    let mut orders = Orders::new(1);
+    if options.settings != Settings::DEFAULT {
+        orders.give(Command::Set { settings: options.settings, keep: false });
+    }
+    let mut has_greeted = false;
+    let mut talk = |now, packet: Option<&Packet>| {
+        if let Some(packet) = packet {
+            has_greeted = true;
+            sink(packet)?;
+            match orders.hear(&packet.event) {
+                None | Some((_, Answer::Done | Answer::DoneErased)) => {}
+                Some((_, refused)) => bail!("the firmware does not take the settings: {}", events::outcome(&refused)),
+            }
+        }
+        if has_greeted { orders.due(now) } else { Ok(Vec::new()) }
+    };
+    run_talking(input, options, &mut talk, progress)
 }
 
 /// The same with somebody at the PC's end of the line who sends too. When what is sent arrives depends on how fast this PC

@@ -27,8 +27,8 @@ pub struct Selection {
     pub to_s: Option<f64>,
     /// Names of the columns to use; all if empty.
     pub columns: Vec<String>,
-    /// Most harmonics, the fundamental included, 1 to 5; 0 means 5.
-    pub harmonics: u8,
+    /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
+    pub harmonics: Option<u8>,
     /// The column to fit by place with, if not by time.
     pub place: Option<Column>,
     /// A known interferer in all columns, hertz.
@@ -130,7 +130,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         };
         stretch = along;
     }
-    let harmonics = if selection.harmonics == 0 { HARMONICS_MAX as u8 } else { selection.harmonics };
+    let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
     let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
         bail!("{file}: the fit did not see all rows");
     };

@@ -6,7 +6,7 @@ mod common;
 #[path = "common/terminal.rs"]
 mod terminal;
 
-use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, text};
+use common::{assert_one_line, directory, file, json_lines, run, stderr, stdout, text, tone};
 use ridgetone_host::input::Input;
 use ridgetone_host::replay;
 use rustix::process::{Pid, Signal, kill_process};
@@ -150,7 +150,14 @@ fn one_file_of_settings_serves_all_and_options_go_over_it() {
     assert!((found["array"]["period_most_mm"].as_f64().expect("a number") - 3.9).abs() < 1e-6);
     let found = hello(&["replay", "--json", "--settings", text(&settings), "--window", "0.7"]);
     assert_eq!((found["window_s"].as_f64().map(|s| (s * 1e3).round()), &found["harmonics"]), (Some(700.0), &2.into()));
+    let table = file(folder.path(), "tone.csv", &tone(2, 1000, 241.0, 8.0, 0.0));
+    let harmonics = |arguments: &[&str]| {
+        let given = ["fit", "--json", text(&table), "--settings", text(&settings)];
+        json_lines(&run(&[&given[..], arguments].concat()))[0]["harmonics"].clone()
+    };
+    assert_eq!((harmonics(&[]), harmonics(&["--harmonics", "1"])), (2.into(), 1.into()));
     let wrong = file(folder.path(), "wrong.toml", "window_s = 7\n");
+    assert_one_line(&run(&["fit", text(&table), "--settings", text(&wrong)]), 1, &["wrong.toml", "0.1 to 3.9"]);
     assert_one_line(&run(&["replay", "--settings", text(&wrong)]), 1, &["wrong.toml", "0.1 to 3.9", "memory"]);
 }
 

@@ -23,10 +23,9 @@ pub fn run() -> Result<()> {
     }
     emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);
     tools::run(&mut emulated).context("tests of the emulated firmware")?;
-    // That of the live page saves plots, and now and then the browser does not tell that it has: run it by hand.
-    tell("the test of the reproduction's page in a browser");
+    tell("tests of the pages in a browser");
     let mut page = clean("cargo");
-    page.args(["test", "--package", "ridgetone-host", "--test", "page", "--", "--ignored"]);
+    page.args(["test", "--package", "ridgetone-host", "--test", "page", "--test", "view", "--", "--ignored"]);
     tools::run(page.arg("--test-threads=1").env("RIDGETONE_BROWSER", browser)).context("the tests of the pages")?;
     tell("the test of the benchmark");
     let mut counted = clean("cargo");

@@ -190,6 +190,28 @@ impl Browser {
         (began["suggestedFilename"].as_str().expect("a name").to_owned(), content)
     }
 
+    /// What a click on this element would save: its name and its content, taken on the way to the disk. A browser may ask
+    /// somebody before it saves a second file, so only a first one is let through to there.
+    pub fn offered(&mut self, element: &str) -> (String, Vec<u8>) {
+        let taken = self.value(&format!(
+            "(async () => {{ \
+                const {{ createObjectURL }} = URL; \
+                const {{ click }} = HTMLAnchorElement.prototype; \
+                const [name, blob] = await new Promise((done) => {{ \
+                    let content; \
+                    URL.createObjectURL = (blob) => {{ content = blob; return createObjectURL(blob); }}; \
+                    HTMLAnchorElement.prototype.click = function () {{ done([this.download, content]); }}; \
+                    document.querySelector('{element}').click(); \
+                }}); \
+                URL.createObjectURL = createObjectURL; \
+                HTMLAnchorElement.prototype.click = click; \
+                return [name, [...new Uint8Array(await blob.arrayBuffer())]]; \
+            }})()"
+        ));
+        let bytes = taken[1].as_array().expect("bytes").iter().map(|byte| byte.as_u64().expect("a byte") as u8);
+        (taken[0].as_str().expect("a name").to_owned(), bytes.collect())
+    }
+
     /// Waits for an event, and takes it.
     fn event(&mut self, method: &str, fits: impl Fn(&Value) -> bool) -> Value {
         let is_it = |event: &Value| event["method"] == method && fits(&event["params"]);

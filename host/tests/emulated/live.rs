@@ -44,3 +44,27 @@ fn the_emulated_board_tells_its_settings_takes_others_and_refuses_what_is_out_of
         lines.iter().filter(|line| line["span"] == "window").filter_map(|line| line["window_s"].as_f64()).collect();
     assert!(windows.len() >= 3 && windows.iter().all(|window_s| (window_s - 0.5).abs() < 0.01), "{windows:?}");
 }
+
+/// The chip's firmware with settings of a file says of the default scene what the library says on the PC.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
+    let folder = directory();
+    let file = crate::common::file(folder.path(), "short.toml", "window_s = 0.5\nharmonics = 2\n");
+    let estimates = |command: &str| {
+        let output = run(&[command, "--json", "--settings", text(&file), "--hop", "0.125"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let mut lines = json_lines(&output);
+        lines.retain_mut(|line| {
+            // Replies are counted along.
+            line.as_object_mut().expect("an object").remove("sequence");
+            line["type"] == "estimate"
+        });
+        lines
+    };
+    let found = estimates("emulate");
+    assert!(found.len() > 10, "{}", found.len());
+    assert_eq!(found, estimates("replay"));
+    let demo = run(&["demo", "--settings", text(&file)]);
+    assert!(demo.status.success() && stdout(&demo).contains("8.33"), "{}", stderr(&demo));
+}

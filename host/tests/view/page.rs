@@ -66,17 +66,17 @@ fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
     let fit = common::run(&["fit", common::text(&saved), "--from", &from, "--to", &to, "--json"]);
     let fitted_hz = common::json_lines(&fit)[0]["frequency_hz"].as_f64().expect("a frequency");
     assert!((fitted_hz - told_hz).abs() < 2.0 * sigma_hz, "{fitted_hz} and {told_hz}");
-    let (_, csv) = browser.saved(&save("history", "csv"));
+    let (_, csv) = browser.offered(&save("history", "csv"));
     let estimates = lines.iter().filter(|line| line["type"] == "estimate").count();
     let csv = String::from_utf8(csv).expect("UTF-8");
     assert_eq!(csv.lines().count(), 1 + estimates);
     assert!(csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"), "{csv}");
     for (what, rows) in [("spectrum", 511), ("fit", 241), ("map", 16)] {
-        let (_, csv) = browser.saved(&save(what, "csv"));
+        let (_, csv) = browser.offered(&save(what, "csv"));
         assert_eq!(String::from_utf8(csv).expect("UTF-8").lines().count(), 1 + rows, "{what}");
     }
     for what in ["strips", "history", "spectrum", "fit", "map"] {
-        let (name, png) = browser.saved(&save(what, "png"));
+        let (name, png) = browser.offered(&save(what, "png"));
         assert!(
             name.ends_with(".png") && png.starts_with(b"\x89PNG\r\n\x1a\n") && png.len() > 2000,
             "{name}: {}",
@@ -94,7 +94,7 @@ fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
         browser.call("Input.dispatchMouseEvent", mouse);
     }
     browser.wait("document.body.classList.contains('paused')");
-    let (_, csv) = browser.saved(&save("spectrum", "csv"));
+    let (_, csv) = browser.offered(&save("spectrum", "csv"));
     let zoomed: Vec<f64> = String::from_utf8(csv)
         .expect("UTF-8")
         .lines()
