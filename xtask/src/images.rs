@@ -26,17 +26,17 @@ pub struct Image {
 
 /// The benchmark in the emulator.
 pub const BENCH: Image =
-    Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", profile: RELEASE, interrupts: &[] };
+    Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", profile: USUAL, interrupts: &[] };
 
 /// The benchmark of the methods that the fit is compared with.
 pub const RIVALS: Image =
-    Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", profile: RELEASE, interrupts: &[] };
+    Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", profile: USUAL, interrupts: &[] };
 
 /// The emulated board's firmware with every addition checked for overflow.
 pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board::Emulated.image() };
 
-/// The profile of all that is not for a test alone.
-const RELEASE: &str = "release";
+/// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
+const USUAL: &str = "firmware";
 
 /// The firmware's binary.
 const FIRMWARE: &str = "ridgetone-firmware";
@@ -72,7 +72,7 @@ impl Board {
             Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
             Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
         };
-        Image { package: "ridgetone", name, binary: FIRMWARE, profile: RELEASE, interrupts }
+        Image { package: "ridgetone", name, binary: FIRMWARE, profile: USUAL, interrupts }
     }
 
     /// Its chip's name at probe-rs; the emulated one has none.
@@ -96,14 +96,14 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     run(&mut cargo).with_context(|| format!("the image {name} does not build"))?;
 
     let built = target_dir().join(TARGET).join(profile).join(binary);
-    let folder = if profile == RELEASE { name.to_owned() } else { format!("{name}-{profile}") };
+    let folder = if profile == USUAL { name.to_owned() } else { format!("{name}-{profile}") };
     let folder = target_dir().join("firmware").join(folder);
     let image = folder.join(binary).with_extension("elf");
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     fs::copy(&built, &image).with_context(|| format!("cannot copy {}", built.display()))?;
     let sizes = sizes(&image, interrupts)?;
     // Overflow checks are panics of their own.
-    if binary == FIRMWARE && profile == RELEASE {
+    if binary == FIRMWARE && profile == USUAL {
         let bytes = fs::read(&image).with_context(|| format!("cannot read {}", image.display()))?;
         panics::check(&bytes).with_context(|| format!("{} is not fit to run", image.display()))?;
     }
@@ -131,11 +131,11 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
 /// warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for Image { package, name, binary, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS]) {
+    for Image { package, name, binary, profile, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS]) {
         tell(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });
-        cargo.args(["--quiet", "--release", "--package", package, "--bin", binary, "--features", name]);
+        cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);
         if clippy {
             cargo.args(["--", "-D", "warnings"]);
         } else {
