@@ -3,6 +3,7 @@
 mod array;
 mod input;
 mod live;
+mod order;
 mod settings;
 mod source;
 
@@ -12,6 +13,7 @@ pub use live::{
     ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, SettingsCommand, SettingsGetArgs,
     SettingsSetArgs, ViewArgs,
 };
+pub use order::{FollowArgs, OrderCommand};
 pub use settings::SettingsOptions;
 pub use source::{BoardOptions, SourceOptions};
 
@@ -61,6 +63,9 @@ pub enum Command {
     /// The settings in force on a board: print them, change them.
     #[command(subcommand)]
     Settings(SettingsCommand),
+    /// Have a board begin anew, stop, restart, or estimate by place.
+    #[command(subcommand)]
+    Order(OrderCommand),
     /// What a board on a serial line says. When it is unplugged it is waited for.
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.

@@ -20,7 +20,6 @@ use crate::{bench, demo, emulator, fit_report, picture, recording, replay, setti
 use anyhow::{Result, bail};
 use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
-use ridgetone::profile::After;
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
@@ -41,6 +40,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Record(args) => board::record(&args),
         Command::Export(args) => board::export(&args),
         Command::Settings(args) => board::settings(&args),
+        Command::Order(args) => board::order(&args),
         Command::Listen(args) => board::listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Reproduce(args) => run_reproduce(&args),
@@ -89,7 +89,7 @@ fn run_replay(args: &ReplayArgs) -> Result<()> {
         return board::replay(args, file);
     }
     let settings = args.settings.settings()?;
-    let after = if args.profile_repeats { After::Repeat } else { After::Hold };
+    let after = speed::after(args.profile_repeats);
     let profile = args.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
     let input = open(&args.input, settings.window_s, CHOOSE_SHORTER)?;
     let mut progress = Progress::default();

@@ -24,13 +24,13 @@
 //! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
-//! | settings as TOML and `name=value`, and those of a board | [`settings_form`], [`board_settings`] |
+//! | settings as TOML and `name=value`; a board that is asked, and answers | [`settings_form`], [`asked`] |
 //! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
 #![forbid(unsafe_code)]
 
+pub mod asked;
 mod axis;
 pub mod bench;
-pub mod board_settings;
 pub mod bound;
 pub mod calibrate;
 pub mod cli;

@@ -7,10 +7,13 @@ use anyhow::{Result, bail};
 use ridgetone::command::Outcome;
 use ridgetone::telemetry::Packet;
 use std::ops::ControlFlow;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How often it is looked whether to stop, and what is to be sent.
 const LOOK: Duration = Duration::from_millis(50);
+
+/// How often losses are told at most.
+const TELL: Duration = Duration::from_secs(1);
 
 /// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost; sends what is to be
 /// asked. Ends when the source is over, when the sink breaks off, or when this process is asked to ([`stop`]).
@@ -22,7 +25,7 @@ pub fn run<S: Source>(
     asking: &mut Asking,
     sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
-    let (mut told, mut is_there) = (0, false);
+    let (mut told, mut told_at, mut is_there) = ((0, 0), None, false);
     while !stop::is_asked() {
         let happening = match feed.next(LOOK) {
             // Ctrl-C reaches the emulator too, which may be the first to end.
@@ -53,9 +56,11 @@ pub fn run<S: Source>(
             asking.tick(feed)?;
         }
         let counts = feed.counts();
-        if counts.missing > told {
+        let now = Instant::now();
+        // At a wrong baud rate all that comes is damaged, some hundred times a second.
+        if (counts.missing, counts.damaged) != told && told_at.is_none_or(|at| now.duration_since(at) > TELL) {
             eprintln!("ridgetone: {} packets lost, {} damaged so far", counts.missing, counts.damaged);
-            told = counts.missing;
+            (told, told_at) = ((counts.missing, counts.damaged), Some(now));
         }
     }
     Ok(())

@@ -9,11 +9,28 @@ use std::path::Path;
 /// Name of a profile's column of speeds.
 pub const SPEED_COLUMN: &str = "speed_mm_s";
 
-/// Reads a speed profile: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
+/// What happens behind a profile's last knot.
+pub const fn after(repeats: bool) -> After {
+    if repeats { After::Repeat } else { After::Hold }
+}
+
+/// Reads a speed profile.
+///
+/// # Errors
+/// Those of [`knots`].
+pub fn profile(path: &Path, after: After) -> Result<Profile> {
+    made(path, &knots(path, after)?, after)
+}
+
+fn made(path: &Path, knots: &[Knot], after: After) -> Result<Profile> {
+    Profile::new(knots, after).with_context(|| path.display().to_string())
+}
+
+/// Reads the knots of a speed profile: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
 ///
 /// # Errors
 /// One line that names the file: no such column, a time outside the chip's range, what the profile itself refuses.
-pub fn profile(path: &Path, after: After) -> Result<Profile> {
+pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
     let table = Table::load(path)?;
     let file = table.file();
     let Some(column) = table.names().iter().position(|name| name == SPEED_COLUMN) else {
@@ -26,7 +43,8 @@ pub fn profile(path: &Path, after: After) -> Result<Profile> {
         ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
         knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
     }
-    Profile::new(&knots, after).with_context(|| file.to_owned())
+    made(path, &knots, after)?;
+    Ok(knots)
 }
 
 /// A column that tells where the finger is.

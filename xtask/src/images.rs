@@ -131,7 +131,8 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
 /// warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for Image { package, name, binary, profile, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS]) {
+    for Image { package, name, binary, profile, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS])
+    {
         tell(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });

@@ -1,10 +1,9 @@
 //! The commands that have to do with a board, real or emulated, and with what was recorded of one.
 
-use crate::board_settings::Asked;
-use crate::cli::ExportArgs;
+use crate::asked::Asked;
 use crate::cli::{
-    LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, ReplayArgs, Senseless, SettingsCommand,
-    SettingsGetArgs, SettingsSetArgs, ViewArgs,
+    BoardOptions, ExportArgs, LineOptions, ListenArgs, MonitorArgs, OrderCommand, PortsArgs, RecordArgs, ReplayArgs,
+    Senseless, SettingsCommand, SettingsGetArgs, SettingsSetArgs, ViewArgs,
 };
 use crate::export::{Format, Kind};
 use crate::feed::{Asking, Feed, Source};
@@ -13,7 +12,7 @@ use crate::monitor::Monitor;
 use crate::port::{Link, PortError, Ports, System, Wanted};
 use crate::recording::Recorded;
 use crate::teleplot::Teleplot;
-use crate::{events, listen, names, output, record, settings_form, stop, view};
+use crate::{events, listen, names, output, record, settings_form, speed, stop, view};
 use anyhow::Result;
 use ridgetone::command::Command;
 use ridgetone::settings::Settings;
@@ -155,6 +154,29 @@ fn set(args: &SettingsSetArgs) -> Result<()> {
     let settings = settings_form::change(&base, &args.changes)?;
     let erased = board.set(settings, args.keep)?;
     told_done(if args.keep { "in force and stored" } else { "in force until the next start" }, erased)
+}
+
+/// `order`
+pub fn order(command: &OrderCommand) -> Result<()> {
+    let open = |board: &BoardOptions| board.open(None, Some(1.0), true);
+    let (board, order, done) = match command {
+        OrderCommand::Start(board) => (board, Command::Start, "it begins anew"),
+        OrderCommand::Stop(board) => (board, Command::Stop, "it tells nothing but health until `order start`"),
+        OrderCommand::Restart(board) => (board, Command::Restart, "it restarts"),
+        OrderCommand::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
+        OrderCommand::Follow(args) => {
+            let after = speed::after(args.repeats);
+            let knots = speed::knots(&args.file, after)?;
+            let mut feed = open(&args.board)?;
+            Asked::new(&mut feed).follow(&knots, after)?;
+            eprintln!("ridgetone: {}: estimates come by place, in cycles per mm", feed.name());
+            return Ok(());
+        }
+    };
+    let mut feed = open(board)?;
+    Asked::new(&mut feed).order(order)?;
+    eprintln!("ridgetone: {}: {done}", feed.name());
+    Ok(())
 }
 
 fn told_done(what: &str, erased: bool) -> Result<()> {

@@ -167,7 +167,10 @@ pub fn outcome(outcome: &Outcome) -> String {
         Outcome::Profile => {
             "refused: the speed profile's knots are out of order, too many, too fast, or some miss".into()
         }
-        Outcome::NotStored => "in force, but not stored: the flash refuses".into(),
+        Outcome::NotStored => {
+            "in force, but not stored: order it again while nothing is touched; if that does not help the flash is worn"
+                .into()
+        }
         Outcome::Busy => "refused: busy with another order; ask again".into(),
         Outcome::DoneErased => "done; the flash was erased for it, which cost a second or two of conversions".into(),
     }

@@ -98,7 +98,7 @@ fn what_is_asked_is_sent_answered_and_raw_frames_only_while_they_are_wanted() {
 #[test]
 fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
     let mut feed = Feed::new(Obedient::new());
-    let mut asked = crate::board_settings::Asked::new(&mut feed);
+    let mut asked = crate::asked::Asked::new(&mut feed);
     assert!(!asked.set(Settings { hop_s: 0.5, ..Settings::DEFAULT }, true).unwrap());
     let refused = asked.set(Settings { harmonics: 9, ..Settings::DEFAULT }, true).unwrap_err();
     assert!(refused.is::<crate::cli::Senseless>());

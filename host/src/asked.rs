@@ -1,4 +1,4 @@
-//! `settings`: what is in force on a board, over its line.
+//! `settings` and `order`: a board that is asked over its line, and answers.
 
 use crate::cli::Senseless;
 use crate::events;
@@ -6,7 +6,8 @@ use crate::feed::{Feed, Source, new_orders};
 use crate::orders::{Orders, ask};
 use crate::settings_form;
 use anyhow::{Context, Result, bail};
-use ridgetone::command::{Command, Outcome};
+use ridgetone::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
+use ridgetone::profile::{After, Knot};
 use ridgetone::settings::Settings;
 use ridgetone::telemetry::{Event, Hello};
 
@@ -64,7 +65,26 @@ impl<'a, S: Source> Asked<'a, S> {
         self.order(Command::Forget)
     }
 
-    fn order(&mut self, command: Command) -> Result<bool> {
+    /// Has estimates come by place, with this speed over the surface.
+    ///
+    /// # Errors
+    /// The board refuses the profile; it does not answer.
+    pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
+        let mut first = 0;
+        for part in knots.chunks(KNOTS_A_COMMAND) {
+            let last = (first + part.len() == knots.len()).then_some(after);
+            let knots = heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
+            self.order(Command::Follow(Part { first: first as u8, knots, last }))?;
+            first += part.len();
+        }
+        Ok(())
+    }
+
+    /// Gives an order. True as with [`Self::set`].
+    ///
+    /// # Errors
+    /// The board refuses it, with the reason; it does not answer.
+    pub fn order(&mut self, command: Command) -> Result<bool> {
         let outcome = ask(self.feed, &mut self.orders, command, &mut |_| {})?;
         let told = events::outcome(&outcome);
         match outcome {
