@@ -21,7 +21,7 @@ use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::emulator;
 use crate::faults::FaultsArgs;
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -300,9 +300,12 @@ impl FirmwareOptions {
     /// The image.
     ///
     /// # Errors
-    /// None is named, and there is none in its usual place.
+    /// There is none by its name, or, without one, in the usual place.
     pub fn image(&self) -> Result<PathBuf> {
         match &self.elf {
+            Some(elf) if !elf.is_file() => {
+                bail!("{}: there is no such firmware image; `cargo xtask firmware` builds one", elf.display())
+            }
             Some(elf) => Ok(elf.clone()),
             None => emulator::image::find(),
         }

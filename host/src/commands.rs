@@ -16,11 +16,10 @@ use crate::reproduce::{Place, Reproduction};
 use crate::speed::{self, Column};
 use crate::table_fit::{self, Selection};
 use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, fit_report, picture, recording, replay, settings_form};
+use crate::{bench, demo, emulator, fit_report, picture, recording, replay, settings_form, stop};
 use anyhow::{Result, bail};
 use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
-use ridgetone::settings::Settings;
 use ridgetone::telemetry::Packet;
 use serde::Serialize;
 
@@ -82,6 +81,7 @@ fn fit(args: &FitArgs) -> Result<()> {
 const CHOOSE_SHORTER: &str = ": choose a shorter --window";
 
 fn run_replay(args: &ReplayArgs) -> Result<()> {
+    stop::on_signal()?;
     if let Some(file) = &args.input.file
         // What cannot be read is told by who reads tables.
         && recording::is_telemetry(file).unwrap_or(false)
@@ -108,6 +108,7 @@ fn run_calibrate(args: &CalibrateArgs) -> Result<()> {
 }
 
 fn emulate(args: &EmulateArgs) -> Result<()> {
+    stop::on_signal()?;
     let elf = args.firmware.image()?;
     let settings = args.settings.settings()?;
     let input = open(&args.input, settings.window_s, CHOOSE_SHORTER)?;

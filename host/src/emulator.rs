@@ -14,6 +14,7 @@ pub use process::QEMU;
 use crate::events;
 use crate::input::Opened;
 use crate::orders::Orders;
+use crate::stop;
 use anyhow::{Context, Result, bail};
 use log::Log;
 use process::Emulator;
@@ -118,7 +119,7 @@ pub struct Outcome {
 /// to be sent. It is asked with every packet and, without one, whenever something has come from the board.
 pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a;
 
-/// Runs the firmware on `input` until the input is over and the firmware has left. Packets go to `sink` as they come;
+/// Runs the firmware on `input` until the input is over and the firmware has left, or this process is asked to end ([`stop`]). Packets go to `sink` as they come;
 /// `progress` is told the seconds of the input done and those to do.
 ///
 /// # Errors
@@ -210,7 +211,11 @@ pub fn run_wired(
         open: [true; 4],
         heard: Instant::now(),
     };
-    let status = session.serve(options.silence, wire, progress)?;
+    let status = match session.serve(options.silence, wire, progress) {
+        // Ctrl-C may have reached the emulator first.
+        Err(_) if stop::is_asked() => None,
+        status => status?,
+    };
     session.conclude(status)
 }
 
@@ -235,13 +240,14 @@ struct Session {
 }
 
 impl Session {
+    /// Serves it until it has ended, and gives how, or until this process is asked to end.
     fn serve(
         &mut self,
         silence: Duration,
         wire: &mut Wire<'_>,
         progress: &mut dyn FnMut(f64, f64),
-    ) -> Result<ExitStatus> {
-        loop {
+    ) -> Result<Option<ExitStatus>> {
+        while !stop::is_asked() {
             if self.turn(LOOK_NS, wire)? {
                 self.heard = Instant::now();
                 self.emulator.send(&wire(Duration::from_micros(self.chip.now_us()), &[])?)?;
@@ -256,12 +262,13 @@ impl Session {
             } else if let Some(status) = self.emulator.exit_status()? {
                 // What it wrote before it ended; something it left behind may hold the pipes open, so no waiting.
                 while self.turn(0, wire)? {}
-                return Ok(status);
+                return Ok(Some(status));
             } else if self.heard.elapsed() > silence {
                 let when = if self.chip.ended() { " after the end of the input" } else { "" };
                 bail!("{QEMU}: no sign of life from the firmware for {} s{when}{}", silence.as_secs_f32(), self.said());
             }
         }
+        Ok(None)
     }
 
     /// Waits up to `most_ns` for something to come, and serves it. False if nothing came.
@@ -343,16 +350,17 @@ impl Session {
         Ok(())
     }
 
-    fn conclude(self, status: ExitStatus) -> Result<Outcome> {
+    fn conclude(self, status: Option<ExitStatus>) -> Result<Outcome> {
         let said = self.said();
-        match status.code() {
-            Some(0) if self.chip.ended() => {}
-            Some(0) => bail!("the firmware left before the end of the input{said}"),
+        match status.map(|status| status.code()) {
+            _ if stop::is_asked() => {}
+            Some(Some(0)) if self.chip.ended() => {}
+            Some(Some(0)) => bail!("the firmware left before the end of the input{said}"),
             // The statuses the firmware leaves with; see its board/semihost.rs.
-            Some(3) => bail!("the firmware faulted{said}"),
-            Some(4) => bail!("the firmware stood still{said}"),
-            Some(101) => bail!("the firmware panicked{said}"),
-            _ => bail!("{QEMU} failed: {status}{said}"),
+            Some(Some(3)) => bail!("the firmware faulted{said}"),
+            Some(Some(4)) => bail!("the firmware stood still{said}"),
+            Some(Some(101)) => bail!("the firmware panicked{said}"),
+            _ => bail!("{QEMU} failed: {}{said}", status.unwrap_or_default()),
         }
         let (conversions_served, conversions_lost) = self.chip.served_and_lost();
         Ok(Outcome {

@@ -44,7 +44,7 @@ pub fn run<S: Source>(
                     break;
                 }
             }
-            Some(Happening::Came(name)) => eprintln!("ridgetone: {name}: the board is there"),
+            Some(Happening::Came(name)) => eprintln!("ridgetone: {name}: open"),
             Some(Happening::Went(name, why)) => {
                 is_there = false;
                 eprintln!("ridgetone: {name}: {why}; waiting for the board");

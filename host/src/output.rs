@@ -1,6 +1,7 @@
 //! Where results go: standard output line by line, files whole or not at all, progress beside them.
 
-use anyhow::{Context, Result};
+use crate::recording;
+use anyhow::{Context, Result, bail};
 use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -18,12 +19,16 @@ pub fn line(text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file under a temporary name beside its place and renames it: it is there whole or not at all.
+/// Writes a file under a temporary name beside its place and renames it: it is there whole or not at all. A file that was
+/// there is replaced, but for a recording of telemetry, which nobody can make again.
 ///
 /// # Errors
-/// Those of the system and of `write`, with the file's name.
+/// There is a recording; those of the system and of `write`, with the file's name.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
+    if recording::is_telemetry(path).unwrap_or(false) {
+        bail!("{}: that is a recording of telemetry, which is not overwritten: choose another name", named());
+    }
     let directory = match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),
         _ => PathBuf::from("."),

@@ -116,10 +116,14 @@ impl fmt::Display for PortError {
             }
             Self::None => write!(
                 f,
-                "there is no serial port: plug the board in, or use --emulated; --port NAME opens one that is not listed"
+                "there is no USB serial port: plug the board in, or use --emulated; --port NAME opens any other"
             ),
             Self::Which(found) => {
-                write!(f, "there is more than one serial port, choose with --port or --usb-serial: {}", names(found))
+                write!(
+                    f,
+                    "there is more than one USB serial port, choose with --port or --usb-serial: {}",
+                    names(found)
+                )
             }
             Self::Open(name, error) if error.kind() == ErrorKind::PermissionDenied => {
                 write!(f, "{name}: {error}; on Linux join the group that owns it, mostly dialout")
@@ -256,12 +260,10 @@ impl<P: Ports> Source for Link<P> {
 /// There is none, or more than one.
 fn only(found: &[Found]) -> Result<&Found, PortError> {
     let usb: Vec<&Found> = found.iter().filter(|port| port.usb.is_some()).collect();
-    match (usb.as_slice(), found) {
-        ([one], _) => Ok(one),
-        ([], [one]) => Ok(one),
-        ([], []) => Err(PortError::None),
-        ([], several) => Err(PortError::Which(several.to_vec())),
-        (several, _) => Err(PortError::Which(several.iter().copied().cloned().collect())),
+    match usb.as_slice() {
+        [one] => Ok(one),
+        [] => Err(PortError::None),
+        several => Err(PortError::Which(several.iter().copied().cloned().collect())),
     }
 }
 

@@ -1,8 +1,9 @@
 //! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the board.
 
 use crate::input::Opened;
+use crate::stop;
 use ads1258::Ads1258;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use embedded_hal::delay::DelayNs;
 use hal_mock::Rig;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
@@ -37,7 +38,7 @@ pub struct Outcome {
 
 /// Runs `input` through the library. Packets go to `sink` after a trip through the wire format; `progress` is told the
 /// seconds done and those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per
-/// millimetre.
+/// millimetre. It ends early when this process is asked to ([`stop`]).
 ///
 /// # Errors
 /// Those of `sink`; an event that does not fit the wire format.
@@ -69,7 +70,8 @@ pub fn run_watched(
     pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
-    conversions(input, &mut |timed| {
+    let whole = conversions(input, &mut |timed| {
+        ensure!(!stop::is_asked(), "interrupted");
         watch(timed);
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
@@ -78,7 +80,10 @@ pub fn run_watched(
             progress((count * CONVERSION_NS) as f64 * 1e-9, end_s);
         }
         Ok(())
-    })?;
+    });
+    if !stop::is_asked() {
+        whole?;
+    }
     pipeline.finish(&mut |event| wire.send(event));
     wire.result()?;
     Ok(Outcome {

@@ -1,5 +1,5 @@
-//! The README and the book: every command in them is run, or is in a list that says what runs it; every link leads
-//! somewhere; the wiring is the firmware's; the reader in Python reads.
+//! The README, the book and the other documents: every command in them is run, or is in a list that says what runs it; every
+//! link leads somewhere; the wiring is the firmware's; the reader in Python reads.
 
 mod common;
 
@@ -16,16 +16,28 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Commands that need a board.
-const WITH_A_BOARD: [&str; 8] = [
+/// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
+/// `listen.rs` and `recordings.rs`.
+const WITH_A_BOARD: [&str; 10] = [
     "cargo xtask flash",
     "ridgetone monitor",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
+    "ridgetone order follow speed.csv",
+    "ridgetone listen --port /dev/ttyUSB0",
     "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
     "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.1.0-feather-f405.dfu",
     "probe-rs attach --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",
     "probe-rs attach --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
+];
+
+/// Commands that take too long for a test, and the test that does a little of the same.
+const LITTLE_OF: [(&str, &str); 5] = [
+    ("cargo xtask bench --write", "host/tests/bench.rs"),
+    ("cargo xtask faults --full", "host/tests/faults.rs"),
+    ("ridgetone faults --only NAME --seed N --injections 1", "host/tests/faults.rs"),
+    ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
+    ("cargo test --workspace", "xtask/src/test.rs"),
 ];
 
 /// What a command that needs the emulator, or minutes, or what another of these has written, has one of.
@@ -54,6 +66,12 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
+/// All of `docs/`, the book and the README.
+fn documents() -> Vec<PathBuf> {
+    let docs = fs::read_dir(root().join("docs")).expect("documents").map(|entry| entry.expect("an entry").path());
+    docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")).chain(pages()).collect()
+}
+
 /// The code blocks of a page in one language.
 fn blocks(page: &str, language: &str) -> Vec<String> {
     let (mut blocks, mut inside) = (Vec::new(), false);
@@ -71,17 +89,39 @@ fn blocks(page: &str, language: &str) -> Vec<String> {
     blocks
 }
 
-/// The commands of all pages, each once, in their order: lines of blocks of the shell, without what is said behind them.
+/// The commands in a page's text.
+fn mentioned(page: &str) -> Vec<String> {
+    let ours = |text: &str| ["ridgetone ", "cargo "].iter().any(|name| text.starts_with(name));
+    let code = |mark| if let Mark::Code(text) = mark { Some(text.to_string()) } else { None };
+    Parser::new(page).filter_map(code).filter(|text| ours(text)).collect()
+}
+
+/// The commands of all documents, each once, in their order: lines of blocks of the shell, without what is said behind them,
+/// and those in the text that are not the beginning of another.
 fn commands() -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
-    for line in pages().iter().flat_map(|path| blocks(&read(path), "sh")).collect::<Vec<_>>().join("\n").lines() {
+    let documents: Vec<String> = documents().iter().map(|path| read(path)).collect();
+    for line in documents.iter().flat_map(|page| blocks(page, "sh")).collect::<Vec<_>>().join("\n").lines() {
         let command = line.split(" #").next().unwrap_or_default().trim();
         if !command.is_empty() && !command.starts_with('#') && !commands.iter().any(|known| known == command) {
             commands.push(command.to_owned());
         }
     }
+    let mut mentioned: Vec<String> = documents.iter().flat_map(|page| mentioned(page)).collect();
+    // The longer ones first: a name alone stands for a command that is shown whole somewhere.
+    mentioned.sort_by_key(|command| std::cmp::Reverse(command.len()));
+    for command in mentioned {
+        if !commands.iter().any(|known| *known == command || known.starts_with(&format!("{command} "))) {
+            commands.push(command);
+        }
+    }
     assert!(commands.len() > 25, "{commands:?}");
     commands
+}
+
+/// Whether something else than these tests, or than the script of CI, runs a command, or nothing can.
+fn is_elsewhere(command: &str) -> bool {
+    WITH_A_BOARD.contains(&command) || LITTLE_OF.iter().any(|(long, _)| *long == command)
 }
 
 /// Runs the `ridgetone` commands, the long ones or the others, one after the other in a folder that has the files that they
@@ -102,13 +142,22 @@ fn run_all(long: bool) {
     }
     file(folder.path(), "by_hand.csv", &by_hand);
     file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n4,30\n");
+    // Gratings of known period under the physical finger.
+    for (name, period_mm) in [("a", 2.5), ("b", 3.0), ("c", 4.0)] {
+        let scene =
+            file(folder.path(), &format!("{name}.toml"), &format!("period_mm = {period_mm}\nspeed_mm_s = 15\n"));
+        let path = folder.path().join(format!("{name}.csv"));
+        assert!(run(&["scene", "--scene", text(&scene), "-o", text(&path)]).status.success());
+    }
     let binary = Path::new(env!("CARGO_BIN_EXE_ridgetone")).parent().expect("a folder");
     let path = format!("{}:{}", text(binary), std::env::var("PATH").expect("a path"));
 
     let mut ran = 0;
     for command in commands() {
-        let is_ours = command.starts_with("ridgetone ") && !WITH_A_BOARD.contains(&&*command);
-        if !is_ours || command.split_whitespace().any(|word| LONG.contains(&word)) != long {
+        if !command.starts_with("ridgetone ")
+            || is_elsewhere(&command)
+            || command.split_whitespace().any(|word| LONG.contains(&word)) != long
+        {
             continue;
         }
         // Interrupted as Ctrl-C does, once; without `--foreground` it would be twice.
@@ -153,10 +202,13 @@ fn every_other_command_is_run_by_ci_or_needs_a_board() {
     let all = commands();
     for command in all.iter().filter(|command| !command.starts_with("ridgetone ")) {
         let run_by_ci = ci.iter().any(|line| *line == command || line.starts_with(&format!("{command} ")));
-        assert!(run_by_ci || WITH_A_BOARD.contains(&&**command), "nothing runs `{command}`");
+        assert!(run_by_ci || is_elsewhere(command), "nothing runs `{command}`");
     }
-    for command in WITH_A_BOARD {
+    for command in WITH_A_BOARD.into_iter().chain(LITTLE_OF.map(|(long, _)| long)) {
         assert!(all.iter().any(|known| known == command), "no page has `{command}` any more");
+    }
+    for (_, test) in LITTLE_OF {
+        assert!(root().join(test).is_file(), "{test}");
     }
 }
 

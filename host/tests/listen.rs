@@ -27,7 +27,7 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
     let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
     let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
-    assert_eq!(next(&mut said), format!("ridgetone: {name}: the board is there"));
+    assert_eq!(next(&mut said), format!("ridgetone: {name}: open"));
 
     // The middle of a frame first, as when a board has been running for long.
     board.write_all(&[17, 4, 0]).expect("written");

@@ -44,7 +44,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
         .expect("the command runs");
     let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut next = || said.next().expect("a line").expect("UTF-8");
-    assert_eq!(next(), format!("ridgetone: {}: the board is there", board.name));
+    assert_eq!(next(), format!("ridgetone: {}: open", board.name));
     let mut board = board.into_file();
     // All but the last frame, and a part of that.
     board.write_all(&bytes[..bytes.len() - 5]).expect("written");
@@ -56,7 +56,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
     assert!(child.wait().expect("ended").success());
     assert_eq!(
         said.last().expect("a line").expect("UTF-8"),
-        format!("ridgetone: {whole} frames received, 0 lost, 0 damaged")
+        format!("ridgetone: {whole} telemetry frames received, 0 lost, 0 damaged")
     );
 
     let replayed = json_lines(&run(&["replay", text(&path), "--json"]));
@@ -90,7 +90,7 @@ fn a_recording_is_replayed_and_monitored_line_by_line_and_what_is_lost_is_told()
     let count = ends.len() - 2;
     assert_eq!(
         stderr(&replayed).lines().last(),
-        Some(&*format!("ridgetone: {count} frames received, 2 lost, 1 damaged"))
+        Some(&*format!("ridgetone: {count} telemetry frames received, 2 lost, 1 damaged"))
     );
     assert!(stdout(&replayed).lines().all(|line| line.starts_with('>') && line.ends_with("|g")));
     // Settings are for a scene or a table.
@@ -106,7 +106,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
     let csv = folder.path().join("estimates.csv");
     let output = run(&["export", text(&path), "--format", "csv", "-o", text(&csv)]);
     assert!(output.status.success() && stdout(&output).is_empty(), "{}", stderr(&output));
-    assert!(stderr(&output).contains("frames received, 0 lost, 0 damaged"));
+    assert!(stderr(&output).contains("telemetry frames received, 0 lost, 0 damaged"));
     assert!(std::fs::read_to_string(&csv).expect("a file").starts_with("t_s,window_s,span,"));
     let mcap = folder.path().join("touch.mcap");
     assert!(run(&["export", text(&path), "--format", "mcap", "-o", text(&mcap)]).status.success());

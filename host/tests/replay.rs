@@ -37,7 +37,7 @@ fn the_default_scene_is_understood() {
     let said = stderr(&output);
     assert_eq!(
         said.lines().last(),
-        Some(format!("ridgetone: {} frames received, 0 lost, 0 damaged", events.len()).as_str())
+        Some(format!("ridgetone: {} telemetry frames received, 0 lost, 0 damaged", events.len()).as_str())
     );
 }
 

@@ -103,7 +103,8 @@ pub struct RecordArgs {
 /// `export`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The CSV of frames is what `replay`, `fit` and `emulate` take: the same touch with other settings.
+The CSV of frames is what `replay`, `fit` and `emulate` take: the same touch with other settings. In that of estimates
+frequency and sigma are in hertz, or in cycles per mm where abscissa is place.
 
 Examples:
   ridgetone export touch.rec --format csv -o estimates.csv

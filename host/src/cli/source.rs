@@ -1,6 +1,6 @@
 //! Where packets come from, on the command line: a board, the emulated board, or a recording.
 
-use super::{FirmwareOptions, InputOptions, Senseless, positive};
+use super::{FirmwareOptions, InputOptions, Senseless, number};
 use crate::feed::{Emulated, Feed, Pace, Source};
 use crate::input::Input;
 use crate::port::{Link, System, Wanted};
@@ -42,12 +42,13 @@ pub struct SourceOptions {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = pace, allow_negative_numbers = true)]
     pub pace: f64,
     /// The emulated touch once, not again and again.
-    #[arg(long, requires = "emulated")]
+    #[arg(long, requires = "emulated", conflicts_with = "recording")]
     pub once: bool,
 }
 
 fn pace(text: &str) -> Result<f64, String> {
-    if text.trim() == "0" { Ok(0.0) } else { positive(text) }
+    let pace = number(text)?;
+    if pace >= 0.0 { Ok(pace) } else { Err("must be 0, as fast as it goes, or greater".into()) }
 }
 
 impl SourceOptions {

@@ -211,7 +211,7 @@ fn tell_counts(counts: Counts) {
 
 /// Tells standard error what was received and what was not.
 pub fn line_quality(received: u64, missing: u32, damaged: u32) {
-    eprintln!("ridgetone: {received} frames received, {missing} lost, {damaged} damaged");
+    eprintln!("ridgetone: {received} telemetry frames received, {missing} lost, {damaged} damaged");
 }
 
 /// Prints packets as they come, in one of three kinds of lines.

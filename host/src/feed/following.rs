@@ -90,7 +90,7 @@ impl Following {
             Some(Happening::Came(name)) => {
                 live.source.clone_from(name);
                 live.line = Line::There;
-                live.note(format!("{name}: the board is there"));
+                live.note(format!("{name}: open"));
             }
             Some(Happening::Went(name, why)) => {
                 live.note(format!("{name}: {why}"));

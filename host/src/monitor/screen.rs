@@ -86,6 +86,7 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
 fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let state = match &live.line {
         Line::Waiting => Span::raw("nothing heard yet"),
+        Line::There if live.hello().is_none() && live.now_s.is_none() => Span::raw("open, nothing heard yet"),
         Line::There => Span::raw("connected"),
         Line::Gone { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
         Line::Over => Span::raw("over"),

@@ -95,7 +95,7 @@ fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
     };
     let mut said = String::new();
     view.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
-    assert!(status.success() && said.contains(" frames received, 0 lost, 0 damaged"), "{status}: {said}");
+    assert!(status.success() && said.contains(" telemetry frames received, 0 lost, 0 damaged"), "{status}: {said}");
 }
 
 #[test]
