@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 /// How often it is looked whether to stop, and what is to be sent.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often losses are told at most.
-const TELL: Duration = Duration::from_secs(1);
+/// After which time damage is told without a loss.
+const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
 /// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost; sends what is to be
 /// asked. Ends when the source is over, when the sink breaks off, or when this process is asked to ([`stop`]).
@@ -25,7 +25,7 @@ pub fn run<S: Source>(
     asking: &mut Asking,
     sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
-    let (mut told, mut told_at, mut is_there) = ((0, 0), None, false);
+    let (mut told, mut untold_since, mut is_there) = ((0, 0), None, false);
     while !stop::is_asked() {
         let happening = match feed.next(LOOK) {
             // Ctrl-C reaches the emulator too, which may be the first to end.
@@ -56,11 +56,14 @@ pub fn run<S: Source>(
             asking.tick(feed)?;
         }
         let counts = feed.counts();
-        let now = Instant::now();
-        // At a wrong baud rate all that comes is damaged, some hundred times a second.
-        if (counts.missing, counts.damaged) != told && told_at.is_none_or(|at| now.duration_since(at) > TELL) {
+        if (counts.missing, counts.damaged) == told {
+            continue;
+        }
+        // What is damaged mostly turns out as lost with the next packet. At a wrong baud rate there is none.
+        let since = *untold_since.get_or_insert_with(Instant::now);
+        if counts.missing > told.0 || since.elapsed() > DAMAGED_ALONE {
             eprintln!("ridgetone: {} packets lost, {} damaged so far", counts.missing, counts.damaged);
-            (told, told_at) = ((counts.missing, counts.damaged), Some(now));
+            (told, untold_since) = ((counts.missing, counts.damaged), None);
         }
     }
     Ok(())

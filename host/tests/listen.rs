@@ -10,14 +10,19 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
-#[test]
-fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
+/// A board's end of a line, and the name of the other end.
+fn pty() -> (File, String) {
     // Not for the command: as long as it had this end too, the board would never be gone.
     let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
     grantpt(&end).expect("granted");
     unlockpt(&end).expect("unlocked");
     let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
-    let mut board = File::from(end);
+    (File::from(end), name)
+}
+
+#[test]
+fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
+    let (mut board, name) = pty();
     let mut child = common::ridgetone()
         .args(["listen", "--json", "--port", &name])
         .stdout(Stdio::piped())
@@ -44,6 +49,24 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
     let gone = next(&mut said);
     assert!(gone.starts_with(&format!("ridgetone: {name}: ")) && gone.ends_with("; waiting for the board"), "{gone}");
     assert!(child.try_wait().expect("a child").is_none(), "it waits");
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+}
+
+/// As at a wrong baud rate: nothing but damage, and no packet by whose number a loss would show.
+#[test]
+fn damage_without_end_is_told() {
+    let (mut board, name) = pty();
+    let mut child =
+        common::ridgetone().args(["listen", "--port", &name]).stderr(Stdio::piped()).spawn().expect("the command runs");
+    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    assert_eq!(said.next().expect("a line").expect("UTF-8"), format!("ridgetone: {name}: open"));
+    for _ in 0..30 {
+        board.write_all(&[17, 4, 33, 0]).expect("written");
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let told = said.next().expect("a line").expect("UTF-8");
+    assert!(told.starts_with("ridgetone: 0 packets lost, ") && told.ends_with(" damaged so far"), "{told}");
     child.kill().expect("killed");
     child.wait().expect("ended");
 }
