@@ -108,6 +108,12 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
     assert!(output.status.success() && stdout(&output).is_empty(), "{}", stderr(&output));
     assert!(stderr(&output).contains("telemetry frames received, 0 lost, 0 damaged"));
     assert!(std::fs::read_to_string(&csv).expect("a file").starts_with("t_s,window_s,span,"));
+    // Nobody can make a recording again.
+    let before = std::fs::read(&path).expect("a file");
+    for over in [&["export", text(&path), "--format", "csv", "-o", text(&path)][..], &["scene", "-o", text(&path)]] {
+        assert_one_line(&run(over), 1, &[text(&path), "not overwritten"]);
+        assert_eq!(std::fs::read(&path).expect("a file"), before);
+    }
     let mcap = folder.path().join("touch.mcap");
     assert!(run(&["export", text(&path), "--format", "mcap", "-o", text(&mcap)]).status.success());
     // The format's magic at both ends (mcap.dev).
