@@ -3,11 +3,12 @@
 //! The flash is as the manual has it: erasing sets bits, programming clears them, and what power is lost in the middle of
 //! has any part of its bits done. Nothing else is touched.
 
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::boot::SettingsSource;
 use ridgetone::settings::Settings;
-use ridgetone::store::{FlashStore, NotStored, PAGES, Pages, Store, WORD_BYTES};
+use ridgetone::store::{FlashStore, PAGES, Store, WORD_BYTES};
 
 /// Two pages of flash that lose power after so many words and erasures.
 #[derive(Clone, Debug)]
@@ -97,26 +98,18 @@ enum Done {
     Not,
 }
 
-impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
-    const PAGE_BYTES: u32 = PAGE_BYTES;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-        match self.bytes.get(offset as usize..offset as usize + bytes.len()) {
-            Some(kept) => bytes.copy_from_slice(kept),
-            None => self.wrong += 1,
-        }
-    }
-
-    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// Programs a word.
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
         let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
         let range = offset as usize..offset as usize + WORD_BYTES;
         let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
             self.wrong += 1;
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::OutOfBounds);
         };
         if done == Done::Not {
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::Other);
         }
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
         // A bit whose turn had not come is still set.
@@ -125,14 +118,50 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
             *kept &= byte | !mask;
             self.is_marked |= *kept != before;
         }
-        if done == Done::Fully { Ok(()) } else { Err(NotStored) }
+        if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+    }
+}
+
+impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        let Some(kept) = self.bytes.get(offset as usize..offset as usize + bytes.len()) else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        bytes.copy_from_slice(kept);
+        Ok(())
     }
 
-    fn erase(&mut self, page: u32) -> Result<(), NotStored> {
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    /// Word by word: power may be lost in the middle of each.
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
+        self.wrong += u64::from(!rest.is_empty());
+        (offset..).step_by(WORD_BYTES).zip(words).try_for_each(|(offset, word)| self.program(offset, *word))
+    }
+
+    /// One page.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
-        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page as usize) else {
+        let page = (from / PAGE_BYTES) as usize;
+        let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
+        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page).filter(|_| is_one) else {
             self.wrong += 1;
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::OutOfBounds);
         };
         match done {
             Done::Fully => {
@@ -145,9 +174,9 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
                     let set = part(&mut self.random).to_le_bytes();
                     word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
                 });
-                Err(NotStored)
+                Err(NorFlashErrorKind::Other)
             }
-            Done::Not => Err(NotStored),
+            Done::Not => Err(NorFlashErrorKind::Other),
         }
     }
 }
@@ -264,7 +293,7 @@ fn look<const PAGE_BYTES: u32>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::store::Saved;
+    use ridgetone::store::{NotStored, Saved};
 
     #[test]
     fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
@@ -344,20 +373,35 @@ mod tests {
         is_worn: fn(u32) -> bool,
     }
 
-    impl Pages for Worn {
-        const PAGE_BYTES: u32 = 960;
+    impl ErrorType for Worn {
+        type Error = NorFlashErrorKind;
+    }
 
-        fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-            self.flash.read(offset, bytes);
+    impl ReadNorFlash for Worn {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            self.flash.read(offset, bytes)
         }
 
-        fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
-            let sticks = (self.is_worn)(offset) as u8;
-            self.flash.program(offset, word.map(|byte| byte | sticks))
+        fn capacity(&self) -> usize {
+            self.flash.capacity()
+        }
+    }
+
+    impl NorFlash for Worn {
+        const WRITE_SIZE: usize = WORD_BYTES;
+        const ERASE_SIZE: usize = 960;
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            (offset..).step_by(WORD_BYTES).zip(bytes.as_chunks::<WORD_BYTES>().0).try_for_each(|(offset, word)| {
+                let sticks = (self.is_worn)(offset) as u8;
+                self.flash.program(offset, word.map(|byte| byte | sticks))
+            })
         }
 
-        fn erase(&mut self, page: u32) -> Result<(), NotStored> {
-            self.flash.erase(page)
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            self.flash.erase(from, to)
         }
     }
 
