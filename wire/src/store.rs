@@ -10,10 +10,11 @@
 //! the answer says why ([`Saved::Erasing`], [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog waits for
 //! longer (8 s).
 //!
-//! Why not the crate `sequential-storage` (8.0.2), which was tried in this place: what an interrupted erasure leaves is not
-//! guaranteed (RM0090, 3.6), and it judges a page by its first and last word. If the last word alone is erased by then, its
-//! queue takes the settings of a page ago for those in force, and refuses to store from then on; its map mends an interrupted
-//! erasure by erasing the page that holds the whole copy first. With it an image takes 9.1 to 11.2 kB of flash more.
+//! Why not the crate `sequential-storage` (8.0.2), which was tried in this place: what an interrupted erasure leaves is
+//! not guaranteed (RM0090, 3.6), and it judges a page by its first and last word. If the last word alone is erased by
+//! then, its queue takes the settings of a page ago for those in force, and refuses to store from then on; its map mends
+//! an interrupted erasure by erasing the page that holds the whole copy first. With it an image takes 9.1 to 11.2 kB of
+//! flash more.
 
 use crate::boot::SettingsSource;
 use crate::settings::Settings;
