@@ -3,8 +3,13 @@
 //!
 //! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word, at most 100 us, and
 //! 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
+//!
+//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long as a word takes, leaves the data
+//! cache as it was before, never clears an error once it is there, panics if the flash does not unlock, and reaches all
+//! of it.
 
-use ridgetone::store::{NotStored, PAGES, Pages, WORD_BYTES};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use ridgetone::store::{PAGES, WORD_BYTES};
 use stm32f4xx_hal::pac::FLASH;
 
 unsafe extern "C" {
@@ -22,7 +27,7 @@ fn first() -> usize {
 
 /// Number of the first of them.
 fn first_sector() -> u8 {
-    5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::PAGE_BYTES as usize) as u8
+    5 + (first().saturating_sub(SECTOR_5) / SettingsFlash::ERASE_SIZE) as u8
 }
 
 /// Words of 32 bits at once: allowed from 2.7 V on.
@@ -34,7 +39,7 @@ const FLAGS: u32 = 0xf3;
 /// FLASH_KEYR's two keys.
 const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 
-/// The two sectors.
+/// The two sectors. Offsets count from the first one's start; what is beyond them is refused.
 pub struct SettingsFlash(FLASH);
 
 impl SettingsFlash {
@@ -44,7 +49,7 @@ impl SettingsFlash {
     }
 
     /// Does something with the flash unlocked; waits until it is done.
-    fn unlocked(&mut self, action: impl FnOnce(&FLASH)) -> Result<(), NotStored> {
+    fn unlocked(&mut self, action: impl FnOnce(&FLASH)) -> Result<(), NorFlashErrorKind> {
         let flash = &self.0;
         // SAFETY: the flags that a write clears.
         flash.sr().write(|w| unsafe { w.bits(FLAGS) });
@@ -66,38 +71,69 @@ impl SettingsFlash {
             flash.acr().modify(|_, w| w.dcrst().clear_bit());
             flash.acr().modify(|_, w| w.dcen().set_bit());
         }
-        if failed { Err(NotStored) } else { Ok(()) }
+        if failed { Err(NorFlashErrorKind::Other) } else { Ok(()) }
     }
 }
 
-impl Pages for SettingsFlash {
-    const PAGE_BYTES: u32 = 128 * 1024;
+/// The address of so many bytes, if they lie in the two sectors.
+fn address(offset: u32, bytes: usize) -> Result<usize, NorFlashErrorKind> {
+    let end = (offset as usize).saturating_add(bytes);
+    if end > CAPACITY { Err(NorFlashErrorKind::OutOfBounds) } else { Ok(first() + offset as usize) }
+}
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-        for (place, byte) in (first() + offset as usize..).zip(bytes) {
-            // SAFETY: the caller keeps to the two sectors, which are flash and can be read byte by byte.
+/// Bytes of both.
+const CAPACITY: usize = PAGES as usize * SettingsFlash::ERASE_SIZE;
+
+impl ErrorType for SettingsFlash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for SettingsFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        for (place, byte) in (address(offset, bytes.len())?..).zip(bytes) {
+            // SAFETY: in the two sectors, which are flash and can be read byte by byte.
             *byte = unsafe { (place as *const u8).read_volatile() };
         }
+        Ok(())
     }
 
-    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
-        self.unlocked(|flash| {
-            // SAFETY: PSIZE has two bits.
-            flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.pg().set_bit());
-            // SAFETY: the caller keeps to the two sectors and to whole words; nothing else lies there.
-            unsafe { ((first() + offset as usize) as *mut u32).write_volatile(u32::from_ne_bytes(word)) };
-        })
+    fn capacity(&self) -> usize {
+        CAPACITY
     }
+}
 
-    fn erase(&mut self, page: u32) -> Result<(), NotStored> {
-        if page >= PAGES {
-            return Err(NotStored);
+impl NorFlash for SettingsFlash {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = 128 * 1024;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
+        if !offset.is_multiple_of(WORD_BYTES as u32) || !rest.is_empty() {
+            return Err(NorFlashErrorKind::NotAligned);
         }
+        for (place, word) in (address(offset, bytes.len())?..).step_by(WORD_BYTES).zip(words) {
+            self.unlocked(|flash| {
+                // SAFETY: PSIZE has two bits.
+                flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.pg().set_bit());
+                // SAFETY: a whole word in the two sectors; nothing else lies there.
+                unsafe { (place as *mut u32).write_volatile(u32::from_ne_bytes(*word)) };
+            })?;
+        }
+        Ok(())
+    }
+
+    /// One of the two.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        let page = match (from as usize, to as usize) {
+            (0, Self::ERASE_SIZE) => 0,
+            (Self::ERASE_SIZE, CAPACITY) => 1,
+            _ => return Err(NorFlashErrorKind::OutOfBounds),
+        };
         self.unlocked(|flash| {
             // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
-            flash
-                .cr()
-                .write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page as u8) }.ser().set_bit());
+            flash.cr().write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }.ser().set_bit());
             flash.cr().modify(|_, w| w.strt().set_bit());
         })
     }

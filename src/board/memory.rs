@@ -2,7 +2,8 @@
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
-use ridgetone::store::{NotStored, PAGES, Pages, WORD_BYTES};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use ridgetone::store::{PAGES, WORD_BYTES};
 
 /// Bytes of a page: two items and what the store keeps beside them.
 const PAGE_BYTES: usize = 192;
@@ -42,26 +43,37 @@ impl SettingsFlash {
     }
 }
 
-impl Pages for SettingsFlash {
-    const PAGE_BYTES: u32 = PAGE_BYTES as u32;
+impl ErrorType for SettingsFlash {
+    type Error = NorFlashErrorKind;
+}
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-        for (byte, kept) in bytes.iter_mut().zip(self.0.pages.iter().skip(offset as usize)) {
-            *byte = *kept;
-        }
-    }
+impl ReadNorFlash for SettingsFlash {
+    const READ_SIZE: usize = 1;
 
-    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
-        let offset = offset as usize;
-        let place = self.0.pages.get_mut(offset..offset + WORD_BYTES).ok_or(NotStored)?;
-        // Flash only ever loses bits.
-        place.iter_mut().zip(word).for_each(|(kept, byte)| *kept &= byte);
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        let kept = self.0.pages.get(offset as usize..).and_then(|kept| kept.get(..bytes.len()));
+        bytes.copy_from_slice(kept.ok_or(NorFlashErrorKind::OutOfBounds)?);
         Ok(())
     }
 
-    fn erase(&mut self, page: u32) -> Result<(), NotStored> {
-        let page = self.0.pages.chunks_exact_mut(PAGE_BYTES).nth(page as usize).ok_or(NotStored)?;
-        page.fill(0xff);
+    fn capacity(&self) -> usize {
+        self.0.pages.len()
+    }
+}
+
+impl NorFlash for SettingsFlash {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let place = self.0.pages.get_mut(offset as usize..).and_then(|place| place.get_mut(..bytes.len()));
+        // Flash only ever loses bits.
+        place.ok_or(NorFlashErrorKind::OutOfBounds)?.iter_mut().zip(bytes).for_each(|(kept, byte)| *kept &= byte);
+        Ok(())
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0.pages.get_mut(from as usize..to as usize).ok_or(NorFlashErrorKind::OutOfBounds)?.fill(0xff);
         Ok(())
     }
 }

@@ -13,7 +13,7 @@
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`Line`]: telemetry out and orders in, byte by byte |
-//! | `Board::flash` | [`SettingsFlash`]: two pages of flash for settings, where no code may lie (`memory.x`) |
+//! | `Board::flash` | [`SettingsFlash`]: a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
 //! | the types `Spi`, `Start`, `Reset`, `Drdy` | of these four |
 //! | the type `Usart` | what the line is on |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |

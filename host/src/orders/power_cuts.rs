@@ -3,11 +3,12 @@
 //! The flash is as the manual has it: erasing sets bits, programming clears them, and what power is lost in the middle of
 //! has any part of its bits done. Nothing else is touched.
 
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::boot::SettingsSource;
 use ridgetone::settings::Settings;
-use ridgetone::store::{FlashStore, NotStored, PAGES, Pages, Store, WORD_BYTES};
+use ridgetone::store::{FlashStore, PAGES, Store, WORD_BYTES};
 
 /// Two pages of flash that lose power after so many words and erasures.
 #[derive(Clone, Debug)]
@@ -97,26 +98,18 @@ enum Done {
     Not,
 }
 
-impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
-    const PAGE_BYTES: u32 = PAGE_BYTES;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-        match self.bytes.get(offset as usize..offset as usize + bytes.len()) {
-            Some(kept) => bytes.copy_from_slice(kept),
-            None => self.wrong += 1,
-        }
-    }
-
-    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// Programs a word.
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
         let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
         let range = offset as usize..offset as usize + WORD_BYTES;
         let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
             self.wrong += 1;
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::OutOfBounds);
         };
         if done == Done::Not {
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::Other);
         }
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
         // A bit whose turn had not come is still set.
@@ -125,14 +118,50 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
             *kept &= byte | !mask;
             self.is_marked |= *kept != before;
         }
-        if done == Done::Fully { Ok(()) } else { Err(NotStored) }
+        if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+    }
+}
+
+impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        let Some(kept) = self.bytes.get(offset as usize..offset as usize + bytes.len()) else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        bytes.copy_from_slice(kept);
+        Ok(())
     }
 
-    fn erase(&mut self, page: u32) -> Result<(), NotStored> {
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    /// Word by word: power may be lost in the middle of each.
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
+        self.wrong += u64::from(!rest.is_empty());
+        (offset..).step_by(WORD_BYTES).zip(words).try_for_each(|(offset, word)| self.program(offset, *word))
+    }
+
+    /// One page.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
-        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page as usize) else {
+        let page = (from / PAGE_BYTES) as usize;
+        let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
+        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page).filter(|_| is_one) else {
             self.wrong += 1;
-            return Err(NotStored);
+            return Err(NorFlashErrorKind::OutOfBounds);
         };
         match done {
             Done::Fully => {
@@ -145,9 +174,9 @@ impl<const PAGE_BYTES: u32> Pages for CutFlash<PAGE_BYTES> {
                     let set = part(&mut self.random).to_le_bytes();
                     word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
                 });
-                Err(NotStored)
+                Err(NorFlashErrorKind::Other)
             }
-            Done::Not => Err(NotStored),
+            Done::Not => Err(NorFlashErrorKind::Other),
         }
     }
 }
@@ -262,126 +291,4 @@ fn look<const PAGE_BYTES: u32>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use ridgetone::store::Saved;
-
-    #[test]
-    fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
-        let mut cuts = Cuts::default();
-        for seed in 0..40 {
-            // One record a page, two, and ten and a bit.
-            cuts += cut_everywhere::<96>(0, 5, seed);
-            cuts += cut_everywhere::<192>(0, 7, seed);
-            cuts += cut_everywhere::<1000>(8, 16, seed);
-        }
-        println!("{cuts:?}");
-        assert!(
-            cuts.injected > 30_000 && cuts.old > 1000 && cuts.told > 1000 && cuts.new > 100 && cuts.defaults > 100,
-            "{cuts:?}"
-        );
-        assert_eq!(cuts.wrong, 0, "{cuts:?}");
-    }
-
-    /// The sectors of the STM32F405, full: the roll to the other one and back.
-    #[test]
-    fn so_it_is_in_sectors_of_the_real_size() {
-        let slots = 128 * 1024 / 96;
-        let cuts = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
-        assert!(cuts.injected > 90 && cuts.wrong == 0, "{cuts:?}");
-    }
-
-    #[test]
-    fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
-        for seed in 0..20 {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            let flash = CutFlash::<960>::new(seed).with_bytes(|_| random.next_u32() as u8);
-            let mut store = FlashStore::new(flash);
-            assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
-            assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored), "not without erasing");
-            assert_eq!(store.save(Some(&settings(5)), true), Ok(Saved::Erasing));
-            assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
-            assert_eq!(store.release().wrong, 0);
-        }
-        assert_eq!(FlashStore::new(CutFlash::<960>::new(1)).load().1, SettingsSource::Default);
-    }
-
-    #[test]
-    fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
-        let mut store = FlashStore::new(CutFlash::<960>::new(1));
-        for number in 0..3 {
-            assert_eq!(store.save(Some(&settings(number)), false), Ok(Saved::AtOnce));
-        }
-        // A bit of the third record's settings.
-        let mut flash = store.release();
-        flash.bytes[2 * 96 + 8] ^= 4;
-        let mut store = FlashStore::new(flash);
-        assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
-        // Forgetting is a record too.
-        assert_eq!(store.save(None, false), Ok(Saved::AtOnce));
-        assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Default));
-        assert_eq!(store.release().wrong, 0);
-    }
-
-    /// In a touch nothing is erased, and what was stored stays.
-    #[test]
-    fn a_full_page_is_not_erased_against_orders() {
-        let mut store = FlashStore::new(CutFlash::<192>::new(1));
-        for number in 0..4 {
-            assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
-        }
-        assert_eq!(store.save(Some(&settings(4)), false), Err(NotStored));
-        assert_eq!(store.load(), (settings(3), SettingsSource::Stored));
-        assert_eq!(store.save(Some(&settings(4)), true), Ok(Saved::Erasing));
-        assert_eq!(store.load(), (settings(4), SettingsSource::Stored));
-        let flash = store.release();
-        assert_eq!((flash.erased, flash.wrong), (1, 0));
-    }
-
-    /// Pages of which some words do not take what is programmed any more.
-    struct Worn {
-        flash: CutFlash<960>,
-        is_worn: fn(u32) -> bool,
-    }
-
-    impl Pages for Worn {
-        const PAGE_BYTES: u32 = 960;
-
-        fn read(&mut self, offset: u32, bytes: &mut [u8]) {
-            self.flash.read(offset, bytes);
-        }
-
-        fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NotStored> {
-            let sticks = (self.is_worn)(offset) as u8;
-            self.flash.program(offset, word.map(|byte| byte | sticks))
-        }
-
-        fn erase(&mut self, page: u32) -> Result<(), NotStored> {
-            self.flash.erase(page)
-        }
-    }
-
-    #[test]
-    fn what_cannot_be_read_back_is_stored_in_another_place() {
-        let load = |worn: Worn| FlashStore::new(worn).load();
-        let mut store = FlashStore::new(Worn { flash: CutFlash::new(1), is_worn: |_| false });
-        assert_eq!(store.save(Some(&settings(1)), true), Ok(Saved::AtOnce));
-        let flash = store.release().flash;
-
-        // A word of each of the next two places.
-        let is_worn: fn(u32) -> bool = |offset| matches!(offset, 112 | 200);
-        let mut store = FlashStore::new(Worn { flash: flash.clone(), is_worn });
-        assert_eq!(store.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
-        let flash_after = store.release().flash;
-        assert_eq!(flash_after.wrong, 0);
-        let (kept, source) = load(Worn { flash: flash_after, is_worn });
-        assert_eq!(kept, settings(2));
-        assert!(matches!(source, SettingsSource::Stored | SettingsSource::StoredBefore), "{source:?}");
-
-        // All of them: refused, and what was there is there still.
-        let mut store = FlashStore::new(Worn { flash, is_worn: |_| true });
-        assert_eq!(store.save(Some(&settings(2)), true), Err(NotStored));
-        let (kept, _) = load(store.release());
-        assert_eq!(kept, settings(1));
-    }
-}
+mod tests;

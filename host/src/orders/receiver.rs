@@ -1,34 +1,35 @@
 //! The board's receiver on this PC: bytes in, replies out, by the same rooms as the firmware's tasks `line` and `fit`.
 
+use embedded_storage::nor_flash::NorFlash;
 use ridgetone::boot::{Boot, SettingsSource};
 use ridgetone::command::{ORDER_WIRE_MAX, Order, Reply};
 use ridgetone::order::Executor;
 use ridgetone::pipeline::{Detector, Estimator};
 use ridgetone::settings::Settings;
-use ridgetone::store::{FlashStore, Pages, Store};
+use ridgetone::store::{FlashStore, Store};
 use ridgetone::telemetry::News;
 use ridgetone::wire::{self, Inbox, Pushed};
 
 /// What of a board has to do with orders.
 #[derive(Debug)]
-pub struct Receiver<P: Pages> {
+pub struct Receiver<F: NorFlash> {
     inbox: Inbox<ORDER_WIRE_MAX>,
     executor: Executor,
     /// Frames, contact and windows.
     pub detector: Box<Detector>,
     /// The fit.
     pub estimator: Box<Estimator>,
-    store: FlashStore<P>,
+    store: FlashStore<F>,
     /// Orders that came damaged, as `health` has them.
     pub damaged: u64,
     /// Orders that were answered.
     pub answered: u64,
 }
 
-impl<P: Pages> Receiver<P> {
+impl<F: NorFlash> Receiver<F> {
     /// A board that starts with these pages of flash.
-    pub fn new(pages: P) -> Self {
-        let mut store = FlashStore::new(pages);
+    pub fn new(flash: F) -> Self {
+        let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         Self {
             inbox: Inbox::new(),
@@ -91,7 +92,7 @@ impl<P: Pages> Receiver<P> {
     }
 
     /// The flash, as a loss of power leaves it.
-    pub fn into_pages(self) -> P {
+    pub fn into_pages(self) -> F {
         self.store.release()
     }
 }
