@@ -80,5 +80,5 @@ fn the_emulated_board_does_what_it_is_ordered() {
     }
     let backwards = crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
     let refused = run(&["order", "follow", text(&backwards), "--emulated"]);
-    crate::common::assert_one_line(&refused, 1, &["back.csv", "not later"]);
+    crate::common::assert_one_line(&refused, 1, &["back.csv", "does not increase"]);
 }
