@@ -36,7 +36,7 @@ pub const RIVALS: Image =
 pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board::Emulated.image() };
 
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
-const USUAL: &str = "firmware";
+const USUAL: &str = "image";
 
 /// The firmware's binary.
 const FIRMWARE: &str = "ridgetone-firmware";
