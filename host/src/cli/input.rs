@@ -99,7 +99,7 @@ impl SceneOptions {
 
 impl InputOptions {
     /// Whether any of it was given.
-    fn is_given(&self) -> bool {
+    pub(super) fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.is_given()
     }
 
