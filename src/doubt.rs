@@ -19,14 +19,16 @@ const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e
 
 /// Adds to an estimate of a window the kinds of faults seen since the window began; where they may have changed the
 /// frequency, what was good becomes doubtful, and nothing is said of period, speed and direction. Where levels may have
-/// moved shortly before the window, what it holds may not be a slide yet.
+/// moved shortly before the window, what it holds may not be a slide yet. Where an input may have come back from a rail
+/// shortly before its end, what looked like motion then may have been that, and the window hold a standstill.
 ///
 /// To be called after the chip's registers have been checked, and that after the window's end: what changed in it is
 /// known only then.
 #[inline(never)]
 pub fn cast_doubt(estimate: &mut Estimate, window: &Window, tally: &Tally) {
     let length_us = (estimate.window_s * 1e6) as u32;
-    let begin_us = (estimate.t_us as u32).wrapping_sub(length_us).wrapping_sub(MARGIN_US);
+    let end_us = estimate.t_us as u32;
+    let begin_us = end_us.wrapping_sub(length_us).wrapping_sub(MARGIN_US);
     let before = tally.faults.since(begin_us.wrapping_sub(KNOWN_STILL_US)).iter().filter(|kind| kind.moves_levels());
     let mut doubts = before.fold(tally.faults.since(begin_us), Doubts::with);
     let off_hz = window.frame_rate_hz - FRAME_RATE_HZ;
@@ -34,8 +36,14 @@ pub fn cast_doubt(estimate: &mut Estimate, window: &Window, tally: &Tally) {
     if !(off_hz.abs() <= RATE_SHARE * FRAME_RATE_HZ) {
         doubts = doubts.with(FaultKind::Clock);
     }
+    let is_end_unsure = tally.faults.since(end_us.wrapping_sub(KNOWN_STILL_US)).has(FaultKind::Overload);
+    if is_end_unsure {
+        // It may be before a window that is short.
+        doubts = doubts.with(FaultKind::Overload);
+    }
     estimate.doubts = doubts;
-    if doubts.iter().any(FaultKind::changes_frequency) && estimate.status == Status::Good {
+    let is_doubtful = is_end_unsure || doubts.iter().any(FaultKind::changes_frequency);
+    if is_doubtful && estimate.status == Status::Good {
         estimate.status = Status::Doubtful;
         estimate.travel = Travel::NONE;
     }

@@ -7,7 +7,8 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 /// than half the counter's range, beyond which what is old would look new.
 const OLD_US: u32 = 60_000_000;
 
-/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts wrap too.
+/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their largest
+/// value.
 #[derive(Debug, Default)]
 pub struct Ledger {
     counts: [AtomicU32; KINDS],
@@ -45,7 +46,7 @@ impl Ledger {
         if times == 0 {
             return;
         }
-        count.fetch_add(times, Relaxed);
+        raise(count, times);
         if self.fresh.load(Relaxed) & 1 << kind as u32 == 0 {
             first_us.store(board_us, Relaxed);
         }
@@ -120,6 +121,12 @@ impl Ledger {
     }
 }
 
+/// Adds to a counter as much as it holds. Not inline: none of them is raised while all is well.
+#[inline(never)]
+pub(crate) fn raise(counter: &AtomicU32, by: u32) {
+    let _ = counter.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,6 +136,10 @@ mod tests {
     fn what_is_added_is_counted_and_fresh_once() {
         let ledger = Ledger::new();
         assert!(!ledger.has_fresh());
+        ledger.add(Silent, u32::MAX, 50);
+        ledger.add(Silent, 2, 60);
+        assert_eq!(ledger.count(Silent), u32::MAX);
+        assert!(ledger.take_fresh().iter().eq([Silent]));
         ledger.add(Lost, 3, 100);
         ledger.add(Lost, 2, 200);
         ledger.add(Bus, 0, 200);

@@ -29,7 +29,7 @@
 //! in [`command`]; [`order`] carries it out, [`store`] keeps settings.
 //!
 //! Besides them: [`phase`] (cosine and sine), [`normal`] (normal equations), what the firmware's tasks
-//! share ([`outbox`], [`tally`], [`ledger`], [`load`], [`stack_depth`], [`vitals`]), what a dying run leaves ([`crash`]), [`bridge`] (the wire between the emulated board and the
+//! share ([`queues`], [`outbox`], [`tally`], [`ledger`], [`load`], [`stack_depth`], [`vitals`]), what a dying run leaves ([`crash`]), [`bridge`] (the wire between the emulated board and the
 //! simulated chip) and [`workload`] (the files between the benchmark in the emulator and the PC).
 //!
 //! The rooms that run for every conversion, every frame and every frequency tried are a crate of their own,
@@ -72,6 +72,7 @@ pub mod model;
 pub mod order;
 pub mod outbox;
 pub mod pipeline;
+pub mod queues;
 pub mod relaxing;
 pub mod search;
 pub mod sine_fit;

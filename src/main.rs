@@ -62,6 +62,7 @@ mod app {
     use ridgetone::order::{Effect, Executor};
     use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
+    use ridgetone::queues::{PACKETS, SAMPLES, WINDOWS};
     use ridgetone::stack_depth::DepthMeter;
     use ridgetone::store::{FlashStore, Store};
     use ridgetone::tally::Tally;
@@ -72,12 +73,6 @@ mod app {
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
-    /// Conversions between `drdy` and `detect`: 25 ms of them at 5064 a second.
-    const SAMPLES: usize = 128;
-    /// Windows between `detect` and `fit`: one hop may wait, the other places are for whole slides.
-    const WINDOWS: usize = 4;
-    /// Packets between `detect`, `fit` and `report`.
-    const PACKETS: usize = 8;
     /// Bytes between `report` and `line`: a packet is sent while the next is encoded.
     const BYTES: usize = 640;
     /// With no more than this many bytes waiting the longest packet still fits (a queue holds one

@@ -1,11 +1,12 @@
 //! What the tasks count, each from its own priority, for `health` to report.
 
 use crate::fault::FaultKind;
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, raise};
 use crate::pipeline::Counters;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Counters that every task may bump without a lock.
+/// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
+/// less than was lost.
 #[derive(Debug, Default)]
 pub struct Tally {
     overruns: AtomicU32,
@@ -43,32 +44,32 @@ impl Tally {
 
     /// Conversions were lost before the queue or at it.
     pub fn overrun(&self, conversions: u32) {
-        self.overruns.fetch_add(conversions, Relaxed);
+        raise(&self.overruns, conversions);
     }
 
     /// The chip may have made so many conversions, at most, that nobody can have seen.
     pub fn unseen(&self, at_most: u32) {
-        self.unseen.fetch_add(at_most, Relaxed);
+        raise(&self.unseen, at_most);
     }
 
     /// A window was not fitted.
     pub fn hop_skipped(&self) {
-        self.hops_skipped.fetch_add(1, Relaxed);
+        raise(&self.hops_skipped, 1);
     }
 
     /// A message was dropped.
     pub fn message_dropped(&self) {
-        self.messages_dropped.fetch_add(1, Relaxed);
+        raise(&self.messages_dropped, 1);
     }
 
     /// The ADC had to be set up anew.
     pub fn chip_restarted(&self) {
-        self.chip_restarts.fetch_add(1, Relaxed);
+        raise(&self.chip_restarts, 1);
     }
 
     /// An order came damaged, or while the one before it had not been taken yet.
     pub fn order_damaged(&self) {
-        self.orders_damaged.fetch_add(1, Relaxed);
+        raise(&self.orders_damaged, 1);
     }
 
     /// Processor load, 0 to 1.
@@ -125,5 +126,17 @@ mod tests {
             stack: [1234, 32768],
         };
         assert_eq!(tally.counters(), expected);
+    }
+
+    /// A second of the fastest chip, unseen, when nearly as many were counted as can be.
+    #[test]
+    fn counters_stop_at_their_largest_value() {
+        let tally = Tally::new();
+        for _ in 0..2 {
+            tally.unseen(u32::MAX - 100_000);
+            tally.overrun(u32::MAX - 1);
+        }
+        let Counters { overruns, unseen, .. } = tally.counters();
+        assert_eq!((overruns, unseen), (u32::MAX, u32::MAX));
     }
 }

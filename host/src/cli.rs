@@ -76,7 +76,7 @@ pub enum Command {
     /// needs.
     #[command(hide = true)]
     Bench(BenchArgs),
-    /// Inject faults into the chip, its bus and its lines, and tell what became of them. `cargo xtask faults` writes docs/faults.md.
+    /// Inject faults into the chip, its bus and its lines, and tell what became of them. `cargo xtask faults --full` writes docs/faults.md.
     #[command(hide = true)]
     Faults(FaultsArgs),
     /// Write a scene as a CSV trace and tell the truth about it.

@@ -2,6 +2,8 @@
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "emulated/faults.rs"]
+mod faults;
 #[path = "emulated/live.rs"]
 mod live;
 #[path = "emulated/orders.rs"]

@@ -43,7 +43,8 @@ impl FaultKind {
     /// the one before; with [`Self::Channel`] and [`Self::Clock`] it is off the beat or its rate is not known; in a
     /// [`Self::Storm`] times may belong to other edges; with [`Self::Supply`] and [`Self::Reference`] the codes are not
     /// specified. It may not where the fit leaves out what is missing and knows when the rest was: [`Self::Lost`],
-    /// [`Self::Repeated`], [`Self::Bus`] (mended or left out), [`Self::Overload`] (the channel is left out).
+    /// [`Self::Repeated`], [`Self::Bus`] (mended or left out), [`Self::Overload`] (the channel is left out; but when it comes
+    /// back shortly before a window's end it hides that the slide is over, and the estimate is doubtful).
     pub const fn changes_frequency(self) -> bool {
         match self {
             Self::Lost | Self::Repeated | Self::Bus | Self::Overload => false,

@@ -43,7 +43,7 @@ enum Task {
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet.
     Bench(bench::BenchArguments),
-    /// Injects faults by the thousand and writes what became of them to docs/faults.md.
+    /// Injects faults by the thousand and prints what became of them; with --full writes docs/faults.md.
     Faults(faults::FaultsArguments),
     /// Runs every test, those of the emulated firmware included.
     Test,

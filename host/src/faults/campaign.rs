@@ -7,6 +7,7 @@ use super::row::{Place, Row};
 use super::{document, emulated, lines, rooms};
 use crate::cli::FirmwareOptions;
 use crate::emulator;
+use crate::flips::Flips;
 use crate::input::{Input, Opened, Source};
 use crate::{output, parallel};
 use anyhow::{Context, Result, ensure};
@@ -23,9 +24,9 @@ const EMULATED_SLIDE_S: f64 = 2.5;
 /// `faults`
 #[derive(Debug, clap::Args)]
 pub struct FaultsArgs {
-    /// Injections on this PC, about.
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
-    pub injections: usize,
+    /// Injections on this PC, at least.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
+    pub injections: u64,
     /// Runs of each family on the emulated chip.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub emulated: u64,
@@ -35,11 +36,11 @@ pub struct FaultsArgs {
     /// Seed of the first run; every run has one of its own.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Only this family, by its name in the JSON.
-    #[arg(long, value_name = "NAME")]
-    pub only: Option<String>,
-    /// Write faults.md to this folder.
-    #[arg(long, value_name = "FOLDER")]
+    /// Only this family.
+    #[arg(long, value_enum, value_name = "NAME")]
+    pub only: Option<Family>,
+    /// Write faults.md to this folder: of all families, hence not with --only.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
     pub write: Option<PathBuf>,
     /// One JSON object instead of the table.
     #[arg(long)]
@@ -53,40 +54,45 @@ pub struct Campaign {
     pub seed: u64,
     /// Rows, in the order of the table.
     pub rows: Vec<Row>,
+    /// What became of frames of telemetry with flipped bits, if they were counted.
+    pub flips: Option<Flips>,
 }
 
 impl Campaign {
-    /// Runs about so many injections on this PC, as many of each family; only of one family if it is named.
+    /// Runs at least so many injections on this PC, as many of each family; only of one family if it is named. Those count
+    /// that acted.
     ///
     /// # Errors
-    /// A run that cannot be made.
-    pub fn on_pc(injections: usize, seed: u64, only: Option<Family>) -> Result<Self> {
+    /// A run that cannot be made; runs in which no injection acts.
+    pub fn on_pc(injections: u64, seed: u64, only: Option<Family>) -> Result<Self> {
         let families: Vec<_> = families(only).collect();
         // Runs into which nothing is injected are besides.
-        let share = injections.div_ceil(families.iter().filter(|family| **family != Family::None).count().max(1));
+        let injecting = families.iter().filter(|family| **family != Family::None).count().max(1);
+        let share = (injections as usize).div_ceil(injecting);
         let mut rows = Vec::new();
-        for family in &families {
-            let mut plans = Vec::new();
-            let (mut planned, mut next) = (0, seed);
-            while planned < share {
-                let plan = Plan::new(*family, next, SLIDE_S);
-                // A run without injections stands for as many as a run with them has.
-                planned += plan.injections.len().max(usize::from(*family == Family::None) * 2);
-                plans.push(plan);
-                next += 1;
+        for family in families {
+            let mut verdicts = Vec::new();
+            let mut acted = 0;
+            while acted < share {
+                let plans = plans(family, seed + verdicts.len() as u64, share - acted);
+                let more = parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
+                let more_acted =
+                    more.iter().map(|(_, verdict)| standing_for(family, verdict.fates.len())).sum::<usize>();
+                ensure!(more_acted > 0, "{}: in {} runs nothing acts", family.title(), plans.len());
+                acted += more_acted;
+                verdicts.extend(more);
             }
-            let verdicts = parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
-            rows.push(Row::of(family.title(), Place::Pc, &verdicts));
+            rows.push(Row::of_family(family, Place::Pc, &verdicts));
         }
-        Ok(Self { seed, rows })
+        Ok(Self { seed, rows, flips: None })
     }
 
-    /// Adds so many runs of each family on the emulated chip.
+    /// Adds so many runs of each of these families on the emulated chip.
     ///
     /// # Errors
     /// Those of the emulator.
-    pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
-        for family in families(only) {
+    pub fn on_emulator(&mut self, runs: u64, families: &[Family], options: emulator::Options<'_>) -> Result<()> {
+        for family in families.iter().copied() {
             let seeds = self.seed..self.seed + runs;
             let plans: Vec<_> = seeds.map(|seed| Plan::new(family, seed, EMULATED_SLIDE_S)).collect();
             let made = |plan: &Plan| {
@@ -94,7 +100,7 @@ impl Campaign {
                 Ok((plan.seed, emulated::run(plan, options).with_context(what)?))
             };
             let verdicts = parallel::map(family.title(), &plans, made)?;
-            self.rows.push(Row::of(family.title(), Place::Emulator, &verdicts));
+            self.rows.push(Row::of_family(family, Place::Emulator, &verdicts));
         }
         Ok(())
     }
@@ -103,8 +109,10 @@ impl Campaign {
     ///
     /// # Errors
     /// Those of [`lines::rows`].
-    pub fn on_lines(&mut self, injections: usize) -> Result<()> {
-        self.rows.extend(lines::rows(injections as u64, self.seed)?);
+    pub fn on_lines(&mut self, injections: u64) -> Result<()> {
+        let (rows, flips) = lines::rows(injections, self.seed)?;
+        self.rows.extend(rows);
+        self.flips = Some(flips);
         Ok(())
     }
 
@@ -112,6 +120,24 @@ impl Campaign {
     pub fn is_clean(&self) -> bool {
         self.rows.iter().all(Row::is_clean)
     }
+}
+
+/// Runs of the seeds from this one on, with at least so many injections.
+fn plans(family: Family, mut seed: u64, injections: usize) -> Vec<Plan> {
+    let mut plans = Vec::new();
+    let mut planned = 0;
+    while planned < injections {
+        let plan = Plan::new(family, seed, SLIDE_S);
+        planned += standing_for(family, plan.injections.len());
+        plans.push(plan);
+        seed += 1;
+    }
+    plans
+}
+
+/// How many injections a run counts for: one without any stands for as many as a run with them has.
+fn standing_for(family: Family, injections: usize) -> usize {
+    if family == Family::None { 2 } else { injections }
 }
 
 fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
@@ -145,25 +171,17 @@ pub fn run(plan: &Plan) -> Result<Verdict> {
 /// # Errors
 /// Something is not zero that must be; those of the runs.
 pub fn faults(args: &FaultsArgs) -> Result<()> {
-    let name = |family: &Family| serde_json::to_value(family).ok().and_then(|name| name.as_str().map(str::to_owned));
-    let only = match &args.only {
-        None => None,
-        Some(only) => {
-            let found = Family::ALL.into_iter().find(|family| name(family).as_ref() == Some(only));
-            let names: Vec<_> = Family::ALL.iter().filter_map(name).collect();
-            Some(found.with_context(|| format!("no family {only}: there are {}", names.join(", ")))?)
-        }
-    };
     let began = Instant::now();
-    let mut campaign = Campaign::on_pc(args.injections, args.seed, only)?;
+    let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
     eprintln!("ridgetone: {injected} injections, {:.0} a second", injected as f64 / began.elapsed().as_secs_f64());
-    if only.is_none() {
+    if args.only.is_none() {
         campaign.on_lines(args.injections)?;
     }
     if args.emulated > 0 {
         let elf = args.firmware.image()?;
-        campaign.on_emulator(args.emulated, only, args.firmware.options(&elf))?;
+        let families: Vec<_> = families(args.only).collect();
+        campaign.on_emulator(args.emulated, &families, args.firmware.options(&elf))?;
     }
     if let Some(folder) = &args.write {
         let document = document::document(&campaign)?;

@@ -1,10 +1,12 @@
 //! `docs/faults.md`: the text of a template around the table of a campaign.
 
 use super::campaign::Campaign;
+use super::family::Family;
 use super::row::{Delays, Place, Row};
 use crate::bench::grouped;
+use crate::flips::Flips;
 use crate::markdown::{Table, filled};
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 
 const TEMPLATE: &str = include_str!("template.md");
 
@@ -19,9 +21,23 @@ pub fn document(campaign: &Campaign) -> Result<String> {
             "seed" => campaign.seed.to_string(),
             "injected" => count(campaign.rows.iter().filter(|row| row.runs > 0).map(|row| row.injected).sum()),
             "runs" => count(campaign.rows.iter().map(|row| row.runs).sum()),
+            "control_off" => off_of(campaign, Family::None),
+            "passed" => grouped(flips(campaign)?.checksum_passed),
+            "empty" => grouped(flips(campaign)?.empty),
+            "flipped" => grouped(flips(campaign)?.sent),
             other => bail!("the template asks for {other}"),
         })
     })
+}
+
+/// Of the good estimates of a family's runs on the PC those that are off, as text.
+fn off_of(campaign: &Campaign, family: Family) -> String {
+    let row = campaign.rows.iter().find(|row| row.place == Place::Pc && row.name == family.name());
+    row.map_or("-".into(), |row| format!("{} of {}", grouped(row.off), grouped(row.good + row.good_with_doubts)))
+}
+
+fn flips(campaign: &Campaign) -> Result<&Flips> {
+    campaign.flips.as_ref().context("without the damaged frames the document is not whole")
 }
 
 fn count(of: usize) -> String {
@@ -40,10 +56,12 @@ pub fn table(campaign: &Campaign) -> String {
             "after, median / longest",
             "well again",
             "after, median / longest",
-            "estimates good / in doubt",
+            "estimates good / good with doubts / doubtful",
             "wrong but good",
             "with doubts",
+            "off, less than 0.5 %",
             "lost silently",
+            "told as lost beyond",
             "altered",
             "false alarms",
         ],
@@ -67,10 +85,12 @@ fn cells(row: &Row) -> Vec<String> {
         how_soon(&row.detected),
         how_many(&row.recovered),
         how_soon(&row.recovered),
-        format!("{} / {}", grouped(row.good), grouped(row.doubtful)),
+        format!("{} / {} / {}", grouped(row.good), grouped(row.good_with_doubts), grouped(row.doubtful)),
         grouped(row.wrong),
         grouped(row.wrong_with_doubts),
+        grouped(row.off),
         grouped(row.silent),
+        if row.loss_is_known { grouped(row.excess) } else { format!("({})", grouped(row.excess)) },
         // What the image believed of all that it read is not known.
         if row.place == Place::Pc { grouped(row.altered) } else { "-".into() },
         grouped(row.false_alarms),
@@ -79,4 +99,21 @@ fn cells(row: &Row) -> Vec<String> {
 
 fn seconds(seconds: f64) -> String {
     if seconds < 0.0995 { format!("{:.1} ms", 1e3 * seconds) } else { format!("{seconds:.2} s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_document_has_a_row_for_all_and_no_gap() {
+        let mut campaign = Campaign::on_pc(1, 1, None).expect("a campaign");
+        assert!(document(&campaign).is_err(), "without the lines it is not whole");
+        campaign.on_lines(1).expect("rows");
+        let document = document(&campaign).expect("a document");
+        assert!(!document.contains("{{"), "{document}");
+        let rows = document.lines().filter(|line| line.starts_with("| ")).count();
+        assert_eq!(rows, 1 + campaign.rows.len());
+        assert!(document.contains("Of 100 frames\n  0 had"), "{document}");
+    }
 }

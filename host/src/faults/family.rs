@@ -1,13 +1,13 @@
 //! Families of faults: how one is drawn, and by what the firmware is to notice it.
 
 use super::draw::Draw;
+use clap::ValueEnum;
 use hal_mock::Fault;
 use ridgetone::fault::FaultKind;
-use serde::Serialize;
 
 /// What is injected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
 pub enum Family {
     /// Nothing: what is told then is a false alarm.
     None,
@@ -85,6 +85,26 @@ impl Family {
         Self::Clock,
         Self::Input,
     ];
+
+    /// Its name, in the JSON and on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Whether it is known to the conversion how many are lost: then not one more may be told.
+    pub const fn loss_is_known(self) -> bool {
+        matches!(
+            self,
+            Self::None
+                | Self::EdgesLost
+                | Self::EdgeRepeated
+                | Self::DoutFlip
+                | Self::Supply
+                | Self::Reference
+                | Self::Clock
+                | Self::Input
+        )
+    }
 
     /// What it is, for people.
     pub const fn title(self) -> &'static str {

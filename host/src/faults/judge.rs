@@ -37,12 +37,19 @@ pub struct Verdict {
     pub wrong: u32,
     /// Estimates that said good, but with doubts, and were wrong.
     pub wrong_with_doubts: u32,
-    /// Estimates that said good.
+    /// Estimates that said good, without doubts.
     pub good: u32,
-    /// Estimates that said doubtful, or good with doubts.
+    /// Estimates that said good, but with doubts.
+    pub good_with_doubts: u32,
+    /// Estimates that said doubtful.
     pub doubtful: u32,
+    /// Estimates that said good, with doubts or without, and are off by more than so many of their standard deviations, but
+    /// by too small a share to be wrong.
+    pub off: u32,
     /// Conversions that the chip made, less those that were taken, less those that telemetry calls lost.
     pub silent: u64,
+    /// Conversions that telemetry calls lost beyond those that the chip made and that were not taken.
+    pub excess: u64,
     /// Conversions taken that are not what the chip converted.
     pub altered: u64,
     /// What is wrong with the run as a whole.
@@ -78,8 +85,10 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
             _ => {}
         }
     }
-    verdict.silent = ran.chip.conversions.saturating_sub(ran.delivered + u64::from(health.conversions_lost));
-    if verdict.silent > 0 {
+    let known = ran.delivered + u64::from(health.conversions_lost);
+    verdict.silent = ran.chip.conversions.saturating_sub(known);
+    verdict.excess = known.saturating_sub(ran.chip.conversions);
+    if verdict.silent > 0 || verdict.excess > 0 && plan.family.loss_is_known() {
         let told = health.conversions_lost;
         let (made, taken) = (ran.chip.conversions, ran.delivered);
         verdict.complaints.push(format!("{made} conversions made, {taken} taken, {told} told as lost"));
@@ -121,13 +130,16 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
 
 fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Verdict) {
     let off_hz = (f64::from(estimate.frequency) - truth.frequency_hz).abs();
-    let is_wrong = off_hz > SIGMAS * f64::from(estimate.sigma) && off_hz > SHARE * truth.frequency_hz;
-    let is_sure = estimate.status == Status::Good && estimate.doubts.is_none();
-    verdict.good += u32::from(estimate.status == Status::Good);
-    verdict.doubtful += u32::from(!estimate.doubts.is_none() || estimate.status == Status::Doubtful);
-    verdict.wrong += u32::from(is_sure && is_wrong);
-    verdict.wrong_with_doubts += u32::from(estimate.status == Status::Good && !is_sure && is_wrong);
-    if estimate.status == Status::Good && is_wrong {
+    let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
+    let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
+    let (is_good, is_sure) = (estimate.status == Status::Good, estimate.doubts.is_none());
+    verdict.good += u32::from(is_good && is_sure);
+    verdict.good_with_doubts += u32::from(is_good && !is_sure);
+    verdict.doubtful += u32::from(estimate.status == Status::Doubtful);
+    verdict.wrong += u32::from(is_good && is_sure && is_wrong);
+    verdict.wrong_with_doubts += u32::from(is_good && !is_sure && is_wrong);
+    verdict.off += u32::from(is_good && is_off && !is_wrong);
+    if is_good && is_wrong {
         verdict.complaints.push(format!(
             "wrong at {:.3} s: {} +- {} Hz in place of {} Hz, {:?} of {} s, {} frames missing, doubts {:?}",
             estimate.t_us as f64 * 1e-6,

@@ -23,11 +23,21 @@ const INJECTIONS_A_CUT: u64 = 2500;
 /// Records of settings in a sector of the STM32F405.
 const RECORDS: u64 = 128 * 1024 / 96;
 
-/// The rows beside so many injections into the chip: of 100,000 ten million frames and a hundred megabytes.
+/// Names and titles of the rows.
+const FLIPS: (&str, &str) = ("telemetry_flips", "bits of telemetry fell over");
+const RANDOM: (&str, &str) = ("random_orders", "random bytes as orders");
+const DAMAGED: (&str, &str) = ("damaged_orders", "damaged orders");
+const CUTS: (&str, &str) = ("power_cuts", "power lost while settings are stored");
+
+/// What the titles of the rows begin with, in their order.
+pub const TITLES: [&str; 4] = [FLIPS.1, RANDOM.1, DAMAGED.1, CUTS.1];
+
+/// The rows beside so many injections into the chip: of 100,000 ten million frames and a hundred megabytes. And what became
+/// of the frames.
 ///
 /// # Errors
 /// The touch whose telemetry is damaged cannot be replayed.
-pub fn rows(injections: u64, seed: u64) -> Result<Vec<Row>> {
+pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, Flips)> {
     let flipped = flips::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
     let random = batches("random bytes", injections * RANDOM_BYTES / BYTES_A_BOARD, seed, |seed| {
         noise::random_bytes(BYTES_A_BOARD, seed)
@@ -45,12 +55,14 @@ pub fn rows(injections: u64, seed: u64) -> Result<Vec<Row>> {
     cut.into_iter().for_each(|more| cuts += more);
     cuts += cut_everywhere::<{ 128 * 1024 }>(2 * RECORDS - 1, 2, seed);
     let megabytes = injections * RANDOM_BYTES / BYTES_A_BOARD;
-    Ok(vec![
+    let random_title = format!("{}, {} MB", RANDOM.1, megabytes.max(1));
+    let rows = vec![
         of_flips(&flipped),
-        of_orders(&format!("random bytes as orders, {} MB", megabytes.max(1)), &random),
-        of_orders("damaged orders", &damaged),
+        of_orders((RANDOM.0, &random_title), &random),
+        of_orders(DAMAGED, &damaged),
         of_cuts(&cuts),
-    ])
+    ];
+    Ok((rows, flipped))
 }
 
 /// At least one batch, each with a seed of its own.
@@ -60,8 +72,8 @@ fn batches<T: Send>(what: &str, count: u64, seed: u64, make: impl Fn(u64) -> Res
 }
 
 /// A row without a touch.
-fn row(fault: &str, injected: u64) -> Row {
-    Row { injected: injected as usize, ..Row::of(fault, Place::Pc, &[]) }
+fn row((name, fault): (&str, &str), injected: u64) -> Row {
+    Row { injected: injected as usize, ..Row::of(name, fault, Place::Pc, &[]) }
 }
 
 fn of_flips(flips: &Flips) -> Row {
@@ -70,11 +82,11 @@ fn of_flips(flips: &Flips) -> Row {
         recovered: Some(Delays::untimed(flips.sent - flips.next_lost)),
         silent: flips.next_lost,
         altered: flips.accepted_damaged,
-        ..row("bits of telemetry fell over", flips.sent)
+        ..row(FLIPS, flips.sent)
     }
 }
 
-fn of_orders(fault: &str, boards: &[Heard]) -> Row {
+fn of_orders(title: (&str, &str), boards: &[Heard]) -> Row {
     let sum = |of: fn(&Heard) -> u64| boards.iter().map(of).sum::<u64>();
     let (frames, damaged) = (sum(|heard| heard.frames), sum(|heard| heard.damaged));
     let deaf = sum(|heard| u64::from(!heard.obeys));
@@ -84,7 +96,7 @@ fn of_orders(fault: &str, boards: &[Heard]) -> Row {
         recovered: (deaf == 0).then(|| Delays::untimed(frames)),
         silent: frames.saturating_sub(damaged) + deaf,
         altered: sum(|heard| heard.answered + u64::from(heard.changed)),
-        ..row(fault, frames)
+        ..row(title, frames)
     }
 }
 
@@ -94,7 +106,7 @@ fn of_cuts(cuts: &Cuts) -> Row {
         detected: Some(Delays::untimed(cuts.told)),
         recovered: Some(Delays::untimed(cuts.old + cuts.new + cuts.defaults)),
         altered: cuts.wrong,
-        ..row("power lost while settings are stored", cuts.injected)
+        ..row(CUTS, cuts.injected)
     }
 }
 
@@ -104,8 +116,9 @@ mod tests {
 
     #[test]
     fn nothing_damaged_is_taken_and_all_of_it_is_told() {
-        let rows = rows(1000, 1).expect("rows");
-        assert_eq!(rows.len(), 4);
+        let (rows, flips) = rows(1000, 1).expect("rows");
+        assert!(rows.iter().map(|row| &row.fault).zip(TITLES).all(|(row, title)| row.starts_with(title)), "{rows:?}");
+        assert_eq!((rows.len(), rows[0].injected as u64), (TITLES.len(), flips.sent));
         for row in &rows {
             println!("{row:?}");
             assert!(row.is_clean() && row.injected > 1000, "{row:?}");
@@ -120,11 +133,11 @@ mod tests {
     #[test]
     fn what_goes_wrong_is_not_clean() {
         let heard = Heard { frames: 10, damaged: 10, obeys: true, ..Heard::default() };
-        assert!(of_orders("", &[heard]).is_clean());
-        assert!(!of_orders("", &[Heard { damaged: 9, ..heard }]).is_clean());
-        assert!(!of_orders("", &[heard, Heard { obeys: false, ..heard }]).is_clean());
-        assert!(!of_orders("", &[heard, Heard { answered: 1, ..heard }]).is_clean());
-        assert!(!of_orders("", &[heard, Heard { changed: true, ..heard }]).is_clean());
+        assert!(of_orders(("", ""), &[heard]).is_clean());
+        assert!(!of_orders(("", ""), &[Heard { damaged: 9, ..heard }]).is_clean());
+        assert!(!of_orders(("", ""), &[heard, Heard { obeys: false, ..heard }]).is_clean());
+        assert!(!of_orders(("", ""), &[heard, Heard { answered: 1, ..heard }]).is_clean());
+        assert!(!of_orders(("", ""), &[heard, Heard { changed: true, ..heard }]).is_clean());
         let flips = Flips { sent: 10, refused: 10, ..Flips::default() };
         assert!(of_flips(&flips).is_clean());
         assert!(!of_flips(&Flips { accepted_damaged: 1, ..flips }).is_clean());

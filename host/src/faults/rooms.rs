@@ -17,16 +17,13 @@ use ridgetone::doubt::cast_doubt;
 use ridgetone::frame::TimedConversion;
 use ridgetone::outbox::Outbox;
 use ridgetone::pipeline::{Detector, Estimator};
+use ridgetone::queues::{PACKETS, SAMPLES, WINDOWS};
 use ridgetone::settings::Settings;
 use ridgetone::tally::Tally;
 use ridgetone::telemetry::{Decoder, Event, News, Packet, Span, WIRE_MAX, encode};
 use ridgetone::window::{Ring, Window};
 use std::collections::VecDeque;
 
-/// Places of the queues, as in `main.rs`.
-const SAMPLES: usize = 128;
-const WINDOWS: usize = 4;
-const PACKETS: usize = 8;
 /// SCLK of the board, hertz.
 const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.

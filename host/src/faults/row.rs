@@ -1,5 +1,6 @@
 //! A row of the table: what became of all injections of one family.
 
+use super::family::Family;
 use super::judge::{NOT_TOLD, Verdict};
 use serde::Serialize;
 
@@ -52,6 +53,8 @@ impl Delays {
 /// A row. Whoever injects something else than into the chip makes rows of this kind too.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
+    /// Its name, for programs: of a family, what `--only` takes.
+    pub name: String,
     /// What was injected.
     pub fault: String,
     /// Where.
@@ -64,16 +67,24 @@ pub struct Row {
     pub detected: Option<Delays>,
     /// Those after which all was well again, and how soon; none where there is nothing to mend.
     pub recovered: Option<Delays>,
-    /// Estimates that were in doubt.
-    pub doubtful: u64,
-    /// Estimates that said good.
+    /// Estimates that said good, without doubts.
     pub good: u64,
+    /// Estimates that said good, but with doubts.
+    pub good_with_doubts: u64,
+    /// Estimates that said doubtful.
+    pub doubtful: u64,
+    /// Estimates that said good and are off by more than five of their standard deviations, but by less than 0.5 %.
+    pub off: u64,
     /// Wrong ones among those that said good without doubts. Must be zero.
     pub wrong: u64,
-    /// Wrong ones among those that said good but with doubts.
+    /// Wrong ones among those that said good but with doubts. Must be zero.
     pub wrong_with_doubts: u64,
     /// Conversions, frames or orders lost silently. Must be zero.
     pub silent: u64,
+    /// Conversions told as lost beyond those that were.
+    pub excess: u64,
+    /// Whether it is known to the conversion how many were lost: then that must be zero.
+    pub loss_is_known: bool,
     /// Conversions that arrived other than they were converted; packets, orders or settings that nobody sent. Must be zero.
     pub altered: u64,
     /// Bouts told in runs without injections. Must be zero.
@@ -87,7 +98,13 @@ const COMPLAINTS: usize = 5;
 
 impl Row {
     /// Of the runs of one family.
-    pub fn of(fault: &str, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
+    pub fn of_family(family: Family, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
+        let loss_is_known = family.loss_is_known();
+        Self { loss_is_known, ..Self::of(&family.name(), family.title(), place, verdicts) }
+    }
+
+    /// Of these runs.
+    pub fn of(name: &str, fault: &str, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
         let sum = |of: fn(&Verdict) -> u64| verdicts.iter().map(|(_, verdict)| of(verdict)).sum::<u64>();
         let fates = || verdicts.iter().flat_map(|(_, verdict)| &verdict.fates);
         let injected = fates().count();
@@ -100,17 +117,22 @@ impl Row {
         complaints.sort_by_key(|(_, complaint)| complaint.starts_with(NOT_TOLD));
         let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
         Self {
+            name: name.into(),
             fault: fault.into(),
             place,
             runs: verdicts.len(),
             injected,
             detected: some(fates().filter_map(|fate| fate.detected_s).collect()),
             recovered: some(fates().filter_map(|fate| fate.recovered_s).collect()),
-            doubtful: sum(|verdict| verdict.doubtful.into()),
             good: sum(|verdict| verdict.good.into()),
+            good_with_doubts: sum(|verdict| verdict.good_with_doubts.into()),
+            doubtful: sum(|verdict| verdict.doubtful.into()),
+            off: sum(|verdict| verdict.off.into()),
             wrong: sum(|verdict| verdict.wrong.into()),
             wrong_with_doubts: sum(|verdict| verdict.wrong_with_doubts.into()),
             silent: sum(|verdict| verdict.silent),
+            excess: sum(|verdict| verdict.excess),
+            loss_is_known: false,
             altered: sum(|verdict| verdict.altered),
             false_alarms: sum(|verdict| verdict.false_alarms.into()),
             complaints: complaints.take(COMPLAINTS).collect(),
@@ -119,6 +141,7 @@ impl Row {
 
     /// Whether all is zero that must be.
     pub fn is_clean(&self) -> bool {
-        (self.wrong, self.silent, self.altered, self.false_alarms) == (0, 0, 0, 0)
+        let exact = !self.loss_is_known || self.excess == 0;
+        exact && [self.wrong, self.wrong_with_doubts, self.silent, self.altered, self.false_alarms] == [0; 5]
     }
 }
