@@ -19,7 +19,7 @@ const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e
 
 /// Adds to an estimate of a window the kinds of faults seen since the window began; where they may have changed the
 /// frequency, what was good becomes doubtful, and nothing is said of period, speed and direction. Where levels may have
-/// moved shortly before the window, what it holds may not be a slide yet. Where an input may have come back from a rail
+/// moved shortly before the window, what it holds may not be a slide yet. Where an input reached a rail or came back from it
 /// shortly before its end, what looked like motion then may have been that, and the window hold a standstill.
 ///
 /// To be called after the chip's registers have been checked, and that after the window's end: what changed in it is
@@ -36,7 +36,7 @@ pub fn cast_doubt(estimate: &mut Estimate, window: &Window, tally: &Tally) {
     if !(off_hz.abs() <= RATE_SHARE * FRAME_RATE_HZ) {
         doubts = doubts.with(FaultKind::Clock);
     }
-    let is_end_unsure = tally.faults.since(end_us.wrapping_sub(KNOWN_STILL_US)).has(FaultKind::Overload);
+    let is_end_unsure = tally.rails_change(end_us.wrapping_sub(KNOWN_STILL_US), end_us);
     if is_end_unsure {
         // It may be before a window that is short.
         doubts = doubts.with(FaultKind::Overload);

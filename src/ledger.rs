@@ -102,6 +102,12 @@ impl Ledger {
         seen.fold(Doubts::NONE, Doubts::with)
     }
 
+    /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less than half an hour apart.
+    pub fn is_before(&self, board_us: u32, device_us: u32) -> bool {
+        let since_us = self.zero_us.load(Relaxed).wrapping_add(device_us);
+        (board_us.wrapping_sub(since_us) as i32) < 0
+    }
+
     /// Forgets what is old, `board_us` being now. To be called every few minutes at least.
     pub fn forget(&self, board_us: u32) {
         let lately = Doubts::of_bits(self.lately.load(Relaxed));

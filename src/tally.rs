@@ -3,7 +3,11 @@
 use crate::fault::FaultKind;
 use crate::ledger::{Ledger, raise};
 use crate::pipeline::Counters;
+use crate::settings::FRAME_RATE_HZ;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// After this time, microseconds, an input that is still at its rail has been seen there again.
+const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
 /// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
 /// less than was lost.
@@ -17,6 +21,9 @@ pub struct Tally {
     orders_damaged: AtomicU32,
     load_bits: AtomicU32,
     stack: [AtomicU32; 2],
+    /// Board time since which the inputs that are at a rail have been the same, microseconds, and how many there are.
+    railed_us: AtomicU32,
+    railed: AtomicU32,
     /// The faults.
     pub faults: Ledger,
 }
@@ -33,6 +40,8 @@ impl Tally {
             orders_damaged: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
+            railed_us: AtomicU32::new(0),
+            railed: AtomicU32::new(0),
             faults: Ledger::new(),
         }
     }
@@ -40,6 +49,27 @@ impl Tally {
     /// A fault was seen at this board time, microseconds.
     pub fn fault(&self, kind: FaultKind, board_us: u32) {
         self.faults.add(kind, 1, board_us);
+    }
+
+    /// So many inputs were at a rail in the scan before this board time, microseconds. None says nothing: it is not asked
+    /// when all is well.
+    pub fn overload(&self, inputs: u32, board_us: u32) {
+        if inputs == 0 {
+            return;
+        }
+        let is_new = board_us.wrapping_sub(self.faults.seen_us(FaultKind::Overload)) > TWO_SCANS_US;
+        if self.railed.swap(inputs, Relaxed) != inputs || is_new {
+            self.railed_us.store(board_us, Relaxed);
+        }
+        self.faults.add(FaultKind::Overload, inputs, board_us);
+    }
+
+    /// Whether an input has reached a rail or left one from one device time to another, their low 32 bits, microseconds. One
+    /// that is there all the time, such as a broken bridge's, does neither.
+    pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
+        let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);
+        let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);
+        is_since(from_us) && !(is_steady() && is_since(to_us.wrapping_sub(TWO_SCANS_US)))
     }
 
     /// Conversions were lost before the queue or at it.

@@ -218,6 +218,27 @@ fn clipped_codes_are_told_and_leave_the_other_channels_good() {
     }
 }
 
+/// A broken bridge is told, named in the doubts of every estimate, and left out; that is no reason to trust the others less.
+/// Another input that comes and goes is one, beside it too.
+#[test]
+fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
+    let comes_and_goes = MIDDLE..MIDDLE + 3;
+    for also in [false, true] {
+        let events = events(|number, mut conversion| {
+            let slot = number % SLOTS;
+            if slot == 3 || also && slot == 7 && comes_and_goes.contains(&(number / SLOTS)) {
+                conversion.conversion.code = 0x7f_ffff;
+            }
+            Some(conversion)
+        });
+        let estimates = estimates(&events);
+        assert!(estimates.len() > 4 && estimates.iter().all(|fit| fit.doubts.has(FaultKind::Overload)));
+        let doubtful = estimates.iter().filter(|fit| fit.status == Status::Doubtful).count();
+        assert!(estimates.iter().all(|fit| matches!(fit.status, Status::Good | Status::Doubtful)), "{estimates:?}");
+        assert_eq!(doubtful > 0, also, "{doubtful} of {}", estimates.len());
+    }
+}
+
 /// Everything at once, for ever: no more than four messages in an eighth of a second, and every beginning told.
 #[test]
 fn whatever_happens_few_messages_are_told() {

@@ -89,11 +89,11 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
         (FaultKind::Channel, channel),
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
-        (FaultKind::Overload, overload),
         (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
     ] {
         tally.faults.add(kind, times, board_us);
     }
+    tally.overload(overload, board_us);
 }
 
 /// Tells the tally at which board time device time is zero.
