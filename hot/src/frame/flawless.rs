@@ -53,9 +53,9 @@ impl Assembler {
             }
             return false;
         }
-        for slot in TAXELS..SLOTS as usize {
-            self.own[slot] = self.frame.codes[slot];
-        }
+        // At once: words one by one would be twice the instructions.
+        let own = TAXELS..SLOTS as usize;
+        self.own[own.clone()].copy_from_slice(&self.frame.codes[own]);
         self.read = u32::MAX;
         self.frame.number = self.frame.number.wrapping_add(1);
         self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
