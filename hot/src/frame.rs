@@ -31,7 +31,7 @@ pub struct Frame {
     pub number: u32,
     /// Device time of its first slot, microseconds since the first conversion.
     pub t_us: u64,
-    /// One code per slot; see [`Self::taxels`].
+    /// One code per slot, from [`FIRST`] on; see [`Self::taxels`].
     codes: Codes,
     /// Bit k: taxel k was converted and read.
     pub present: u16,
@@ -43,7 +43,7 @@ impl Frame {
     /// The codes of the taxels; of those that are not present anything.
     pub fn taxels(&self) -> &[i32; TAXELS] {
         // Always there.
-        self.codes.first_chunk().unwrap_or(&[0; TAXELS])
+        self.codes.split_at(FIRST).1.first_chunk().unwrap_or(&[0; TAXELS])
     }
 
     /// Puts the codes of the taxels that can be trusted, less their references, in their places in `values`.
@@ -68,6 +68,16 @@ impl Frame {
 /// Places for what a scan has one of for every slot. A few more than slots: what is masked to so many stays
 /// within without a check.
 const PLACES: usize = SLOTS.next_power_of_two() as usize;
+
+/// Place of the first slot: the last slot's is the last one.
+const FIRST: usize = PLACES - SLOTS as usize;
+
+/// The number of the next place is kept in so many of the highest bits: it needs no mask, and becomes zero behind the last
+/// place, which the addition itself tells. Both count, for every conversion.
+const PLACE_SHIFT: u32 = u32::BITS - PLACES.ilog2();
+
+/// The first place, in those bits.
+const FIRST_NEXT: u32 = (FIRST as u32) << PLACE_SHIFT;
 
 /// The codes of a scan.
 type Codes = [i32; PLACES];
@@ -187,8 +197,8 @@ pub struct Assembler {
     /// the frame, where those of a scan that is whole belong.
     times_us: [u32; PLACES],
     statuses: [u8; PLACES],
-    /// How many they are.
-    count: usize,
+    /// The place of the next one, in the highest bits; [`PLACE_SHIFT`].
+    next: u32,
     /// Slot of the latest conversion that was dealt with, or [`NONE_YET`]. With `suspected` it is made up so that no
     /// scan seems to follow it.
     latest: u32,
@@ -220,13 +230,13 @@ impl Assembler {
     /// An assembler that has seen nothing. `vref_v` is the reference, volts.
     pub const fn new(vref_v: f32) -> Self {
         let mut own = [0; PLACES];
-        own[SUPPLY % PLACES] = 5 * reading::CODES_PER_SUPPLY_VOLT;
-        own[REFERENCE % PLACES] = (vref_v * reading::CODES_PER_SUPPLY_VOLT as f32) as i32;
+        own[FIRST + SUPPLY] = 5 * reading::CODES_PER_SUPPLY_VOLT;
+        own[FIRST + REFERENCE] = (vref_v * reading::CODES_PER_SUPPLY_VOLT as f32) as i32;
         Self {
             vref_v,
             times_us: [0; PLACES],
             statuses: [0; PLACES],
-            count: 0,
+            next: FIRST_NEXT,
             latest: NONE_YET,
             suspected: None,
             latest_us: 0,
@@ -266,7 +276,7 @@ impl Assembler {
     /// of 5 V and of the reference that is set.
     #[inline(always)]
     pub const fn supply_and_reference(&self) -> [i32; 2] {
-        [self.own[SUPPLY % PLACES], self.own[REFERENCE % PLACES]]
+        [self.own[FIRST + SUPPLY], self.own[FIRST + REFERENCE]]
     }
 
     /// The chip's own readings.
@@ -280,7 +290,7 @@ impl Assembler {
     #[inline(never)]
     pub fn read(&self, which: usize, readings: &mut Readings) {
         let slot = TAXELS + which;
-        let (Some(code), Some(id)) = (self.own.get(slot), ID_OF.get(slot)) else { return };
+        let (Some(code), Some(id)) = (self.own.get(FIRST + slot), ID_OF.get(slot)) else { return };
         if self.read & 1 << slot == 0 {
             return;
         }
@@ -310,12 +320,17 @@ impl Assembler {
     #[inline(always)]
     pub fn wait(&mut self, timed: &TimedConversion) -> bool {
         let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
-        let at = self.count % PLACES;
+        let at = (self.next >> PLACE_SHIFT) as usize;
         self.times_us[at] = t_us;
         self.statuses[at] = status.0;
         self.frame.codes[at] = code;
-        self.count = at + 1;
-        self.count == SLOTS as usize
+        self.next = self.next.wrapping_add(1 << PLACE_SHIFT);
+        self.next == 0
+    }
+
+    /// How many conversions wait.
+    const fn waits(&self) -> usize {
+        (self.next.wrapping_sub(FIRST_NEXT) >> PLACE_SHIFT) as usize
     }
 
     /// The latest frame.

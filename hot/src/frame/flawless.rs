@@ -1,22 +1,24 @@
 //! The short way: a whole scan without a flaw, taken at one glance.
 
-use super::{Assembler, CODE_LEAST, CONVERSION_NS, ID_OF, JITTER_US, NONE_YET, PLACES, SLOTS, beyond};
+use super::{
+    Assembler, CODE_LEAST, CONVERSION_NS, FIRST, FIRST_NEXT, ID_OF, JITTER_US, NONE_YET, PLACES, SLOTS, beyond,
+};
 use crate::settings::TAXELS;
 
 /// Status of a conversion without a flaw, but for its id (datasheet: NEW and no other flag).
 const FLAWLESS: u8 = 0x80;
-/// Status bytes of a whole scan without a flaw. Four are compared at once; behind the last slot's nothing is written.
+/// Status bytes of a whole scan without a flaw. Four are compared at once; before the first slot's nothing is written.
 const STATUSES: [u8; PLACES] = {
     let mut statuses = [0; PLACES];
     let mut slot = 0;
     while slot < SLOTS as usize {
-        statuses[slot] = FLAWLESS | ID_OF[slot];
+        statuses[FIRST + slot] = FLAWLESS | ID_OF[slot];
         slot += 1;
     }
     statuses
 };
-/// Fours of statuses that a scan reaches into.
-const WORDS: usize = SLOTS.div_ceil(4) as usize;
+/// Places before the fours that a scan reaches into.
+const BEFORE: usize = FIRST / 4 * 4;
 /// Time from one conversion to the next, at least, microseconds.
 const STEP_LEAST_US: u32 = (CONVERSION_NS / 1000) as u32 - JITTER_US;
 /// Time from the first to the last conversion of a scan, at least, microseconds.
@@ -27,7 +29,7 @@ impl Assembler {
     /// before it, in time too. False, with nothing done, if it is not.
     #[inline(never)]
     pub fn whole(&mut self) -> bool {
-        let (begin_us, end_us) = (self.times_us[0], self.times_us[SLOTS as usize - 1]);
+        let (begin_us, end_us) = (self.times_us[FIRST], self.times_us[PLACES - 1]);
         let (mut passed_us, span_us) = (begin_us.wrapping_sub(self.latest_us), end_us.wrapping_sub(begin_us));
         if self.latest != SLOTS - 1
             || passed_us.wrapping_sub(STEP_LEAST_US) > 2 * JITTER_US
@@ -40,7 +42,8 @@ impl Assembler {
             (passed_us, self.frame.number, self.latest) = (0, u32::MAX, SLOTS - 1);
         }
         let (mut odd, mut ends) = (0, 0);
-        for (statuses, whole) in self.statuses.as_chunks().0.iter().zip(STATUSES.as_chunks().0).take(WORDS) {
+        let [read, expected] = [&self.statuses, &STATUSES].map(|statuses| statuses.split_at(BEFORE).1.as_chunks().0);
+        for (statuses, whole) in read.iter().zip(expected) {
             odd |= u32::from_ne_bytes(*statuses) ^ u32::from_ne_bytes(*whole);
         }
         for code in self.frame.taxels() {
@@ -54,7 +57,7 @@ impl Assembler {
             return false;
         }
         // At once: words one by one would be twice the instructions.
-        let own = TAXELS..SLOTS as usize;
+        let own = FIRST + TAXELS..PLACES;
         self.own[own.clone()].copy_from_slice(&self.frame.codes[own]);
         self.read = u32::MAX;
         self.frame.number = self.frame.number.wrapping_add(1);
@@ -62,7 +65,7 @@ impl Assembler {
         (self.frame.present, self.frame.good) = (u16::MAX, u16::MAX);
         self.t_us = self.frame.t_us.wrapping_add(span_us as u64);
         self.latest_us = end_us;
-        self.count = 0;
+        self.next = FIRST_NEXT;
         self.frames = self.frames.wrapping_add(1);
         true
     }

@@ -1,8 +1,8 @@
 //! The long way: each conversion of a scan with a loss or a flaw by itself.
 
 use super::{
-    Assembler, CODE_LEAST, CONVERSION_NS, Codes, Frame, GAP_US, IDS, JITTER_US, LAST_ID, NONE_YET, PLACES, SLOT_OF,
-    SLOTS, TimedConversion, beyond,
+    Assembler, CODE_LEAST, CONVERSION_NS, Codes, FIRST, FIRST_NEXT, Frame, GAP_US, IDS, JITTER_US, LAST_ID, NONE_YET,
+    PLACES, SLOT_OF, SLOTS, TimedConversion, beyond,
 };
 use crate::settings::TAXELS;
 use ads1258::{Conversion, Status};
@@ -11,10 +11,10 @@ use ads1258::{Conversion, Status};
 const SUSPECT: u32 = PLACES as u32;
 
 impl Assembler {
-    /// From now on every scan takes the long way, or only those with a flaw. Costs the others nothing: behind the last
-    /// slot's status is a place that is never written, but compared.
+    /// From now on every scan takes the long way, or only those with a flaw. Costs the others nothing: before the
+    /// first slot's status is a place that is never written, but compared.
     pub const fn take_the_long_way(&mut self, always: bool) {
-        self.statuses[SLOTS as usize] = always as u8;
+        self.statuses[FIRST - 1] = always as u8;
     }
 
     /// Deals with the conversions that wait, and with each by itself. What is behind a scan's last one goes on waiting,
@@ -22,7 +22,8 @@ impl Assembler {
     #[inline(never)]
     pub fn deal_one_by_one(&mut self, is_over: bool, done: &mut impl FnMut(&Self, &Frame)) {
         let codes = self.frame.codes;
-        let waiting = core::mem::take(&mut self.count);
+        let waiting = self.waits();
+        self.next = FIRST_NEXT;
         let mut dealt = if is_over { 0 } else { waiting };
         while dealt > 0 && self.waiting(dealt - 1, &codes).conversion.status.chid() != LAST_ID {
             dealt -= 1;
@@ -44,7 +45,7 @@ impl Assembler {
 
     /// One of the conversions that wait, with these codes.
     fn waiting(&self, at: usize, codes: &Codes) -> TimedConversion {
-        let at = at % PLACES;
+        let at = (FIRST + at) % PLACES;
         let conversion = Conversion { status: Status(self.statuses[at]), code: codes[at] };
         TimedConversion { t_us: self.times_us[at], conversion }
     }
@@ -73,7 +74,7 @@ impl Assembler {
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.open = true;
-        if let Some(place) = self.frame.codes.get_mut(slot as usize) {
+        if let Some(place) = self.frame.codes.get_mut(FIRST + slot as usize) {
             *place = code;
         }
         let bit = 1u32 << slot;

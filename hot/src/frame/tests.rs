@@ -130,5 +130,5 @@ fn the_scan_after_a_loss_is_whole_again() {
     let present = frames.iter().map(|frame| frame.present).collect::<Vec<_>>();
     assert_eq!(present, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff]);
     assert!(frames.iter().zip(0..).all(|(frame, n)| frame.number == n && frame.taxels()[3] == n as i32 * 21 + 3));
-    assert_eq!((assembler.lost, assembler.count), (1, 0));
+    assert_eq!((assembler.lost, assembler.waits()), (1, 0));
 }
