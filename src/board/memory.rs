@@ -5,7 +5,7 @@ use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone::store::{PAGES, WORD_BYTES};
 
-/// Bytes of a page: two items and what the store keeps beside them.
+/// Bytes of a page: two records.
 const PAGE_BYTES: usize = 192;
 
 /// What says that the pages have been erased once.

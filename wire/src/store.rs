@@ -114,24 +114,22 @@ impl<F: NorFlash> FlashStore<F> {
     }
 
     /// The record with the highest number whose checksum is right, and is below `limit`: its number and place, and its
-    /// bytes. One that was spoilt may have the number of the one that replaced it, so places count too.
-    fn newest_below(&mut self, mut limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
-        loop {
-            let mut newest = None;
-            for slot in 0..Self::ALL {
-                let mut number = [0; 4];
-                let _ = self.flash.read(Self::offset(slot), &mut number);
-                let number = u32::from_le_bytes(number);
-                if (number, slot) < limit && newest.is_none_or(|most| (number, slot) > most) {
-                    newest = Some((number, slot));
+    /// bytes. One that was spoilt may have the number of the one that replaced it, so places count too. It looks at each
+    /// place once, however many are spoilt, and from behind: there the newest is in its page.
+    fn newest_below(&mut self, limit: (u32, Slot)) -> Option<((u32, Slot), [u8; RECORD_BYTES])> {
+        let mut newest: Option<((u32, Slot), [u8; RECORD_BYTES])> = None;
+        for slot in (0..Self::ALL).rev() {
+            let mut number = [0; 4];
+            let _ = self.flash.read(Self::offset(slot), &mut number);
+            let at = (u32::from_le_bytes(number), slot);
+            if at < limit && newest.is_none_or(|(most, _)| at > most) {
+                let record = self.record(slot);
+                if is_whole(&record) {
+                    newest = Some((at, record));
                 }
             }
-            limit = newest?;
-            let record = self.record(limit.1);
-            if is_whole(&record) {
-                return Some((limit, record));
-            }
         }
+        newest
     }
 
     /// Whether a record's place is as it was erased.

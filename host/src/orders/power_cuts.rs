@@ -24,6 +24,8 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
     pub wrong: u64,
     /// Pages erased.
     pub erased: u64,
+    /// Reads.
+    pub reads: u64,
     /// Whether a bit was cleared since power came.
     pub is_marked: bool,
     random: ChaCha8Rng,
@@ -40,6 +42,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
             is_off: false,
             wrong: 0,
             erased: 0,
+            reads: 0,
             is_marked: false,
             random: ChaCha8Rng::seed_from_u64(seed),
         }
@@ -130,6 +133,7 @@ impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.reads += 1;
         let Some(kept) = self.bytes.get(offset as usize..offset as usize + bytes.len()) else {
             self.wrong += 1;
             return Err(NorFlashErrorKind::OutOfBounds);

@@ -72,6 +72,18 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
     assert_eq!(FlashStore::new(CutFlash::<960>::new(1)).load().1, SettingsSource::Default);
 }
 
+/// Sectors of 128 KiB, as on the board, full of anything: each of the 2,730 places is looked at a few times and not once
+/// for every other, which would keep the board from its first word for seconds.
+#[test]
+fn rubbish_in_whole_sectors_is_passed_over_quickly() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    let flash = CutFlash::<131_072>::new(1).with_bytes(|_| random.next_u32() as u8);
+    let mut store = FlashStore::new(flash);
+    assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
+    let reads = store.release().reads;
+    assert!((2_730..4 * 2_730).contains(&reads), "{reads} reads");
+}
+
 #[test]
 fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     let mut store = FlashStore::new(CutFlash::<960>::new(1));
