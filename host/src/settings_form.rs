@@ -83,12 +83,43 @@ impl From<SettingsForm> for Settings {
     }
 }
 
-/// Settings as TOML.
+/// Settings as TOML, with what each means behind it.
 ///
 /// # Errors
 /// Those of the serializer; there are none.
 pub fn toml(settings: &Settings) -> Result<String> {
-    Ok(toml::to_string(&SettingsForm::from(settings))?)
+    let bare = toml::to_string(&SettingsForm::from(settings))?;
+    let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
+        Some(meaning) => format!("{line:<24} # {meaning}\n"),
+        None => format!("{line}\n"),
+    };
+    Ok(bare.lines().map(line).collect())
+}
+
+/// What a setting means, with its unit.
+fn meaning(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "window_s" => "length of a window, s",
+        "hop_s" => "from the start of one window to that of the next, s",
+        "harmonics" => "most to fit, the fundamental included",
+        "accuracy" => "asked for, a share of the frequency; 0: windows of one length",
+        "interferer_hz" => "known hum in all channels, Hz; 0: none",
+        "vref_v" => "the ADS1258's reference, V",
+        "rule" => "\"found\" in the signal, or by \"protocol\": delay_s, speed_mm_s, length_mm",
+        "delay_s" => "from contact to slide, s",
+        "speed_mm_s" => "of the stimulus, mm/s",
+        "length_mm" => "of the slide to use, mm",
+        "pitch_mm" => "from one column of units to the other, mm: `ridgetone calibrate` finds it, and the next two",
+        "pull_rad" => "by how much the contact's ends pull the columns' phases together, rad",
+        "pull_sigma_rad" => "standard deviation of what these leave of the lag, rad",
+        "period_least_mm" => "shortest period that is possible, mm",
+        "period_most_mm" => "longest one, mm",
+        "may_go_forward" => "whether the grating may go along +x",
+        "may_go_backward" => "whether it may go back",
+        "front" => "taxels of the column in front: bit k is taxel k",
+        "alike" => "taxels that respond alike, as such bits: the same sensor of every unit",
+        _ => return None,
+    })
 }
 
 /// Settings of a file; what it leaves out has its default.
@@ -210,8 +241,10 @@ mod tests {
             std::fs::write(&path, &text).unwrap();
             assert_eq!(load(&path).unwrap(), settings, "{text}");
         }
-        // As short as they were written.
-        assert!(toml(&Settings::DEFAULT).unwrap().contains("vref_v = 4.096\n"));
+        // As short as they were written, each with its meaning.
+        let text = toml(&Settings { slide, ..Settings::DEFAULT }).unwrap();
+        assert!(text.contains("vref_v = 4.096 "));
+        assert!(text.lines().filter(|line| line.contains(" = ")).all(|line| line.contains(" # ")), "{text}");
     }
 
     #[test]

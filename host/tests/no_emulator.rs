@@ -61,7 +61,11 @@ fn emulate_with(script: &str, arguments: &[&str]) -> Output {
 fn images_that_are_not_ours() {
     let folder = directory();
     let emulate = |path: &Path| run(&["emulate", "--elf", text(path)]);
-    assert_one_line(&emulate(&folder.path().join("none.elf")), 1, &["none.elf", "No such file"]);
+    assert_one_line(
+        &emulate(&folder.path().join("none.elf")),
+        1,
+        &["none.elf", "no such firmware image", "cargo xtask firmware"],
+    );
     assert_one_line(&emulate(&file(folder.path(), "text.elf", "not an ELF")), 1, &["text.elf", "not an ELF"]);
     let foreign = elf(folder.path(), "pc.elf", Architecture::X86_64, "EXTI4", b"spi.request\0");
     assert_one_line(&emulate(&foreign), 1, &["pc.elf", "ARM"]);

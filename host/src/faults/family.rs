@@ -67,24 +67,11 @@ impl Family {
         Self::Mixed,
     ];
 
-    /// Those that a fault can be drawn of.
-    const SINGLE: [Self; 15] = [
-        Self::EdgesLost,
-        Self::EdgeRepeated,
-        Self::DrdyStuck,
-        Self::Storm,
-        Self::DoutFlip,
-        Self::DinFlip,
-        Self::DoutStuck,
-        Self::BusCut,
-        Self::Stall,
-        Self::Reset,
-        Self::RegisterFlip,
-        Self::Supply,
-        Self::Reference,
-        Self::Clock,
-        Self::Input,
-    ];
+    /// Those that a fault can be drawn of: all but the first and the last.
+    fn single() -> &'static [Self] {
+        let [_, single @ .., _] = &Self::ALL;
+        single
+    }
 
     /// Its name, in the JSON and on the command line.
     pub fn name(self) -> String {
@@ -157,8 +144,8 @@ impl Family {
         let bit = |draw: &mut Draw, from: u64| 1u8 << draw.whole(from, 7);
         match self {
             Self::None | Self::Mixed => {
-                let which = draw.whole(0, Self::SINGLE.len() as u64 - 1) as usize;
-                Self::SINGLE[which].draw(draw)
+                let single = Self::single();
+                single[draw.whole(0, single.len() as u64 - 1) as usize].draw(draw)
             }
             Self::RegisterFlip => {
                 // CONFIG0 to GPIOC: GPIOD shows the pins, ID cannot be written.
