@@ -9,7 +9,7 @@ fn main() {
     println!("cargo::rerun-if-changed=Cargo.toml");
     let bare = env::var("CARGO_CFG_TARGET_OS").is_ok_and(|os| os == "none");
     let has = |feature: &str| env::var_os(format!("CARGO_FEATURE_{feature}")).is_some();
-    if !bare || !(has("FIRMWARE") || has("BENCH") || has("BENCH_RIVALS")) {
+    if !bare || !(has("FIRMWARE") || has("BENCH")) {
         return;
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));

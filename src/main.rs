@@ -46,30 +46,35 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
-    use crate::board::{self, Board, POWER_UP_US, Reset, Spi, Start, Wait};
+    use crate::board;
+    use crate::board::{Board, POWER_UP_US, Reset, Spi, Start, Wait};
     use ads1258::Ads1258;
     use core::hint::black_box;
     use core::mem::MaybeUninit;
     use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
     use embedded_hal::delay::DelayNs;
     use heapless::spsc::{Consumer, Producer, Queue};
-    use ridgetone::acquire::{self, Acquisition};
-    use ridgetone::boot::Record;
-    use ridgetone::command::{ORDER_WIRE_MAX, Order, Reply};
-    use ridgetone::doubt::cast_doubt;
+    use ridgetone::acquire;
+    use ridgetone::acquire::Acquisition;
+    use ridgetone::faults::diagnostics::Tally;
+    use ridgetone::faults::qualify::cast_doubt;
     use ridgetone::frame::TimedConversion;
-    use ridgetone::load::LoadMeter;
-    use ridgetone::order::{Effect, Executor};
-    use ridgetone::outbox::Outbox;
     use ridgetone::pipeline::{Detector, Estimator};
-    use ridgetone::queues::{PACKETS, SAMPLES, WINDOWS};
-    use ridgetone::stack_depth::DepthMeter;
-    use ridgetone::store::{FlashStore, Store};
-    use ridgetone::tally::Tally;
-    use ridgetone::telemetry::{self, Event, News, Span, WIRE_MAX};
-    use ridgetone::vitals::{Feeder, Vitals};
-    use ridgetone::window::{FrameSource, Ring, Values, Window};
-    use ridgetone::wire::{Inbox, Pushed};
+    use ridgetone::ring::Ring;
+    use ridgetone::tasks::commands::{Effect, Executor};
+    use ridgetone::tasks::liveness::{Feeder, Vitals};
+    use ridgetone::tasks::load::LoadMeter;
+    use ridgetone::tasks::outbox::Outbox;
+    use ridgetone::tasks::queues::{PACKETS, SAMPLES, WINDOWS};
+    use ridgetone::tasks::stack_depth::DepthMeter;
+    use ridgetone::window::Window;
+    use ridgetone_proto::boot::Record;
+    use ridgetone_proto::command::{ORDER_WIRE_MAX, Order, Reply};
+    use ridgetone_proto::framing::{Inbox, Pushed};
+    use ridgetone_proto::store::{FlashStore, Store};
+    use ridgetone_proto::telemetry;
+    use ridgetone_proto::telemetry::{Event, News, Span, WIRE_MAX};
+    use ridgetone_tone::source::{FrameSource, Values};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 

@@ -3,8 +3,8 @@
 mod support;
 
 use hal_mock::{Sliding, SlidingScene};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Estimate, Status};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Estimate, Status};
 use support::{Outcome, all, outcome, run};
 
 const HOP_S: f64 = 0.05;

@@ -2,9 +2,9 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::contact::{Change, ContactDetector};
-use ridgetone::settings::{FRAME_RATE_HZ, SlideRule};
-use ridgetone::window::Ring;
+use ridgetone::ring::Ring;
+use ridgetone::touch::contact::{Change, ContactDetector};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, SlideRule};
 use std::f64::consts::TAU;
 
 /// Codes of one taxel at a time in seconds, without noise; channels differ by `sign` and `lag`.

@@ -4,10 +4,10 @@
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};
-use ridgetone::sine_fit::{Fit, Fitter};
-use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::Status;
-use ridgetone::window::Table;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::source::Table;
+use ridgetone_tone::status::Status;
 
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };

@@ -5,14 +5,14 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use ridgetone::detector::Detector;
-use ridgetone::doubt::cast_doubt;
-use ridgetone::fault::{Fault, FaultKind};
+use ridgetone::faults::diagnostics::Tally;
+use ridgetone::faults::qualify::cast_doubt;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::Settings;
-use ridgetone::tally::Tally;
-use ridgetone::telemetry::{Estimate, Event, News, Span, Status};
-use ridgetone::window::Ring;
+use ridgetone::ring::Ring;
+use ridgetone_proto::fault::{Fault, FaultKind};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Estimate, Event, News, Span, Status};
 use touch::{SCANS, TONE_HZ};
 
 /// Conversions of a scan.

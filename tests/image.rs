@@ -5,8 +5,8 @@ mod support;
 
 use hal_mock::{Constant, Finger, Noisy, Options, Rig, Scene, Sliding, SlidingScene, load_scene};
 use ridgetone::frame::TimedConversion;
-use ridgetone::settings::{FRAME_RATE_HZ, Settings, TAXELS};
-use ridgetone::telemetry::{Hold, Image};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
+use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;
 use support::{all, outcome, run, run_on};
 

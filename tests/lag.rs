@@ -5,12 +5,13 @@ mod reference;
 
 use reference::{Noise, codes};
 use ridgetone::abscissa::{Fitted, in_time};
-use ridgetone::lag::lag;
-use ridgetone::settings::{Array, FRAME_RATE_HZ};
-use ridgetone::sine_fit::Fitter;
-use ridgetone::telemetry::{Direction, Span, Travel, Verdict};
-use ridgetone::travel::found;
-use ridgetone::window::{Table, Window};
+use ridgetone::surface::lag::lag;
+use ridgetone::surface::travel::found;
+use ridgetone::window::Window;
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
+use ridgetone_proto::telemetry::{Direction, Span, Travel, Verdict};
+use ridgetone_tone::sine_fit::Fitter;
+use ridgetone_tone::source::Table;
 use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).

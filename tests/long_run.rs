@@ -11,12 +11,12 @@ mod memory;
 mod touch;
 
 use memory::resident_bytes;
-use ridgetone::fault::FaultKind;
 use ridgetone::frame::{Assembler, CONVERSION_NS, SLOTS, TimedConversion};
-use ridgetone::outbox::Outbox;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone::telemetry::{Decoder, Estimate, Event, Health, Release, Span, Status, WIRE_MAX, encode};
+use ridgetone::tasks::outbox::Outbox;
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Release, Span, Status, WIRE_MAX, encode};
 use touch::{SCANS, TONE_HZ, scan};
 
 /// A scan's period, nanoseconds.

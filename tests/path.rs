@@ -3,9 +3,9 @@
 mod support;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Table, Trace, Truth, write_csv};
-use ridgetone::fault::FaultKind;
-use ridgetone::settings::{Settings, SlideRule};
-use ridgetone::telemetry::{Event, Status};
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::settings::{Settings, SlideRule};
+use ridgetone_proto::telemetry::{Event, Status};
 use support::{Outcome, all, outcome, run};
 
 fn scene(speed_mm_s: f64, period_mm: f64, snr_db: f64, seed: u64) -> SlidingScene {

@@ -6,10 +6,10 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{normal, peak_along, unit};
-use ridgetone::sine_fit::{Fit, Fitter};
-use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::Status;
-use ridgetone::window::{Table, Values};
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::source::{Table, Values};
+use ridgetone_tone::status::Status;
 use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;

@@ -4,8 +4,8 @@
 mod support;
 
 use hal_mock::{Finger, Options, Rig, Sliding, SlidingScene, Truth, load_scene};
-use ridgetone::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone::telemetry::Status;
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::Status;
 use support::{Outcome, all, outcome, run_on};
 
 /// The paper's combination C1 to C10, as its scene file has it.

@@ -4,13 +4,13 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::boot::SettingsSource;
+use ridgetone::faults::diagnostics::Tally;
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::{Detector, Estimator};
-use ridgetone::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone::tally::Tally;
-use ridgetone::telemetry::{Estimate, Span, Status};
-use ridgetone::window::Ring;
+use ridgetone::ring::Ring;
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::{Estimate, Span, Status};
 use touch::{SCANS, TONE_HZ};
 
 /// The slide begins at 0.8 s, after this many scans (`touch`).

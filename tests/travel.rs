@@ -4,9 +4,10 @@
 mod support;
 
 use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
-use ridgetone::profile::{After, Knot, Profile};
-use ridgetone::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
-use ridgetone::telemetry::{Direction, Estimate, Verdict};
+use ridgetone::surface::profile::Profile;
+use ridgetone_proto::profile::{After, Knot};
+use ridgetone_proto::settings::{Array, FRAME_RATE_HZ, Settings, SlideRule};
+use ridgetone_proto::telemetry::{Direction, Estimate, Verdict};
 use std::path::Path;
 use support::{all, outcome, run, run_along};
 

@@ -4,9 +4,10 @@
 mod support;
 
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::profile::{After, KNOTS_MAX, Knot, Profile};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Abscissa, Status};
+use ridgetone::surface::profile::Profile;
+use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Abscissa, Status};
 use std::f64::consts::TAU;
 use support::{Outcome, all, outcome, run_along};
 

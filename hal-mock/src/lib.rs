@@ -90,22 +90,37 @@
 //!   what it makes on the way back is the opposite of what it makes on the way out.
 //! - Of the stimulator: errors of place, vibration, a tilted grating. Its ripple is a single sine in time.
 
+#![cfg_attr(not(feature = "simulator"), no_std)]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod bridge;
+#[cfg(feature = "simulator")]
 pub mod chip;
+#[cfg(feature = "simulator")]
 mod random;
+#[cfg(feature = "simulator")]
 pub mod rig;
+#[cfg(feature = "simulator")]
 pub mod scene;
+#[cfg(feature = "simulator")]
 pub mod scene_file;
+#[cfg(feature = "simulator")]
 pub mod sliding;
+#[cfg(feature = "simulator")]
 pub mod trace;
 
+#[cfg(feature = "simulator")]
 pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
+#[cfg(feature = "simulator")]
 pub use rig::Rig;
+#[cfg(feature = "simulator")]
 pub use scene::{Constant, Noisy, Scene};
+#[cfg(feature = "simulator")]
 pub use scene_file::{SceneFileError, load_scene, parse_scene};
+#[cfg(feature = "simulator")]
 pub use sliding::{
     Finger, Hand, Kelvin, KelvinBody, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
 };
+#[cfg(feature = "simulator")]
 pub use trace::{Table, Trace, TraceError, write_csv};

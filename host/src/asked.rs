@@ -3,13 +3,13 @@
 use crate::cli::Senseless;
 use crate::events;
 use crate::feed::{Feed, Source, new_orders};
-use crate::orders::{Orders, ask};
+use crate::requests::{Orders, ask};
 use crate::settings_form;
 use anyhow::{Context, Result, bail};
-use ridgetone::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
-use ridgetone::profile::{After, Knot};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Event, Hello};
+use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
+use ridgetone_proto::profile::{After, Knot};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Hello};
 
 /// A board that is asked.
 pub struct Asked<'a, S: Source> {
@@ -29,7 +29,7 @@ impl<'a, S: Source> Asked<'a, S> {
     /// It does not answer.
     pub fn hello(&mut self) -> Result<Hello> {
         let mut hello = None;
-        let mut sink = |packet: &ridgetone::telemetry::Packet| {
+        let mut sink = |packet: &ridgetone_proto::telemetry::Packet| {
             if let Event::Hello(told) = &packet.event {
                 hello = Some(told.clone());
             }
@@ -39,7 +39,7 @@ impl<'a, S: Source> Asked<'a, S> {
         let mut tries = 0;
         while hello.is_none() && tries < 20 {
             tries += 1;
-            if let Some(crate::feed::Happening::Packet(packet)) = self.feed.next(crate::orders::PATIENCE)?
+            if let Some(crate::feed::Happening::Packet(packet)) = self.feed.next(crate::requests::PATIENCE)?
                 && let Event::Hello(told) = packet.event
             {
                 hello = Some(told);

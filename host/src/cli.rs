@@ -17,10 +17,8 @@ pub use order::{FollowArgs, OrderCommand};
 pub use settings::SettingsOptions;
 pub use source::{BoardOptions, SourceOptions};
 
-use crate::bench::BenchArgs;
 use crate::calibrate::CalibrateArgs;
 use crate::emulator;
-use crate::faults::FaultsArgs;
 use anyhow::{Result, bail};
 use clap::{Args, Parser, Subcommand};
 use std::fmt;
@@ -70,15 +68,6 @@ pub enum Command {
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.
     Demo(DemoArgs),
-    /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
-    Reproduce(ReproduceArgs),
-    /// Count the instructions of the firmware's steps and measure their accuracy. `cargo xtask bench` builds what it
-    /// needs.
-    #[command(hide = true)]
-    Bench(BenchArgs),
-    /// Inject faults into the chip, its bus and its lines, and tell what became of them. `cargo xtask faults --full` writes docs/faults.md.
-    #[command(hide = true)]
-    Faults(FaultsArgs),
     /// Write a scene as a CSV trace and tell the truth about it.
     Scene(SceneArgs),
 }
@@ -247,39 +236,12 @@ pub struct SceneArgs {
     pub json: bool,
 }
 
-/// `reproduce`
-#[derive(Debug, Args)]
-#[command(after_help = "\
-Takes a minute or two, and some with --emulated. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
-
-Examples:
-  ridgetone reproduce --out paper
-  ridgetone reproduce --emulated --out paper
-  ridgetone reproduce --render --out paper")]
-pub struct ReproduceArgs {
-    /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
-    #[arg(long)]
-    pub emulated: bool,
-    /// Which firmware.
-    #[command(flatten)]
-    pub firmware: FirmwareOptions,
-    /// Runs of each of the ten combinations, 1 to 4 as in the paper.
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4))]
-    pub runs: u32,
-    /// Folder to write to.
-    #[arg(long, value_name = "FOLDER", default_value = "docs")]
-    pub out: PathBuf,
-    /// Measure nothing: write the documents anew from reproduction.json.
-    #[arg(long, conflicts_with_all = ["emulated", "runs"])]
-    pub render: bool,
-}
-
 fn number(text: &str) -> Result<f64, String> {
     text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "not a number".into())
 }
 
 /// A number greater than zero.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
+pub fn positive(text: &str) -> Result<f64, String> {
     let value = number(text)?;
     if value > 0.0 { Ok(value) } else { Err("must be greater than 0".into()) }
 }
@@ -323,7 +285,7 @@ mod tests {
     use super::*;
     use clap::CommandFactory;
     use hal_mock::Sliding;
-    use ridgetone::settings::Settings;
+    use ridgetone_proto::settings::Settings;
 
     #[test]
     fn the_command_line_is_sound() {

@@ -2,25 +2,22 @@
 
 mod board;
 
-use crate::bench::{BenchArgs, Report};
-use crate::calibrate::{self, CalibrateArgs};
-use crate::cli::{
-    Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ReplayArgs, ReproduceArgs, SceneArgs,
-    Senseless,
-};
-use crate::faults::campaign;
+use crate::calibrate;
+use crate::calibrate::CalibrateArgs;
+use crate::cli::{Cli, Command, DemoArgs, EmulateArgs, FitArgs, InputOptions, LineOptions, ReplayArgs, SceneArgs};
 use crate::input::{Opened, Source, check_length, frame_rate_hz};
-use crate::output::{self, Progress};
+use crate::output;
+use crate::output::Progress;
 use crate::picture::Recording;
-use crate::reproduce::{Place, Reproduction};
-use crate::speed::{self, Column};
-use crate::table_fit::{self, Selection};
-use crate::trade::{Effort, Trade};
-use crate::{bench, demo, emulator, fit_report, picture, recording, replay, settings_form, stop};
+use crate::speed;
+use crate::speed::Column;
+use crate::table_fit;
+use crate::table_fit::Selection;
+use crate::{demo, emulator, fit_report, picture, recording, replay, settings_form, stop};
 use anyhow::{Result, bail};
 use board::{line_quality, printer};
 use hal_mock::{SlidingScene, Table, write_csv};
-use ridgetone::telemetry::Packet;
+use ridgetone_proto::telemetry::Packet;
 use serde::Serialize;
 
 /// Does what the command line says.
@@ -42,9 +39,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Order(args) => board::order(&args),
         Command::Listen(args) => board::listen(args),
         Command::Demo(args) => run_demo(&args),
-        Command::Reproduce(args) => run_reproduce(&args),
-        Command::Bench(args) => run_bench(&args),
-        Command::Faults(args) => campaign::faults(&args),
         Command::Scene(args) => scene(&args),
     }
 }
@@ -161,48 +155,6 @@ fn run_demo(args: &DemoArgs) -> Result<()> {
         output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
     }
     output::line(demo.summary.to_string().trim_end())
-}
-
-fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
-    if args.render {
-        return Reproduction::render(&args.out);
-    }
-    if args.firmware.elf.is_some() && !args.emulated {
-        return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
-    }
-    let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
-    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
-    Reproduction::measure(args.runs, place)?.write(&args.out)?;
-    output::line(&format!("{}", args.out.join("reproduction.md").display()))
-}
-
-/// What was counted on the chip, and the trade.
-#[derive(Serialize)]
-struct BenchJson<'a> {
-    #[serde(flatten)]
-    chip: Option<&'a Report>,
-    trade: Option<&'a Trade>,
-}
-
-fn run_bench(args: &BenchArgs) -> Result<()> {
-    if let Some(folder) = &args.render {
-        return Trade::render(folder);
-    }
-    let images = args.elf.as_ref().zip(args.rivals_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
-    let firmware = args.firmware.as_deref();
-    let chip = images.map(|((elf, rivals), (flash, ram))| bench::run(elf, rivals, firmware, flash, ram)).transpose()?;
-    if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
-        output::line(chip.to_string().trim_end())?;
-    }
-    let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let trade = (!args.chip).then(|| Trade::measure(effort, chip.as_ref())).transpose()?;
-    if let (Some(folder), Some(trade)) = (&args.write, &trade) {
-        trade.write(folder)?;
-    }
-    if args.json {
-        return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
-    }
-    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade.to_string().trim_end())))
 }
 
 #[derive(Serialize)]

@@ -1,14 +1,16 @@
 //! `demo`: a scene through the emulated firmware, and what it found beside the truth.
 
-use crate::emulator::{self, Options, Outcome};
+use crate::emulator;
+use crate::emulator::{Options, Outcome};
 use crate::fit_report::{decimals, with_sigma};
 use crate::input::{Input, Source};
 use crate::names::status_name;
-use crate::picture::{self, Recording};
+use crate::picture;
+use crate::picture::Recording;
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
+use ridgetone_proto::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
 use std::fmt;
 
 /// A run of a scene.
@@ -84,7 +86,7 @@ impl Demo {
 }
 
 /// A truth whose times are told from a zero that is so much earlier, seconds.
-pub(crate) fn later(truth: Truth, by_s: f64) -> Truth {
+pub fn later(truth: Truth, by_s: f64) -> Truth {
     Truth {
         contact_s: truth.contact_s + by_s,
         slide_start_s: truth.slide_start_s + by_s,

@@ -6,23 +6,23 @@
 mod chip_end;
 pub mod image;
 mod log;
-pub(crate) mod process;
+pub mod process;
 
 pub use chip_end::ChipEnd;
 pub use process::QEMU;
 
 use crate::events;
 use crate::input::Opened;
-use crate::orders::Orders;
+use crate::requests::Orders;
 use crate::stop;
 use anyhow::{Context, Result, bail};
+use hal_mock::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
 use log::Log;
 use process::Emulator;
-use ridgetone::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
-use ridgetone::command::{Command, Outcome as Answer};
 use ridgetone::frame::TimedConversion;
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Decoder, PROTOCOL, Packet};
+use ridgetone_proto::command::{Command, Outcome as Answer};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{ErrorKind, Read};
 use std::os::fd::AsFd;

@@ -15,7 +15,7 @@ use crate::stop;
 use crate::teleplot::Teleplot;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use ridgetone::telemetry::Packet;
+use ridgetone_proto::telemetry::Packet;
 use std::io::Write;
 use std::path::Path;
 use std::time::Duration;

@@ -14,7 +14,7 @@ pub use pace::Pace;
 
 use crate::live::Counts;
 use anyhow::{Context, Result, bail};
-use ridgetone::telemetry::{Decoder, PROTOCOL, Packet};
+use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
 use std::io::Write;
 use std::time::{Duration, Instant};

@@ -3,7 +3,7 @@
 use crate::names::status_name;
 use crate::table_fit::TableFit;
 use crate::tone::{JsonTone, abscissa_name, period};
-use ridgetone::telemetry::{Abscissa, Status};
+use ridgetone_proto::telemetry::{Abscissa, Status};
 use serde::Serialize;
 use std::fmt::Write;
 

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Options, Scene, Sliding, SlidingScene, Trace, Truth};
-use ridgetone::settings::SCAN;
+use ridgetone_proto::settings::SCAN;
 use std::path::PathBuf;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.

@@ -4,8 +4,8 @@ use crate::events;
 use crate::feed::{Asking, Feed, Happening, Source};
 use crate::stop;
 use anyhow::{Result, bail};
-use ridgetone::command::Outcome;
-use ridgetone::telemetry::Packet;
+use ridgetone_proto::command::Outcome;
+use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 

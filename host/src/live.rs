@@ -12,10 +12,10 @@ pub use strips::{Frame, STRIP_FRAMES, Strips};
 
 use crate::events;
 use crate::static_image;
-use ridgetone::command::Outcome;
-use ridgetone::fault::{Fault, FaultKind};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
+use ridgetone_proto::command::Outcome;
+use ridgetone_proto::fault::{Fault, FaultKind};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
 use serde::{Serialize, Serializer};
 use std::collections::VecDeque;
 
@@ -298,7 +298,7 @@ impl Live {
 
     /// Times that each kind of fault was seen since the board's start, of those that were seen, by the latest health.
     pub fn faults_seen(&self) -> impl Iterator<Item = (FaultKind, u32)> {
-        let counts = self.health().map_or([0; ridgetone::fault::KINDS], |health| health.faults);
+        let counts = self.health().map_or([0; ridgetone_proto::fault::KINDS], |health| health.faults);
         FaultKind::ALL.into_iter().zip(counts).filter(|(_, count)| *count > 0)
     }
 

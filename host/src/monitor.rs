@@ -16,7 +16,7 @@ use crate::live::Live;
 use crate::stop;
 use anyhow::{Context, Result};
 use ratatui::crossterm::event::{self, Event as TerminalEvent};
-use ridgetone::settings::Settings;
+use ridgetone_proto::settings::Settings;
 use std::time::{Duration, Instant};
 use view::{Action, View};
 

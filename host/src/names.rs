@@ -1,8 +1,8 @@
 //! Words for what the library has enums for, the same in every output.
 
-use ridgetone::boot::{Death, ResetCause, SettingsSource};
-use ridgetone::fault::FaultKind;
-use ridgetone::telemetry::{Direction, Hold, Span, Status, Verdict};
+use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::telemetry::{Direction, Hold, Span, Status, Verdict};
 
 /// Name of a status in JSON and text.
 pub fn status_name(status: Status) -> &'static str {

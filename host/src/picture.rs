@@ -2,7 +2,7 @@
 //!
 //! Channels are told apart by place and label, data from fit by dots and line; colour only helps.
 
-pub(crate) mod layout;
+pub mod layout;
 mod recording;
 
 pub use recording::Recording;
@@ -11,8 +11,8 @@ use crate::fit_report::{decimals, significant, with_sigma};
 use crate::names::status_name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
-use ridgetone::settings::TAXELS;
-use ridgetone::telemetry::Estimate;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::Estimate;
 use std::f64::consts::TAU;
 
 const STYLE: &str = "text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\

@@ -6,7 +6,7 @@ use crate::live::time_s;
 use crate::output::Progress;
 use crate::recording;
 use anyhow::Result;
-use ridgetone::telemetry::Packet;
+use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::path::Path;
 

@@ -10,7 +10,7 @@
 
 use crate::feed::{Said, Source};
 use anyhow::{Context, Result, bail};
-use ridgetone::telemetry::{Decoder, PROTOCOL};
+use ridgetone_proto::telemetry::{Decoder, PROTOCOL};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -27,7 +27,7 @@ const FORMAT: u32 = 1;
 const HEADER_MAX: u64 = 4096;
 
 /// Bytes of a file in which a whole frame must be if they are telemetry: frames have
-/// [`WIRE_MAX`](ridgetone::telemetry::WIRE_MAX) at most, 512.
+/// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
 /// What a recording says of itself.
@@ -163,9 +163,10 @@ impl Source for Recorded {
 mod tests {
     use super::*;
     use crate::feed::{Feed, Happening};
-    use crate::{input::Input, replay};
-    use ridgetone::settings::Settings;
-    use ridgetone::telemetry::Packet;
+    use crate::input::Input;
+    use crate::replay;
+    use ridgetone_proto::settings::Settings;
+    use ridgetone_proto::telemetry::Packet;
 
     /// What the library makes of the default scene: its bytes on the wire, and its packets.
     fn sent() -> (Vec<u8>, Vec<Packet>) {

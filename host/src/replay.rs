@@ -8,9 +8,9 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::Rig;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
-use ridgetone::profile::Profile;
-use ridgetone::settings::{SCAN, Settings};
-use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+use ridgetone::surface::profile::Profile;
+use ridgetone_proto::settings::{SCAN, Settings};
+use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Board time at which START rises, microseconds, about that of the firmware.
 ///

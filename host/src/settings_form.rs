@@ -16,7 +16,7 @@
 
 use crate::cli::Senseless;
 use anyhow::{Context, Result, anyhow, bail};
-use ridgetone::settings::{Array, Settings, SettingsError, SlideRule};
+use ridgetone_proto::settings::{Array, Settings, SettingsError, SlideRule};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};

@@ -3,7 +3,8 @@
 use crate::grid::Grid;
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Table;
-use ridgetone::profile::{After, Knot, Profile};
+use ridgetone::surface::profile::Profile;
+use ridgetone_proto::profile::{After, Knot};
 use std::path::Path;
 
 /// Name of a profile's column of speeds.

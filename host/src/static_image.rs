@@ -16,8 +16,8 @@
 //! Which side of the array units 1 and 2 are on, and piezoresistor 2 of each, the paper does not tell; here it is the
 //! upper one.
 
-use ridgetone::settings::TAXELS;
-use ridgetone::telemetry::{Image, Pressed};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::{Image, Pressed};
 use std::fmt::Write;
 
 /// Rows and columns of the map.
@@ -30,7 +30,7 @@ pub const PLACES: [[usize; SIDE]; SIDE] = [[0, 1, 4, 5], [3, 2, 7, 6], [8, 9, 12
 ///
 /// ```
 /// let taxels = std::array::from_fn(|taxel| taxel);
-/// assert_eq!(ridgetone_host::static_image::map(&taxels)[1], [3, 2, 7, 6]);
+/// assert_eq!(crate::static_image::map(&taxels)[1], [3, 2, 7, 6]);
 /// ```
 pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
     PLACES.map(|row| row.map(|taxel| by_taxel[taxel]))
@@ -68,7 +68,7 @@ pub fn greatest_sigma_v(image: &Image) -> Option<f32> {
 mod tests {
     use super::*;
     use hal_mock::{Finger, Sliding, SlidingScene};
-    use ridgetone::telemetry::Hold;
+    use ridgetone_proto::telemetry::Hold;
 
     fn pressed(taxel: u8) -> Pressed {
         Pressed { taxel, level_v: 1e-3 * taxel as f32 - 5e-3, sigma_v: 1e-6 * (16 - taxel) as f32 }

@@ -4,13 +4,13 @@ use crate::grid::Grid;
 use crate::speed::Column;
 use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
-use ridgetone::moments::HARMONICS_MAX;
-use ridgetone::settings::TAXELS;
-use ridgetone::sine_fit::Fitter;
-use ridgetone::spectrum::POINTS_MAX;
-use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::{Abscissa, Status};
-use ridgetone::window::Table;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::{Abscissa, Status};
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::moments::HARMONICS_MAX;
+use ridgetone_tone::sine_fit::Fitter;
+use ridgetone_tone::source::Table;
+use ridgetone_tone::spectrum::POINTS_MAX;
 
 /// The library takes its frames for ADC codes: quantized to 1, with a floor of residuals that comes from it. Channels
 /// are scaled to this span, about that of a real one, so that the floor is far below whatever the file holds.
@@ -155,7 +155,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: end - first,
         rows_missing: grid.missing(),
-        status: found.status,
+        status: ridgetone::pipeline::reported_status(found.status),
         abscissa,
         tone: has_tone.then(|| (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit)),
         harmonics: found.harmonics,

@@ -2,8 +2,8 @@
 
 use crate::live::{Point, time_s};
 use ads1258::reading;
-use ridgetone::settings::{Settings, TAXELS};
-use ridgetone::telemetry::{Event, Packet};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::fmt::Write;
 
 /// Makes lines of packets. It needs all of them: raw frames become volts by the reference that the board has told.
@@ -62,7 +62,7 @@ impl Teleplot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Health, Raw, Release};
+    use ridgetone_proto::telemetry::{Health, Raw, Release};
 
     #[test]
     fn numbers_get_a_name_a_time_and_a_value_and_events_without_numbers_none() {

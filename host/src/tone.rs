@@ -1,6 +1,6 @@
 //! A frequency and its uncertainty in the words of its unit, the same in every output.
 
-use ridgetone::telemetry::Abscissa;
+use ridgetone_proto::telemetry::Abscissa;
 use serde::Serialize;
 
 /// Fields of a tone in JSON: in hertz, or by place in cycles per millimetre; null without a tone.

@@ -18,7 +18,7 @@ use crate::feed::{Feed, Following};
 use crate::{output, stop};
 use anyhow::Result;
 use hub::{BEAT, Hub};
-use ridgetone::settings::Settings;
+use ridgetone_proto::settings::Settings;
 use server::Server;
 use std::net::SocketAddr;
 use std::sync::Arc;

@@ -5,12 +5,12 @@ mod common;
 
 use common::{directory, file, json_lines, run, stdout, text};
 use pulldown_cmark::{CodeBlockKind, Event as Mark, Parser, Tag, TagEnd};
-use ridgetone::fault::FaultKind;
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Packet, WIRE_MAX, encode};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::names::fault_name;
 use ridgetone_host::replay;
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

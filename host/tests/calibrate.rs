@@ -3,7 +3,7 @@
 mod common;
 
 use common::{assert_one_line, directory, file, json_lines, run, stdout};
-use ridgetone::settings::Array;
+use ridgetone_proto::settings::Array;
 
 /// The simulated finger under gratings that are none of the paper's, by the number of millimetres.
 fn gratings(folder: &tempfile::TempDir, speed_mm_s: f64, more: &str) -> Vec<String> {

@@ -2,8 +2,6 @@
 #![cfg(target_os = "linux")]
 
 mod common;
-#[path = "emulated/faults.rs"]
-mod faults;
 #[path = "emulated/live.rs"]
 mod live;
 #[path = "emulated/orders.rs"]
@@ -12,12 +10,13 @@ mod orders;
 mod steady;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Direction, Event, Hold, Packet, Span, Status, Verdict};
 use ridgetone_host::demo;
-use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::{Options, Outcome};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::replay;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, Verdict};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

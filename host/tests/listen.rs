@@ -3,8 +3,8 @@
 
 mod common;
 
-use ridgetone::telemetry::{Contact, Event, Packet, WIRE_MAX, encode};
 use ridgetone_host::events;
+use ridgetone_proto::telemetry::{Contact, Event, Packet, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};

@@ -3,12 +3,13 @@
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
-use ridgetone::boot::{Death, ResetCause};
-use ridgetone::bridge::Mishap;
-use ridgetone::telemetry::{Event, Health, Hello, Packet, Span, Status};
-use ridgetone::vitals::WATCHDOG_S;
-use ridgetone_host::emulator::{self, Options, Outcome};
+use hal_mock::bridge::Mishap;
+use ridgetone::tasks::liveness::WATCHDOG_S;
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::{Options, Outcome};
 use ridgetone_host::input::{Input, Source};
+use ridgetone_proto::boot::{Death, ResetCause};
+use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Span, Status};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 

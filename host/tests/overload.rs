@@ -3,9 +3,10 @@
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
-use ridgetone::telemetry::{Event, Health, Packet};
-use ridgetone_host::emulator::{self, Options, Outcome};
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::{Options, Outcome};
 use ridgetone_host::input::{Input, Source};
+use ridgetone_proto::telemetry::{Event, Health, Packet};
 
 /// Clock of a simulated chip whose scan, made for 15.72864 MHz and 5064 conversions a second, makes 23,739 of them: the
 /// most that the real one does by any setting (SBAS297G: 16 MHz, DRATE 3, no delay). No real chip bears this clock.

@@ -10,10 +10,10 @@ mod served;
 mod told;
 
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Event, Packet, WIRE_MAX, encode};
 use ridgetone_host::input::Input;
 use ridgetone_host::{recording, replay};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};

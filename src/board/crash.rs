@@ -4,8 +4,8 @@ use super::{now_us, stack};
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use cortex_m_rt::ExceptionFrame;
-use ridgetone::boot::Record;
-use ridgetone::crash::{STORED_WORDS, Stored};
+use ridgetone_proto::boot::Record;
+use ridgetone_proto::crash::{STORED_WORDS, Stored};
 
 /// Only the start, before tasks run, and the end, when none runs any more, touch it.
 struct Ram(UnsafeCell<MaybeUninit<Stored>>);

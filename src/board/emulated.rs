@@ -1,7 +1,7 @@
 //! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
 //!
 //! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
-//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`ridgetone::bridge`] records through two
+//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two
 //! FIFOs, telemetry leaves and orders come on USART3 (the emulator's third serial port), and the run ends with the
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
@@ -11,8 +11,8 @@ use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
-use ridgetone::boot::{Boot, Death, Record, ResetCause};
-use ridgetone::bridge::{Operation, PAYLOAD_MAX};
+use hal_mock::bridge::{Operation, PAYLOAD_MAX};
+use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;

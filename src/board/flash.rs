@@ -9,7 +9,7 @@
 //! of it.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use ridgetone::store::{PAGES, WORD_BYTES};
+use ridgetone_proto::store::{PAGES, WORD_BYTES};
 use stm32f4xx_hal::pac::FLASH;
 
 unsafe extern "C" {

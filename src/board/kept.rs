@@ -2,7 +2,7 @@
 
 use super::semihost::File;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
-use ridgetone::boot::ResetCause;
+use ridgetone_proto::boot::ResetCause;
 
 /// What the first word holds if the others are to be believed; in the emulator memory begins as zeros.
 const SEAL: u32 = 0x5ea1_ed01;

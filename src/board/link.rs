@@ -13,9 +13,9 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use ridgetone::boot::ResetCause;
-use ridgetone::bridge::{Mishap, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
-use ridgetone::vitals::WATCHDOG_S;
+use hal_mock::bridge::{Mishap, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use ridgetone::tasks::liveness::WATCHDOG_S;
+use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
 /// Longest time without asking the chip, microseconds.

@@ -3,7 +3,7 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-use ridgetone::store::{PAGES, WORD_BYTES};
+use ridgetone_proto::store::{PAGES, WORD_BYTES};
 
 /// Bytes of a page: two records.
 const PAGE_BYTES: usize = 192;

@@ -39,7 +39,7 @@
 //!
 //! Panics: a board brings its own panic handler, which calls `die` too.
 //!
-//! [`WATCHDOG_S`]: ridgetone::vitals::WATCHDOG_S
+//! [`WATCHDOG_S`]: ridgetone::tasks::liveness::WATCHDOG_S
 
 // The only place of the firmware that may: a register read in `clock.rs`, host calls of the emulator.
 #![allow(unsafe_code)]
@@ -86,7 +86,7 @@ pub use memory::SettingsFlash;
 pub use stack::{look as look_at_stack, size_bytes as stack_bytes};
 
 use embedded_hal::delay::DelayNs;
-use ridgetone::boot::Boot;
+use ridgetone_proto::boot::Boot;
 
 /// The board's parts that `main.rs` hands to its tasks.
 pub struct Board {

@@ -1,6 +1,6 @@
 //! The stack's place in memory: start-up fills it with a pattern (cortex-m-rt's `paint-stack`).
 
-use ridgetone::stack_depth::DepthMeter;
+use ridgetone::tasks::stack_depth::DepthMeter;
 
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.

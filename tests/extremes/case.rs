@@ -1,10 +1,10 @@
 //! A window, its fit, and the check against f64.
 
 use crate::reference::{Baseline, Likelihood};
-use ridgetone::sine_fit::{Fit, Fitter};
-use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::Status;
-use ridgetone::window::Table;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::source::Table;
+use ridgetone_tone::status::Status;
 use std::ops::Range;
 
 /// A tenth of the uncertainty.

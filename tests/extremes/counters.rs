@@ -3,8 +3,8 @@
 use crate::any_settings::touch::{SCANS, scan};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone::telemetry::{Event, Status};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::{Event, Status};
 
 fn events(conversions: impl Iterator<Item = TimedConversion>, accuracy: f32) -> Vec<Event> {
     let settings = Settings { window_s: 0.5, hop_s: 0.1, accuracy, ..Settings::DEFAULT };
@@ -57,7 +57,7 @@ fn frame_numbers_that_wrap_change_nothing() {
     }
 }
 
-fn estimates(events: &[Event]) -> Vec<ridgetone::telemetry::Estimate> {
+fn estimates(events: &[Event]) -> Vec<ridgetone_proto::telemetry::Estimate> {
     let fits = events.iter().filter_map(|event| match event {
         Event::Estimate(fit) => Some(fit.clone()),
         _ => None,

@@ -2,8 +2,8 @@
 
 use crate::case::Case;
 use crate::reference::{Noise, codes};
-use ridgetone::sine_fit::Fit;
-use ridgetone::telemetry::Status;
+use ridgetone_tone::sine_fit::Fit;
+use ridgetone_tone::status::Status;
 use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;

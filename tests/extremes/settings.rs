@@ -3,7 +3,7 @@
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::settings::{Array, Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Settings, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and bytes that nobody ordered.
 #[test]

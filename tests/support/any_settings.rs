@@ -4,8 +4,8 @@
 pub mod touch;
 
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Event, Packet, Status, WIRE_MAX, encode};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Packet, Status, WIRE_MAX, encode};
 
 /// Reads settings from `bytes` as postcard has them and, if they are valid, runs a touch with them. Panics if
 /// anything is wrong. Returns whether the settings were valid.

@@ -6,8 +6,8 @@
 mod touch;
 
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 

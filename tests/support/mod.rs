@@ -3,9 +3,9 @@
 use hal_mock::{Options, Rig, Scene};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::profile::Profile;
-use ridgetone::settings::{SCAN, Settings};
-use ridgetone::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
+use ridgetone::surface::profile::Profile;
+use ridgetone_proto::settings::{SCAN, Settings};
+use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
 /// the wire; `keep` may drop or change conversions on the way. Gives what a reader gets.
@@ -93,13 +93,13 @@ pub struct Outcome {
     /// Releases, seconds.
     pub releases_s: Vec<f64>,
     /// Fits over whole slides.
-    pub slide_fits: Vec<ridgetone::telemetry::Estimate>,
+    pub slide_fits: Vec<ridgetone_proto::telemetry::Estimate>,
     /// Fits over windows.
-    pub window_fits: Vec<ridgetone::telemetry::Estimate>,
+    pub window_fits: Vec<ridgetone_proto::telemetry::Estimate>,
     /// Static images.
-    pub images: Vec<ridgetone::telemetry::Image>,
+    pub images: Vec<ridgetone_proto::telemetry::Image>,
     /// The last health message.
-    pub health: ridgetone::telemetry::Health,
+    pub health: ridgetone_proto::telemetry::Health,
 }
 
 /// Sorts the events of a run.
@@ -113,7 +113,9 @@ pub fn outcome(events: &[Event]) -> Outcome {
                 out.slides_s.extend(slide.end_us.map(|end| (seconds(slide.start_us), seconds(end))));
             }
             Event::Release(release) => out.releases_s.push(seconds(release.t_us)),
-            Event::Estimate(fit) if fit.span == ridgetone::telemetry::Span::Slide => out.slide_fits.push(fit.clone()),
+            Event::Estimate(fit) if fit.span == ridgetone_proto::telemetry::Span::Slide => {
+                out.slide_fits.push(fit.clone())
+            }
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),

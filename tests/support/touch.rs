@@ -2,7 +2,7 @@
 
 use ads1258::{Conversion, Status};
 use ridgetone::frame::{CONVERSION_NS, SLOTS, TimedConversion};
-use ridgetone::settings::SCAN;
+use ridgetone_proto::settings::SCAN;
 use std::f64::consts::TAU;
 
 /// Whole scans of a touch; the slide lasts from 0.8 s on until 2.8 s.

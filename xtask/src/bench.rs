@@ -28,12 +28,22 @@ pub fn run(arguments: &BenchArguments) -> Result<()> {
     setup::qemu()?;
     let (_, sizes) = images::build(Board::FeatherF405.image())?;
     let (elf, _) = images::build(images::BENCH)?;
-    let (rivals, _) = images::build(images::RIVALS)?;
+    let (baselines, _) = images::build(images::BASELINES)?;
     let (firmware, _) = images::build(Board::Emulated.image())?;
-    tell("counting, on the command `ridgetone` built from this tree");
+    tell("counting, on `ridgetone-eval` built from this tree");
     let mut bench = clean("cargo");
-    bench.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "bench"]);
-    bench.arg("--elf").arg(elf).arg("--rivals-elf").arg(rivals).arg("--firmware").arg(firmware);
+    bench.args([
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        "ridgetone-eval",
+        "--bin",
+        "ridgetone-eval",
+        "--",
+        "bench",
+    ]);
+    bench.arg("--elf").arg(elf).arg("--baselines-elf").arg(baselines).arg("--firmware").arg(firmware);
     bench.args(["--flash-bytes", &sizes.flash.to_string(), "--ram-bytes", &sizes.ram.to_string()]);
     let flags = [("--chip", arguments.chip), ("--quick", arguments.quick), ("--json", arguments.json)];
     bench.args(flags.into_iter().filter(|(_, given)| *given).map(|(flag, _)| flag));

@@ -24,14 +24,24 @@ pub struct FaultsArguments {
 pub fn run(arguments: &FaultsArguments) -> Result<()> {
     setup::qemu()?;
     let (elf, _) = images::build(Board::Emulated.image())?;
-    tell("injecting, with the command `ridgetone` built from this tree");
+    tell("injecting, with `ridgetone-eval` built from this tree");
     let (injections, emulated) = match (arguments.quick, arguments.full) {
         (true, _) => ("1000", "1"),
         (_, true) => ("100000", "10"),
         _ => ("10000", "4"),
     };
     let mut faults = clean("cargo");
-    faults.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "faults"]);
+    faults.args([
+        "run",
+        "--quiet",
+        "--release",
+        "--package",
+        "ridgetone-eval",
+        "--bin",
+        "ridgetone-eval",
+        "--",
+        "faults",
+    ]);
     faults.args(["--injections", injections, "--emulated", emulated, "--elf"]).arg(elf);
     if arguments.full {
         faults.arg("--write").arg(root().join("docs"));

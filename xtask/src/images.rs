@@ -26,11 +26,16 @@ pub struct Image {
 
 /// The benchmark in the emulator.
 pub const BENCH: Image =
-    Image { package: "ridgetone", name: "bench", binary: "ridgetone-bench", profile: USUAL, interrupts: &[] };
+    Image { package: "ridgetone-eval", name: "bench", binary: "ridgetone-bench", profile: USUAL, interrupts: &[] };
 
 /// The benchmark of the methods that the fit is compared with.
-pub const RIVALS: Image =
-    Image { package: "rivals", name: "bench-rivals", binary: "rivals-bench", profile: USUAL, interrupts: &[] };
+pub const BASELINES: Image = Image {
+    package: "ridgetone-eval",
+    name: "bench-baselines",
+    binary: "baselines-bench",
+    profile: USUAL,
+    interrupts: &[],
+};
 
 /// The emulated board's firmware with every addition checked for overflow.
 pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board::Emulated.image() };
@@ -72,7 +77,7 @@ impl Board {
             Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
             Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
         };
-        Image { package: "ridgetone", name, binary: FIRMWARE, profile: USUAL, interrupts }
+        Image { package: "ridgetone-firmware", name, binary: FIRMWARE, profile: USUAL, interrupts }
     }
 
     /// Its chip's name at probe-rs; the emulated one has none.
@@ -131,7 +136,8 @@ pub fn build_and_tell(board: Option<Board>) -> Result<()> {
 /// warnings are denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for Image { package, name, binary, profile, .. } in Board::ALL.map(Board::image).into_iter().chain([BENCH, RIVALS])
+    for Image { package, name, binary, profile, .. } in
+        Board::ALL.map(Board::image).into_iter().chain([BENCH, BASELINES])
     {
         tell(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;

@@ -27,17 +27,17 @@ const COUNTED: &str = "indices are counted by loops within a shape's bounds, nev
 
 /// Panics that an image of the firmware may have. A place more than that is an error: write it without, or say here why not.
 const ALLOWED: [Allowed; 16] = [
-    allowed("hot/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
-    allowed("hot/src/levels.rs", 2, "a taxel's number; a division by frames per mean, at least 4"),
-    allowed("hot/src/moments.rs", 1, COUNTED),
-    allowed("hot/src/normal.rs", 2, COUNTED),
-    allowed("hot/src/nuisance.rs", 3, COUNTED),
-    allowed("hot/src/residuals.rs", 1, COUNTED),
-    allowed("hot/src/solve.rs", 15, COUNTED),
-    allowed("hot/src/spectrum.rs", 5, COUNTED),
-    allowed("hot/src/stretch.rs", 2, "a part of a block, counted up to its size"),
-    allowed("hot/src/waves.rs", 11, COUNTED),
-    allowed("cobs/src/dec.rs", 2, "bounds that are compared before; host/src/orders/noise.rs sends noise"),
+    allowed("finger/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
+    allowed("tone/src/levels.rs", 2, "a taxel's number; a division by frames per mean, at least 4"),
+    allowed("tone/src/moments.rs", 1, COUNTED),
+    allowed("tone/src/normal.rs", 2, COUNTED),
+    allowed("tone/src/nuisance.rs", 3, COUNTED),
+    allowed("tone/src/residuals.rs", 1, COUNTED),
+    allowed("tone/src/solve.rs", 15, COUNTED),
+    allowed("tone/src/spectrum.rs", 5, COUNTED),
+    allowed("tone/src/frame_span.rs", 2, "a part of a block, counted up to its size"),
+    allowed("tone/src/waves.rs", 11, COUNTED),
+    allowed("cobs/src/dec.rs", 2, "bounds that are compared before; host/src/requests/noise.rs sends noise"),
     allowed("postcard/src/varint.rs", 4, "a byte of a number, counted up to the most that it has"),
     allowed("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
     allowed("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
@@ -167,11 +167,11 @@ mod tests {
 
     #[test]
     fn a_panic_that_was_not_known_is_refused_with_its_place() {
-        let known = [("hot/src/normal.rs", 50, 27), ("hot/src/normal.rs", 86, 35)];
+        let known = [("tone/src/normal.rs", 50, 27), ("tone/src/normal.rs", 86, 35)];
         assert_eq!(check(&image(&known)).expect("known"), 2);
-        let one_more = [known[0], known[1], ("hot/src/normal.rs", 90, 1)];
+        let one_more = [known[0], known[1], ("tone/src/normal.rs", 90, 1)];
         let said = check(&image(&one_more)).expect_err("one more").to_string();
-        assert!(said.contains("3 places in hot/src/normal.rs, 2 known") && said.contains("normal.rs:90:1"), "{said}");
+        assert!(said.contains("3 places in tone/src/normal.rs, 2 known") && said.contains("normal.rs:90:1"), "{said}");
         let other = check(&image(&[("src/search.rs", 153, 11)])).expect_err("not known").to_string();
         assert!(other.contains("src/search.rs:153:11"), "{other}");
     }

@@ -1,7 +1,7 @@
 //! Options that turn phases into a spatial period.
 
 use clap::{Args, ValueEnum};
-use ridgetone::settings::Array;
+use ridgetone_proto::settings::Array;
 
 /// Which ways are possible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

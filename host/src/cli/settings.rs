@@ -4,7 +4,7 @@ use super::{ArrayOptions, Senseless};
 use crate::settings_form;
 use anyhow::Result;
 use clap::Args;
-use ridgetone::settings::{Settings, SlideRule};
+use ridgetone_proto::settings::{Settings, SlideRule};
 use std::path::PathBuf;
 
 /// Settings of the library.

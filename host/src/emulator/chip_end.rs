@@ -3,7 +3,7 @@
 use crate::input::Opened;
 use ads1258::Conversion;
 use hal_mock::Ads1258;
-use ridgetone::bridge::{Mishap, NEVER, Operation, Reply, Request};
+use hal_mock::bridge::{Mishap, NEVER, Operation, Reply, Request};
 use ridgetone::frame::TimedConversion;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).

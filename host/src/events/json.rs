@@ -5,10 +5,10 @@ use crate::names::{
 };
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
-use ridgetone::boot::Record;
-use ridgetone::command::Outcome;
-use ridgetone::fault::{Doubts, FaultKind};
-use ridgetone::telemetry::{Channel, Event, Packet, Pressed, Travel};
+use ridgetone_proto::boot::Record;
+use ridgetone_proto::command::Outcome;
+use ridgetone_proto::fault::{Doubts, FaultKind};
+use ridgetone_proto::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -295,7 +295,9 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone::telemetry::{Abscissa, Contact, Direction, Estimate, Hold, Image, Slide, Span, Status, Verdict};
+    use ridgetone_proto::telemetry::{
+        Abscissa, Contact, Direction, Estimate, Hold, Image, Slide, Span, Status, Verdict,
+    };
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {

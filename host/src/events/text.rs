@@ -4,11 +4,11 @@ use crate::fit_report::with_sigma;
 use crate::names::{cause_name, death_name, direction_name, fault_name, source_name, status_name, verdict_name};
 use crate::static_image;
 use crate::tone::period_f32;
-use ridgetone::boot::{ResetCause, SettingsSource};
-use ridgetone::command::{Outcome, Reply};
-use ridgetone::fault::{Fault, FaultKind};
-use ridgetone::settings::SlideRule;
-use ridgetone::telemetry::{
+use ridgetone_proto::boot::{ResetCause, SettingsSource};
+use ridgetone_proto::command::{Outcome, Reply};
+use ridgetone_proto::fault::{Fault, FaultKind};
+use ridgetone_proto::settings::SlideRule;
+use ridgetone_proto::telemetry::{
     Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, Verdict,
 };
 

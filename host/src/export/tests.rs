@@ -1,10 +1,11 @@
 //! Exports, read back by readers that are not ours.
 
 use super::*;
-use crate::{input::Input, recording, replay};
+use crate::input::Input;
+use crate::{recording, replay};
 use hal_mock::Table;
-use ridgetone::settings::{Settings, TAXELS};
-use ridgetone::telemetry::{Event, Raw, WIRE_MAX, encode};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
 
 /// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a taxel.

@@ -1,11 +1,11 @@
 //! Orders beside the packets: sent while a feed is read, and raw frames asked for again and again.
 
 use super::{Feed, Source};
-use crate::orders::{Line, Orders};
+use crate::requests::{Line, Orders};
 use anyhow::Result;
-use ridgetone::command::{Command, Outcome};
-use ridgetone::settings::FRAME_RATE_HZ;
-use ridgetone::telemetry::{Event, Packet};
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::settings::FRAME_RATE_HZ;
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// How often raw frames are asked for.

@@ -1,7 +1,8 @@
 //! The emulated board as a source: the firmware image in QEMU, at the speed of a real one.
 
 use super::{Said, Source};
-use crate::emulator::{self, Options};
+use crate::emulator;
+use crate::emulator::Options;
 use crate::input::Opened;
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::PathBuf;

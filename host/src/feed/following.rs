@@ -5,8 +5,8 @@ use super::{Asking, Feed, Happening};
 use crate::events;
 use crate::live::{Line, Live};
 use anyhow::Result;
-use ridgetone::command::{Command, Outcome};
-use ridgetone::settings::Settings;
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::settings::Settings;
 use std::time::Duration;
 
 /// Raw frames: what strips are drawn from.

@@ -1,7 +1,7 @@
 //! A recording at the speed at which it was made.
 
 use crate::live::time_s;
-use ridgetone::telemetry::Packet;
+use ridgetone_proto::telemetry::Packet;
 use std::time::{Duration, Instant};
 
 /// Longest pause between two packets, seconds: a board that is there says something every second.

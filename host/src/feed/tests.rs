@@ -1,11 +1,11 @@
 //! Feeds from sources made for a test: a board that obeys, on the library's own receiver, and one that says nothing.
 
 use super::*;
-use crate::orders::power_cuts::CutFlash;
-use crate::orders::receiver::Receiver;
-use ridgetone::command::{Command, Outcome};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
+use crate::requests::power_cuts::CutFlash;
+use crate::requests::receiver::Receiver;
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
 
 /// A board that answers orders as the firmware does, and says nothing else.
 struct Obedient {

@@ -3,23 +3,23 @@
 
 use super::{Frame, Live, Strips};
 use ads1258::reading;
-use ridgetone::descent::CYCLES_FOR_SLOPE;
 use ridgetone::frame::CONVERSION_NS;
-use ridgetone::levels::levels;
-use ridgetone::nuisance::{Curve, Nuisances};
-use ridgetone::settings::TAXELS;
-use ridgetone::sine_fit::FRAMES_MIN;
-use ridgetone::spectrum::{POINTS_MAX, strongest, transform_size};
-use ridgetone::stretch::Stretch;
-use ridgetone::telemetry::{Abscissa, Estimate};
-use ridgetone::window::{Table, Values};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::{Abscissa, Estimate};
+use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::levels::levels;
+use ridgetone_tone::nuisance::{Curve, Nuisances};
+use ridgetone_tone::sine_fit::FRAMES_MIN;
+use ridgetone_tone::source::{Table, Values};
+use ridgetone_tone::spectrum::{POINTS_MAX, strongest, transform_size};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Power of a bin in which there is nothing at all, decibels: below what 24 bits and 16 channels can show.
 const LEAST_DB: f32 = -120.0;
 
-/// The periodogram over all channels that the board's search starts from ([`ridgetone::spectrum`]).
+/// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::spectrum`]).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
@@ -143,7 +143,7 @@ fn latest(live: &Live) -> Vec<Frame> {
 }
 
 fn nominal_hz(live: &Live) -> f32 {
-    live.hello().map_or(ridgetone::settings::FRAME_RATE_HZ, |hello| hello.frame_rate_hz)
+    live.hello().map_or(ridgetone_proto::settings::FRAME_RATE_HZ, |hello| hello.frame_rate_hz)
 }
 
 /// Frames as the library takes them: codes less each taxel's first one, and which of them count.

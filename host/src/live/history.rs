@@ -2,7 +2,7 @@
 
 use crate::names::{direction_name, span_name, status_name, verdict_name};
 use crate::tone::abscissa_name;
-use ridgetone::telemetry::Estimate;
+use ridgetone_proto::telemetry::Estimate;
 use serde::Serialize;
 use std::collections::VecDeque;
 

@@ -1,8 +1,8 @@
 //! The channels as they were read, for strips: the latest raw frames.
 
 use ads1258::reading;
-use ridgetone::settings::TAXELS;
-use ridgetone::telemetry::Raw;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::Raw;
 use serde::{Serialize, Serializer};
 use std::collections::VecDeque;
 

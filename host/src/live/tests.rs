@@ -3,8 +3,8 @@
 use super::*;
 use crate::input::Input;
 use crate::replay;
-use ridgetone::boot::{Boot, SettingsSource};
-use ridgetone::telemetry::{PROTOCOL, Raw, Status};
+use ridgetone_proto::boot::{Boot, SettingsSource};
+use ridgetone_proto::telemetry::{PROTOCOL, Raw, Status};
 
 fn packets() -> Vec<Packet> {
     let mut packets = Vec::new();
@@ -52,7 +52,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
 fn it_can_be_serialised_with_the_names_that_json_lines_have() {
     let mut live = Live::new("a scene");
     packets().iter().for_each(|packet| live.take(packet));
-    let mut codes = [0; ridgetone::settings::TAXELS];
+    let mut codes = [0; ridgetone_proto::settings::TAXELS];
     codes[1] = 7_864_320;
     let raw = Raw { t_us: 5_000_000, number: 1200, present: 0b1011, good: 0b0111, codes };
     live.take(&Packet { sequence: 99, event: Event::Raw(raw) });

@@ -7,7 +7,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
-use ridgetone::telemetry::Hold;
+use ridgetone_proto::telemetry::Hold;
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {

@@ -11,10 +11,10 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
-use ridgetone::fault::{Fault, FaultKind};
 use ridgetone::pipeline::Pipeline;
-use ridgetone::settings::{Settings, TAXELS};
-use ridgetone::telemetry::{Event, Packet, Raw};
+use ridgetone_proto::fault::{Fault, FaultKind};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Packet, Raw};
 
 /// The default scene, folded: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
 fn touched() -> Live {

@@ -9,7 +9,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
-use ridgetone::telemetry::{Abscissa, Estimate, Status, Travel, Verdict};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Status, Travel, Verdict};
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {

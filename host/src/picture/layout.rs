@@ -1,7 +1,7 @@
 //! Where things are in the picture, in pixels.
 
 use crate::svg::{Anchor, Svg};
-use ridgetone::settings::TAXELS;
+use ridgetone_proto::settings::TAXELS;
 
 /// Height of a strip.
 pub const STRIP: f64 = 46.0;

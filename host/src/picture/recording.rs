@@ -1,8 +1,8 @@
 //! What a run leaves for the picture: sixteen channels over time, and what was found in them.
 
 use ridgetone::frame::TimedConversion;
-use ridgetone::settings::{Settings, TAXELS};
-use ridgetone::telemetry::{Estimate, Event, Packet, Span};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
 
 /// Channel id of AIN0, the first taxel (SBAS297G, channel ids).
 const FIRST_CHID: u8 = 0x08;

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::feed::{Feed, Happening};
-use ridgetone::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use std::cell::RefCell;
 use std::fs::File;

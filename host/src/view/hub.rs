@@ -9,7 +9,7 @@ use crate::live::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::live::{Frame, Live, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
-use ridgetone::telemetry::Event;
+use ridgetone_proto::telemetry::Event;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -5,11 +5,11 @@ mod memory;
 
 use hal_mock::{Options, Sliding, SlidingScene};
 use memory::resident_bytes;
-use ridgetone::settings::{FRAME_RATE_HZ, SCAN};
-use ridgetone::telemetry::{Event, Health, Packet, Span, Status};
 use ridgetone_host::emulator;
 use ridgetone_host::input::{Again, Opened};
 use ridgetone_host::output::Progress;
+use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN};
+use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 use std::time::Instant;
 
 /// A touch every so many seconds: longer than one lasts.

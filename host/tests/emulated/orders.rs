@@ -2,14 +2,15 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone::boot::{ResetCause, SettingsSource};
-use ridgetone::command::{Command, Outcome, Part};
-use ridgetone::profile::{After, Knot};
-use ridgetone::settings::Settings;
-use ridgetone::telemetry::{Abscissa, Event, Packet, Span};
-use ridgetone_host::emulator::{self, Options};
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::Options;
 use ridgetone_host::input::Input;
-use ridgetone_host::orders::{Orders, TRIES};
+use ridgetone_host::requests::{Orders, TRIES};
+use ridgetone_proto::boot::{ResetCause, SettingsSource};
+use ridgetone_proto::command::{Command, Outcome, Part};
+use ridgetone_proto::profile::{After, Knot};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Abscissa, Event, Packet, Span};
 use std::time::Duration;
 
 /// What came of a run: packets, and with which of them each order was answered.
@@ -168,7 +169,7 @@ fn with_a_speed_profile_estimates_come_by_place() {
         .collect();
     assert!(estimates.len() > 4);
     // The grating's period is 3.6 mm.
-    let off = |fit: &&ridgetone::telemetry::Estimate| (fit.frequency * 3.6 - 1.0).abs();
+    let off = |fit: &&ridgetone_proto::telemetry::Estimate| (fit.frequency * 3.6 - 1.0).abs();
     assert!(estimates.iter().all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005), "{estimates:?}");
 }
 

@@ -119,10 +119,10 @@ fn a_restarted_command_is_found_again_and_what_is_missing_is_said() {
     let folder = common::directory();
     let only: Vec<_> = packets(3.2)
         .into_iter()
-        .filter(|packet| !matches!(packet.event, ridgetone::telemetry::Event::Raw(_)))
+        .filter(|packet| !matches!(packet.event, ridgetone_proto::telemetry::Event::Raw(_)))
         .collect();
     let numbered: Vec<_> =
-        (0..).zip(only).map(|(sequence, packet)| ridgetone::telemetry::Packet { sequence, ..packet }).collect();
+        (0..).zip(only).map(|(sequence, packet)| ridgetone_proto::telemetry::Packet { sequence, ..packet }).collect();
     let path = recorded(folder.path(), &numbered);
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);

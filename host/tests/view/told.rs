@@ -1,12 +1,12 @@
 //! What pages are told, and what is made of raw frames for them.
 
 use super::{packets, recorded};
-use ridgetone::telemetry::Event;
 use ridgetone_host::feed::{Feed, Following, Happening, Source};
 use ridgetone_host::live::analysis::{curves, spectrum};
 use ridgetone_host::live::{Live, Strips};
 use ridgetone_host::recording::Recorded;
 use ridgetone_host::view::hub::Hub;
+use ridgetone_proto::telemetry::Event;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::time::Duration;

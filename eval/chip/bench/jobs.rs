@@ -1,0 +1,160 @@
+//! The jobs, one after the other.
+
+use crate::files::Files;
+use crate::intake;
+use crate::machine::{Counter, stack};
+use heapless::Vec;
+use ridgetone::faults::diagnostics::Tally;
+use ridgetone::frame::{SLOTS, TimedConversion};
+use ridgetone::pipeline::Detector;
+use ridgetone::ring::Ring;
+use ridgetone::window::Window;
+use ridgetone_eval::workload::{
+    CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
+};
+use ridgetone_proto::settings::{RING_FRAMES, Settings};
+use ridgetone_proto::telemetry::{Event, News, Packet, WIRE_MAX};
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::moments::HARMONICS_MAX;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+
+/// Most events of one scan: a slide's end with its windows, health and greeting.
+const EVENTS_MAX: usize = 4;
+
+/// Does all jobs and leaves the emulator.
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static mut RING: Ring = Ring::new();
+    static mut FITTER: Fitter = Fitter::new(1);
+    static mut DETECTOR: Detector = Detector::new(Settings::DEFAULT);
+
+    Files::run(|files| Bench { files, counter: Counter::start(), ring: RING }.all(FITTER, DETECTOR))
+}
+
+/// Apart: what it is copied from is off the stack when a fit is measured.
+#[inline(never)]
+fn anew(detector: &mut Detector) {
+    *detector = Detector::new(Settings::DEFAULT);
+}
+
+struct Bench<'a> {
+    files: &'a Files,
+    counter: Counter,
+    ring: &'static mut Ring,
+}
+
+impl Bench<'_> {
+    fn all(&mut self, fitter: &mut Fitter, detector: &mut Detector) -> Option<()> {
+        loop {
+            match Job::decode(&self.files.read::<JOB_BYTES>()?)? {
+                Job::End => return Some(()),
+                Job::Fit { harmonics, frames } => {
+                    renew(fitter, harmonics);
+                    self.fit(fitter, frames)?;
+                }
+                Job::Detect { conversions } => {
+                    anew(detector);
+                    self.detect(detector, conversions)?;
+                }
+                Job::Encode => self.encode(&longest_packet())?,
+                Job::Intake => {
+                    let instructions = intake::measure(&self.counter)?;
+                    self.files.tell(Measured::Intake { instructions })?;
+                }
+                // The baselines have an image of their own.
+                Job::Baseline { .. } => return None,
+            }
+        }
+    }
+
+    fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
+        if frames as usize > RING_FRAMES {
+            return None;
+        }
+        self.ring.restart(0);
+        for _ in 0..frames {
+            let (values, valid) = self.files.frame()?;
+            self.ring.push(&values, valid, 0);
+        }
+        let from = stack::paint();
+        let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
+        let stack_bytes = stack::deepest(from);
+        self.files.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
+    }
+
+    fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
+        let mut sequence = 0;
+        for _ in 0..conversions / SLOTS {
+            let mut scan = Vec::<TimedConversion, { SLOTS as usize }>::new();
+            for _ in 0..SLOTS {
+                scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
+            }
+            let mut events = Vec::<News<'static>, EVENTS_MAX>::new();
+            let mut imaged = false;
+            let mut windows = 0;
+            let mut emit = |news: News| {
+                // What comes by reference is taken when its time is measured.
+                match kept(news) {
+                    Some(news) => drop(events.push(news)),
+                    None => imaged = true,
+                }
+            };
+            let mut due = |_| windows += 1;
+            let (instructions, ()) = self.counter.measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
+            let image = imaged.then(|| Event::Image(detector.image().clone()));
+            for event in events.into_iter().map(Event::from).chain(image) {
+                self.encode(&Packet { sequence, event })?;
+                sequence = sequence.wrapping_add(1);
+            }
+            self.files.tell(Measured::Frame { instructions, windows })?;
+        }
+        Some(())
+    }
+
+    fn encode(&mut self, packet: &Packet) -> Option<()> {
+        let mut wire = [0; WIRE_MAX];
+        let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
+        self.files.tell(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
+    }
+}
+
+/// News without a reference; none of an image.
+fn kept(news: News) -> Option<News<'static>> {
+    match news {
+        News::Hello(hello) => Some(News::Hello(hello)),
+        News::Contact(contact) => Some(News::Contact(contact)),
+        News::Slide(slide) => Some(News::Slide(slide)),
+        News::Release(release) => Some(News::Release(release)),
+        News::Health(health) => Some(News::Health(health)),
+        News::Fault(fault) => Some(News::Fault(fault)),
+        News::Raw(raw) => Some(News::Raw(raw)),
+        News::Image(_) => None,
+    }
+}
+
+/// Sets the fitter to another number of harmonics. Apart, so that what it takes of the stack is given back.
+#[inline(never)]
+fn renew(fitter: &mut Fitter, harmonics: u8) {
+    *fitter = Fitter::new(harmonics.min(HARMONICS_MAX as u8));
+}
+
+/// What is measured, with nothing of the rest inlined into it.
+#[inline(never)]
+fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
+    fitter.fit(&mut Stretch::new(&mut &*ring, 0, frames))
+}
+
+/// As [`fit`].
+#[inline(never)]
+fn detect(
+    detector: &mut Detector,
+    scan: &[TimedConversion],
+    ring: &mut Ring,
+    emit: &mut dyn FnMut(News),
+    due: &mut dyn FnMut(Window),
+) {
+    static TALLY: Tally = Tally::new();
+    for conversion in scan {
+        detector.push(*conversion, ring, &TALLY, emit, due);
+    }
+}

@@ -1,0 +1,104 @@
+//! The benchmark's image in the emulator: jobs in, measurements out.
+
+use crate::workload::{Job, Measured, encode_conversion, encode_frame};
+use anyhow::{Context, Result, bail, ensure};
+use ridgetone::frame::TimedConversion;
+use ridgetone_host::emulator::process::QEMU;
+use ridgetone_tone::source::Values;
+use std::fs;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// After this time the emulator hangs. The whole benchmark takes it seconds.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Between two looks at whether it has ended.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A file of jobs in the making.
+#[derive(Clone, Debug, Default)]
+pub struct Jobs(Vec<u8>);
+
+impl Jobs {
+    /// A job whose items, if it has any, are already counted in it and are added by the caller.
+    pub fn add(&mut self, job: Job) {
+        self.0.extend(job.encode());
+    }
+
+    /// A fit of frames that all have valid values of the same taxels, bit k for taxel k.
+    pub fn add_fit(&mut self, harmonics: u8, values: &[Values], valid: u16) {
+        self.add(Job::Fit { harmonics, frames: values.len() as u32 });
+        self.add_frames(values, valid);
+    }
+
+    /// An estimate by the baseline of that number from the first so many channels.
+    pub fn add_baseline(&mut self, method: u8, channels: u8, values: &[Values]) {
+        self.add(Job::Baseline { method, channels, frames: values.len() as u32 });
+        self.add_frames(values, u16::MAX);
+    }
+
+    fn add_frames(&mut self, values: &[Values], valid: u16) {
+        for frame in values {
+            self.0.extend(encode_frame(frame, valid));
+        }
+    }
+
+    /// A detection.
+    pub fn add_detection(&mut self, conversions: &[TimedConversion]) {
+        self.add(Job::Detect { conversions: conversions.len() as u32 });
+        for conversion in conversions {
+            self.0.extend(encode_conversion(conversion));
+        }
+    }
+
+    /// Has an image do all jobs, in a directory that is gone afterwards.
+    ///
+    /// # Errors
+    /// There is no emulator, the image fails (its last words are told) or takes for ever, or tells nonsense.
+    pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
+        let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
+        self.add(Job::End);
+        let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
+        fs::write(directory.path().join("workload"), &self.0).context("the workload")?;
+        let spawned = Command::new(QEMU)
+            // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
+            .args(["-machine", "netduinoplus2", "-icount", "shift=0"])
+            .args(["-display", "none", "-monitor", "none", "-serial", "null"])
+            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
+            .arg(elf)
+            .current_dir(directory.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn();
+        let mut child = match spawned {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                bail!("{QEMU} is not installed: `cargo xtask setup` installs it")
+            }
+            spawned => spawned.context(QEMU)?,
+        };
+        let began = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().context(QEMU)? {
+                break status;
+            }
+            if began.elapsed() > PATIENCE {
+                // Fails only if it has ended by itself meanwhile.
+                let _ = child.kill();
+                let _ = child.wait();
+                bail!("the benchmark still runs after {} s", PATIENCE.as_secs());
+            }
+            std::thread::sleep(LOOK);
+        };
+        let mut words = String::new();
+        if let Some(mut stderr) = child.stderr.take() {
+            stderr.read_to_string(&mut words).context(QEMU)?;
+        }
+        ensure!(status.success(), "the benchmark ended with {status}: {}", words.trim());
+        let results = fs::read_to_string(directory.path().join("results")).context("the benchmark's results")?;
+        let parse = |line| Measured::parse(line).with_context(|| format!("the benchmark said `{line}`"));
+        results.lines().map(parse).collect()
+    }
+}

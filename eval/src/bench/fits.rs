@@ -1,0 +1,162 @@
+//! What a fit costs, by window, channels and harmonics.
+
+use super::Jobs;
+use crate::setting::{Length, Setting};
+use crate::simulated::Simulated;
+use crate::workload::{Measured, Outcome};
+use anyhow::{Result, bail, ensure};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::Fitter;
+use ridgetone_tone::source::Table;
+use ridgetone_tone::status::Status;
+use serde::Serialize;
+
+/// Lengths of windows, seconds: from the shortest of the issue's bars to the longest that can be set.
+pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
+/// Numbers of channels.
+pub const CHANNELS: [u8; 4] = [1, 2, 4, 16];
+/// Harmonics of a scene, and most of a fit, the fundamental included.
+pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
+/// Noise, decibels below the tone.
+pub const SNR_DB: f64 = 20.0;
+
+/// Whether a fit of up to `harmonics` harmonics is measured in a scene of `carried`: as many as there are, with any
+/// number of channels; what fewer do to a scene like a grating's, and what the default does to a pure tone, with all.
+pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
+    let [fewest, .., most] = HARMONICS;
+    let all = usize::from(channels) == TAXELS;
+    carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
+}
+
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit that costs are told in (DESIGN.md,
+/// measured on the same emulator).
+pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
+
+/// What fits of one kind cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Length of the window, seconds.
+    pub window_s: f64,
+    /// Frames in it.
+    pub frames: usize,
+    /// Channels with valid values.
+    pub channels: u8,
+    /// Most harmonics, the fundamental included.
+    pub harmonics: u8,
+    /// Harmonics that the scene carries.
+    pub carried: u8,
+    /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
+    pub windows: u32,
+    /// Those in which the tone was found.
+    pub good: u32,
+    /// Instructions, mean.
+    pub instructions_mean: f64,
+    /// Instructions of the costliest window.
+    pub instructions_worst: u32,
+    /// The same in passes over 16 x 240 samples.
+    pub passes_worst: f64,
+    /// Most stack in use, bytes.
+    pub stack_bytes: u32,
+}
+
+/// One kind of fit, before it is measured.
+struct Kind {
+    window_s: f64,
+    channels: u8,
+    harmonics: u8,
+    carried: u8,
+    windows: Vec<Simulated>,
+}
+
+impl Kind {
+    /// Bit k: taxel k has valid values.
+    fn mask(&self) -> u16 {
+        u16::MAX >> (u16::BITS - u32::from(self.channels))
+    }
+}
+
+/// All fits.
+pub struct Fits(Vec<Kind>);
+
+impl Fits {
+    /// Makes the windows.
+    pub fn new() -> Result<Self> {
+        let mut kinds = Vec::new();
+        for window_s in WINDOWS_S {
+            for channels in CHANNELS {
+                for harmonics in HARMONICS {
+                    for carried in HARMONICS.into_iter().filter(|carried| is_measured(*carried, harmonics, channels)) {
+                        let windows = windows(window_s, carried)?;
+                        kinds.push(Kind { window_s, channels, harmonics, carried, windows });
+                    }
+                }
+            }
+        }
+        Ok(Self(kinds))
+    }
+
+    /// Writes the jobs.
+    pub fn write(&self, jobs: &mut Jobs) {
+        for kind in &self.0 {
+            for window in &kind.windows {
+                jobs.add_fit(kind.harmonics, &window.values, kind.mask());
+            }
+        }
+    }
+
+    /// Reads what came of them.
+    ///
+    /// # Errors
+    /// The chip found something else than this PC.
+    pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
+        self.0.iter().map(|kind| kind.read(measured)).collect()
+    }
+}
+
+impl Kind {
+    fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
+        let Self { window_s, channels, harmonics, carried, ref windows } = *self;
+        let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
+        let mut fitter = Box::new(Fitter::new(harmonics));
+        for window in windows {
+            let next = measured.next();
+            let Some(Measured::Fit { instructions, stack_bytes, outcome }) = next else {
+                bail!("the benchmark told of {next:?} where a fit was due");
+            };
+            let valid = vec![self.mask(); window.values.len()];
+            let mut table = Table { values: &window.values, valid: &valid };
+            let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
+            let here = Outcome::new(fit.as_ref());
+            ensure!(
+                outcome == here,
+                "a window of {window_s} s, {} Hz, {channels} channels, {harmonics} harmonics: \
+                 {outcome:?} on the chip, {here:?} here",
+                window.frequency_hz
+            );
+            sum += f64::from(instructions);
+            worst = worst.max(instructions);
+            stack = stack.max(stack_bytes);
+            good += u32::from(fit.is_some_and(|fit| fit.status == Status::Good));
+        }
+        Ok(Cell {
+            window_s,
+            frames: windows.first().map_or(0, |window| window.values.len()),
+            channels,
+            harmonics,
+            carried,
+            windows: windows.len() as u32,
+            good,
+            instructions_mean: sum / windows.len() as f64,
+            instructions_worst: worst,
+            passes_worst: f64::from(worst) / PASS_INSTRUCTIONS,
+            stack_bytes: stack,
+        })
+    }
+}
+
+/// One window for each line of Table 2 that has a cycle in it.
+pub(super) fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
+    let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
+    settings.zip(1..).map(|(setting, seed)| setting.window(seed)).collect()
+}

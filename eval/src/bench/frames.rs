@@ -1,0 +1,113 @@
+//! What frame assembly, contact and window cost, frame by frame through a touch.
+
+use super::{Jobs, message};
+use crate::workload::{Measured, Wire};
+use anyhow::{Context, Result, bail, ensure};
+use hal_mock::Truth;
+use ridgetone::faults::diagnostics::Tally;
+use ridgetone::frame::{SLOTS, TimedConversion};
+use ridgetone::pipeline::Detector;
+use ridgetone::ring::Ring;
+use ridgetone_host::input::{Input, frame_rate_hz};
+use ridgetone_host::replay;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, News, Packet, WIRE_MAX};
+use serde::Serialize;
+
+/// What the frames of one phase cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Phase {
+    /// `idle`, `hold`, `slide`, or `all` of the touch with what is between them.
+    pub name: &'static str,
+    /// Frames in it.
+    pub frames: u32,
+    /// Instructions a frame (21 conversions), mean.
+    pub instructions_mean: f64,
+    /// Instructions of the costliest frame.
+    pub instructions_worst: u32,
+}
+
+/// The touch: the default scene.
+pub struct Frames {
+    truth: Truth,
+    conversions: Vec<TimedConversion>,
+}
+
+impl Frames {
+    /// Makes it.
+    pub fn new() -> Result<Self> {
+        let input = Input::default().open()?;
+        let truth = input.truth.context("a scene has a truth")?;
+        let mut conversions = Vec::new();
+        replay::conversions(input, &mut |conversion| {
+            conversions.push(conversion);
+            Ok(())
+        })?;
+        // Whole scans only; the first begins with the first slot.
+        conversions.truncate(conversions.len() - conversions.len() % SLOTS as usize);
+        Ok(Self { truth, conversions })
+    }
+
+    /// Writes the job.
+    pub fn write(&self, jobs: &mut Jobs) {
+        jobs.add_detection(&self.conversions);
+    }
+
+    /// Reads what came of it.
+    ///
+    /// # Errors
+    /// The chip's detector said something else than this PC's.
+    pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
+        let mut frames = Vec::new();
+        let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));
+        let (mut sequence, tally) = (0u16, Tally::new());
+        for scan in self.conversions.chunks(SLOTS as usize) {
+            let (mut events, mut due) = (Vec::new(), 0);
+            for conversion in scan {
+                let mut emit = |news: News| events.push(Event::from(news));
+                detector.push(*conversion, &mut ring, &tally, &mut emit, &mut |_| due += 1);
+            }
+            for event in events {
+                let (_, wire) = message(measured)?;
+                let mut bytes = [0; WIRE_MAX];
+                let packet = Packet { sequence, event };
+                let used = Wire::write(&packet, &mut bytes);
+                ensure!(wire == Wire::new(&bytes[..used]), "the chip did not send {packet:?}");
+                sequence = sequence.wrapping_add(1);
+            }
+            let next = measured.next();
+            let Some(Measured::Frame { instructions, windows }) = next else {
+                bail!("the benchmark told of {next:?} where a frame was due");
+            };
+            let number = frames.len();
+            ensure!(windows == due, "frame {number}: {windows} windows are due on the chip, {due} here");
+            frames.push(instructions);
+        }
+        let Truth { contact_s, slide_start_s, slide_end_s, .. } = self.truth;
+        // Well within each phase: past what is learned or settles at its start.
+        [
+            ("idle", 0.2, contact_s - 0.05),
+            ("hold", contact_s + 0.4, slide_start_s - 0.05),
+            ("slide", slide_start_s + 0.3, slide_end_s - 0.05),
+            ("all", 0.0, f64::INFINITY),
+        ]
+        .into_iter()
+        .map(|(name, from_s, to_s)| phase(name, from_s, to_s, &frames))
+        .collect()
+    }
+}
+
+/// Sums up the frames of a stretch of time.
+fn phase(name: &'static str, from_s: f64, to_s: f64, frames: &[u32]) -> Result<Phase> {
+    let within = |number: usize| (from_s..to_s).contains(&(number as f64 / frame_rate_hz()));
+    let costs: Vec<u32> =
+        frames.iter().enumerate().filter(|(number, _)| within(*number)).map(|(_, cost)| *cost).collect();
+    let sum: f64 = costs.iter().map(|cost| f64::from(*cost)).sum();
+    let worst = costs.iter().max().with_context(|| format!("no frame is {name}"))?;
+    Ok(Phase {
+        name,
+        frames: costs.len() as u32,
+        instructions_mean: sum / costs.len() as f64,
+        instructions_worst: *worst,
+    })
+}

@@ -1,0 +1,220 @@
+//! The bound: how well any unbiased estimator can know the common frequency of a window.
+//!
+//! It is the exact Cramer-Rao bound for white Gaussian noise, with everything but the frequency unknown in each
+//! channel: offset, slope if wanted, cosine and sine amplitude of every harmonic. Channels share nothing but the
+//! frequency, so what each of them tells about it adds up: the squared length of the model's derivative by the
+//! frequency, less what the other unknowns could explain of it (its projection on their columns), over the variance of
+//! the noise. That variance may be unknown as well: it has no information in common with the model's parameters, so
+//! the bound stays the same.
+//!
+//! The same derivative, weighted by the noise it meets in a window, is the error that an estimator on the bound makes
+//! there to first order ([`Clue::score`]): what tells the luck of a window from the fault of an estimator.
+//!
+//! Source: S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993), sections 3.7 to 3.9
+//! and example 3.14.
+
+use anyhow::{Result, ensure};
+use std::f64::consts::TAU;
+
+/// A column of which the others leave less than this share of its length is one of theirs.
+const DEPENDENT: f64 = 1e-9;
+
+/// One harmonic of a channel, in the channel's unit: cos x cos(2 pi h f t) + sin x sin(2 pi h f t), t = 0 at the
+/// window's centre, half way between its first and its last frame. As a complex amplitude A, of the real part of
+/// A exp(2 pi i h f t), it is cos = Re A and sin = -Im A.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Harmonic {
+    /// Factor of the cosine.
+    pub cos: f64,
+    /// Factor of the sine.
+    pub sin: f64,
+}
+
+impl Harmonic {
+    /// amplitude x cos(2 pi h f t + phase), phase in radians.
+    pub fn polar(amplitude: f64, phase_rad: f64) -> Self {
+        Self { cos: amplitude * phase_rad.cos(), sin: -amplitude * phase_rad.sin() }
+    }
+}
+
+/// What is true of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Standard deviation of the noise of one frame, in the channel's unit, > 0.
+    pub sigma: f64,
+    /// The fundamental first. One of zero amplitude says nothing of the frequency but is still unknown.
+    pub harmonics: Vec<Harmonic>,
+}
+
+/// A window and what is unknown in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window<'a> {
+    /// Frames from the first to the last, those that are missing included.
+    pub frames: usize,
+    /// Frames per second, > 0.
+    pub frame_rate_hz: f64,
+    /// Bit k of a frame's mask: channel k has a valid value there, as in [`ridgetone_tone::source::Table`]. None: all have.
+    pub valid: Option<&'a [u16]>,
+    /// Whether each channel has an unknown slope besides its unknown offset.
+    pub slope: bool,
+}
+
+/// Standard deviation in Hz that no unbiased estimate of the common frequency, truly `frequency_hz`, can fall below.
+/// Infinite where the window does not determine the frequency at all.
+///
+/// # Errors
+/// A rate, a frequency or a sigma that is not finite and greater than 0; an amplitude that is not finite; a mask of
+/// another length than the window, or with more channels than it has bits.
+pub fn sigma_hz(window: &Window, frequency_hz: f64, channels: &[Channel]) -> Result<f64> {
+    Ok(Clue::sum(&clues(window, frequency_hz, channels, &|_, _| 0.0)?).sigma_hz())
+}
+
+/// What a channel tells about the frequency.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clue {
+    /// Fisher information, one over hertz squared.
+    pub information: f64,
+    /// Derivative of the log-likelihood by the frequency at the truth, over the noise that a window has; one over
+    /// hertz.
+    pub score: f64,
+}
+
+impl Clue {
+    /// What several channels tell together.
+    pub fn sum(clues: &[Self]) -> Self {
+        let add = |sum: Self, clue: &Self| Self {
+            information: sum.information + clue.information,
+            score: sum.score + clue.score,
+        };
+        clues.iter().fold(Self::default(), add)
+    }
+
+    /// The bound, hertz; infinite where there is no information.
+    pub fn sigma_hz(&self) -> f64 {
+        1.0 / self.information.sqrt()
+    }
+
+    /// The error that an estimator on the bound makes in this very window, to first order, hertz.
+    pub fn error_hz(&self) -> f64 {
+        self.score / self.information
+    }
+}
+
+/// What each channel tells about a frequency that is truly `frequency_hz`. `value(channel, frame)` is what the window
+/// holds; offset, slope (where it is unknown) and waves may be in it, for they have nothing in common with what is left
+/// of the derivative.
+///
+/// # Errors
+/// Those of [`sigma_hz`].
+pub fn clues(
+    window: &Window,
+    frequency_hz: f64,
+    channels: &[Channel],
+    value: &dyn Fn(usize, usize) -> f64,
+) -> Result<Vec<Clue>> {
+    let positive = |value: f64| value.is_finite() && value > 0.0;
+    ensure!(positive(window.frame_rate_hz), "frame rate {} Hz: must be greater than 0", window.frame_rate_hz);
+    ensure!(positive(frequency_hz), "frequency {frequency_hz} Hz: must be greater than 0");
+    if let Some(valid) = window.valid {
+        ensure!(valid.len() == window.frames, "{} masks for {} frames", valid.len(), window.frames);
+        ensure!(channels.len() <= u16::BITS as usize, "{} channels, a mask has 16", channels.len());
+    }
+    let mut columns: Option<Columns> = None;
+    let mut clues = Vec::new();
+    for (number, channel) in channels.iter().enumerate() {
+        ensure!(positive(channel.sigma), "channel {number}: sigma {}: must be greater than 0", channel.sigma);
+        let finite = channel.harmonics.iter().all(|h| h.cos.is_finite() && h.sin.is_finite());
+        ensure!(finite, "channel {number}: an amplitude is not finite");
+        let is_valid = |frame: &usize| window.valid.is_none_or(|valid| valid[*frame] & 1 << number != 0);
+        let frames: Vec<usize> = (0..window.frames).filter(is_valid).collect();
+        let harmonics = channel.harmonics.len();
+        // Most channels share them with the one before.
+        let columns = match &mut columns {
+            Some(same) if same.frames == frames && same.waves.len() == harmonics => same,
+            other => other.insert(Columns::new(window, frequency_hz, frames, harmonics)),
+        };
+        clues.push(columns.clue(channel, &|frame| value(number, frame)));
+    }
+    Ok(clues)
+}
+
+/// The model's columns, which channels of the same frames and as many harmonics have in common.
+struct Columns {
+    frames: Vec<usize>,
+    /// Seconds from the window's centre.
+    times_s: Vec<f64>,
+    /// Cosine and sine of each harmonic.
+    waves: Vec<[Vec<f64>; 2]>,
+    /// What all unknowns but the frequency span.
+    nuisance: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn new(window: &Window, frequency_hz: f64, frames: Vec<usize>, harmonics: usize) -> Self {
+        let centre = 0.5 * (window.frames as f64 - 1.0);
+        let times_s: Vec<f64> = frames.iter().map(|frame| (*frame as f64 - centre) / window.frame_rate_hz).collect();
+        let wave = |h: usize| {
+            let both = times_s.iter().map(|t_s| (TAU * h as f64 * frequency_hz * t_s).sin_cos());
+            let (sin, cos) = both.unzip();
+            [cos, sin]
+        };
+        let waves: Vec<[Vec<f64>; 2]> = (1..=harmonics).map(wave).collect();
+        let mut nuisance = vec![vec![1.0; times_s.len()]];
+        if window.slope {
+            nuisance.push(times_s.clone());
+        }
+        nuisance.extend(waves.iter().flatten().cloned());
+        Self { frames, nuisance: orthonormal(nuisance), times_s, waves }
+    }
+
+    fn clue(&self, channel: &Channel, value: &dyn Fn(usize) -> f64) -> Clue {
+        let mut derivative = vec![0.0; self.times_s.len()];
+        for ((h, harmonic), [cos, sin]) in (1..).zip(&channel.harmonics).zip(&self.waves) {
+            let turn = TAU * f64::from(h);
+            for (((sum, t_s), cos), sin) in derivative.iter_mut().zip(&self.times_s).zip(cos).zip(sin) {
+                *sum += turn * t_s * (harmonic.sin * cos - harmonic.cos * sin);
+            }
+        }
+        let whole = length(&derivative);
+        remove(&mut derivative, &self.nuisance);
+        let rest = length(&derivative);
+        // What is left of rounding is no information.
+        if rest <= DEPENDENT * whole {
+            return Clue::default();
+        }
+        let met: f64 = derivative.iter().zip(&self.frames).map(|(part, frame)| part * value(*frame)).sum();
+        Clue { information: (rest / channel.sigma).powi(2), score: met / channel.sigma.powi(2) }
+    }
+}
+
+/// Columns of unit length at right angles to each other that span what `columns` span (Gram and Schmidt).
+fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for mut column in columns {
+        let whole = length(&column);
+        remove(&mut column, &basis);
+        let rest = length(&column);
+        if rest > DEPENDENT * whole {
+            column.iter_mut().for_each(|value| *value /= rest);
+            basis.push(column);
+        }
+    }
+    basis
+}
+
+/// Takes off `column` what it has in common with `basis`. Twice: once leaves rounding of the size of what was taken.
+fn remove(column: &mut [f64], basis: &[Vec<f64>]) {
+    for _ in 0..2 {
+        for unit in basis {
+            let common: f64 = unit.iter().zip(&*column).map(|(a, b)| a * b).sum();
+            column.iter_mut().zip(unit).for_each(|(value, unit)| *value -= common * unit);
+        }
+    }
+}
+
+fn length(column: &[f64]) -> f64 {
+    column.iter().map(|value| value * value).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,117 @@
+//! The commands: arguments in, output out.
+
+use anyhow::Result;
+use clap::{Args, Parser, Subcommand};
+use ridgetone_eval::bench::{self, BenchArgs, Report};
+use ridgetone_eval::faults::FaultsArgs;
+use ridgetone_eval::faults::campaign;
+use ridgetone_eval::reproduce::{Place, Reproduction};
+use ridgetone_eval::trade::{Effort, Trade};
+use ridgetone_host::cli::{FirmwareOptions, Senseless};
+use ridgetone_host::output;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What proves Ridgetone: what each choice costs and brings, the paper's experiment, injected faults.
+#[derive(Debug, Parser)]
+#[command(name = "ridgetone-eval", version, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Repeat the paper's experiment on the physical finger, figure for figure beside its own.
+    Reproduce(ReproduceArgs),
+    /// Count the instructions of the firmware's steps and measure their accuracy.
+    Bench(BenchArgs),
+    /// Inject faults into the chip, its bus and its lines, and report what became of them.
+    Faults(FaultsArgs),
+}
+
+/// `reproduce`
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Takes a minute or two, and some with --emulated. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
+
+Examples:
+  cargo xtask reproduce --out paper
+  cargo xtask reproduce --emulated --out paper
+  cargo xtask reproduce --render --out paper")]
+struct ReproduceArgs {
+    /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
+    #[arg(long)]
+    emulated: bool,
+    /// Which firmware.
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+    /// Runs of each of the ten combinations, 1 to 4 as in the paper.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=4))]
+    runs: u32,
+    /// Folder to write to.
+    #[arg(long, value_name = "FOLDER", default_value = "docs")]
+    out: PathBuf,
+    /// Measure nothing: write the documents anew from reproduction.json.
+    #[arg(long, conflicts_with_all = ["emulated", "runs"])]
+    render: bool,
+}
+
+/// What was counted on the chip, and the trade.
+#[derive(Serialize)]
+struct BenchJson<'a> {
+    #[serde(flatten)]
+    chip: Option<&'a Report>,
+    trade: Option<&'a Trade>,
+}
+
+fn run_bench(args: &BenchArgs) -> Result<()> {
+    if let Some(folder) = &args.render {
+        return Trade::render(folder);
+    }
+    let images = args.elf.as_ref().zip(args.baselines_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
+    let firmware = args.firmware.as_deref();
+    let chip =
+        images.map(|((elf, baselines), (flash, ram))| bench::run(elf, baselines, firmware, flash, ram)).transpose()?;
+    if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
+        output::line(chip.to_string().trim_end())?;
+    }
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let trade = (!args.chip).then(|| Trade::measure(effort, chip.as_ref())).transpose()?;
+    if let (Some(folder), Some(trade)) = (&args.write, &trade) {
+        trade.write(folder)?;
+    }
+    if args.json {
+        return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
+    }
+    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade.to_string().trim_end())))
+}
+
+fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    if args.render {
+        return Reproduction::render(&args.out);
+    }
+    if args.firmware.elf.is_some() && !args.emulated {
+        return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
+    }
+    let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
+    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
+    Reproduction::measure(args.runs, place)?.write(&args.out)?;
+    output::line(&format!("{}", args.out.join("reproduction.md").display()))
+}
+
+pub fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Reproduce(args) => run_reproduce(&args),
+        Command::Bench(args) => run_bench(&args),
+        Command::Faults(args) => campaign::faults(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ridgetone-eval: {error:#}");
+            ExitCode::from(if error.is::<Senseless>() { 2 } else { 1 })
+        }
+    }
+}

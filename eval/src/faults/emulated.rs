@@ -1,0 +1,52 @@
+//! The same runs on the firmware image, on the emulated chip.
+
+use super::campaign::opened;
+use super::judge::{Verdict, judge};
+use super::order::Order;
+use super::plan::Plan;
+use super::rooms::Ran;
+use ads1258::Register;
+use anyhow::Result;
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_proto::settings::SCAN;
+use ridgetone_proto::telemetry::Packet;
+
+/// Makes one run, with the settings of the image.
+///
+/// # Errors
+/// Those of the emulator: the firmware fails or falls silent.
+pub fn run(plan: &Plan, options: Options<'_>) -> Result<Verdict> {
+    let (input, truth) = opened(plan)?;
+    let mut packets = Vec::new();
+    let mut sink = |packet: &Packet| {
+        packets.push(packet.clone());
+        Ok(())
+    };
+    let options = Options { keep_conversions: true, ..options };
+    let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
+    Ok(judge(plan, &truth, &ran(packets, &outcome)?))
+}
+
+/// What a run of the image showed, as one on the PC shows it. Which reads the firmware believed is not known: what
+/// arrived right at least once counts as delivered.
+fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
+    let image = SCAN.registers()?;
+    let mut order = Order::default();
+    let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
+    // GPIOD shows the pins.
+    let writable = usize::from(Register::Gpiod.address());
+    Ok(Ran {
+        packets,
+        line: (outcome.missing, outcome.damaged),
+        chip: outcome.chip,
+        injected: outcome.injected.clone(),
+        delivered: outcome.arrived,
+        altered: 0,
+        // Runs are much shorter than the 71 minutes after which the board's counter wraps.
+        whole_ns: whole.map(|timed| u64::from(timed.t_us) * 1000).collect(),
+        zero_ns: outcome.first_edge_us * 1000,
+        end_ns: outcome.end_us * 1000,
+        registers_right: outcome.registers[..writable] == image[..writable],
+    })
+}

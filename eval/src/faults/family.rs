@@ -1,0 +1,187 @@
+//! Families of faults: how one is drawn, and by what the firmware is to notice it.
+
+use super::draw::Draw;
+use clap::ValueEnum;
+use hal_mock::Fault;
+use ridgetone_proto::fault::FaultKind;
+
+/// What is injected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum Family {
+    /// Nothing: what is told then is a false alarm.
+    None,
+    /// A register's bit changes by itself.
+    RegisterFlip,
+    /// The chip resets itself.
+    Reset,
+    /// The converter stands still.
+    Stall,
+    /// A bit from the chip falls over.
+    DoutFlip,
+    /// A bit of a read's command falls over.
+    DinFlip,
+    /// DOUT is stuck at ones or zeros.
+    DoutStuck,
+    /// The bus is cut: ones or zeros, and the chip hears nothing.
+    BusCut,
+    /// DRDY is stuck.
+    DrdyStuck,
+    /// Edges of DRDY without end.
+    Storm,
+    /// Edges of DRDY do not arrive.
+    EdgesLost,
+    /// An edge of DRDY too many.
+    EdgeRepeated,
+    /// The analogue supply is out of range.
+    Supply,
+    /// The reference is out of range.
+    Reference,
+    /// The chip's clock is off by 1 %.
+    Clock,
+    /// An input is held at a rail.
+    Input,
+    /// Some of all of these, one shortly after the other.
+    Mixed,
+}
+
+impl Family {
+    /// All, in the order of the table.
+    pub const ALL: [Self; 17] = [
+        Self::None,
+        Self::EdgesLost,
+        Self::EdgeRepeated,
+        Self::DrdyStuck,
+        Self::Storm,
+        Self::DoutFlip,
+        Self::DinFlip,
+        Self::DoutStuck,
+        Self::BusCut,
+        Self::Stall,
+        Self::Reset,
+        Self::RegisterFlip,
+        Self::Supply,
+        Self::Reference,
+        Self::Clock,
+        Self::Input,
+        Self::Mixed,
+    ];
+
+    /// Those that a fault can be drawn of: all but the first and the last.
+    fn single() -> &'static [Self] {
+        let [_, single @ .., _] = &Self::ALL;
+        single
+    }
+
+    /// Its name, in the JSON and on the command line.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Whether it is known to the conversion how many are lost: then not one more may be told.
+    pub const fn loss_is_known(self) -> bool {
+        matches!(
+            self,
+            Self::None
+                | Self::EdgesLost
+                | Self::EdgeRepeated
+                | Self::DoutFlip
+                | Self::Supply
+                | Self::Reference
+                | Self::Clock
+                | Self::Input
+        )
+    }
+
+    /// What it is, for people.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::None => "nothing (control)",
+            Self::RegisterFlip => "register changed by itself",
+            Self::Reset => "chip reset itself",
+            Self::Stall => "converter stood still, 1 to 600 ms",
+            Self::DoutFlip => "bit from the chip fell over",
+            Self::DinFlip => "bit of a read's command fell over",
+            Self::DoutStuck => "DOUT stuck at ones or zeros, 0.2 to 300 ms",
+            Self::BusCut => "bus cut: ones or zeros, 0.2 to 300 ms",
+            Self::DrdyStuck => "DRDY stuck high or low, 1 to 600 ms",
+            Self::Storm => "storm on DRDY, 5 to 300 ms",
+            Self::EdgesLost => "1 to 40 edges of DRDY lost",
+            Self::EdgeRepeated => "edge of DRDY repeated",
+            Self::Supply => "supply of 3.5 to 4.6 V or 5.4 to 5.8 V, 20 to 700 ms",
+            Self::Reference => "reference off by 3 to 20 %, 20 to 700 ms",
+            Self::Clock => "chip's clock off by 1 %, 0.6 to 1.2 s",
+            Self::Input => "input at a rail, 5 to 300 ms",
+            Self::Mixed => "six of these, 30 to 300 ms apart",
+        }
+    }
+
+    /// Kinds of which one has to be told.
+    pub const fn expected(self) -> &'static [FaultKind] {
+        use FaultKind::*;
+        match self {
+            Self::None => &[],
+            Self::RegisterFlip | Self::Reset => &[Registers],
+            // Shorter than the watch's half second it is a gap.
+            Self::Stall | Self::DrdyStuck => &[Silent, Lost],
+            Self::DoutFlip => &[Bus],
+            // What the chip then understands depends on the bit: it may read registers, write them, or do nothing.
+            Self::DinFlip => &[Bus, BusDead, Repeated, Registers, Channel, Lost],
+            Self::DoutStuck | Self::BusCut => &[BusDead],
+            Self::Storm => &[Storm, Repeated],
+            Self::EdgesLost => &[Lost],
+            Self::EdgeRepeated => &[Repeated],
+            Self::Supply => &[Supply],
+            Self::Reference => &[Reference],
+            Self::Clock => &[Clock],
+            Self::Input => &[Overload],
+            Self::Mixed => &FaultKind::ALL,
+        }
+    }
+
+    /// A fault of this family, and how long it lasts, seconds.
+    pub fn draw(self, draw: &mut Draw) -> (Fault, f64) {
+        let bit = |draw: &mut Draw, from: u64| 1u8 << draw.whole(from, 7);
+        match self {
+            Self::None | Self::Mixed => {
+                let single = Self::single();
+                single[draw.whole(0, single.len() as u64 - 1) as usize].draw(draw)
+            }
+            Self::RegisterFlip => {
+                // CONFIG0 to GPIOC: GPIOD shows the pins, ID cannot be written.
+                let address = draw.whole(0, 7) as u8;
+                (Fault::RegisterFlip { address, mask: bit(draw, 0) }, 0.0)
+            }
+            Self::Reset => (Fault::Reset, 0.0),
+            Self::Stall => (Fault::Stall, draw.log(0.001, 0.6)),
+            // One of the four bytes that carry the result, of the first read.
+            Self::DoutFlip => (Fault::DoutFlip { bytes_ahead: draw.whole(1, 4), mask: bit(draw, 0) }, 0.0),
+            // The chip ignores the lower four bits, and what comes behind the command.
+            Self::DinFlip => (Fault::DinFlip { bytes_ahead: 5 * draw.whole(0, 1), mask: bit(draw, 4) }, 0.0),
+            Self::DoutStuck => (Fault::DoutStuck { high: draw.coin() }, draw.log(0.0002, 0.3)),
+            Self::BusCut => (Fault::BusCut { high: draw.coin() }, draw.log(0.0002, 0.3)),
+            Self::DrdyStuck => (Fault::DrdyStuck { high: draw.coin() }, draw.log(0.001, 0.6)),
+            // Faster than the chip's fastest scan of 23,739 a second.
+            Self::Storm => (Fault::Storm { period_ns: draw.whole(5_000, 40_000) }, draw.log(0.005, 0.3)),
+            Self::EdgesLost => (Fault::EdgesLost { count: draw.whole(1, 40) as u32 }, 0.0),
+            Self::EdgeRepeated => (Fault::EdgeRepeated { after_ns: draw.whole(30_000, 160_000) }, 0.0),
+            Self::Supply => {
+                let volts = if draw.coin() { draw.even(3.5, 4.6) } else { draw.even(5.4, 5.8) };
+                (Fault::Supply { volts }, draw.log(0.02, 0.7))
+            }
+            Self::Reference => {
+                let off = draw.even(0.03, 0.2);
+                let volts = 4.096 * if draw.coin() { 1.0 - off } else { 1.0 + off };
+                (Fault::Reference { volts }, draw.log(0.02, 0.7))
+            }
+            Self::Clock => {
+                let error_ppm = if draw.coin() { 10_000.0 } else { -10_000.0 };
+                (Fault::Clock { error_ppm }, draw.even(0.6, 1.2))
+            }
+            Self::Input => {
+                let volts = if draw.coin() { 5.0 } else { -5.0 };
+                (Fault::Input { input: draw.whole(0, 15) as u8, volts }, draw.log(0.005, 0.3))
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! One run: a touch, and what is injected into it.
+
+use super::draw::Draw;
+use super::family::Family;
+use hal_mock::{Injection, Sliding};
+use ridgetone_proto::settings::Settings;
+
+/// Scene time of the first injection, seconds, at the least: the chip runs and knows the idle level.
+const FIRST_S: f64 = 0.35;
+/// Of the last one, before the scene's end, at the least: what it does is over and told.
+const LAST_S: f64 = 0.5;
+/// From the end of one to the next, seconds: a bout is over when its kind has not been seen for a second.
+const APART_S: (f64, f64) = (1.25, 1.6);
+/// The same within a mixed run.
+const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
+/// Injections of a mixed run.
+const MIXED: usize = 6;
+
+/// A run to be made.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What is injected.
+    pub family: Family,
+    /// The run's seed: of the scene, the noise and the injections.
+    pub seed: u64,
+    /// The touch.
+    pub sliding: Sliding,
+    /// The injections, by scene time.
+    pub injections: Vec<Injection>,
+}
+
+impl Plan {
+    /// The run of this seed. `slide_s` is the length of its slide, seconds.
+    pub fn new(family: Family, seed: u64, slide_s: f64) -> Self {
+        let mut draw = Draw::new(seed);
+        let (speed_mm_s, period_mm) = (draw.even(25.0, 50.0), draw.even(2.6, 4.1));
+        let sliding = Sliding {
+            speed_mm_s,
+            period_mm,
+            slide_mm: speed_mm_s * slide_s,
+            idle_s: 0.5,
+            hold_before_s: draw.even(0.4, 0.6),
+            hold_after_s: 0.4,
+            release_idle_s: 0.8,
+            snr_db: Some(draw.even(20.0, 40.0)),
+            seed,
+            ..Sliding::default()
+        };
+        let end_s = sliding.idle_s + sliding.hold_before_s + slide_s + sliding.hold_after_s + sliding.release_idle_s;
+        let mut injections = Vec::new();
+        let mixed = family == Family::Mixed;
+        let mut at_s = FIRST_S + draw.even(0.0, APART_S.0);
+        while family != Family::None && !(mixed && injections.len() == MIXED) {
+            let (fault, lasts_s) = family.draw(&mut draw);
+            if at_s + lasts_s > end_s - LAST_S {
+                break;
+            }
+            injections.push(Injection { at_s, lasts_s, fault });
+            let (least_s, most_s) = if mixed { MIXED_APART_S } else { APART_S };
+            at_s += lasts_s + draw.even(least_s, most_s);
+        }
+        Self { family, seed, sliding, injections }
+    }
+}
+
+/// Settings of the runs on the PC: windows so short that the slide of a second holds several.
+pub const SETTINGS: Settings = Settings { window_s: 0.3, hop_s: 0.1, ..Settings::DEFAULT };

@@ -1,0 +1,10 @@
+//! `ridgetone-eval`: what proves Ridgetone, as commands. `cargo xtask` builds what they need and runs them.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(not(target_os = "none"))]
+mod commands;
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    commands::main()
+}

@@ -1,0 +1,166 @@
+//! The paper's way from a recording to a frequency: contact, cut, first guess, least squares; and our own fit beside it.
+
+use super::paper::{DELAY_S, LENGTH_MM, SPIKE_BEFORE_S};
+use super::taken::Taken;
+use crate::baselines::{Method, Scratch};
+use crate::trade;
+use anyhow::Result;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// What the paper's equations 2 to 5 cut out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cut {
+    /// The taxel whose spike was taken: the one with the best defined.
+    pub taxel: usize,
+    /// Device time of the spike, seconds.
+    pub spike_s: f64,
+    /// From the slide's start to its end, seconds.
+    pub slide_s: (f64, f64),
+    /// The frames in between.
+    pub frames: Range<usize>,
+}
+
+/// Finds the contact spike in two channels and cuts the slide out (equations 2 to 5), the speed being known. None if
+/// the recording is shorter than that.
+pub fn cut(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Option<Cut> {
+    let spikes = taxels.iter().filter_map(|&taxel| {
+        let head = &taken.volts(taxel)[..taken.frame_at(taxel, SPIKE_BEFORE_S)];
+        let (spike_s, most) = head.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut levels: Vec<f64> = head.iter().map(|(_, volts)| *volts).collect();
+        levels.sort_by(f64::total_cmp);
+        Some((most - levels[levels.len() / 2], taxel, spike_s))
+    });
+    let (_, taxel, spike_s) = spikes.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let start_s = spike_s + DELAY_S;
+    let end_s = start_s + LENGTH_MM / speed_mm_s;
+    let frames = taken.frame_at(taxels[0], start_s)..taken.frame_at(taxels[0], end_s);
+    (frames.end < taken.codes.len() && !frames.is_empty()).then_some(Cut {
+        taxel,
+        spike_s,
+        slide_s: (start_s, end_s),
+        frames,
+    })
+}
+
+/// Power of the lines 1 to n / 2 of n samples less their mean: the square of each line's amplitude, in the samples' unit
+/// squared. Line k is at k / n cycles per sample; nothing is padded, as in the paper (equation 6).
+pub fn periodogram(samples: &[f64]) -> Vec<f64> {
+    let count = samples.len();
+    let mean = samples.iter().sum::<f64>() / count as f64;
+    let table: Vec<(f64, f64)> = (0..count).map(|n| (TAU * n as f64 / count as f64).sin_cos()).collect();
+    let line = |k: usize| {
+        let turned = samples.iter().enumerate().map(|(n, x)| ((x - mean), table[n * k % count]));
+        let (cos, sin) = turned.fold((0.0, 0.0), |(c, s), (x, (sin, cos))| (c + x * cos, s + x * sin));
+        4.0 * (cos * cos + sin * sin) / (count * count) as f64
+    };
+    (1..=count / 2).map(line).collect()
+}
+
+/// The highest line of a power spectrum, cycles per sample; `count` samples made it.
+fn highest(power: &[f64], count: usize) -> Option<f64> {
+    let most = power.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
+    Some((most.0 + 1) as f64 / count as f64)
+}
+
+/// The samples of a channel in some frames.
+fn samples(taken: &Taken, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
+    taken.volts(taxel).get(frames.clone()).map_or_else(Vec::new, |part| part.iter().map(|(_, volts)| *volts).collect())
+}
+
+/// Naive Fourier analysis: the highest line of each channel by itself, and their mean, hertz.
+pub fn fft_hz(taken: &Taken, taxels: &[usize], frames: &Range<usize>) -> Option<f64> {
+    let lines = taxels.iter().map(|taxel| highest(&periodogram(&samples(taken, *taxel, frames)), frames.len()));
+    let lines: Option<Vec<f64>> = lines.collect();
+    lines.map(|lines| taken.rate_hz * lines.iter().sum::<f64>() / taxels.len() as f64)
+}
+
+/// The paper's least squares: gradient descent on seven parameters of two channels (equation 9), hertz.
+pub fn least_squares_hz(
+    taken: &Taken,
+    taxels: [usize; 2],
+    frames: &Range<usize>,
+    scratch: &mut Scratch,
+) -> Option<f64> {
+    let pair = |codes: &[f32; TAXELS]| {
+        let mut frame = [0.0; TAXELS];
+        frame[0] = codes[taxels[0]];
+        frame[1] = codes[taxels[1]];
+        frame
+    };
+    let values: Vec<[f32; TAXELS]> = taken.codes.get(frames.clone())?.iter().map(pair).collect();
+    let frequency = Method::Oddo2009.estimate(&values, taxels.len(), scratch)?;
+    Some(f64::from(frequency) * taken.rate_hz)
+}
+
+/// Our own fit of all channels with as many harmonics as the firmware is set to: frequency and standard deviation,
+/// hertz. None where it says that there is no single tone.
+///
+/// # Errors
+/// Those of [`trade::fit`].
+pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64)>> {
+    let Some(part) = taken.codes.get(frames.clone()).filter(|part| !part.is_empty()) else { return Ok(None) };
+    let zero = part[0];
+    let values: Vec<[f32; TAXELS]> =
+        part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
+    let fit = trade::fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
+    let good = fit.status == ridgetone_tone::status::Status::Good;
+    Ok(good.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
+}
+
+/// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and of the sine, with
+/// times told from the first one. What the gradient descent of equation 9 ends at, for its frequency.
+pub fn sine(points: &[(f64, f64)], hz: f64) -> [f64; 3] {
+    let zero_s = points.first().map_or(0.0, |point| point.0);
+    let mut sums = [[0.0; 4]; 3];
+    for (t_s, y) in points {
+        let (sin, cos) = (TAU * hz * (t_s - zero_s)).sin_cos();
+        let row = [1.0, cos, sin];
+        for (sums, a) in sums.iter_mut().zip(row) {
+            row.iter().chain([y]).zip(sums).for_each(|(b, sum)| *sum += a * b);
+        }
+    }
+    solve(sums)
+}
+
+/// Gauss's elimination of three equations, the largest pivot first; zeros where they do not determine the unknowns.
+fn solve(mut rows: [[f64; 4]; 3]) -> [f64; 3] {
+    for column in 0..3 {
+        let pivot = (column..3).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()));
+        rows.swap(column, pivot.unwrap_or(column));
+        let own = rows[column];
+        if own[column] == 0.0 {
+            return [0.0; 3];
+        }
+        for (_, row) in rows.iter_mut().enumerate().filter(|(number, _)| *number != column) {
+            let factor = row[column] / own[column];
+            row.iter_mut().zip(own).for_each(|(x, own)| *x -= factor * own);
+        }
+    }
+    std::array::from_fn(|n| rows[n][3] / rows[n][n])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_of_the_periodogram_is_a_tones_amplitude_squared() {
+        let samples: Vec<f64> = (0..90).map(|n| 5.0 + 3.0 * (TAU * 7.0 * f64::from(n) / 90.0 + 0.4).cos()).collect();
+        let power = periodogram(&samples);
+        assert_eq!(power.len(), 45);
+        assert!((power[6] - 9.0).abs() < 1e-9 && power.iter().sum::<f64>() - power[6] < 1e-9);
+        assert_eq!(highest(&power, 90), Some(7.0 / 90.0));
+    }
+
+    #[test]
+    fn a_sine_is_found_again() {
+        let points: Vec<(f64, f64)> = (0..100)
+            .map(|n| 2.0 + f64::from(n) * 0.01)
+            .map(|t_s| (t_s, 1.5 + 0.5 * (TAU * 3.3 * (t_s - 2.0)).cos() - 2.0 * (TAU * 3.3 * (t_s - 2.0)).sin()))
+            .collect();
+        let [offset, cos, sin] = sine(&points, 3.3);
+        assert!((offset - 1.5).abs() < 1e-9 && (cos - 0.5).abs() < 1e-9 && (sin + 2.0).abs() < 1e-9);
+    }
+}

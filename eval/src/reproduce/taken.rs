@@ -1,0 +1,95 @@
+//! A run: a scene through the whole path, here or in the emulator, and what is left of it.
+
+use anyhow::{Context, Result};
+use hal_mock::{Sliding, Truth};
+use ridgetone_host::demo::later;
+use ridgetone_host::emulator;
+use ridgetone_host::emulator::Options;
+use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::picture::Recording;
+use ridgetone_host::replay;
+use ridgetone_host::replay::START_US;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Packet};
+
+/// Where the firmware's code runs.
+#[derive(Clone, Copy, Debug)]
+pub enum Place<'a> {
+    /// On this PC: the library, conversion for conversion as on the chip.
+    Pc,
+    /// The firmware image in the emulator.
+    Emulator(Options<'a>),
+}
+
+/// What a run leaves. Times are device times in seconds.
+#[derive(Clone, Debug)]
+pub struct Taken {
+    /// The truth of the scene.
+    pub truth: Truth,
+    /// All channels, and what was found in them.
+    pub recording: Recording,
+    /// What the firmware told.
+    pub packets: Vec<Packet>,
+    /// ADC codes of each frame, whole numbers.
+    pub codes: Vec<[f32; TAXELS]>,
+    /// Frames per second.
+    pub rate_hz: f64,
+}
+
+impl Taken {
+    /// Takes a run.
+    ///
+    /// # Errors
+    /// A parameter of the scene; those of the emulator.
+    pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
+        let seed = scene.seed;
+        let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
+        let truth = input.truth.context("the scene tells no truth")?;
+        let (mut packets, mut conversions) = (Vec::new(), Vec::new());
+        let mut sink = |packet: &Packet| {
+            packets.push(packet.clone());
+            Ok(())
+        };
+        let start_us = match place {
+            Place::Pc => {
+                let watch = &mut |timed| conversions.push(timed);
+                replay::run_watched(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}, watch)?;
+                u64::from(START_US)
+            }
+            Place::Emulator(options) => {
+                let options = Options { keep_conversions: true, ..options };
+                let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
+                conversions = outcome.conversions;
+                outcome.start_us
+            }
+        };
+        let first_us = conversions.first().context("the board has read nothing")?.t_us;
+        let recording = Recording::new(&conversions, &packets);
+        let volts_per_code = f64::from(ads1258::reading::volts(1, Settings::DEFAULT.vref_v));
+        let frames = recording.channels.iter().map(Vec::len).min().unwrap_or(0);
+        let codes = (0..frames).map(|frame| {
+            std::array::from_fn(|taxel| {
+                let volts = recording.channels[taxel][frame].1 + recording.idle_v[taxel];
+                (volts / volts_per_code).round() as f32
+            })
+        });
+        let codes = codes.collect();
+        let truth = later(truth, (start_us as f64 - f64::from(first_us)) * 1e-6);
+        Ok(Self { truth, recording, packets, codes, rate_hz: frame_rate_hz() })
+    }
+
+    /// The channel of a taxel, volts above its idle level, frame by frame.
+    pub fn volts(&self, taxel: usize) -> &[(f64, f64)] {
+        self.recording.channels.get(taxel).map_or(&[], |channel| &channel[..channel.len().min(self.codes.len())])
+    }
+
+    /// The first frame of a taxel that is not before a time.
+    pub fn frame_at(&self, taxel: usize, t_s: f64) -> usize {
+        self.volts(taxel).partition_point(|(at_s, _)| *at_s < t_s)
+    }
+
+    /// The events of a kind.
+    pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {
+        self.packets.iter().filter_map(move |packet| kind(&packet.event))
+    }
+}

@@ -1,0 +1,135 @@
+//! A window of a slide as the fit gets it, and what is true of it.
+
+use crate::bound;
+use crate::bound::{Channel, Clue, Harmonic};
+use anyhow::{Result, ensure};
+use hal_mock::{Scene, Sliding, SlidingScene};
+use ridgetone::detector::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
+use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::sine_fit::FRAMES_MIN;
+use ridgetone_tone::source::Values;
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Volts of one code (SBAS297G: VREF / 780000h).
+const CODE_V: f64 = REFERENCE_V / 7_864_320.0;
+
+/// Standard deviation of rounding to whole codes, codes: the root of 1/12.
+const ROUNDING_CODES: f64 = 0.288_675;
+
+/// From the start of the slide to the earliest window, seconds.
+const AFTER_START_S: f64 = 0.1;
+
+/// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
+const AFTER_CONTACT_S: f64 = 1.0;
+
+/// A window.
+#[derive(Clone, Debug)]
+pub struct Simulated {
+    /// The frames, in codes less a reference; all channels at the frame's time.
+    pub values: Vec<Values>,
+    /// Frames per second.
+    pub frame_rate_hz: f64,
+    /// The true frequency, hertz.
+    pub frequency_hz: f64,
+    /// What is true of each channel, in codes.
+    pub channels: Vec<Channel>,
+}
+
+impl Simulated {
+    /// A window of `window_s` seconds of a scene. The seed moves it within a cycle too.
+    ///
+    /// # Errors
+    /// A parameter of the scene; a slide too short for the window.
+    pub fn new(parameters: &Sliding, window_s: f64) -> Result<Self> {
+        let scene = SlidingScene::new(parameters.clone())?;
+        let truth = scene.truth();
+        let from_s = truth.slide_start_s + AFTER_START_S + spread(parameters.seed) / truth.frequency_hz;
+        let slide_s = truth.slide_end_s - truth.slide_start_s;
+        ensure!(from_s + window_s <= truth.slide_end_s, "a window of {window_s} s in a slide of {slide_s} s");
+        Ok(Self::at(scene, from_s, (window_s * frame_rate_hz()).round() as usize))
+    }
+
+    /// The whole slide of a scene as the detector cuts it out, its ends trimmed. The seed moves it within a frame.
+    ///
+    /// # Errors
+    /// A parameter of the scene; a slide too short for a fit, or too long for the detector.
+    pub fn whole_slide(parameters: &Sliding) -> Result<Self> {
+        let scene = SlidingScene::new(parameters.clone())?;
+        let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
+        let slide = ((truth.slide_end_s - truth.slide_start_s) * rate_hz) as u32;
+        let frames = slide.saturating_sub(2 * TRIM_FRAMES);
+        ensure!((FRAMES_MIN..=WINDOW_FRAMES_MAX).contains(&frames), "a slide of {slide} frames");
+        let from_s = truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
+        Ok(Self::at(scene, from_s, frames as usize))
+    }
+
+    /// A window of `window_s` seconds of a scene's noise, from the hold before its slide.
+    ///
+    /// # Errors
+    /// A parameter of the scene; a hold too short for the window.
+    pub fn noise(parameters: &Sliding, window_s: f64) -> Result<Self> {
+        let scene = SlidingScene::new(parameters.clone())?;
+        let (truth, from_s) = (scene.truth(), scene.truth().contact_s + AFTER_CONTACT_S);
+        ensure!(from_s + window_s <= truth.slide_start_s, "a window of {window_s} s in a hold");
+        let mut window = Self::at(scene, from_s, (window_s * frame_rate_hz()).round() as usize);
+        window.channels.iter_mut().for_each(|channel| channel.harmonics.clear());
+        Ok(window)
+    }
+
+    /// So many frames from a time on.
+    fn at(mut scene: SlidingScene, from_s: f64, frames: usize) -> Self {
+        let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
+        let zeros_v: Vec<f64> = scene.channels().iter().map(|channel| channel.offset_v).collect();
+        let mut frame = |number: usize| {
+            let t_s = from_s + number as f64 / rate_hz;
+            std::array::from_fn(|c| ((scene.volts(c as u8, t_s) - zeros_v[c]) / CODE_V).round() as f32)
+        };
+        let values = (0..frames).map(&mut frame).collect();
+
+        let centre_s = from_s + 0.5 * (frames as f64 - 1.0) / rate_hz;
+        let turns = truth.frequency_hz * (centre_s - truth.slide_start_s);
+        let sigma = (scene.noise_v() / CODE_V).hypot(ROUNDING_CODES);
+        let channels = scene.channels()[..TAXELS].iter().map(|channel| {
+            let harmonics = channel.sliding.tone.iter().zip(1..).map(|(harmonic, h)| {
+                // The scene counts its phases from the sine.
+                let phase_rad = f64::from(h) * TAU * turns + harmonic.phase_rad() - FRAC_PI_2;
+                Harmonic::polar(harmonic.amplitude_v() / CODE_V, phase_rad)
+            });
+            Channel { sigma, harmonics: harmonics.collect() }
+        });
+        Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }
+    }
+
+    /// Length in seconds.
+    pub fn window_s(&self) -> f64 {
+        self.values.len() as f64 / self.frame_rate_hz
+    }
+
+    /// The bound for all of its channels, hertz, with or without an unknown slope in each.
+    ///
+    /// # Errors
+    /// Those of [`bound::sigma_hz`].
+    pub fn bound_hz(&self, slope: bool) -> Result<f64> {
+        Ok(Clue::sum(&self.clues(slope, usize::MAX)?).sigma_hz())
+    }
+
+    /// What each channel tells about the frequency, of which only so many harmonics are there and unknown; with or
+    /// without an unknown slope.
+    ///
+    /// # Errors
+    /// Those of [`bound::sigma_hz`].
+    pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
+        let frames = self.values.len();
+        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };
+        let mut channels = self.channels.clone();
+        channels.iter_mut().for_each(|channel| channel.harmonics.truncate(harmonics));
+        let value = |channel: usize, frame: usize| f64::from(self.values[frame][channel]);
+        bound::clues(&window, self.frequency_hz, &channels, &value)
+    }
+}
+
+/// A number from 0 to 1 for each seed, evenly spread over many of them: multiples of the golden ratio.
+fn spread(seed: u64) -> f64 {
+    (0.618_033_988_75 * seed as f64).fract()
+}

@@ -1,0 +1,298 @@
+//! The bars of accuracy: what is measured for them, and whether they are met.
+
+use super::Verdict;
+use super::accuracy::{Accuracy, rounded};
+use super::contender::{Contender, fit, samples};
+use crate::parallel;
+use crate::setting::{Length, Setting};
+use anyhow::Result;
+use hal_mock::TABLE_2;
+use ridgetone_proto::settings::TAXELS;
+use serde::{Deserialize, Serialize};
+
+/// The windows.
+pub const LENGTHS: [Length; 6] = [
+    Length::Seconds(0.2),
+    Length::Seconds(0.3),
+    Length::Seconds(0.4),
+    Length::Seconds(0.6),
+    Length::Seconds(1.0),
+    Length::Slide,
+];
+/// Noise, decibels below the tone.
+pub const SNRS_DB: [f64; 3] = [10.0, 20.0, 40.0];
+/// Harmonics of the scene and most of the fit.
+pub const HARMONICS: u8 = 4;
+
+/// Most that the RMS error may be above the bound.
+const RATIO_BAR: f64 = 1.10;
+/// Most that it may be at [`PERCENT_SNR_DB`], percent of the frequency.
+const PERCENT_BAR: f64 = 1.7;
+const PERCENT_SNR_DB: f64 = 20.0;
+/// Share of 95 % intervals that must hold the truth, percent.
+const COVERAGE_BAR: (f64, f64) = (93.0, 97.0);
+/// Most windows of noise alone in which a tone is found, percent.
+const FALSE_ALARM_BAR: f64 = 1.0;
+/// Least windows in which a tone of [`DETECTION_CYCLES`] cycles at [`DETECTION_SNR_DB`] is found, percent.
+const DETECTION_BAR: f64 = 99.0;
+const DETECTION_CYCLES: f64 = 2.0;
+const DETECTION_SNR_DB: f64 = 10.0;
+/// A detected tone is within this share of the true one.
+const DETECTED_WITHIN: f64 = 0.1;
+
+/// A setting whose ratio is within so many standard errors of its bar is measured again, with so many times as many
+/// windows, all of them new: of 171 settings on the bar's good side a few look worse by chance.
+const NEAR_SIGMAS: f64 = 3.0;
+const AGAIN: u32 = 8;
+
+/// From one setting's seeds to the next one's.
+const SEEDS: u64 = 100_000;
+/// Seeds of the second look, of noise alone, and of detection.
+const AGAIN_SEED: u64 = 50_000;
+const NOISE_SEED: u64 = 1_000_000_000;
+const DETECTION_SEED: u64 = 2_000_000_000;
+
+/// How many windows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Windows {
+    /// For each setting of accuracy.
+    pub accuracy: u32,
+    /// Of noise alone, for each length.
+    pub noise: u32,
+    /// For each line of Table 2 at the detection bar.
+    pub detection: u32,
+}
+
+/// One setting's accuracy.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The setting.
+    pub setting: Setting,
+    /// What came of it.
+    pub accuracy: Accuracy,
+}
+
+impl Cell {
+    fn ratio(&self) -> f64 {
+        self.accuracy.error.map_or(f64::INFINITY, |error| error.ratio)
+    }
+
+    fn is_near_the_bar(&self) -> bool {
+        self.accuracy.error.is_none_or(|error| error.ratio + NEAR_SIGMAS * error.ratio_sigma > RATIO_BAR)
+    }
+
+    /// Whether it is above the bar.
+    pub fn is_above(&self) -> bool {
+        self.ratio() > RATIO_BAR
+    }
+}
+
+/// What was found in windows of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Length of the windows; none where it follows from the cycles.
+    pub length: Option<Length>,
+    /// How many there were.
+    pub windows: u32,
+    /// In how many of them a tone was found.
+    pub found: u32,
+}
+
+impl Found {
+    fn percent(&self) -> f64 {
+        percent(self.found, self.windows)
+    }
+}
+
+fn percent(part: u32, all: u32) -> f64 {
+    100.0 * f64::from(part) / f64::from(all)
+}
+
+/// All that was measured for the bars.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bars {
+    /// How many windows.
+    pub windows: Windows,
+    /// Accuracy: every length, noise and line of Table 2.
+    pub cells: Vec<Cell>,
+    /// Noise alone, by length.
+    pub noise: Vec<Found>,
+    /// Detection.
+    pub detection: Found,
+}
+
+impl Bars {
+    /// Measures.
+    ///
+    /// # Errors
+    /// A window that cannot be made.
+    pub fn measure(windows: Windows) -> Result<Self> {
+        Ok(Self {
+            windows,
+            cells: cells(windows.accuracy)?,
+            noise: noise(windows.noise)?,
+            detection: detection(windows)?,
+        })
+    }
+
+    /// The bars.
+    pub fn verdicts(&self) -> Vec<Verdict> {
+        vec![self.on_the_bound(), self.small(), self.octaves(), self.coverage(), self.false_alarms(), self.detected()]
+    }
+
+    fn on_the_bound(&self) -> Verdict {
+        let above = self.cells.iter().filter(|cell| cell.is_above()).count();
+        let worst = self.cells.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
+        let worst = worst.map_or_else(String::new, |cell| match cell.accuracy.error {
+            Some(error) => format!("; worst {:.3} \u{b1} {:.3} ({})", error.ratio, error.ratio_sigma, cell.setting),
+            None => format!("; no estimate at all ({})", cell.setting),
+        });
+        Verdict {
+            bar: "RMS error over the bound".into(),
+            limit: format!("at most {RATIO_BAR:.2} in each setting"),
+            measured: format!("above in {above} of {} settings{worst}", self.cells.len()),
+            met: above == 0,
+        }
+    }
+
+    fn small(&self) -> Verdict {
+        let at = self.cells.iter().filter(|cell| cell.setting.snr_db == PERCENT_SNR_DB);
+        let percent = |cell: &Cell| cell.accuracy.error.map_or(f64::INFINITY, |error| error.rms_percent);
+        let worst = at.max_by(|a, b| percent(a).total_cmp(&percent(b)));
+        let measured = worst.map_or_else(String::new, |cell| {
+            let bound = cell.accuracy.error.map_or(f64::NAN, |error| error.bound_percent);
+            format!("worst {:.3} %, where the bound is {bound:.3} % ({})", percent(cell), cell.setting)
+        });
+        Verdict {
+            bar: format!("RMS error at {PERCENT_SNR_DB} dB"),
+            limit: format!("at most {PERCENT_BAR} % of the frequency in each setting"),
+            measured,
+            met: worst.is_some_and(|cell| percent(cell) <= PERCENT_BAR),
+        }
+    }
+
+    fn octaves(&self) -> Verdict {
+        let sum = |count: &dyn Fn(&Accuracy) -> u32| self.cells.iter().map(|cell| count(&cell.accuracy)).sum::<u32>();
+        let (windows, octaves) = (sum(&|a| a.windows), sum(&|a| a.octaves));
+        let (ambiguous, good) = (sum(&|a| a.ambiguous), sum(&|a| a.good));
+        let silent = windows - good - ambiguous;
+        Verdict {
+            bar: "octave errors".into(),
+            limit: "none".into(),
+            measured: format!("{octaves} in {windows} windows ({ambiguous} ambiguous, {silent} without a frequency)"),
+            met: octaves == 0,
+        }
+    }
+
+    fn coverage(&self) -> Verdict {
+        let groups = LENGTHS.into_iter().flat_map(|length| SNRS_DB.map(|snr_db| (length, snr_db)));
+        let mut shares: Vec<(f64, String)> = groups
+            .map(|(length, snr_db)| {
+                // Lines of Table 2 count alike, however many windows each of them was given.
+                let of = |cell: &&Cell| (cell.setting.length, cell.setting.snr_db) == (length, snr_db);
+                let shares =
+                    self.cells.iter().filter(of).map(|cell| percent(cell.accuracy.covered, cell.accuracy.good));
+                let (sum, count) = shares.fold((0.0, 0.0), |(sum, count), share| (sum + share, count + 1.0));
+                (sum / count, format!("{length}, {snr_db} dB"))
+            })
+            .collect();
+        shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (least, most) = (shares.first(), shares.last());
+        let within = |share: f64| share >= COVERAGE_BAR.0 && share <= COVERAGE_BAR.1;
+        let tell =
+            |end: Option<&(f64, String)>| end.map_or_else(String::new, |(share, at)| format!("{share:.1} % ({at})"));
+        Verdict {
+            bar: "95 % intervals that hold the truth, for each window and noise".into(),
+            limit: format!("{} to {} %", COVERAGE_BAR.0, COVERAGE_BAR.1),
+            measured: format!("{} to {}", tell(least), tell(most)),
+            met: shares.iter().all(|(share, _)| within(*share)),
+        }
+    }
+
+    fn false_alarms(&self) -> Verdict {
+        let worst = self.noise.iter().map(Found::percent).fold(f64::NEG_INFINITY, f64::max);
+        let each = self.noise.iter().map(|found| {
+            let length = found.length.map_or_else(String::new, |length| length.to_string());
+            format!("{length}: {} of {}", found.found, found.windows)
+        });
+        Verdict {
+            bar: "false alarms in noise alone, by window".into(),
+            limit: format!("at most {FALSE_ALARM_BAR} %"),
+            measured: format!("{worst:.2} % at most ({})", each.collect::<Vec<_>>().join(", ")),
+            met: worst <= FALSE_ALARM_BAR,
+        }
+    }
+
+    fn detected(&self) -> Verdict {
+        let Found { windows, found, .. } = self.detection;
+        let share = self.detection.percent();
+        Verdict {
+            bar: format!("tones found at {DETECTION_SNR_DB} dB and {DETECTION_CYCLES} cycles"),
+            limit: format!("at least {DETECTION_BAR} %"),
+            measured: format!("{:.2} % ({found} of {windows})", rounded(share)),
+            met: share >= DETECTION_BAR,
+        }
+    }
+}
+
+fn cells(windows: u32) -> Result<Vec<Cell>> {
+    let of_length = |length| SNRS_DB.into_iter().flat_map(move |snr_db| Setting::table_2(length, snr_db, HARMONICS));
+    let settings: Vec<Setting> = LENGTHS.into_iter().flat_map(of_length).collect();
+    let seeded: Vec<(Setting, u64)> = settings.iter().copied().zip((0..).map(|number| number * SEEDS)).collect();
+    let mut cells = measured("accuracy", &seeded, windows)?;
+    let near: Vec<usize> = (0..cells.len()).filter(|number| cells[*number].is_near_the_bar()).collect();
+    let again: Vec<(Setting, u64)> = near.iter().map(|n| (seeded[*n].0, seeded[*n].1 + AGAIN_SEED)).collect();
+    for (number, cell) in near.into_iter().zip(measured("near the bar", &again, AGAIN * windows)?) {
+        cells[number] = cell;
+    }
+    Ok(cells)
+}
+
+/// So many windows of each setting, from its seed on.
+fn measured(what: &str, seeded: &[(Setting, u64)], windows: u32) -> Result<Vec<Cell>> {
+    if seeded.is_empty() || windows == 0 {
+        return Ok(Vec::new());
+    }
+    let of = |&(setting, seed): &(Setting, u64)| (0..windows).map(move |run| (setting, seed + u64::from(run)));
+    let items: Vec<(Setting, u64)> = seeded.iter().flat_map(of).collect();
+    let all = parallel::map(what, &items, |(setting, seed)| samples(setting, *seed, &[Contender::whole(HARMONICS)]))?;
+    let of_setting = all.chunks(windows as usize).zip(seeded);
+    Ok(of_setting
+        .map(|(samples, (setting, _))| Cell { setting: *setting, accuracy: Accuracy::new(&samples.concat()) })
+        .collect())
+}
+
+fn noise(windows: u32) -> Result<Vec<Found>> {
+    let (speed_mm_s, period_mm) = TABLE_2[0];
+    let found_in = |length: Length| {
+        let setting = Setting { speed_mm_s, period_mm, length, snr_db: PERCENT_SNR_DB, carried: HARMONICS };
+        // As long as the longest slide, that of the slowest line.
+        let window_s = match length {
+            Length::Seconds(window_s) => window_s,
+            Length::Slide => setting.window(0)?.window_s(),
+        };
+        let seeds: Vec<u64> = (0..u64::from(windows)).map(|run| NOISE_SEED + run).collect();
+        let found = parallel::map("noise alone", &seeds, |seed| {
+            let fit = fit(&setting.noise(window_s, *seed)?.values, HARMONICS, TAXELS as u8)?;
+            Ok(fit.status.has_tone())
+        })?;
+        Ok(Found { length: Some(length), windows, found: found.into_iter().map(u32::from).sum() })
+    };
+    LENGTHS.into_iter().map(found_in).collect()
+}
+
+fn detection(windows: Windows) -> Result<Found> {
+    let setting = |(speed_mm_s, period_mm): (f64, f64)| {
+        let length = Length::Seconds(DETECTION_CYCLES * period_mm / speed_mm_s);
+        Setting { speed_mm_s, period_mm, length, snr_db: DETECTION_SNR_DB, carried: HARMONICS }
+    };
+    let seeds = DETECTION_SEED..DETECTION_SEED + u64::from(windows.detection);
+    let items: Vec<(Setting, u64)> =
+        TABLE_2.into_iter().map(setting).flat_map(|setting| seeds.clone().map(move |seed| (setting, seed))).collect();
+    let found = parallel::map("detection", &items, |(setting, seed)| {
+        let window = setting.window(*seed)?;
+        let answer = Contender::whole(HARMONICS).answer(&window)?.filter(|answer| !answer.ambiguous);
+        Ok(answer.is_some_and(|answer| (answer.hz / window.frequency_hz - 1.0).abs() <= DETECTED_WITHIN))
+    })?;
+    Ok(Found { length: None, windows: items.len() as u32, found: found.into_iter().map(u32::from).sum() })
+}

@@ -1,0 +1,102 @@
+//! Who estimates: Ridgetone's own fit as it is set, and its baselines.
+
+use crate::baselines::{Method, Scratch};
+use crate::bound::Clue;
+use crate::setting::Setting;
+use crate::simulated::Simulated;
+use crate::trade::accuracy::{Answer, Sample};
+use anyhow::{Context, Result};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::source::{Table, Values};
+use ridgetone_tone::status::Status;
+
+/// An estimator and what it may use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Contender {
+    /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
+    Ridgetone {
+        /// Most harmonics, the fundamental included.
+        harmonics: u8,
+        /// Channels with valid values.
+        channels: u8,
+    },
+    /// Another method on the first `channels` channels.
+    Baseline {
+        /// The method.
+        method: Method,
+        /// Channels that it gets.
+        channels: u8,
+    },
+}
+
+impl Contender {
+    /// Ridgetone's fit of all channels.
+    pub const fn whole(harmonics: u8) -> Self {
+        Self::Ridgetone { harmonics, channels: TAXELS as u8 }
+    }
+
+    /// Its estimate of a window.
+    ///
+    /// # Errors
+    /// The fit found frames overwritten, which cannot be in a table.
+    pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
+        match *self {
+            Self::Ridgetone { harmonics, channels } => {
+                let fit = fit(&window.values, harmonics, channels)?;
+                let to_hz = |per_frame: f32| f64::from(per_frame) * window.frame_rate_hz;
+                let answer = Answer {
+                    hz: to_hz(fit.frequency),
+                    sigma_hz: Some(to_hz(fit.sigma)),
+                    ambiguous: fit.status == Status::Ambiguous,
+                };
+                Ok(fit.status.has_tone().then_some(answer))
+            }
+            Self::Baseline { method, channels } => {
+                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::new()));
+                let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
+                Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
+            }
+        }
+    }
+
+    /// Channels whose bound it is held against: those it may use; of a baseline all there are.
+    fn channels(&self) -> usize {
+        match *self {
+            Self::Ridgetone { channels, .. } => channels.into(),
+            Self::Baseline { .. } => TAXELS,
+        }
+    }
+}
+
+/// Ridgetone's fit of the first `channels` channels of a window's frames.
+///
+/// # Errors
+/// The fit found frames overwritten, which cannot be in a table.
+pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
+    let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
+    let mut table = Table { values, valid: &valid };
+    let mut fitter = Box::new(Fitter::new(harmonics));
+    let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
+    fit.context("a table loses no frames")
+}
+
+/// One window for all contenders.
+///
+/// # Errors
+/// A window that cannot be made.
+pub fn samples(setting: &Setting, seed: u64, contenders: &[Contender]) -> Result<Vec<Sample>> {
+    let window = setting.window(seed)?;
+    let clues = window.clues(setting.slope(), setting.carried.into())?;
+    let sample = |contender: &Contender| {
+        let clue = Clue::sum(&clues[..contender.channels()]);
+        Ok(Sample {
+            true_hz: window.frequency_hz,
+            bound_hz: clue.sigma_hz(),
+            luck_hz: clue.error_hz(),
+            answer: contender.answer(&window)?,
+        })
+    };
+    contenders.iter().map(sample).collect()
+}

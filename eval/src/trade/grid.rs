@@ -1,0 +1,142 @@
+//! The trade: what window, channels and harmonics bring, beside other methods on the same windows.
+
+use super::accuracy::{Accuracy, Sample};
+use super::contender::{Contender, samples};
+use crate::baselines::Method;
+use crate::bench;
+use crate::bench::{BASELINES_CARRIED, CHANNELS, HARMONICS, Report, SNR_DB, WINDOWS_S};
+use crate::parallel;
+use crate::setting::{Length, Setting};
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+
+/// Clock of the STM32F405, hertz.
+const CLOCK_HZ: f64 = 168e6;
+/// Of the windows of the slowest method so many are left out for each that is taken.
+const SLOW_EVERY: u64 = 10;
+/// Seeds of a window's and scene's windows begin at multiples of this.
+const SEEDS: u64 = 10_000_000;
+
+/// One choice, and what it costs and brings. All windows of Table 2 that hold a cycle, at 20 dB.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// `Ridgetone`, or the name of another method.
+    pub method: String,
+    /// Length of the window, seconds.
+    pub window_s: f64,
+    /// Frames in it.
+    pub frames: u32,
+    /// Harmonics that the scene carries.
+    pub carried: u8,
+    /// Most harmonics that are fitted.
+    pub harmonics: u8,
+    /// Channels.
+    pub channels: u8,
+    /// What it brings.
+    pub accuracy: Accuracy,
+    /// Instructions of the costliest window on the emulated chip, where it was counted.
+    pub instructions: Option<u32>,
+}
+
+/// Name of the fit under test.
+pub const RIDGETONE: &str = "Ridgetone";
+
+impl Row {
+    /// From the first frame of the window to the estimate, seconds: one instruction a cycle.
+    pub fn latency_s(&self) -> Option<f64> {
+        self.instructions.map(|instructions| self.window_s + f64::from(instructions) / CLOCK_HZ)
+    }
+
+    /// Passes of cosine and sine over 16 x 240 samples that cost as much.
+    pub fn passes(&self) -> Option<f64> {
+        self.instructions.map(|instructions| f64::from(instructions) / bench::PASS_INSTRUCTIONS)
+    }
+
+    /// RMS error, percent of the frequency.
+    pub fn rms_percent(&self) -> Option<f64> {
+        self.accuracy.error.map(|error| error.rms_percent)
+    }
+}
+
+/// Instructions of a row's costliest window on the chip, where they were counted.
+pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
+    let key = (row.window_s, row.carried, row.harmonics, row.channels);
+    if row.method == RIDGETONE {
+        let same = chip.fits.iter().find(|fit| (fit.window_s, fit.carried, fit.harmonics, fit.channels) == key);
+        return same.map(|fit| fit.instructions_worst);
+    }
+    let mut own = chip.baselines.iter().filter(|cell| cell.method == row.method);
+    let same = own.find(|cell| (cell.window_s, cell.carried, 1, cell.channels) == key);
+    same.map(|cell| cell.instructions_worst)
+}
+
+/// What contends in scenes of so many harmonics.
+fn contenders(carried: u8) -> Vec<Contender> {
+    let fits = HARMONICS.into_iter().flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
+    let mut all: Vec<Contender> = fits
+        .filter(|(harmonics, channels)| bench::is_measured(carried, *harmonics, *channels))
+        .map(|(harmonics, channels)| Contender::Ridgetone { harmonics, channels })
+        .collect();
+    if BASELINES_CARRIED.contains(&carried) {
+        // What only runs on the chip with fewer channels is measured with those too.
+        let own = |method: Method| [method.channels_max(), method.channels_max().min(method.channels_on_chip())];
+        let mut baselines: Vec<Contender> = Method::ALL
+            .into_iter()
+            .flat_map(|method| own(method).map(|channels| Contender::Baseline { method, channels: channels as u8 }))
+            .collect();
+        baselines.dedup();
+        all.extend(baselines);
+    }
+    all
+}
+
+/// Measures all rows, `windows` of each line of Table 2.
+///
+/// # Errors
+/// A window that cannot be made.
+pub fn measure(windows: u32) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (window_s, number) in WINDOWS_S.into_iter().zip(0..) {
+        for carried in HARMONICS {
+            rows.extend(of_scene(window_s, carried, windows, SEEDS * (10 * number + u64::from(carried)))?);
+        }
+    }
+    Ok(rows)
+}
+
+fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<Row>> {
+    let contenders = contenders(carried);
+    let quick: Vec<Contender> = contenders.iter().filter(|contender| !is_slow(contender)).copied().collect();
+    let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
+    let runs = 0..u64::from(windows);
+    let items: Vec<(Setting, u64)> = settings.flat_map(|setting| runs.clone().map(move |run| (setting, run))).collect();
+    let what = format!("trade, {window_s} s, {carried} harmonics");
+    let all = parallel::map(&what, &items, |(setting, run)| {
+        let who = if run % SLOW_EVERY == 0 { &contenders } else { &quick };
+        Ok(who.iter().copied().zip(samples(setting, seed + run, who)?).collect::<Vec<_>>())
+    })?;
+    let row = |contender: &Contender| {
+        let own = all.iter().flatten().filter(|(who, _)| who == contender);
+        let own: Vec<Sample> = own.map(|(_, sample)| *sample).collect();
+        let (method, harmonics, channels) = match *contender {
+            Contender::Ridgetone { harmonics, channels } => (RIDGETONE, harmonics, channels),
+            Contender::Baseline { method, channels } => (method.name(), 1, channels),
+        };
+        Row {
+            method: method.into(),
+            window_s,
+            frames: (window_s * ridgetone_host::input::frame_rate_hz()).round() as u32,
+            carried,
+            harmonics,
+            channels,
+            accuracy: Accuracy::new(&own),
+            instructions: None,
+        }
+    };
+    Ok(contenders.iter().map(row).collect())
+}
+
+/// Whether it takes seconds for a long window: the Jacobian of all channels at once.
+fn is_slow(contender: &Contender) -> bool {
+    matches!(contender, Contender::Baseline { method: Method::LmJoint, .. })
+}

@@ -1,0 +1,185 @@
+//! The tables of `docs/trade.md`.
+
+use super::bars::{Bars, LENGTHS, SNRS_DB};
+use super::grid::{RIDGETONE, Row};
+use super::{Trade, Verdict};
+use crate::baselines::Method;
+use crate::bench::{BASELINES_CARRIED, CHANNELS, HARMONICS, WINDOWS_S, grouped};
+use crate::markdown::Table;
+use crate::setting::Setting;
+use hal_mock::TABLE_2;
+use ridgetone_host::fit_report::significant;
+use ridgetone_proto::settings::TAXELS;
+
+/// A figure, or a dash where there is none.
+fn or_dash(figure: Option<String>) -> String {
+    figure.unwrap_or_else(|| "-".into())
+}
+
+/// Percent of the frequency.
+pub fn percent(row: &Row) -> String {
+    or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
+}
+
+fn ratio(row: &Row) -> String {
+    or_dash(row.accuracy.error.map(|error| over_bound(error.ratio)))
+}
+
+/// Two decimals near the bound, fewer far from it.
+fn over_bound(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.2}") } else { grouped(ratio.round() as u64) }
+}
+
+/// Latency, passes and instructions.
+fn costs(row: &Row) -> [String; 3] {
+    let latency = row.latency_s().map(|latency_s| format!("{:.2}", 1e3 * latency_s));
+    let instructions = row.instructions.map(|instructions| grouped(instructions.into()));
+    [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
+}
+
+/// Windows in which no single frequency was told, and those in which it was a multiple or a fraction of the true one,
+/// percent of all.
+fn failures(row: &Row) -> [String; 2] {
+    let accuracy = &row.accuracy;
+    let share = |count: u32| match 100.0 * f64::from(count) / f64::from(accuracy.windows) {
+        0.0 => "0".into(),
+        percent => significant(percent, 2),
+    };
+    [share(accuracy.windows - accuracy.good), share(accuracy.octaves)]
+}
+
+/// What an estimator's error is, and how often it fails: under RMS in percent, x bound, no answer and octaves.
+fn quality(row: &Row) -> impl Iterator<Item = String> {
+    [percent(row), ratio(row)].into_iter().chain(failures(row))
+}
+
+/// Ridgetone: one table for each window.
+pub fn ridgetone(trade: &Trade) -> String {
+    let of_window = |window_s: f64| {
+        let headings = [
+            "channels",
+            "harmonics",
+            "RMS, Hz",
+            "RMS, %",
+            "x bound",
+            "no answer, %",
+            "octaves, %",
+            "latency, ms",
+            "instructions",
+            "passes",
+        ];
+        let mut table = Table::new(0, &headings);
+        for channels in CHANNELS {
+            for harmonics in HARMONICS {
+                let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else { continue };
+                let rms_hz = or_dash(row.accuracy.error.map(|error| significant(error.rms_hz, 2)));
+                let mut cells = vec![channels.to_string(), harmonics.to_string(), rms_hz];
+                cells.extend(quality(row));
+                cells.extend(costs(row));
+                table.row(&cells);
+            }
+        }
+        format!("### {window_s} s\n\n{}", table.end())
+    };
+    WINDOWS_S.map(of_window).join("\n\n")
+}
+
+/// What a setting of other harmonics than there are does.
+pub fn harmonics(trade: &Trade) -> String {
+    let [fewest, .., most] = HARMONICS;
+    let all = TAXELS as u8;
+    let headings = [
+        "window, s",
+        "harmonics there",
+        "harmonics set",
+        "RMS, %",
+        "x bound",
+        "no answer, %",
+        "octaves, %",
+        "instructions",
+        "passes",
+    ];
+    let mut table = Table::new(0, &headings);
+    for window_s in WINDOWS_S {
+        let grating = HARMONICS.map(|harmonics| (most, harmonics));
+        for (carried, harmonics) in grating.into_iter().chain([(fewest, fewest), (fewest, most)]) {
+            let Some(row) = trade.ridgetone(window_s, carried, harmonics, all) else { continue };
+            let [_, instructions, passes] = costs(row);
+            let mut cells = vec![window_s.to_string(), carried.to_string(), harmonics.to_string()];
+            cells.extend(quality(row));
+            cells.extend([instructions, passes]);
+            table.row(&cells);
+        }
+    }
+    table.end()
+}
+
+/// Ridgetone beside the others, in each scene.
+pub fn baselines(trade: &Trade) -> String {
+    let of_scene = |carried: u8| {
+        let headings = [
+            "window, s",
+            "method",
+            "channels",
+            "RMS, %",
+            "x bound",
+            "no answer, %",
+            "octaves, %",
+            "latency, ms",
+            "instructions",
+            "passes",
+        ];
+        let mut table = Table::new(2, &headings);
+        for window_s in WINDOWS_S {
+            let ours = trade.ridgetone(window_s, carried, carried, TAXELS as u8);
+            let others = Method::ALL.into_iter().flat_map(|method| trade.baseline(window_s, carried, method));
+            for row in ours.into_iter().chain(others) {
+                let name = if row.method == RIDGETONE { format!("**{RIDGETONE}**") } else { row.method.clone() };
+                let mut cells = vec![window_s.to_string(), name, row.channels.to_string()];
+                cells.extend(quality(row));
+                cells.extend(costs(row));
+                table.row(&cells);
+            }
+        }
+        let what = if carried == 1 { "The tone alone" } else { "A grating: the tone and its overtones" };
+        format!("### {what}\n\n{}", table.end())
+    };
+    BASELINES_CARRIED.map(of_scene).join("\n\n")
+}
+
+/// Every bar.
+pub fn bars(verdicts: &[Verdict]) -> String {
+    let mut table = Table::new(4, &["bar", "limit", "measured", ""]);
+    for Verdict { bar, limit, measured, met } in verdicts {
+        let verdict = if *met { "met" } else { "**NOT MET**" };
+        table.row(&[bar.clone(), limit.clone(), measured.clone(), verdict.into()]);
+    }
+    table.end()
+}
+
+/// Error over bound in every setting of the bar.
+pub fn cells(bars: &Bars) -> String {
+    let of_noise = |snr_db: f64| {
+        let lengths = LENGTHS.map(|length| length.to_string());
+        let mut headings = vec!["mm/s", "mm", "Hz"];
+        headings.extend(lengths.iter().map(String::as_str));
+        let mut table = Table::new(0, &headings);
+        for line in TABLE_2 {
+            let of_line = |setting: &Setting| (setting.speed_mm_s, setting.period_mm) == line;
+            let ours = |length| {
+                let mut cells = bars.cells.iter();
+                let same = |setting: &Setting| of_line(setting) && (setting.length, setting.snr_db) == (length, snr_db);
+                let Some(cell) = cells.find(|cell| same(&cell.setting)) else { return String::new() };
+                let Some(error) = cell.accuracy.error else { return "-".into() };
+                let figure = format!("{:.3} \u{b1} {:.3}", error.ratio, error.ratio_sigma);
+                if cell.is_above() { format!("**{figure}**") } else { figure }
+            };
+            let (speed_mm_s, period_mm) = line;
+            let mut row = vec![speed_mm_s.to_string(), period_mm.to_string(), format!("{:.2}", speed_mm_s / period_mm)];
+            row.extend(LENGTHS.map(ours));
+            table.row(&row);
+        }
+        format!("### {snr_db} dB\n\n{}", table.end())
+    };
+    SNRS_DB.map(of_noise).join("\n\n")
+}

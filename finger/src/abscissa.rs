@@ -1,0 +1,89 @@
+//! What a window's frequency counts its cycles in: time, or place on the surface.
+
+use crate::frame::{CONVERSION_NS, SLOTS};
+use crate::surface::profile::Profile;
+use crate::window::Window;
+use core::f32::consts::PI;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::Abscissa;
+use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::source::FrameSource;
+
+/// The middle of a scan, in slots from its first: by place all taxels of a frame count as read there. What
+/// that is wrong by while the speed changes has the opposite sign in the first taxels and in the last.
+const MIDDLE_SLOT: f32 = 0.5 * (TAXELS as f32 - 1.0);
+
+/// A fit, and the unit of its frequency.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// The fit.
+    pub fit: Fit,
+    /// What its frequency counts cycles in.
+    pub abscissa: Abscissa,
+    /// The frequency told, in hertz or cycles per millimetre, over that of the fit.
+    pub per_unit: f32,
+    /// What passes from one slot of the scan to the next, in the fit's unit: frames, or millimetres.
+    pub per_slot: f32,
+    /// Slot that the fit's phases are those of.
+    pub slot: f32,
+}
+
+impl Fitted {
+    /// By how many turns a taxel's phase is ahead, for its slot comes later in the scan.
+    pub fn ahead(&self, taxel: usize) -> f32 {
+        self.fit.frequency * self.per_slot * (taxel as f32 - self.slot)
+    }
+
+    /// A taxel's phase as if all of a scan were read at once, turns.
+    pub fn turns(&self, taxel: usize) -> f32 {
+        self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - self.ahead(taxel)
+    }
+
+    /// Millimetres from one frame to the next, by the speed profile; by time, of which nothing is told, frames.
+    pub fn per_frame(&self) -> f32 {
+        self.per_slot * SLOTS as f32
+    }
+}
+
+/// A window's frames, with the interferer in them if one is known, hertz; zero: none.
+fn stretch<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> Stretch<'a> {
+    let stretch = Stretch::new(source, window.first, window.frames);
+    if interferer_hz > 0.0 { stretch.with_interferer(interferer_hz / window.frame_rate_hz) } else { stretch }
+}
+
+/// Fits a window in time. None if its frames were overwritten.
+pub fn in_time(
+    fitter: &mut Fitter,
+    window: &Window,
+    source: &mut dyn FrameSource,
+    interferer_hz: f32,
+) -> Option<Fitted> {
+    let fit = fitter.fit(&mut stretch(window, source, interferer_hz))?;
+    let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
+    Some(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
+}
+
+/// Fits a window by the places that a speed profile leads to. None if its frames were overwritten.
+pub fn by_place(
+    fitter: &mut Fitter,
+    window: &Window,
+    source: &mut dyn FrameSource,
+    interferer_hz: f32,
+    profile: &Profile,
+) -> Option<Fitted> {
+    // By the converter's own clock: the stamp of a single frame has the jitter of its interrupt.
+    let frame_us = 1e6 / window.frame_rate_hz;
+    let last = window.frames.saturating_sub(1);
+    let middle_us = (MIDDLE_SLOT * CONVERSION_NS as f32 * 1e-3) as u32;
+    let start_us =
+        window.end_us.saturating_add(middle_us.into()).saturating_sub(((last as f32 * frame_us) as u32).into());
+    let way = profile.way_from(start_us);
+    let place_mm = |frame: u32| way.place_mm((frame as f32 * frame_us) as u32);
+    let per_slot = place_mm(last) / (last.max(1) * SLOTS) as f32;
+    let fit = match stretch(window, source, interferer_hz).along(&place_mm) {
+        Some(mut stretch) => fitter.fit(&mut stretch)?,
+        None => Fit::at_rest(window.frames),
+    };
+    Some(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: MIDDLE_SLOT })
+}

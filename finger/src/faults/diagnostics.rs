@@ -1,0 +1,172 @@
+//! What the tasks count, each from its own priority, for `health` to report.
+
+use crate::faults::log::{Ledger, raise};
+use crate::pipeline::Counters;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::settings::FRAME_RATE_HZ;
+
+/// After this time, microseconds, an input that is still at its rail has been seen there again.
+const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
+
+/// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
+/// less than was lost.
+#[derive(Debug, Default)]
+pub struct Tally {
+    overruns: AtomicU32,
+    unseen: AtomicU32,
+    hops_skipped: AtomicU32,
+    messages_dropped: AtomicU32,
+    chip_restarts: AtomicU32,
+    orders_damaged: AtomicU32,
+    load_bits: AtomicU32,
+    stack: [AtomicU32; 2],
+    /// Board time since which the inputs that are at a rail have been the same, microseconds, and how many there are.
+    railed_us: AtomicU32,
+    railed: AtomicU32,
+    /// The faults.
+    pub faults: Ledger,
+}
+
+impl Tally {
+    /// Everything at zero.
+    pub const fn new() -> Self {
+        Self {
+            overruns: AtomicU32::new(0),
+            unseen: AtomicU32::new(0),
+            hops_skipped: AtomicU32::new(0),
+            messages_dropped: AtomicU32::new(0),
+            chip_restarts: AtomicU32::new(0),
+            orders_damaged: AtomicU32::new(0),
+            load_bits: AtomicU32::new(0),
+            stack: [const { AtomicU32::new(0) }; 2],
+            railed_us: AtomicU32::new(0),
+            railed: AtomicU32::new(0),
+            faults: Ledger::new(),
+        }
+    }
+
+    /// A fault was seen at this board time, microseconds.
+    pub fn fault(&self, kind: FaultKind, board_us: u32) {
+        self.faults.add(kind, 1, board_us);
+    }
+
+    /// So many inputs were at a rail in the scan before this board time, microseconds. None says nothing: it is not asked
+    /// when all is well.
+    pub fn overload(&self, inputs: u32, board_us: u32) {
+        if inputs == 0 {
+            return;
+        }
+        let is_new = board_us.wrapping_sub(self.faults.seen_us(FaultKind::Overload)) > TWO_SCANS_US;
+        if self.railed.swap(inputs, Relaxed) != inputs || is_new {
+            self.railed_us.store(board_us, Relaxed);
+        }
+        self.faults.add(FaultKind::Overload, inputs, board_us);
+    }
+
+    /// Whether an input has reached a rail or left one from one device time to another, their low 32 bits, microseconds. One
+    /// that is there all the time, such as a broken bridge's, does neither.
+    pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
+        let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);
+        let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);
+        is_since(from_us) && !(is_steady() && is_since(to_us.wrapping_sub(TWO_SCANS_US)))
+    }
+
+    /// Conversions were lost before the queue or at it.
+    pub fn overrun(&self, conversions: u32) {
+        raise(&self.overruns, conversions);
+    }
+
+    /// The chip may have made so many conversions, at most, that nobody can have seen.
+    pub fn unseen(&self, at_most: u32) {
+        raise(&self.unseen, at_most);
+    }
+
+    /// A window was not fitted.
+    pub fn hop_skipped(&self) {
+        raise(&self.hops_skipped, 1);
+    }
+
+    /// A message was dropped.
+    pub fn message_dropped(&self) {
+        raise(&self.messages_dropped, 1);
+    }
+
+    /// The ADC had to be set up anew.
+    pub fn chip_restarted(&self) {
+        raise(&self.chip_restarts, 1);
+    }
+
+    /// An order came damaged, or while the one before it had not been taken yet.
+    pub fn order_damaged(&self) {
+        raise(&self.orders_damaged, 1);
+    }
+
+    /// Processor load, 0 to 1.
+    pub fn set_load(&self, load: f32) {
+        self.load_bits.store(load.to_bits(), Relaxed);
+    }
+
+    /// The most of the stack that was in use since start-up, and its size, bytes.
+    pub fn set_stack(&self, used_bytes: u32, size_bytes: u32) {
+        let [used, size] = &self.stack;
+        used.store(used_bytes, Relaxed);
+        size.store(size_bytes, Relaxed);
+    }
+
+    /// All of it, as the detector reports it.
+    pub fn counters(&self) -> Counters {
+        Counters {
+            overruns: self.overruns.load(Relaxed),
+            unseen: self.unseen.load(Relaxed),
+            hops_skipped: self.hops_skipped.load(Relaxed),
+            messages_dropped: self.messages_dropped.load(Relaxed),
+            chip_restarts: self.chip_restarts.load(Relaxed),
+            orders_damaged: self.orders_damaged.load(Relaxed),
+            load: f32::from_bits(self.load_bits.load(Relaxed)),
+            stack: self.stack.each_ref().map(|bytes| bytes.load(Relaxed)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_counted_is_reported() {
+        let tally = Tally::new();
+        tally.overrun(1);
+        tally.unseen(6);
+        tally.hop_skipped();
+        tally.hop_skipped();
+        tally.message_dropped();
+        tally.chip_restarted();
+        (0..4).for_each(|_| tally.order_damaged());
+        tally.set_load(0.25);
+        tally.set_stack(1234, 32768);
+        let expected = Counters {
+            overruns: 1,
+            unseen: 6,
+            hops_skipped: 2,
+            messages_dropped: 1,
+            chip_restarts: 1,
+            orders_damaged: 4,
+            load: 0.25,
+            stack: [1234, 32768],
+        };
+        assert_eq!(tally.counters(), expected);
+    }
+
+    /// A second of the fastest chip, unseen, when nearly as many were counted as can be.
+    #[test]
+    fn counters_stop_at_their_largest_value() {
+        let tally = Tally::new();
+        for _ in 0..2 {
+            tally.unseen(u32::MAX - 100_000);
+            tally.overrun(u32::MAX - 1);
+        }
+        let Counters { overruns, unseen, .. } = tally.counters();
+        assert_eq!((overruns, unseen), (u32::MAX, u32::MAX));
+    }
+}

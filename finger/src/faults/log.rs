@@ -1,0 +1,184 @@
+//! How often each kind of fault was seen, and when last: written by every task, read by those who tell and who judge.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use ridgetone_proto::fault::{Doubts, FaultKind, KINDS};
+
+/// A fault seen longer ago than this is forgotten for windows, microseconds: longer than any window, and much shorter
+/// than half the counter's range, beyond which what is old would look new.
+const OLD_US: u32 = 60_000_000;
+
+/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their largest
+/// value.
+#[derive(Debug, Default)]
+pub struct Ledger {
+    counts: [AtomicU32; KINDS],
+    /// When each kind was seen first since [`Self::take_fresh`], if its bit in `fresh` is set.
+    first_us: [AtomicU32; KINDS],
+    /// When each kind was seen last, if its bit in `lately` is set.
+    seen_us: [AtomicU32; KINDS],
+    /// Bit k: kind k was seen since [`Self::take_fresh`].
+    fresh: AtomicU32,
+    /// Bit k: kind k was seen within about [`OLD_US`].
+    lately: AtomicU32,
+    /// Board time at which device time is zero.
+    zero_us: AtomicU32,
+}
+
+impl Ledger {
+    /// Nothing seen.
+    pub const fn new() -> Self {
+        Self {
+            counts: [const { AtomicU32::new(0) }; KINDS],
+            first_us: [const { AtomicU32::new(0) }; KINDS],
+            seen_us: [const { AtomicU32::new(0) }; KINDS],
+            fresh: AtomicU32::new(0),
+            lately: AtomicU32::new(0),
+            zero_us: AtomicU32::new(0),
+        }
+    }
+
+    /// A fault was seen `times` times, the last time at `board_us`; nothing if that is no times.
+    #[inline(never)]
+    pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
+        let at = kind as usize;
+        let places = (self.counts.get(at), self.first_us.get(at), self.seen_us.get(at));
+        let (Some(count), Some(first_us), Some(seen_us)) = places else { return };
+        if times == 0 {
+            return;
+        }
+        raise(count, times);
+        if self.fresh.load(Relaxed) & 1 << kind as u32 == 0 {
+            first_us.store(board_us, Relaxed);
+        }
+        seen_us.store(board_us, Relaxed);
+        // After the time: whoever sees the bit finds the time that belongs to it.
+        self.lately.fetch_or(1 << kind as u32, Relaxed);
+        self.fresh.fetch_or(1 << kind as u32, Relaxed);
+    }
+
+    /// Times that each kind was seen, by [`FaultKind::ALL`].
+    pub fn counts(&self) -> [u32; KINDS] {
+        core::array::from_fn(|kind| self.counts.get(kind).map_or(0, |count| count.load(Relaxed)))
+    }
+
+    /// Times that one kind was seen.
+    pub fn count(&self, kind: FaultKind) -> u32 {
+        self.counts.get(kind as usize).map_or(0, |count| count.load(Relaxed))
+    }
+
+    /// Board time at which a kind was seen last; anything if it was not.
+    pub fn seen_us(&self, kind: FaultKind) -> u32 {
+        self.seen_us.get(kind as usize).map_or(0, |seen_us| seen_us.load(Relaxed))
+    }
+
+    /// Board time at which a kind was seen first since [`Self::take_fresh`] was asked before it was last; anything if it
+    /// was not.
+    pub fn first_us(&self, kind: FaultKind) -> u32 {
+        self.first_us.get(kind as usize).map_or(0, |first_us| first_us.load(Relaxed))
+    }
+
+    /// Whether anything was seen since [`Self::take_fresh`].
+    #[inline(always)]
+    pub fn has_fresh(&self) -> bool {
+        self.fresh.load(Relaxed) != 0
+    }
+
+    /// The kinds seen since this was asked last.
+    pub fn take_fresh(&self) -> Doubts {
+        let fresh = self.fresh.swap(0, Relaxed);
+        Doubts::of_bits(fresh)
+    }
+
+    /// Says at which board time device time is zero.
+    pub fn set_zero(&self, board_us: u32) {
+        self.zero_us.store(board_us, Relaxed);
+    }
+
+    /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than half an hour ago.
+    pub fn since(&self, since_us: u32) -> Doubts {
+        let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
+        let lately = self.lately.load(Relaxed);
+        let seen = Doubts::of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
+        seen.fold(Doubts::NONE, Doubts::with)
+    }
+
+    /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less than half an hour apart.
+    pub fn is_before(&self, board_us: u32, device_us: u32) -> bool {
+        let since_us = self.zero_us.load(Relaxed).wrapping_add(device_us);
+        (board_us.wrapping_sub(since_us) as i32) < 0
+    }
+
+    /// Forgets what is old, `board_us` being now. To be called every few minutes at least.
+    pub fn forget(&self, board_us: u32) {
+        let lately = Doubts::of_bits(self.lately.load(Relaxed));
+        if lately.is_none() {
+            return;
+        }
+        for kind in lately.iter() {
+            let is_old = || board_us.wrapping_sub(self.seen_us(kind)) as i32 > OLD_US as i32;
+            if is_old() {
+                self.lately.fetch_and(!(1 << kind as u32), Relaxed);
+                // Seen again just now, by a task that came between.
+                if !is_old() {
+                    self.lately.fetch_or(1 << kind as u32, Relaxed);
+                }
+            }
+        }
+    }
+}
+
+/// Adds to a counter as much as it holds. Not inline: none of them is raised while all is well.
+#[inline(never)]
+pub(crate) fn raise(counter: &AtomicU32, by: u32) {
+    let _ = counter.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use FaultKind::{Bus, Lost, Silent};
+
+    #[test]
+    fn what_is_added_is_counted_and_fresh_once() {
+        let ledger = Ledger::new();
+        assert!(!ledger.has_fresh());
+        ledger.add(Silent, u32::MAX, 50);
+        ledger.add(Silent, 2, 60);
+        assert_eq!(ledger.count(Silent), u32::MAX);
+        assert!(ledger.take_fresh().iter().eq([Silent]));
+        ledger.add(Lost, 3, 100);
+        ledger.add(Lost, 2, 200);
+        ledger.add(Bus, 0, 200);
+        assert!(ledger.has_fresh());
+        assert_eq!((ledger.count(Lost), ledger.seen_us(Lost), ledger.counts()[0]), (5, 200, 5));
+        assert_eq!(ledger.first_us(Lost), 100);
+        assert!(ledger.take_fresh().iter().eq([Lost]));
+        assert!(!ledger.has_fresh() && ledger.take_fresh().is_none());
+        ledger.add(Lost, 1, 300);
+        assert_eq!((ledger.first_us(Lost), ledger.seen_us(Lost)), (300, 300));
+    }
+
+    #[test]
+    fn a_window_is_told_what_was_seen_since_it_began_across_the_counters_wrap() {
+        let ledger = Ledger::new();
+        let zero_us = u32::MAX - 1_000_000;
+        ledger.set_zero(zero_us);
+        ledger.add(Lost, 1, zero_us.wrapping_add(900_000));
+        ledger.add(Bus, 1, zero_us.wrapping_add(1_200_000));
+        assert!(ledger.since(800_000).iter().eq([Lost, Bus]));
+        assert!(ledger.since(900_001).iter().eq([Bus]));
+        assert!(ledger.since(1_200_001).is_none());
+    }
+
+    #[test]
+    fn what_is_old_does_not_look_new_when_the_counter_has_gone_half_its_way() {
+        let ledger = Ledger::new();
+        ledger.add(Silent, 1, 1000);
+        for now_us in (0..u32::MAX).step_by(30_000_000) {
+            ledger.forget(now_us);
+            let began_us = now_us.wrapping_sub(1_000_000);
+            assert_eq!(ledger.since(began_us).has(Silent), now_us < 30_000_000, "{now_us}");
+        }
+        assert_eq!(ledger.count(Silent), 1);
+    }
+}

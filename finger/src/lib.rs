@@ -1,0 +1,40 @@
+//! Ridgetone: the tone of the ridges under a robotic fingertip, measured on the chip.
+//!
+//! Sixteen piezoresistors under a compliant skin slide over a grating; all of them see one common
+//! frequency, f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one
+//! and gives events: contact, slide, estimates of that frequency with their uncertainty, release.
+//! It needs no operating system, no allocation and no hardware; the firmware and the PC run it alike
+//! and get the same numbers to the last bit.
+//!
+//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
+//! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
+#![no_std]
+// A panic resets the finger: only tests may.
+#![cfg_attr(
+    not(test),
+    deny(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
+#![forbid(unsafe_code)]
+// Channels and unknowns are numbered; loops over several arrays at once read better by number.
+#![allow(clippy::needless_range_loop)]
+// `!(a > b)` is meant where it stands: a NaN belongs on that side.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+
+pub mod abscissa;
+pub mod acquire;
+pub mod detector;
+pub mod faults;
+pub mod frame;
+pub mod pipeline;
+pub mod ring;
+pub mod surface;
+pub mod tasks;
+pub mod touch;
+pub mod window;

@@ -1,0 +1,93 @@
+//! By how much the tone in one column of units lags behind that in the other.
+//!
+//! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond alike (the same one of
+//! every unit) see the same wave in both columns, earlier or later: the difference of their phases is the wave's, while
+//! that of unlike ones is mostly their own. So phases are averaged among the alike ones of each column, each weighted
+//! by the inverse of its variance, and the columns' differences are averaged in turn. With Gaussian noise that is the
+//! maximum of the likelihood; a dead or noisy channel has next to no weight.
+
+use crate::abscissa::Fitted;
+use core::f32::consts::PI;
+use ridgetone_proto::settings::{Array, TAXELS};
+use ridgetone_tone::phase::{cos_sin, from_turns};
+
+/// Scatter of the channels, in standard deviations of its chi-squared, from which they disagree by more than noise.
+const DISAGREE: f32 = 4.0;
+
+/// A lag and its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// How far the column in front lags behind the other, turns, -0.5 to 0.5: positive if a wave that is longer than
+    /// two pitches comes to it later.
+    pub turns: f32,
+    /// Standard deviation, turns.
+    pub sigma: f32,
+}
+
+/// A weighted sum of phases as a vector: its angle is their mean, and what it is shorter than `weight` is half of their
+/// chi-squared about that.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    cos: f32,
+    sin: f32,
+    weight: f32,
+}
+
+impl Sum {
+    fn add(&mut self, cos: f32, sin: f32, weight: f32) {
+        self.cos += weight * cos;
+        self.sin += weight * sin;
+        self.weight += weight;
+    }
+
+    fn length(&self) -> f32 {
+        libm::sqrtf(self.cos * self.cos + self.sin * self.sin)
+    }
+}
+
+/// The phases of some taxels.
+// Called twice for each kind of piezoresistor: one copy is enough.
+#[inline(never)]
+fn column(fitted: &Fitted, taxels: u16) -> Sum {
+    let mut sum = Sum::default();
+    for taxel in 0..TAXELS {
+        let weight = 1.0 / fitted.fit.channels[taxel].phase_variance;
+        // Neither zero nor infinite, nor NaN.
+        if taxels & 1 << taxel != 0 && weight > 0.0 && weight < f32::INFINITY {
+            let (cos, sin) = cos_sin(from_turns(fitted.turns(taxel)));
+            sum.add(cos, sin, weight);
+        }
+    }
+    sum
+}
+
+/// The lag between the columns of `array`, the slots of the scan accounted for ([`Fitted::turns`]). Where the channels
+/// disagree by more than their noise, the uncertainty is that of their scatter. None if no two channels that respond
+/// alike have the tone in both columns.
+#[inline(never)]
+pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
+    let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);
+    for alike in array.alike.iter().map(|alike| alike & fitted.fit.usable) {
+        let (rear, front) = (column(fitted, alike & !array.front), column(fitted, alike & array.front));
+        let (rear_length, front_length) = (rear.length(), front.length());
+        let lengths = rear_length * front_length;
+        if !(lengths > 0.0) {
+            continue;
+        }
+        let weight = rear.weight * front.weight / (rear.weight + front.weight);
+        let cos = (rear.cos * front.cos + rear.sin * front.sin) / lengths;
+        let sin = (rear.sin * front.cos - rear.cos * front.sin) / lengths;
+        total.add(cos, sin, weight);
+        short += rear.weight - rear_length + front.weight - front_length;
+        freedom += alike.count_ones() as f32 - 1.0;
+    }
+    if !(total.weight > 0.0) {
+        return None;
+    }
+    let scatter = 2.0 * (short + total.weight - total.length());
+    let mut variance = 1.0 / total.weight;
+    if scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
+        variance *= scatter / freedom;
+    }
+    Some(Lag { turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI), sigma: libm::sqrtf(variance) / (2.0 * PI) })
+}

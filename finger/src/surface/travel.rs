@@ -1,0 +1,234 @@
+//! From the lag between the columns to the spatial period, and with the frequency to speed and direction.
+//!
+//! A wave of spatial period T that travels along +x comes to the column in front `pitch_mm` / T turns late, less the
+//! turns by which the contact's ends pull the columns together ([`Array::pull_rad`]). Of that the phases tell the
+//! fraction of a turn: n turns more or less look the same, and so does a wave the other way that is late by what is
+//! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
+//! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between
+//! one pitch and two have a single answer each, and those above too where the direction is known; a shorter one, which
+//! aliases, has another among the longer ones.
+//!
+//! What else could tell, and why it is not asked: the overtones are late by whole multiples of the same turns and know
+//! nothing new. Friction shifts the levels of facing piezoresistors by its direction; under gratings as coarse as the
+//! paper's by less than the ridges that happen to lie over them when the slide begins, and under finer ones the number
+//! of turns stays open. In what order the units feel the touch is the stimulus's tilt, not its motion.
+
+use crate::surface::lag::Lag;
+use core::f32::consts::PI;
+use ridgetone_proto::settings::Array;
+use ridgetone_proto::telemetry::{Direction, Travel, Verdict};
+
+/// Standard deviations on either side within which an answer is possible.
+const POSSIBLE: f32 = 3.0;
+/// How far the phases may be from a period told by the host and still agree with it, turns, besides their own
+/// uncertainty: what a speed that is off by 5 % does to a period of one pitch.
+const AGREE: f32 = 0.05;
+
+/// A value and its standard deviation.
+pub type Measured = (f32, f32);
+
+/// Turns by which the column in front is late behind a wave of one period along +x.
+fn turns(array: &Array, period_mm: f32) -> f32 {
+    array.pitch_mm / period_mm - array.pull_rad / (2.0 * PI)
+}
+
+/// The lag with the uncertainty of the calibration in it.
+fn calibrated(lag: Lag, array: &Array) -> Lag {
+    let pull_sigma = array.pull_sigma_rad / (2.0 * PI);
+    Lag { sigma: libm::sqrtf(lag.sigma * lag.sigma + pull_sigma * pull_sigma), ..lag }
+}
+
+/// What the phases alone tell. `frequency_hz` of a slide whose speed nobody told.
+#[inline(never)]
+pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
+    let Some(lag) = lag else { return Travel::NONE };
+    let lag = calibrated(lag, array);
+    let margin = POSSIBLE * lag.sigma;
+    let (least, most) = (turns(array, array.period_most_mm), turns(array, array.period_least_mm));
+    let (mut answers, mut answer) = (0, (0.0, Direction::Unknown));
+    for (sign, direction, possible) in
+        [(1.0, Direction::Forward, array.may_go_forward), (-1.0, Direction::Backward, array.may_go_backward)]
+    {
+        if !possible {
+            continue;
+        }
+        let late = sign * lag.turns;
+        // The first whole number of turns that leads into the range.
+        let first = late + libm::roundf(least - margin - late + 0.5);
+        if first <= most + margin {
+            answers += 1;
+            answer = (first, direction);
+        }
+        answers += (first + 1.0 <= most + margin) as u32;
+    }
+    let (late, direction) = answer;
+    match answers {
+        0 => Travel { verdict: Verdict::OutOfRange, ..Travel::NONE },
+        1 if late - margin >= least && late + margin <= most => {
+            let period_mm = array.pitch_mm / (late + array.pull_rad / (2.0 * PI));
+            let period_sigma_mm = period_mm * period_mm / array.pitch_mm * lag.sigma;
+            let (frequency_hz, sigma_hz) = frequency_hz;
+            let speed_mm_s = frequency_hz * period_mm;
+            // Frequency and phases at the window's centre do not depend on each other.
+            let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
+            Travel {
+                verdict: Verdict::Unique,
+                direction,
+                spatial_period_mm: period_mm,
+                spatial_period_sigma_mm: period_sigma_mm,
+                speed_mm_s,
+                speed_sigma_mm_s: libm::sqrtf(of_frequency * of_frequency + of_period * of_period),
+            }
+        }
+        _ => Travel { verdict: Verdict::Ambiguous, ..Travel::NONE },
+    }
+}
+
+/// What the host's speed and the frequency tell; the phases give the direction and are a check. `way` is that of a
+/// wave that travels along +x with increasing abscissa.
+#[inline(never)]
+pub fn told(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
+    let travel = Travel {
+        verdict: Verdict::Told,
+        direction: Direction::Unknown,
+        spatial_period_mm: period_mm.0,
+        spatial_period_sigma_mm: period_mm.1,
+        speed_mm_s,
+        speed_sigma_mm_s: 0.0,
+    };
+    let Some(lag) = lag else { return travel };
+    let lag = calibrated(lag, array);
+    let expected = turns(array, period_mm.0);
+    let agrees = |late: f32| {
+        let off = late - expected;
+        (off - libm::roundf(off)).abs() <= AGREE + POSSIBLE * lag.sigma
+    };
+    match (agrees(lag.turns), agrees(-lag.turns)) {
+        (true, true) => travel,
+        (true, false) => Travel { direction: way, ..travel },
+        (false, true) => Travel { direction: way.reversed(), ..travel },
+        (false, false) => Travel { verdict: Verdict::Contradicted, ..travel },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+
+    const ARRAY: Array = Array { pitch_mm: 2.3, pull_rad: 0.25, pull_sigma_rad: 0.0, ..Array::DEFAULT };
+    const TONE_HZ: Measured = (8.0, 0.008);
+
+    /// The lag of a wave, by the definition.
+    fn lag_of(period_mm: f64, direction: Direction) -> Lag {
+        let turns = 2.3 / period_mm - 0.25 / std::f64::consts::TAU;
+        let turns = if direction == Direction::Forward { turns } else { -turns };
+        Lag { turns: (turns - turns.round()) as f32, sigma: 1e-3 }
+    }
+
+    #[test]
+    fn every_possible_period_comes_back_both_ways() {
+        for direction in [Direction::Forward, Direction::Backward] {
+            for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
+                let travel = found(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
+                assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, direction), "{period_mm}");
+                assert!((f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5, "{travel:?}");
+                assert!((f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4, "{travel:?}");
+                // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %, independently.
+                let share = period_mm / 2.3 * 1e-3;
+                assert!(
+                    (f64::from(travel.spatial_period_sigma_mm) / period_mm / share - 1.0).abs() < 1e-3,
+                    "{travel:?}"
+                );
+                let both = share.hypot(1e-3) * 8.0 * period_mm;
+                assert!((f64::from(travel.speed_sigma_mm_s) / both - 1.0).abs() < 1e-3, "{travel:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_calibrations_uncertainty_counts() {
+        let array = Array { pull_sigma_rad: 0.01, ..ARRAY };
+        let lag = Lag { sigma: 0.0, ..lag_of(3.1, Direction::Forward) };
+        let travel = found(Some(lag), &array, TONE_HZ);
+        let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / core::f32::consts::TAU;
+        assert!((travel.spatial_period_sigma_mm / sigma_mm - 1.0).abs() < 1e-3, "{travel:?}");
+    }
+
+    #[test]
+    fn what_has_more_than_one_answer_is_ambiguous() {
+        let verdict = |least: f32, most: f32, period_mm, direction| {
+            let array = Array { period_least_mm: least, period_most_mm: most, ..ARRAY };
+            found(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
+        };
+        // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
+        assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), Verdict::Ambiguous);
+        assert_eq!(verdict(1.2, 4.2, 3.1, Direction::Forward), Verdict::Ambiguous);
+        // Two pitches and more: what is late one way is as much ahead the other.
+        assert_eq!(verdict(2.3, 9.0, 3.1, Direction::Backward), Verdict::Ambiguous);
+        assert_eq!(verdict(2.3, 9.0, 6.0, Direction::Forward), Verdict::Ambiguous);
+        // Short ones that alone are possible are told.
+        assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), Verdict::Unique);
+        assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), Verdict::Unique);
+    }
+
+    #[test]
+    fn a_known_direction_leaves_one_answer_above_one_pitch() {
+        let array = Array { period_most_mm: 20.0, may_go_backward: false, ..ARRAY };
+        for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
+            let travel = found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
+            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, Direction::Forward), "{period_mm}");
+            assert!((f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5, "{travel:?}");
+        }
+        let none = Array { may_go_forward: false, ..array };
+        assert_eq!(found(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, Verdict::OutOfRange);
+    }
+
+    #[test]
+    fn an_answer_at_the_edge_is_ambiguous_and_one_beyond_is_out_of_range() {
+        let array = Array { period_least_mm: 2.6, period_most_mm: 3.6, ..ARRAY };
+        let verdict = |period_mm| found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
+        // Three standard deviations are 0.35 % of the period and more.
+        for (period_mm, expected) in [
+            (2.57, Verdict::OutOfRange),
+            (2.597, Verdict::Ambiguous),
+            (2.603, Verdict::Ambiguous),
+            (2.63, Verdict::Unique),
+            (3.57, Verdict::Unique),
+            (3.59, Verdict::Ambiguous),
+            (3.61, Verdict::Ambiguous),
+            (3.63, Verdict::OutOfRange),
+        ] {
+            assert_eq!(verdict(period_mm), expected, "{period_mm}");
+        }
+        assert_eq!(found(None, &array, TONE_HZ), Travel::NONE);
+    }
+
+    #[test]
+    fn a_lag_that_is_not_known_at_all_is_ambiguous() {
+        let lag = Lag { turns: 0.3, sigma: 0.4 };
+        assert_eq!(found(Some(lag), &ARRAY, TONE_HZ).verdict, Verdict::Ambiguous);
+    }
+
+    #[test]
+    fn the_hosts_word_stands_and_the_phases_check_it() {
+        let check = |lag, way| {
+            let travel = told(lag, &ARRAY, (3.1, 0.003), 24.8, way);
+            let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = travel;
+            let values = (spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s);
+            assert_eq!(values, (3.1, 0.003, 24.8, 0.0));
+            (travel.verdict, travel.direction)
+        };
+        let (forward, backward) = (Direction::Forward, Direction::Backward);
+        assert_eq!(check(Some(lag_of(3.1, forward)), forward), (Verdict::Told, forward));
+        assert_eq!(check(Some(lag_of(3.1, backward)), forward), (Verdict::Told, backward));
+        // By place on a surface that goes back, a wave along +x is one with decreasing place.
+        assert_eq!(check(Some(lag_of(3.1, forward)), backward), (Verdict::Told, backward));
+        // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
+        assert_eq!(check(Some(lag_of(3.6, forward)), forward), (Verdict::Contradicted, Direction::Unknown));
+        assert_eq!(check(Some(lag_of(3.2, forward)), forward), (Verdict::Told, forward));
+        assert_eq!(check(None, forward), (Verdict::Told, Direction::Unknown));
+        let vague = Lag { sigma: 0.2, ..lag_of(3.1, forward) };
+        assert_eq!(check(Some(vague), forward), (Verdict::Told, Direction::Unknown));
+    }
+}

@@ -1,0 +1,321 @@
+//! Carries out what a PC orders: checked first, then in force from the next window on.
+
+use crate::detector::Detector;
+use crate::pipeline::Estimator;
+use crate::surface::profile::Profile;
+use heapless::{String, Vec};
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::command::{Command, Order, Outcome, Part, Reply};
+use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
+use ridgetone_proto::settings::{Settings, SettingsError};
+use ridgetone_proto::store::{NotStored, Saved, Store};
+use ridgetone_proto::telemetry::News;
+
+/// What an order is to change, once no window is due any more that came before it.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)]
+pub enum Effect {
+    /// Nothing.
+    None,
+    /// The greeting is to be said.
+    Greet,
+    /// These settings are in force.
+    Use(Settings, SettingsSource),
+    /// All begins anew.
+    Start,
+    /// Nothing is told but `health`.
+    Stop,
+    /// So many frames are told raw.
+    Raw(u32),
+    /// The profile that has come is in force.
+    Follow(After),
+    /// No profile is in force.
+    Unfollow,
+    /// The board is to be reset when all that is to be told has left.
+    Restart,
+}
+
+/// Settles orders one after the other. What it keeps is bounded: a profile, one in the making, and the latest reply.
+#[derive(Debug, Default)]
+pub struct Executor {
+    profile: Option<Profile>,
+    knots: Vec<Knot, KNOTS_MAX>,
+    latest: Option<Reply>,
+    restarting: bool,
+}
+
+impl Executor {
+    /// One that has seen no order.
+    pub const fn new() -> Self {
+        Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
+    }
+
+    /// The speed profile in force.
+    pub const fn profile(&self) -> Option<&Profile> {
+        self.profile.as_ref()
+    }
+
+    /// Whether the board is to be reset as soon as the line is silent.
+    pub const fn is_restarting(&self) -> bool {
+        self.restarting
+    }
+
+    /// Settles an order: stores what is to be kept, and gives what is to be changed with [`Self::carry_out`] and
+    /// answered. `touched`: the finger is on something, so the flash must not be erased now, which takes a second or two
+    /// and stops the processor.
+    #[inline(never)]
+    pub fn settle(&mut self, order: &Order, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
+        let again = self.latest.as_ref().filter(|reply| reply.number == order.number);
+        if let Some(reply) = again {
+            return (Effect::None, reply.clone());
+        }
+        let (effect, outcome) = if self.restarting {
+            (Effect::None, Outcome::Busy)
+        } else {
+            match &order.command {
+                Command::Greet => (Effect::Greet, Outcome::Done),
+                Command::Set { settings, keep } => match settings.validate() {
+                    Err(error) => (Effect::None, refused(&error)),
+                    Ok(()) => {
+                        let saved = if *keep { store.save(Some(settings), !touched) } else { Ok(Saved::AtOnce) };
+                        (Effect::Use(*settings, SettingsSource::Sent), stored(saved))
+                    }
+                },
+                Command::Forget => {
+                    let saved = store.save(None, !touched);
+                    (Effect::Use(Settings::DEFAULT, SettingsSource::Default), stored(saved))
+                }
+                Command::Start => (Effect::Start, Outcome::Done),
+                Command::Stop => (Effect::Stop, Outcome::Done),
+                Command::Follow(part) => self.collect(part),
+                Command::Unfollow => (Effect::Unfollow, Outcome::Done),
+                Command::Raw { frames } => (Effect::Raw(*frames), Outcome::Done),
+                Command::Restart => (Effect::Restart, Outcome::Done),
+            }
+        };
+        let reply = Reply { number: order.number, outcome };
+        // Who is told to ask again is not to get the same answer then.
+        if reply.outcome != Outcome::Busy {
+            self.latest = Some(reply.clone());
+        }
+        (effect, reply)
+    }
+
+    /// Takes a part of a profile. Anything wrong drops all parts; the profile in force stays.
+    fn collect(&mut self, part: &Part) -> (Effect, Outcome) {
+        if part.first == 0 {
+            self.knots.clear();
+        }
+        let follows = usize::from(part.first) == self.knots.len() && !part.knots.is_empty();
+        let fits = follows && self.knots.extend_from_slice(&part.knots).is_ok();
+        let good = fits && part.last.is_none_or(|after| Profile::new(&self.knots, after).is_ok());
+        if !good {
+            self.knots.clear();
+            return (Effect::None, Outcome::Profile);
+        }
+        (part.last.map_or(Effect::None, Effect::Follow), Outcome::Done)
+    }
+
+    /// Changes what an order changes. All windows that were due before it must have been fitted.
+    #[inline(never)]
+    pub fn carry_out(
+        &mut self,
+        effect: &Effect,
+        detector: &mut Detector,
+        estimator: &mut Estimator,
+        emit: &mut dyn FnMut(News),
+    ) {
+        match effect {
+            Effect::None => {}
+            Effect::Greet => emit(detector.hello()),
+            Effect::Use(settings, source) => {
+                detector.change(settings, *source);
+                estimator.change(settings);
+                emit(detector.hello());
+            }
+            Effect::Start => detector.restart(true),
+            Effect::Stop => detector.restart(false),
+            Effect::Raw(frames) => detector.tell_raw(*frames),
+            Effect::Follow(after) => {
+                // Made a second time, rather than kept meanwhile: half a kilobyte.
+                self.profile = Profile::new(&self.knots, *after).ok();
+                self.knots.clear();
+            }
+            Effect::Unfollow => self.profile = None,
+            Effect::Restart => self.restarting = true,
+        }
+    }
+}
+
+/// The answer to settings that were to be kept.
+fn stored(saved: Result<Saved, NotStored>) -> Outcome {
+    match saved {
+        Ok(Saved::AtOnce) => Outcome::Done,
+        Ok(Saved::Erasing) => Outcome::DoneErased,
+        Err(NotStored) => Outcome::NotStored,
+    }
+}
+
+/// The answer to settings outside their bounds.
+fn refused(error: &SettingsError) -> Outcome {
+    let SettingsError { field, value, least, greatest } = *error;
+    // Every name fits: a test says so.
+    Outcome::Setting { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::command::{KNOTS_A_COMMAND, ORDER_WIRE_MAX};
+    use ridgetone_proto::framing as wire;
+    use ridgetone_proto::settings::{Array, SlideRule};
+    use ridgetone_proto::telemetry::Hello;
+    extern crate std;
+    use std::boxed::Box;
+    use std::vec;
+
+    /// Keeps what it is told to, and refuses when a page would have to be erased in a touch.
+    #[derive(Default)]
+    struct Kept {
+        settings: Option<Settings>,
+        saves: u32,
+        full: bool,
+    }
+
+    impl Store for Kept {
+        fn load(&mut self) -> (Settings, SettingsSource) {
+            (self.settings.unwrap_or(Settings::DEFAULT), SettingsSource::Stored)
+        }
+
+        fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
+            if self.full && !may_erase {
+                return Err(NotStored);
+            }
+            self.settings = settings.copied();
+            self.saves += 1;
+            Ok(if self.full { Saved::Erasing } else { Saved::AtOnce })
+        }
+    }
+
+    struct Board {
+        executor: Executor,
+        detector: Box<Detector>,
+        estimator: Box<Estimator>,
+        store: Kept,
+        greeted: vec::Vec<Hello>,
+    }
+
+    impl Board {
+        fn new() -> Self {
+            let settings = Settings::DEFAULT;
+            let (detector, estimator) = (Box::new(Detector::new(settings)), Box::new(Estimator::new(settings)));
+            Self { executor: Executor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
+        }
+
+        fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
+            let (effect, reply) = self.executor.settle(&Order { number, command }, touched, &mut self.store);
+            assert_eq!(reply.number, number);
+            self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |news| match news {
+                News::Hello(hello) => self.greeted.push(hello),
+                news => panic!("{news:?}"),
+            });
+            reply.outcome
+        }
+    }
+
+    const OTHERS: Settings = Settings { window_s: 0.5, harmonics: 2, ..Settings::DEFAULT };
+
+    #[test]
+    fn the_longest_orders_fit_the_wire_and_every_name_a_reply() {
+        let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
+        let array = Array { front: u16::MAX, alike: [u16::MAX; 4], ..Array::DEFAULT };
+        let settings = Settings { slide, array, ..Settings::DEFAULT };
+        let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
+        let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
+        // By hand: number 3, kind 1, settings 71, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
+        // 4 of checksum, 1 of stuffing and the zero.
+        for (command, bytes) in [(Command::Set { settings, keep: true }, 82), (Command::Follow(part), 86)] {
+            let mut wire = [0; ORDER_WIRE_MAX];
+            assert_eq!(wire::encode(&Order { number: u16::MAX, command }, &mut wire), Ok(bytes));
+        }
+        for field in ["pull_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
+            let error = SettingsError { field, value: 1.0, least: 2.0, greatest: 3.0 };
+            assert!(matches!(refused(&error), Outcome::Setting { field: name, .. } if name.as_str() == field));
+        }
+    }
+
+    #[test]
+    fn settings_are_in_force_and_kept_if_they_are_to_be() {
+        let mut board = Board::new();
+        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: false }, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[0].settings), (None, OTHERS));
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[1].source), (Some(OTHERS), SettingsSource::Sent));
+        // The same number again: nothing happens twice.
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
+        assert_eq!(board.told(3, Command::Forget, false), Outcome::Done);
+        assert_eq!((board.store.settings, board.greeted[2].settings), (None, Settings::DEFAULT));
+    }
+
+    #[test]
+    fn settings_outside_their_bounds_change_nothing() {
+        let mut board = Board::new();
+        let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
+        let refused = board.told(1, Command::Set { settings, keep: true }, false);
+        assert!(matches!(refused, Outcome::Setting { least: 0.5, greatest: 5.5, .. }), "{refused:?}");
+        assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
+    }
+
+    #[test]
+    fn in_a_touch_a_full_page_is_told() {
+        let mut board = Board::new();
+        board.store.full = true;
+        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: true }, true), Outcome::NotStored);
+        assert_eq!((board.store.saves, board.greeted[0].settings), (0, OTHERS));
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::DoneErased);
+        assert_eq!(board.store.settings, Some(OTHERS));
+    }
+
+    #[test]
+    fn a_profile_comes_in_parts_and_is_in_force_with_the_last() {
+        let knots = |from: u32, count: u32| (from..from + count).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
+        let part =
+            |first: u32, count, last| Command::Follow(Part { first: first as u8, knots: knots(first, count), last });
+        let mut board = Board::new();
+        for (number, first) in (0u16..).zip((0..24).step_by(8)) {
+            assert_eq!(board.told(number, part(first, 8, None), false), Outcome::Done);
+            assert_eq!(board.executor.profile(), None);
+        }
+        assert_eq!(board.told(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
+        let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
+        let whole = Profile::new(&all, After::Repeat).unwrap();
+        assert_eq!(board.executor.profile(), Some(&whole));
+        // A part is missing; one that is out of order; one knot too many. The profile in force stays.
+        for (number, wrong) in (4u16..).zip([
+            vec![part(8, 8, Some(After::Hold))],
+            vec![part(0, 8, None), part(16, 8, Some(After::Hold))],
+            vec![part(0, 8, None), part(0, 1, Some(After::Repeat))],
+            vec![part(0, 8, None), part(8, 8, None), part(16, 8, None), part(24, 8, None), part(32, 1, None)],
+        ]) {
+            let last = wrong.len() - 1;
+            for (k, part) in wrong.into_iter().enumerate() {
+                let outcome = board.told(number * 10 + k as u16, part, false);
+                assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
+            }
+        }
+        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.told(100, Command::Unfollow, false), Outcome::Done);
+        assert_eq!(board.executor.profile(), None);
+    }
+
+    #[test]
+    fn who_restarts_does_nothing_else() {
+        let mut board = Board::new();
+        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert!(board.executor.is_restarting());
+        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
+        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
+    }
+}

@@ -1,0 +1,74 @@
+//! Events waiting for the line. A slow line costs the oldest, never the newest.
+
+use heapless::Deque;
+use ridgetone_proto::telemetry::{Event, Packet};
+
+/// At most `N` packets, numbered as they come in, so that a reader also sees the ones dropped here.
+#[derive(Debug)]
+pub struct Outbox<const N: usize> {
+    waiting: Deque<Packet, N>,
+    sequence: u16,
+}
+
+impl<const N: usize> Outbox<N> {
+    /// An empty outbox; `const`, so that it can live in a static.
+    pub const fn new() -> Self {
+        Self { waiting: Deque::new(), sequence: 0 }
+    }
+
+    /// Numbers an event and queues it. Returns whether the oldest had to make room.
+    pub fn post(&mut self, event: Event) -> bool {
+        let dropped = self.waiting.is_full() && self.waiting.pop_front().is_some();
+        let packet = Packet { sequence: self.sequence, event };
+        self.sequence = self.sequence.wrapping_add(1);
+        // Cannot fail: room was made. A capacity of zero would drop everything.
+        self.waiting.push_back(packet).is_err() || dropped
+    }
+
+    /// The oldest packet.
+    pub fn take(&mut self) -> Option<Packet> {
+        self.waiting.pop_front()
+    }
+
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+}
+
+impl<const N: usize> Default for Outbox<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::telemetry::Health;
+
+    fn event(frames: u32) -> Event {
+        Event::Health(Health { frames, ..Health::default() })
+    }
+
+    #[test]
+    fn packets_leave_in_order_and_numbered() {
+        let mut outbox = Outbox::<2>::new();
+        assert!(outbox.is_empty());
+        assert!(!outbox.post(event(10)));
+        assert!(!outbox.post(event(11)));
+        assert_eq!(outbox.take(), Some(Packet { sequence: 0, event: event(10) }));
+        assert_eq!(outbox.take(), Some(Packet { sequence: 1, event: event(11) }));
+        assert_eq!(outbox.take(), None);
+    }
+
+    #[test]
+    fn the_oldest_makes_room_and_leaves_a_gap_in_the_numbers() {
+        let mut outbox = Outbox::<2>::new();
+        outbox.post(event(10));
+        outbox.post(event(11));
+        assert!(outbox.post(event(12)));
+        assert_eq!(outbox.take().map(|packet| packet.sequence), Some(1));
+        assert_eq!(outbox.take().map(|packet| packet.sequence), Some(2));
+    }
+}

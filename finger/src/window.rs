@@ -1,0 +1,22 @@
+//! The sliding phase window by window: w seconds each, hop by hop, in the ring of frames.
+
+pub use crate::ring::{Ring, reached};
+use ridgetone_proto::telemetry::Span;
+pub use ridgetone_tone::source::{FrameSource, Table, Values};
+
+/// A stretch of frames to fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Number of its first frame.
+    pub first: u32,
+    /// Frames in it.
+    pub frames: u32,
+    /// Device time of its end, microseconds.
+    pub end_us: u64,
+    /// Frames per second by the board's clock, measured over the window.
+    pub frame_rate_hz: f32,
+    /// Codes that the frames' values are relative to: whole numbers, exact in f32.
+    pub reference: Values,
+    /// What it covers.
+    pub span: Span,
+}

@@ -1,0 +1,298 @@
+//! Power that is lost at any word of what the settings' store writes, in a flash on this PC.
+//!
+//! The flash is as the manual has it: erasing sets bits, programming clears them, and what power is lost in the middle of
+//! has any part of its bits done. Nothing else is touched.
+
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::store::{FlashStore, PAGES, Store, WORD_BYTES};
+
+/// Two pages of flash that lose power after so many words and erasures.
+#[derive(Clone, Debug)]
+pub struct CutFlash<const PAGE_BYTES: u32> {
+    bytes: Vec<u8>,
+    /// Operations until power is lost; none: it is not.
+    left: Option<u64>,
+    /// Operations done.
+    pub done: u64,
+    /// Whether power is gone.
+    pub is_off: bool,
+    /// Operations beyond the pages, or that program what is not erased. There must be none.
+    pub wrong: u64,
+    /// Pages erased.
+    pub erased: u64,
+    /// Reads.
+    pub reads: u64,
+    /// Whether a bit was cleared since power came.
+    pub is_marked: bool,
+    random: ChaCha8Rng,
+}
+
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// New pages.
+    pub fn new(seed: u64) -> Self {
+        let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
+        Self {
+            bytes,
+            left: None,
+            done: 0,
+            is_off: false,
+            wrong: 0,
+            erased: 0,
+            reads: 0,
+            is_marked: false,
+            random: ChaCha8Rng::seed_from_u64(seed),
+        }
+    }
+
+    /// Pages with anything in them.
+    pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
+        self.bytes = (0..self.bytes.len()).map(byte).collect();
+        self
+    }
+
+    /// What is in them.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
+    pub fn power(mut self, left: Option<u64>) -> Self {
+        (self.left, self.is_off, self.is_marked) = (left, false, false);
+        self
+    }
+
+    /// Whether the next operation is done in full, in part, or not at all.
+    fn next(&mut self) -> Done {
+        if self.is_off {
+            return Done::Not;
+        }
+        self.done += 1;
+        match &mut self.left {
+            Some(0) => {
+                self.is_off = true;
+                Done::Partly
+            }
+            Some(left) => {
+                *left -= 1;
+                Done::Fully
+            }
+            None => Done::Fully,
+        }
+    }
+}
+
+/// Bits of a word that are done when power is lost: none, all, or any.
+fn part(random: &mut ChaCha8Rng) -> u32 {
+    match random.next_u32() % 4 {
+        0 => 0,
+        1 => u32::MAX,
+        _ => random.next_u32(),
+    }
+}
+
+#[derive(PartialEq)]
+enum Done {
+    Fully,
+    Partly,
+    Not,
+}
+
+impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
+    /// Programs a word.
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
+        let done = self.next();
+        let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
+        let range = offset as usize..offset as usize + WORD_BYTES;
+        let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        if done == Done::Not {
+            return Err(NorFlashErrorKind::Other);
+        }
+        self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
+        // A bit whose turn had not come is still set.
+        for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
+            let before = *kept;
+            *kept &= byte | !mask;
+            self.is_marked |= *kept != before;
+        }
+        if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+    }
+}
+
+impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<const PAGE_BYTES: u32> ReadNorFlash for CutFlash<PAGE_BYTES> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.reads += 1;
+        let Some(kept) = self.bytes.get(offset as usize..offset as usize + bytes.len()) else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        bytes.copy_from_slice(kept);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = PAGE_BYTES as usize;
+
+    /// Word by word: power may be lost in the middle of each.
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, rest) = bytes.as_chunks::<WORD_BYTES>();
+        self.wrong += u64::from(!rest.is_empty());
+        (offset..).step_by(WORD_BYTES).zip(words).try_for_each(|(offset, word)| self.program(offset, *word))
+    }
+
+    /// One page.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        let done = self.next();
+        let page = (from / PAGE_BYTES) as usize;
+        let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
+        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page).filter(|_| is_one) else {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
+        };
+        match done {
+            Done::Fully => {
+                place.fill(0xff);
+                self.erased += 1;
+                Ok(())
+            }
+            Done::Partly => {
+                place.as_chunks_mut::<4>().0.iter_mut().for_each(|word| {
+                    let set = part(&mut self.random).to_le_bytes();
+                    word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+                });
+                Err(NorFlashErrorKind::Other)
+            }
+            Done::Not => Err(NorFlashErrorKind::Other),
+        }
+    }
+}
+
+/// What was read after a loss of power, how often.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cuts {
+    /// Losses of power.
+    pub injected: u64,
+    /// What was stored before.
+    pub old: u64,
+    /// In how many of these it was said that what was stored last cannot be read.
+    pub told: u64,
+    /// What was being stored.
+    pub new: u64,
+    /// The defaults, where nothing had been stored before.
+    pub defaults: u64,
+    /// Anything else; the old ones without a word that others had been begun; a store that refused when power was back; an
+    /// operation that a flash does not allow. Must be zero.
+    pub wrong: u64,
+}
+
+impl std::ops::AddAssign for Cuts {
+    fn add_assign(&mut self, other: Self) {
+        self.injected += other.injected;
+        self.old += other.old;
+        self.told += other.told;
+        self.new += other.new;
+        self.defaults += other.defaults;
+        self.wrong += other.wrong;
+    }
+}
+
+/// Settings that differ from those of every other number.
+pub fn settings(number: u64) -> Settings {
+    Settings { window_s: 0.1 + (number % 3800) as f32 * 1e-3, ..Settings::DEFAULT }
+}
+
+/// Stores `saves` settings into pages that `prefilled` others went into, and loses power in the middle of every single word
+/// and erasure of that; then once more in the middle of one of those of the next storing, and looks again. `seed` says
+/// which bits were done by then.
+pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
+    let mut cuts = Cuts::default();
+    let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
+    for number in 0..prefilled {
+        cuts.wrong += u64::from(store.save(Some(&settings(number)), true).is_err());
+    }
+    let mut flash = store.release();
+    let mut second = ChaCha8Rng::seed_from_u64(seed);
+    for number in prefilled..prefilled + saves {
+        let old = number.checked_sub(1).map(settings);
+        let mut cut = 0;
+        loop {
+            let mut store = FlashStore::new(flash.clone().power(Some(cut)));
+            let saved = store.save(Some(&settings(number)), true);
+            let left = store.release();
+            if !left.is_off {
+                // More operations than it takes.
+                cuts.wrong += u64::from(saved.is_err());
+                flash = left;
+                break;
+            }
+            let found = look(&left, old, settings(number), &mut cuts);
+            let before = if found == Some(settings(number)) { Some(settings(number)) } else { old };
+            // Power is back and lost again while the next are stored.
+            let again = second.next_u64() % 26;
+            let mut store = FlashStore::new(left.power(Some(again)));
+            let saved = store.save(Some(&settings(number + 1)), true);
+            let left = store.release();
+            if left.is_off {
+                look(&left, before, settings(number + 1), &mut cuts);
+            } else {
+                cuts.wrong += u64::from(saved.is_err());
+            }
+            // And back for good.
+            let mut store = FlashStore::new(left.power(None));
+            let stored = store.save(Some(&settings(number + 2)), true).is_ok();
+            let is_there = store.load() == (settings(number + 2), SettingsSource::Stored);
+            cuts.wrong += u64::from(!stored || !is_there) + store.release().wrong;
+            cut += 1;
+        }
+    }
+    cuts.wrong += flash.wrong;
+    cuts
+}
+
+/// Reads what a loss of power has left, twice.
+fn look<const PAGE_BYTES: u32>(
+    flash: &CutFlash<PAGE_BYTES>,
+    old: Option<Settings>,
+    new: Settings,
+    cuts: &mut Cuts,
+) -> Option<Settings> {
+    let mut store = FlashStore::new(flash.clone().power(None));
+    let found = store.load();
+    cuts.injected += 1;
+    let fell_back = found.1 == SettingsSource::StoredBefore;
+    let stored = found.1 == SettingsSource::Stored || fell_back;
+    if store.load() != found {
+        cuts.wrong += 1;
+    } else if stored && found.0 == new {
+        cuts.new += 1;
+    } else if stored && Some(found.0) == old && (fell_back || !flash.is_marked) {
+        cuts.old += 1;
+        cuts.told += u64::from(fell_back);
+    } else if old.is_none() && found.0 == Settings::DEFAULT {
+        cuts.defaults += 1;
+    } else {
+        cuts.wrong += 1;
+    }
+    stored.then_some(found.0)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,205 @@
+//! What a channel holds besides its level, its slope and the tone: a baseline that relaxes, an interferer.
+//!
+//! Each is a function of the frame, known but for its factor in every channel, and so one more linear
+//! unknown of the fit. A baseline that relaxes (skin creeps after a contact) is curved: within a window
+//! the second and third Legendre polynomials describe an exponential whose time constant is not much
+//! shorter than the window. An interferer of known frequency is a cosine and a sine; sampled below twice
+//! its frequency it is their alias, without more ado.
+
+use crate::frame_span::{BLOCK, Block, Stretch};
+use crate::levels::Levels;
+use crate::moments::{GROUP, part, products};
+use crate::normal::{Normal, UNKNOWNS};
+use crate::phase::{TURN, cos_sin, from_turns};
+use crate::source::CHANNELS_MAX;
+use crate::source::Values;
+
+/// Functions of a bent baseline.
+pub const CURVE: usize = 2;
+/// Most functions: two of an interferer, and behind them those of a curve.
+pub const NUISANCES_MAX: usize = 2 + CURVE;
+
+/// A baseline that is no straight line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Curve {
+    /// It is straight.
+    #[default]
+    None,
+    /// Second and third Legendre polynomial of `u`.
+    Bent,
+    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`; and behind it what it changes
+    /// by with the rate, u times it. Both but for a line, so that there has to be a slope too.
+    Relaxing(f32),
+}
+
+impl Curve {
+    fn functions(self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Bent | Self::Relaxing(_) => CURVE,
+        }
+    }
+}
+
+/// An interferer of fewer cycles in a stretch than this, once sampling has folded it, is a part of the baseline.
+const FOLDED_MIN: f32 = 0.5;
+/// A function whose mean square is less than this is none: folded onto half the frame rate, an interferer is
+/// its cosine or its sine alone.
+const NEXT_TO_NONE: f32 = 1e-3;
+
+/// Offset, slope, and factors of the functions, for every taxel.
+pub type Baseline = [Values; 2 + NUISANCES_MAX];
+
+/// The functions of a stretch, and their sums over it.
+#[derive(Clone, Debug, Default)]
+pub struct Nuisances {
+    /// Those of a curve; those of an interferer come first.
+    pub curve: Curve,
+    /// Whether the two of an interferer are among them.
+    pub interferer: bool,
+    /// Phase of the interferer per frame and in the first frame, and its turns from a block's first frame.
+    step: u32,
+    phase_0: u32,
+    turn: [(f32, f32); BLOCK],
+    /// Of its cosine and its sine, those that are nothing but rounding.
+    none: [bool; 2],
+    /// Sums of y times the function, each channel less its [`Levels::offset`].
+    pub y: [Values; NUISANCES_MAX],
+    /// Sums of the function, of u times it, and of its products with each.
+    pub one: [f32; NUISANCES_MAX],
+    /// Sums of u times the function.
+    pub u: [f32; NUISANCES_MAX],
+    /// Sums of its products with each.
+    pub each: [[f32; NUISANCES_MAX]; NUISANCES_MAX],
+}
+
+/// Values of the functions over a block, zero where a frame does not count.
+pub(crate) type Columns = [[f32; NUISANCES_MAX]; BLOCK];
+
+impl Nuisances {
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.curve.functions() + 2 * self.interferer as usize
+    }
+
+    /// Of a stretch: those of its interferer, and those of a curve. One pass, unless there are
+    /// none. None if the frames were overwritten.
+    pub fn new(stretch: &mut Stretch, levels: &Levels, curve: Curve) -> Option<Self> {
+        let step = from_turns(stretch.interferer.unwrap_or(0.0));
+        let folded = step.min(step.wrapping_neg()) as f32 / TURN;
+        let interferer = stretch.interferer.is_some() && folded * stretch.frames as f32 >= FOLDED_MIN;
+        let mut out = Self { curve, interferer, ..Self::default() };
+        let count = out.count();
+        if count == 0 {
+            return Some(out);
+        }
+        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        (out.step, out.phase_0) = (step, (back as u32).wrapping_neg());
+        for (i, turn) in out.turn.iter_mut().enumerate() {
+            *turn = cos_sin(step.wrapping_mul(i as u32));
+        }
+        let (abscissa, frames) = (stretch.abscissa(), stretch.frames);
+        stretch.blocks(&levels.offset, &mut |block| {
+            let u = abscissa.block(block.at, frames);
+            let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
+            out.fill(&block, &u, &mut columns);
+            for (i, functions) in columns.iter().enumerate() {
+                for k in 0..count {
+                    out.one[k] += functions[k];
+                    out.u[k] += functions[k] * u[i];
+                    for l in 0..count {
+                        out.each[k][l] += functions[k] * functions[l];
+                    }
+                }
+            }
+            for group in 0..CHANNELS_MAX / GROUP {
+                let part = part(&block, &levels.offset, group);
+                for k in 0..count {
+                    let function = core::array::from_fn(|i| columns[i][k]);
+                    let sums = products(&part, &function);
+                    for c in 0..GROUP {
+                        // A taxel that takes no part may hold NaN.
+                        if levels.usable & 1 << (GROUP * group + c) != 0 {
+                            out.y[k][GROUP * group + c] += sums[c];
+                        }
+                    }
+                }
+            }
+        })?;
+        if out.interferer {
+            out.leave_out_none(levels.frames);
+        }
+        Some(out)
+    }
+
+    /// Takes what is nothing but rounding out of the interferer's functions: its factor is then zero.
+    fn leave_out_none(&mut self, frames: u32) {
+        for k in 0..2 {
+            if self.each[k][k] < NEXT_TO_NONE * frames as f32 {
+                self.none[k] = true;
+                (self.y[k], self.one[k], self.u[k]) = ([0.0; CHANNELS_MAX], 0.0, 0.0);
+                self.each[k] = [0.0; NUISANCES_MAX];
+                self.each.iter_mut().for_each(|products| products[k] = 0.0);
+                self.each[k][k] = 1.0;
+            }
+        }
+    }
+
+    /// The functions over a block.
+    pub(crate) fn fill(&self, block: &Block, u: &[f32; BLOCK], columns: &mut Columns) {
+        if self.count() == 0 {
+            return;
+        }
+        let first = 2 * self.interferer as usize;
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
+        let centre = if let Curve::Relaxing(rate) = self.curve { libm::expf(-rate) } else { 0.0 };
+        for (i, functions) in columns.iter_mut().enumerate() {
+            let counts = (block.valid[i] != 0) as u8 as f32;
+            if self.interferer {
+                let (tc, ts) = self.turn[i];
+                let [cos, sin] = self.none.map(|none| if none { 0.0 } else { counts });
+                (functions[0], functions[1]) = ((c * tc - s * ts) * cos, (s * tc + c * ts) * sin);
+            }
+            match self.curve {
+                Curve::None => {}
+                Curve::Bent => {
+                    if let [second, third, ..] = &mut functions[first..] {
+                        let uu = u[i] * u[i];
+                        *second = (1.5 * uu - 0.5) * counts;
+                        *third = (2.5 * uu - 1.5) * u[i] * counts;
+                    }
+                }
+                // Less the line that each is next to where the rate is small, which f32 could not tell them from.
+                Curve::Relaxing(rate) => {
+                    if let [relaxing, change, ..] = &mut functions[first..] {
+                        let beyond = libm::expf(-rate * (u[i] + 1.0)) - centre;
+                        let bent = beyond + centre * rate * u[i];
+                        *relaxing = bent * counts;
+                        *change = (u[i] * beyond + 2.0 / rate * bent) * counts;
+                    }
+                }
+            }
+        }
+    }
+
+    /// What each channel holds of all of them, behind its offset and its slope. None if they cannot be told apart.
+    // Apart: its normal equations are off the stack when it is done.
+    #[inline(never)]
+    pub fn baseline(&self, levels: &Levels) -> Option<Baseline> {
+        let size = 2 + self.count().min(NUISANCES_MAX);
+        let (mut normal, mut right) = (Normal::new(size), [[0.0; CHANNELS_MAX]; UNKNOWNS]);
+        normal.lower[0][0] = levels.frames as f32;
+        (normal.lower[1][0], normal.lower[1][1]) = (levels.u, levels.uu);
+        (right[0], right[1]) = (levels.y, levels.uy);
+        for k in 0..size - 2 {
+            let row = &mut normal.lower[2 + k];
+            (row[0], row[1]) = (self.one[k], self.u[k]);
+            row[2..2 + NUISANCES_MAX].copy_from_slice(&self.each[k]);
+            right[2 + k] = self.y[k];
+        }
+        normal.factor()?;
+        normal.forward_rows(&mut right);
+        normal.backward_rows(&mut right);
+        right.first_chunk().copied()
+    }
+}
