@@ -56,20 +56,20 @@ mod app {
     use heapless::spsc::{Consumer, Producer, Queue};
     use ridgetone::acquire;
     use ridgetone::acquire::Acquisition;
-    use ridgetone::faults::diagnostics::Tally;
-    use ridgetone::faults::qualify::cast_doubt;
+    use ridgetone::faults::diagnostics::Diagnostics;
+    use ridgetone::faults::qualify::qualify;
     use ridgetone::frame::TimedConversion;
     use ridgetone::pipeline::{Detector, Estimator};
     use ridgetone::ring::Ring;
-    use ridgetone::tasks::commands::{Effect, Executor};
-    use ridgetone::tasks::liveness::{Feeder, Vitals};
+    use ridgetone::tasks::commands::{CommandExecutor, Effect};
+    use ridgetone::tasks::liveness::{Liveness, WatchdogPolicy};
     use ridgetone::tasks::load::LoadMeter;
     use ridgetone::tasks::outbox::Outbox;
     use ridgetone::tasks::queues::{PACKETS, SAMPLES, WINDOWS};
     use ridgetone::tasks::stack_depth::DepthMeter;
     use ridgetone::window::Window;
     use ridgetone_proto::boot::Record;
-    use ridgetone_proto::command::{ORDER_WIRE_MAX, Order, Reply};
+    use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply, Request};
     use ridgetone_proto::framing::{Inbox, Pushed};
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry;
@@ -96,10 +96,10 @@ mod app {
     struct Shared {
         ring: &'static mut Ring,
         detector: &'static mut Detector,
-        inbox: Inbox<ORDER_WIRE_MAX>,
+        inbox: Inbox<REQUEST_WIRE_MAX>,
         outbox: Outbox<PACKETS>,
-        tally: Tally,
-        vitals: Vitals,
+        diagnostics: Diagnostics,
+        liveness: Liveness,
         /// The registers are to be checked with the next conversion.
         check: AtomicBool,
         /// They are to be checked at once.
@@ -117,7 +117,7 @@ mod app {
     #[local]
     struct Local {
         estimator: &'static mut Estimator,
-        executor: Executor,
+        executor: CommandExecutor,
         store: FlashStore<board::SettingsFlash>,
         acquisition: Acquisition<Spi, Start, Reset>,
         drdy: board::Drdy,
@@ -166,8 +166,8 @@ mod app {
                 detector: put(cx.local.detector_place, || Detector::booted(settings, source, boot)),
                 inbox: Inbox::new(),
                 outbox: Outbox::new(),
-                tally: Tally::new(),
-                vitals: Vitals::new(),
+                diagnostics: Diagnostics::new(),
+                liveness: Liveness::new(),
                 check: AtomicBool::new(false),
                 urgent: AtomicBool::new(false),
                 look: AtomicBool::new(false),
@@ -177,7 +177,7 @@ mod app {
             },
             Local {
                 estimator: put(cx.local.estimator_place, || Estimator::new(settings)),
-                executor: Executor::new(),
+                executor: CommandExecutor::new(),
                 store,
                 acquisition,
                 drdy,
@@ -205,15 +205,15 @@ mod app {
         binds = EXTI4,
         priority = 5,
         local = [acquisition, drdy, samples_in],
-        shared = [&tally, &vitals, &check, &urgent],
+        shared = [&diagnostics, &liveness, &check, &urgent],
     )]
     fn drdy(cx: drdy::Context) {
         let drdy::LocalResources { acquisition, drdy, samples_in, .. } = cx.local;
-        let (tally, check) = (cx.shared.tally, cx.shared.check);
+        let (diagnostics, check) = (cx.shared.diagnostics, cx.shared.check);
         let edge = drdy.acknowledge();
         let verdict = match edge {
-            Some(true) => acquisition.edge(|| drdy.edge_us(), samples_in, tally),
-            Some(false) => acquisition.nothing(drdy.edge_us(), tally),
+            Some(true) => acquisition.edge(|| drdy.edge_us(), samples_in, diagnostics),
+            Some(false) => acquisition.nothing(drdy.edge_us(), diagnostics),
             None => acquire::Drdy::Listen,
         };
         match verdict {
@@ -226,23 +226,23 @@ mod app {
         if is_time && check.load(Relaxed) {
             check.store(false, Relaxed);
             if !board::ended() {
-                acquisition.watch(board::now_us(), tally, &mut Wait);
+                acquisition.watch(board::now_us(), diagnostics, &mut Wait);
                 drdy.unmute();
             }
         }
-        cx.shared.vitals.acquired();
+        cx.shared.liveness.acquired();
         rtic::pend(DETECT);
     }
 
     /// Takes a byte if one has come; sends one, or rests.
-    #[task(binds = USART3, priority = 4, local = [line, bytes_out], shared = [inbox, &tally, &sending])]
+    #[task(binds = USART3, priority = 4, local = [line, bytes_out], shared = [inbox, &diagnostics, &sending])]
     fn line(mut cx: line::Context) {
         let line::LocalResources { line, bytes_out, .. } = cx.local;
         match line.receive() {
             Some(Ok(byte)) => match cx.shared.inbox.lock(|inbox| inbox.push(byte)) {
                 Pushed::More => {}
                 Pushed::Whole => rtic::pend(FIT),
-                Pushed::Damaged => cx.shared.tally.order_damaged(),
+                Pushed::Damaged => cx.shared.diagnostics.request_damaged(),
             },
             Some(Err(_)) => cx.shared.inbox.lock(|inbox| inbox.spoil()),
             None => {}
@@ -268,19 +268,19 @@ mod app {
         binds = CAN1_RX0,
         priority = 3,
         local = [samples_out, windows_in, greeted: bool = false],
-        shared = [ring, detector, outbox, &tally, &vitals, &check, &look, &finished],
+        shared = [ring, detector, outbox, &diagnostics, &liveness, &check, &look, &finished],
     )]
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { samples_out, windows_in, greeted, .. } = cx.local;
-        let (tally, vitals, check) = (cx.shared.tally, cx.shared.vitals, cx.shared.check);
-        let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
+        let (diagnostics, liveness, check) = (cx.shared.diagnostics, cx.shared.liveness, cx.shared.check);
+        let mut emit = |news: News| post(&mut cx.shared.outbox, diagnostics, news.into());
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
             if wanted && windows_in.enqueue(window).is_ok() {
-                vitals.fit_due();
+                liveness.fit_due();
             } else {
-                tally.hop_skipped();
+                diagnostics.hop_skipped();
             }
             // An estimate is told only when the chip is known to have been well until the window's end.
             check.store(true, Relaxed);
@@ -293,17 +293,17 @@ mod app {
         }
         while let Some(conversion) = samples_out.dequeue() {
             (&mut cx.shared.detector, &mut cx.shared.ring)
-                .lock(|detector, ring| detector.push(conversion, ring, tally, &mut emit, &mut due));
+                .lock(|detector, ring| detector.push(conversion, ring, diagnostics, &mut emit, &mut due));
         }
         if cx.shared.look.swap(false, Relaxed) {
-            cx.shared.detector.lock(|detector| detector.look(board::now_us(), tally, &mut emit));
+            cx.shared.detector.lock(|detector| detector.look(board::now_us(), diagnostics, &mut emit));
         }
         if board::ended() && !cx.shared.finished.load(Relaxed) {
             (&mut cx.shared.detector, &mut cx.shared.ring)
-                .lock(|detector, ring| detector.finish(ring, tally, &mut emit, &mut due));
+                .lock(|detector, ring| detector.finish(ring, diagnostics, &mut emit, &mut due));
             cx.shared.finished.store(true, Relaxed);
         }
-        vitals.detected();
+        liveness.detected();
     }
 
     /// Encodes packets while the line has room.
@@ -311,7 +311,7 @@ mod app {
         binds = CAN1_TX,
         priority = 2,
         local = [bytes_in, wire: [u8; WIRE_MAX] = [0; WIRE_MAX]],
-        shared = [outbox, &tally, &sending],
+        shared = [outbox, &diagnostics, &sending],
     )]
     fn report(mut cx: report::Context) {
         let report::LocalResources { bytes_in, wire, .. } = cx.local;
@@ -319,7 +319,7 @@ mod app {
             let Some(packet) = cx.shared.outbox.lock(|outbox| outbox.take()) else { break };
             let encoded = telemetry::encode(&packet, wire).ok().and_then(|length| wire.get(..length));
             let Some(encoded) = encoded else {
-                cx.shared.tally.message_dropped();
+                cx.shared.diagnostics.message_dropped();
                 continue;
             };
             for byte in encoded {
@@ -334,10 +334,10 @@ mod app {
 
     /// Has the chip checked: with the next conversion, or at once if none is likely to come. Feeds the watchdog, above
     /// `fit`, so that a busy fit does not keep it from being fed.
-    #[task(binds = TIM4, priority = 2, local = [feeder: Feeder = Feeder::new()], shared = [&check, &look, &vitals])]
+    #[task(binds = TIM4, priority = 2, local = [watchdog_policy: WatchdogPolicy = WatchdogPolicy::new()], shared = [&check, &look, &liveness])]
     fn watch(cx: watch::Context) {
         board::acknowledge_heartbeat();
-        if cx.local.feeder.feeds(cx.shared.vitals) {
+        if cx.local.watchdog_policy.feeds(cx.shared.liveness) {
             board::feed_watchdog();
         }
         cx.shared.check.store(true, Relaxed);
@@ -350,16 +350,16 @@ mod app {
         binds = CAN1_RX1,
         priority = 1,
         local = [estimator, executor, store, windows_out],
-        shared = [ring, detector, inbox, outbox, &tally, &vitals, &check, &urgent, &restarting],
+        shared = [ring, detector, inbox, outbox, &diagnostics, &liveness, &check, &urgent, &restarting],
     )]
     fn fit(mut cx: fit::Context) {
         let fit::LocalResources { estimator, executor, store, windows_out, .. } = cx.local;
-        let tally = cx.shared.tally;
+        let diagnostics = cx.shared.diagnostics;
         let mut settled: Option<(Effect, Reply)> = None;
         loop {
             while let Some(window) = windows_out.dequeue() {
                 let outcome = estimator.run(&window, &mut Locked(&mut cx.shared.ring), executor.profile());
-                cx.shared.vitals.fit_done();
+                cx.shared.liveness.fit_done();
                 let estimate = match outcome {
                     Some(Some(mut estimate)) => {
                         if cx.shared.check.load(Relaxed) {
@@ -367,25 +367,25 @@ mod app {
                             cx.shared.urgent.store(true, Relaxed);
                             rtic::pend(DRDY);
                         }
-                        cast_doubt(&mut estimate, &window, tally);
+                        qualify(&mut estimate, &window, diagnostics);
                         estimate
                     }
                     Some(None) => continue,
                     None => {
-                        tally.hop_skipped();
+                        diagnostics.hop_skipped();
                         continue;
                     }
                 };
-                post(&mut cx.shared.outbox, tally, Event::Estimate(estimate));
+                post(&mut cx.shared.outbox, diagnostics, Event::Estimate(estimate));
             }
             if settled.is_none() {
-                settled = take_order(&mut cx.shared.inbox, tally).map(|order| {
+                settled = take_order(&mut cx.shared.inbox, diagnostics).map(|request| {
                     let touched = cx.shared.detector.lock(|detector| detector.is_touched());
-                    executor.settle(&order, touched, store)
+                    executor.settle(&request, touched, store)
                 });
             }
             let Some((effect, reply)) = &settled else { break };
-            let mut emit = |news: News| post(&mut cx.shared.outbox, tally, news.into());
+            let mut emit = |news: News| post(&mut cx.shared.outbox, diagnostics, news.into());
             let carried_out = cx.shared.detector.lock(|detector| {
                 // While it was settled a window may have fallen due.
                 let may = !windows_out.ready();
@@ -395,7 +395,7 @@ mod app {
                 may
             });
             if carried_out {
-                post(&mut cx.shared.outbox, tally, Event::Reply(reply.clone()));
+                post(&mut cx.shared.outbox, diagnostics, Event::Reply(reply.clone()));
                 cx.shared.restarting.store(executor.is_restarting(), Relaxed);
                 settled = None;
             }
@@ -405,7 +405,7 @@ mod app {
     /// Sleeps, measures the load, and leaves when all is done.
     #[idle(
         local = [meter: LoadMeter = LoadMeter::new(), depth: DepthMeter = DepthMeter::new()],
-        shared = [outbox, &tally, &finished, &sending, &restarting]
+        shared = [outbox, &diagnostics, &finished, &sending, &restarting]
     )]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
@@ -417,9 +417,9 @@ mod app {
                 cx.local.meter.slept(from_us, board::now_us())
             });
             if let Some(load) = load {
-                cx.shared.tally.set_load(load);
+                cx.shared.diagnostics.set_load(load);
             }
-            cx.shared.tally.set_stack(board::look_at_stack(cx.local.depth), board::stack_bytes());
+            cx.shared.diagnostics.set_stack(board::look_at_stack(cx.local.depth), board::stack_bytes());
             // Here no interrupt is pending, so no window is being fitted.
             let (finished, restarting) = (cx.shared.finished.load(Relaxed), cx.shared.restarting.load(Relaxed));
             let over = (finished || restarting) && !cx.shared.sending.load(Relaxed);
@@ -436,20 +436,20 @@ mod app {
 
     /// The order that has come, if it is as it was sent.
     #[inline(never)]
-    fn take_order(inbox: &mut impl Mutex<T = Inbox<ORDER_WIRE_MAX>>, tally: &Tally) -> Option<Order> {
+    fn take_order(inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>, diagnostics: &Diagnostics) -> Option<Request> {
         let mut frame = inbox.lock(|inbox| inbox.take())?;
-        let order = Order::decode(&mut frame);
-        if order.is_none() {
-            tally.order_damaged();
+        let request = Request::decode(&mut frame);
+        if request.is_none() {
+            diagnostics.request_damaged();
         }
-        order
+        request
     }
 
     /// Hands an event to `report`.
     #[inline(never)]
-    fn post(outbox: &mut impl Mutex<T = Outbox<PACKETS>>, tally: &Tally, event: Event) {
+    fn post(outbox: &mut impl Mutex<T = Outbox<PACKETS>>, diagnostics: &Diagnostics, event: Event) {
         if outbox.lock(|outbox| outbox.post(event)) {
-            tally.message_dropped();
+            diagnostics.message_dropped();
         }
         rtic::pend(REPORT);
     }

@@ -4,7 +4,7 @@
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 use ridgetone_tone::source::Table;
 use ridgetone_tone::status::Status;
@@ -12,7 +12,7 @@ use ridgetone_tone::status::Status;
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    fitter.fit(&mut Stretch::new(&mut table, 0, values.len() as u32)).unwrap()
+    fitter.fit(&mut FrameSpan::new(&mut table, 0, values.len() as u32)).unwrap()
 }
 
 fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {

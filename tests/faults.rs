@@ -5,8 +5,8 @@ mod touch;
 
 use ads1258::Status as StatusByte;
 use ridgetone::detector::Detector;
-use ridgetone::faults::diagnostics::Tally;
-use ridgetone::faults::qualify::cast_doubt;
+use ridgetone::faults::diagnostics::Diagnostics;
+use ridgetone::faults::qualify::qualify;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
 use ridgetone::ring::Ring;
@@ -73,7 +73,7 @@ fn number_us(number: u64) -> u64 {
 fn nothing_is_told_of_a_flawless_touch() {
     let events = events(|_, conversion| Some(conversion));
     assert_eq!(faults(&events), []);
-    assert!(estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.doubts.is_none()));
+    assert!(estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.faults.is_none()));
     assert_good_ones_are_right(&events);
 }
 
@@ -87,11 +87,11 @@ fn losses_are_told_with_their_times_and_leave_estimates_good() {
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
     assert_eq!(end, Fault { until_us: Some(begin.from_us), ..begin });
     let fits = estimates(&events);
-    let touched = fits.iter().filter(|fit| fit.doubts.has(FaultKind::Lost)).count();
+    let touched = fits.iter().filter(|fit| fit.faults.has(FaultKind::Lost)).count();
     assert!((5..11).contains(&touched), "{touched}");
     for fit in fits {
         assert_eq!(fit.status, Status::Good);
-        let is_doubted = fit.doubts.has(FaultKind::Lost);
+        let is_doubted = fit.faults.has(FaultKind::Lost);
         assert_eq!(is_doubted, holds(fit, begin.from_us).unwrap_or(is_doubted), "{fit:?}");
     }
     assert_good_ones_are_right(&events);
@@ -232,7 +232,7 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
             Some(conversion)
         });
         let estimates = estimates(&events);
-        assert!(estimates.len() > 4 && estimates.iter().all(|fit| fit.doubts.has(FaultKind::Overload)));
+        assert!(estimates.len() > 4 && estimates.iter().all(|fit| fit.faults.has(FaultKind::Overload)));
         let doubtful = estimates.iter().filter(|fit| fit.status == Status::Doubtful).count();
         assert!(estimates.iter().all(|fit| matches!(fit.status, Status::Good | Status::Doubtful)), "{estimates:?}");
         assert_eq!(doubtful > 0, also, "{doubtful} of {}", estimates.len());
@@ -242,20 +242,20 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
 /// Everything at once, for ever: no more than four messages in an eighth of a second, and every beginning told.
 #[test]
 fn whatever_happens_few_messages_are_told() {
-    let (tally, mut ring) = (Tally::new(), Box::new(Ring::new()));
+    let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     let mut told = Vec::new();
     for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
         // Bouts that end and begin anew all the time.
         if number % (SLOTS * 300) < SLOTS * 5 {
-            FaultKind::ALL.into_iter().for_each(|kind| tally.fault(kind, conversion.t_us));
+            FaultKind::ALL.into_iter().for_each(|kind| diagnostics.fault(kind, conversion.t_us));
         }
         let mut emit = |news: News| {
             if let News::Fault(fault) = news {
                 told.push((conversion.t_us, fault));
             }
         };
-        detector.push(conversion, &mut ring, &tally, &mut emit, &mut |_| {});
+        detector.push(conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {});
     }
     // Four at the end of one eighth and four at the beginning of the next.
     let in_an_eighth =
@@ -273,18 +273,18 @@ fn whatever_happens_few_messages_are_told() {
 /// A silent chip: the board's half seconds have health told, and what is wrong, by the board's clock.
 #[test]
 fn health_and_faults_are_told_while_no_conversion_comes() {
-    let (tally, mut ring) = (Tally::new(), Box::new(Ring::new()));
+    let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     for conversion in (0..100).flat_map(|n| touch::scan(n, n, 7)) {
-        detector.push(conversion, &mut ring, &tally, &mut |_| {}, &mut |_| {});
+        detector.push(conversion, &mut ring, &diagnostics, &mut |_| {}, &mut |_| {});
     }
     let (mut healths, mut greetings, mut told) = (Vec::new(), 0, Vec::new());
     for half in 1..=60u32 {
         let now_us = 500_000 * half;
         if half < 40 {
-            tally.fault(FaultKind::Silent, now_us);
+            diagnostics.fault(FaultKind::Silent, now_us);
         }
-        detector.look(now_us, &tally, &mut |news| match news {
+        detector.look(now_us, &diagnostics, &mut |news| match news {
             News::Health(health) => healths.push(health),
             News::Hello(_) => greetings += 1,
             News::Fault(fault) => told.push(fault),
@@ -300,8 +300,8 @@ fn health_and_faults_are_told_while_no_conversion_comes() {
     // Lost conversions never become fewer, though there are more of them than can be counted.
     let mut latest = 0;
     for half in 61..=72 {
-        tally.unseen(u32::MAX / 4);
-        detector.look(500_000 * half, &tally, &mut |news| {
+        diagnostics.unseen(u32::MAX / 4);
+        detector.look(500_000 * half, &diagnostics, &mut |news| {
             if let News::Health(health) = news {
                 assert!(health.conversions_lost >= latest, "{latest} and then {}", health.conversions_lost);
                 latest = health.conversions_lost;
@@ -325,10 +325,10 @@ fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_noth
     };
     for kind in FaultKind::ALL {
         for (ago_us, counts) in [(100_000, true), (fit.t_us as u32 - 100, false)] {
-            let (tally, mut fit) = (Tally::new(), fit.clone());
-            tally.fault(kind, fit.t_us as u32 - ago_us);
-            cast_doubt(&mut fit, &window, &tally);
-            assert_eq!(fit.doubts.has(kind), counts, "{kind:?}");
+            let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
+            diagnostics.fault(kind, fit.t_us as u32 - ago_us);
+            qualify(&mut fit, &window, &diagnostics);
+            assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
             // An input that comes back so late hides that the slide is over.
             let changes = kind.changes_frequency() || kind == FaultKind::Overload;
             assert_eq!(fit.status == Status::Doubtful, counts && changes, "{kind:?}");
@@ -337,11 +337,11 @@ fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_noth
     // Where a hold would be known since, the channel is left out and that is all; of a window that is shorter than it
     // takes to know one, what came before it counts too.
     for (ago_us, window_s, doubtful) in [(500_000, 1.0, false), (300_000, 1.0, true), (300_000, 0.2, true)] {
-        let (tally, mut fit) = (Tally::new(), fit.clone());
+        let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
         fit.window_s = window_s;
-        tally.fault(FaultKind::Overload, fit.t_us as u32 - ago_us);
-        cast_doubt(&mut fit, &window, &tally);
-        assert!(fit.doubts.has(FaultKind::Overload));
+        diagnostics.fault(FaultKind::Overload, fit.t_us as u32 - ago_us);
+        qualify(&mut fit, &window, &diagnostics);
+        assert!(fit.faults.has(FaultKind::Overload));
         assert_eq!(fit.status, if doubtful { Status::Doubtful } else { Status::Good }, "{ago_us} us, {window_s} s");
     }
 }

@@ -9,7 +9,7 @@ use ridgetone::surface::lag::lag;
 use ridgetone::surface::travel::found;
 use ridgetone::window::Window;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
-use ridgetone_proto::telemetry::{Direction, Span, Travel, Verdict};
+use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
 use ridgetone_tone::sine_fit::Fitter;
 use ridgetone_tone::source::Table;
 use std::f64::consts::TAU;
@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).
 const SLOTS: f64 = 21.0;
 /// A column of units that sees just what its place makes of the wave.
-const ARRAY: Array = Array { pitch_mm: 2.3, pull_rad: 0.0, pull_sigma_rad: 0.0, ..Array::DEFAULT };
+const ARRAY: Array = Array { pitch_mm: 2.3, edge_phase_rad: 0.0, edge_phase_sigma_rad: 0.0, ..Array::DEFAULT };
 
 /// A wave that passes under the units, in code.
 #[derive(Clone, Copy)]
@@ -107,7 +107,11 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
             let wave = Wave { seed, ..wave };
             let travel = travel(&wave.fitted(&mut fitter), &ARRAY);
             let way = if wave.backward { Direction::Backward } else { Direction::Forward };
-            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, way), "{name}, seed {seed}: {travel:?}");
+            assert_eq!(
+                (travel.verdict, travel.direction),
+                (TravelStatus::Unique, way),
+                "{name}, seed {seed}: {travel:?}"
+            );
             let period = (travel.spatial_period_mm, travel.spatial_period_sigma_mm, wave.period_mm);
             let speed = (travel.speed_mm_s, travel.speed_sigma_mm_s, wave.speed_mm_s);
             for (which, (found, sigma, truth)) in [period, speed].into_iter().enumerate() {
@@ -163,11 +167,11 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
             let fitted = wave.fitted(&mut fitter);
             let right = travel(&fitted, &ARRAY);
             let off = |travel: &Travel| f64::from(travel.spatial_period_mm) / period_mm - 1.0;
-            assert_eq!(right.verdict, Verdict::Unique);
+            assert_eq!(right.verdict, TravelStatus::Unique);
             assert!(off(&right).abs() < 5e-3, "{right:?} instead of {period_mm}");
             assert!((f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0).abs() < 5e-3, "{right:?}");
             let unskewed = travel(&Fitted { per_slot: 0.0, ..fitted }, &ARRAY);
-            assert!(unskewed.verdict != Verdict::Unique || off(&unskewed).abs() > 0.05, "{unskewed:?}");
+            assert!(unskewed.verdict != TravelStatus::Unique || off(&unskewed).abs() > 0.05, "{unskewed:?}");
         }
     }
 }
@@ -177,14 +181,14 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Fitter::new(4));
     for front in [0, u16::MAX] {
-        assert_eq!(travel(&fitted, &Array { front, ..ARRAY }).verdict, Verdict::Nothing);
+        assert_eq!(travel(&fitted, &Array { front, ..ARRAY }).verdict, TravelStatus::Nothing);
     }
-    assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).verdict, Verdict::Nothing);
+    assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).verdict, TravelStatus::Nothing);
     fitted.fit.usable = 0x0f0f;
-    assert_eq!(travel(&fitted, &ARRAY).verdict, Verdict::Nothing);
+    assert_eq!(travel(&fitted, &ARRAY).verdict, TravelStatus::Nothing);
     // One of each column is enough.
     fitted.fit.usable = 0x0011;
-    assert_eq!(travel(&fitted, &ARRAY).verdict, Verdict::Unique);
+    assert_eq!(travel(&fitted, &ARRAY).verdict, TravelStatus::Unique);
 }
 
 /// Channels that disagree by more than their noise make the uncertainty theirs.

@@ -142,7 +142,7 @@ fn lost_conversions_are_counted_and_their_frames_left_out() {
         assert_eq!(out.health.conversions_lost, lost);
         let fit = &out.slide_fits[0];
         assert_eq!(fit.status, status, "{fit:?}");
-        assert_eq!(fit.doubts.has(FaultKind::Silent), status == Status::Doubtful, "{fit:?}");
+        assert_eq!(fit.faults.has(FaultKind::Silent), status == Status::Doubtful, "{fit:?}");
         assert!(fit.frames_missing > 5, "{fit:?}");
         assert!((fit.frequency as f64 - truth.frequency_hz).abs() < 5.0 * fit.sigma as f64, "{fit:?}");
     }

@@ -12,7 +12,7 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{normal, unit};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::Fitter;
 use ridgetone_tone::source::{Table, Values};
 use ridgetone_tone::status::Status;
@@ -106,9 +106,9 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         let values = &values[first..first + window];
         let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
         let mut table = Table { values, valid: &valid };
-        let Some(mut stretch) = Stretch::new(&mut table, 0, window as u32).along(&place) else { continue };
-        let cycles = 2.0 * stretch.half() as f64 / wavelength_mm;
-        let fit = fitter.fit(&mut stretch).unwrap();
+        let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32).along(&place) else { continue };
+        let cycles = 2.0 * span.half() as f64 / wavelength_mm;
+        let fit = fitter.fit(&mut span).unwrap();
         if fit.status != Status::Good {
             continue;
         }

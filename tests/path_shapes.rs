@@ -6,7 +6,7 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{normal, peak_along, unit};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 use ridgetone_tone::source::{Table, Values};
 use ridgetone_tone::status::Status;
@@ -50,9 +50,9 @@ fn fit(values: &[Values], places: &[f64], harmonics: u8) -> Fit {
     let valid = vec![u16::MAX; values.len()];
     let mut table = Table { values, valid: &valid };
     let place = |frame: u32| places[frame as usize] as f32;
-    let mut stretch = Stretch::new(&mut table, 0, values.len() as u32).along(&place).unwrap();
+    let mut span = FrameSpan::new(&mut table, 0, values.len() as u32).along(&place).unwrap();
     let mut fitter = Box::new(Fitter::new(harmonics));
-    fitter.fit(&mut stretch).unwrap()
+    fitter.fit(&mut span).unwrap()
 }
 
 #[test]
@@ -134,6 +134,6 @@ fn a_path_that_is_none_is_refused() {
     for place in [|_| 5.0, |frame| if frame == 7 { f32::NAN } else { frame as f32 }, |_| f32::INFINITY] {
         let place: fn(u32) -> f32 = place;
         let mut table = Table { values: &values, valid: &valid };
-        assert!(Stretch::new(&mut table, 0, FRAMES as u32).along(&place).is_none());
+        assert!(FrameSpan::new(&mut table, 0, FRAMES as u32).along(&place).is_none());
     }
 }

@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
-use ridgetone::faults::diagnostics::Tally;
+use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::{Detector, Estimator};
 use ridgetone::ring::Ring;
@@ -23,7 +23,7 @@ struct Board {
     detector: Detector,
     estimator: Estimator,
     ring: Ring,
-    tally: Tally,
+    diagnostics: Diagnostics,
     /// With whether the settings had been changed when they came.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
@@ -35,8 +35,10 @@ impl Board {
         let mut due = Vec::new();
         let mut wait = |window| due.push(window);
         match conversion {
-            Some(conversion) => self.detector.push(conversion, &mut self.ring, &self.tally, &mut |_| (), &mut wait),
-            None => self.detector.finish(&mut self.ring, &self.tally, &mut |_| (), &mut wait),
+            Some(conversion) => {
+                self.detector.push(conversion, &mut self.ring, &self.diagnostics, &mut |_| (), &mut wait)
+            }
+            None => self.detector.finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
             let estimate = self.estimator.run(&window, &mut &self.ring, None).expect("its frames are there");
@@ -48,8 +50,8 @@ impl Board {
 /// Estimates of a touch in which `before` becomes `after` with scan `changed`.
 fn touch(before: Settings, after: Settings, changed: u64) -> Vec<(bool, Estimate)> {
     let (detector, estimator) = (Detector::new(before), Estimator::new(before));
-    let (ring, tally, estimates) = (Ring::new(), Tally::new(), Vec::new());
-    let mut board = Box::new(Board { detector, estimator, ring, tally, estimates, is_changed: false });
+    let (ring, diagnostics, estimates) = (Ring::new(), Diagnostics::new(), Vec::new());
+    let mut board = Box::new(Board { detector, estimator, ring, diagnostics, estimates, is_changed: false });
     for number in 0..SCANS {
         if number == changed {
             board.detector.change(&after, SettingsSource::Sent);

@@ -35,7 +35,7 @@ const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// What became of frames with flipped bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Flips {
+pub struct BitErrors {
     /// Frames sent, each with at least one bit flipped.
     pub sent: u64,
     /// Of these, those of which the decoder gave nothing.
@@ -51,7 +51,7 @@ pub struct Flips {
     pub next_lost: u64,
 }
 
-impl Flips {
+impl BitErrors {
     fn and(self, other: Self) -> Self {
         Self {
             sent: self.sent + other.sent,
@@ -70,7 +70,7 @@ impl Flips {
 ///
 /// # Errors
 /// The touch cannot be replayed.
-pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<Flips> {
+pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
     let serial = replay::run(touch, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {})?.serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
     let batches: Vec<u64> = (0..frames.div_ceil(BATCH)).collect();
@@ -79,11 +79,11 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<Flips> {
         rng.set_stream(*batch);
         Ok(flip(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
     })?;
-    Ok(counted.into_iter().fold(Flips::default(), Flips::and))
+    Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::and))
 }
 
-fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> Flips {
-    let mut flips = Flips::default();
+fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
+    let mut bit_errors = BitErrors::default();
     let mut decoder = Decoder::new();
     let behind = Packet { sequence: 0, event: Event::Release(Release { t_us: 1_000_000 }) };
     let mut room = [0; WIRE_MAX];
@@ -93,20 +93,20 @@ fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> Flips {
         while frame == *whole {
             damage(&mut frame, rng);
         }
-        flips.sent += 1;
+        bit_errors.sent += 1;
         let lengths = frame.split(|byte| *byte == 0).filter_map(passing);
         let (empty, filled) = lengths.fold((false, false), |(e, f), length| (e || length == 0, f || length > 0));
-        (flips.empty, flips.checksum_passed) =
-            (flips.empty + u64::from(empty), flips.checksum_passed + u64::from(filled));
+        (bit_errors.empty, bit_errors.checksum_passed) =
+            (bit_errors.empty + u64::from(empty), bit_errors.checksum_passed + u64::from(filled));
         // Behind a frame whose delimiter was hit there is the one of an idle line.
         let delimiter: &[u8] = if frame.last() == Some(&0) { &[] } else { &[0] };
         let given = frame.iter().chain(delimiter).filter_map(|byte| decoder.push(*byte)).count();
-        flips.accepted_damaged += u64::from(given > 0);
-        flips.refused += u64::from(given == 0);
+        bit_errors.accepted_damaged += u64::from(given > 0);
+        bit_errors.refused += u64::from(given == 0);
         let next = room[..used].iter().filter_map(|byte| decoder.push(*byte));
-        flips.next_lost += u64::from(!next.eq([behind.clone()]));
+        bit_errors.next_lost += u64::from(!next.eq([behind.clone()]));
     }
-    flips
+    bit_errors
 }
 
 /// Flips bits.
@@ -143,20 +143,23 @@ mod tests {
     #[test]
     fn no_flipped_frame_is_taken_and_the_next_is_read() {
         let touch = Input::default().open().unwrap();
-        let flips = count(touch, 300_000, 1).unwrap();
-        println!("{flips:?}");
+        let bit_errors = count(touch, 300_000, 1).unwrap();
+        println!("{bit_errors:?}");
         // A frame may pass by chance, one in 2^32: with this seed none does.
-        let expected = Flips { sent: 300_000, refused: 300_000, empty: flips.empty, ..Flips::default() };
-        assert_eq!(flips, expected);
+        let expected = BitErrors { sent: 300_000, refused: 300_000, empty: bit_errors.empty, ..BitErrors::default() };
+        assert_eq!(bit_errors, expected);
     }
 
     #[test]
     #[ignore = "ten million frames: half a minute"]
     fn of_ten_million_flipped_frames_none_is_taken() {
         let touch = Input::default().open().unwrap();
-        let flips = count(touch, 10_000_000, 2).unwrap();
-        println!("{flips:?}");
-        assert_eq!(flips, Flips { sent: 10_000_000, refused: 10_000_000, empty: flips.empty, ..Flips::default() });
+        let bit_errors = count(touch, 10_000_000, 2).unwrap();
+        println!("{bit_errors:?}");
+        assert_eq!(
+            bit_errors,
+            BitErrors { sent: 10_000_000, refused: 10_000_000, empty: bit_errors.empty, ..BitErrors::default() }
+        );
     }
 
     #[test]

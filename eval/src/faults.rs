@@ -4,7 +4,7 @@
 //! |---|---|
 //! | what is injected, and by what it is to be noticed | [`family`] |
 //! | one run: a touch, and when what is injected | [`plan`] |
-//! | the firmware's rooms on this PC, run as its tasks | [`rooms`] |
+//! | the firmware's task_sim on this PC, run as its tasks | [`task_sim`] |
 //! | the image on the emulated chip | [`emulated`] |
 //! | what a run showed, fault for fault | [`judge`] |
 //! | the line, both ways, and power lost while settings are stored | [`lines`] |
@@ -21,9 +21,9 @@ pub mod emulated;
 pub mod family;
 pub mod judge;
 pub mod lines;
-mod order;
 pub mod plan;
-pub mod rooms;
 pub mod row;
+mod scan_order;
+pub mod task_sim;
 
 pub use campaign::{Campaign, FaultsArgs};

@@ -26,7 +26,7 @@ use std::path::Path;
 
 /// A bar, and whether it is met.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Verdict {
+pub struct BarResult {
     /// Of what.
     pub bar: String,
     /// What is allowed.
@@ -37,7 +37,7 @@ pub struct Verdict {
     pub met: bool,
 }
 
-impl From<&Bar> for Verdict {
+impl From<&Bar> for BarResult {
     fn from(bar: &Bar) -> Self {
         let [limit, measured] = [bar.limit, bar.measured].map(crate::bench::grouped);
         Self { bar: bar.what.into(), limit: format!("at most {limit}"), measured, met: bar.met }
@@ -76,7 +76,7 @@ pub struct Trade {
     /// The bars of accuracy.
     pub bars: Bars,
     /// The bars of what is counted on the chip.
-    pub chip: Vec<Verdict>,
+    pub chip: Vec<BarResult>,
 }
 
 impl Trade {
@@ -90,12 +90,12 @@ impl Trade {
         if let Some(chip) = chip {
             rows.iter_mut().for_each(|row| row.instructions = grid::instructions(row, chip));
         }
-        let verdicts = chip.map_or_else(Vec::new, |chip| chip.bars.iter().map(Verdict::from).collect());
+        let verdicts = chip.map_or_else(Vec::new, |chip| chip.bars.iter().map(BarResult::from).collect());
         Ok(Self { windows, rows, bars: Bars::measure(of_bars)?, chip: verdicts })
     }
 
     /// Every bar, those of accuracy first.
-    pub fn verdicts(&self) -> Vec<Verdict> {
+    pub fn verdicts(&self) -> Vec<BarResult> {
         let mut verdicts = self.bars.verdicts();
         verdicts.extend(self.chip.iter().cloned());
         verdicts

@@ -3,7 +3,7 @@
 use hal_mock::Sliding;
 use ridgetone_eval::simulated::Simulated;
 use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::Fitter;
 use ridgetone_tone::source::Table;
 use ridgetone_tone::status::Status;
@@ -17,7 +17,7 @@ fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, f64, u64) {
         let window = Simulated::new(&scene, window_s).expect("a window");
         let valid = vec![u16::MAX; window.values.len()];
         let mut table = Table { values: &window.values, valid: &valid };
-        let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32)).expect("all frames are there");
+        let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32)).expect("all frames are there");
         if fit.status != Status::Good {
             lost += 1;
             continue;

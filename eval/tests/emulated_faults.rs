@@ -10,7 +10,7 @@ use ridgetone_host::emulator::Options;
 fn a_run_of_each_family_of_faults_and_nothing_wrong_is_told_as_right() {
     let elf = emulator::image::find().expect("an image");
     for family in &Family::ALL {
-        let mut campaign = Campaign { seed: 1, rows: Vec::new(), flips: None };
+        let mut campaign = Campaign { seed: 1, rows: Vec::new(), bit_errors: None };
         campaign.on_emulator(1, &[*family], Options::new(&elf)).expect("a run");
         let [row] = &campaign.rows[..] else { panic!("{:?}", campaign.rows) };
         assert!(row.is_clean(), "{row:?}");

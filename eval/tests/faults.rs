@@ -1,4 +1,4 @@
-//! Faults injected into the chip, its bus and its lines, with the firmware's rooms on this PC. The same on the emulated
+//! Faults injected into the chip, its bus and its lines, with the firmware's task_sim on this PC. The same on the emulated
 //! chip, one run of each family, is in `emulated/faults.rs`; a hundred thousand of them are `cargo xtask faults --full`.
 
 use ridgetone_eval::faults::Campaign;

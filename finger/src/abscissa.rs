@@ -6,7 +6,7 @@ use crate::window::Window;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 use ridgetone_tone::source::FrameSource;
 
@@ -47,9 +47,9 @@ impl Fitted {
 }
 
 /// A window's frames, with the interferer in them if one is known, hertz; zero: none.
-fn stretch<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> Stretch<'a> {
-    let stretch = Stretch::new(source, window.first, window.frames);
-    if interferer_hz > 0.0 { stretch.with_interferer(interferer_hz / window.frame_rate_hz) } else { stretch }
+fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> FrameSpan<'a> {
+    let span = FrameSpan::new(source, window.first, window.frames);
+    if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
 }
 
 /// Fits a window in time. None if its frames were overwritten.
@@ -59,7 +59,7 @@ pub fn in_time(
     source: &mut dyn FrameSource,
     interferer_hz: f32,
 ) -> Option<Fitted> {
-    let fit = fitter.fit(&mut stretch(window, source, interferer_hz))?;
+    let fit = fitter.fit(&mut span(window, source, interferer_hz))?;
     let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
     Some(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
 }
@@ -81,8 +81,8 @@ pub fn by_place(
     let way = profile.way_from(start_us);
     let place_mm = |frame: u32| way.place_mm((frame as f32 * frame_us) as u32);
     let per_slot = place_mm(last) / (last.max(1) * SLOTS) as f32;
-    let fit = match stretch(window, source, interferer_hz).along(&place_mm) {
-        Some(mut stretch) => fitter.fit(&mut stretch)?,
+    let fit = match span(window, source, interferer_hz).along(&place_mm) {
+        Some(mut span) => fitter.fit(&mut span)?,
         None => Fit::at_rest(window.frames),
     };
     Some(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: MIDDLE_SLOT })

@@ -13,14 +13,14 @@
 mod resolve;
 mod unseen;
 
-use crate::faults::diagnostics::Tally;
+use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{SLOTS, TimedConversion};
 use ads1258::{Ads1258, Channel, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
-use resolve::{Settled, settle};
+use resolve::{Resolved, settle};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::SCAN;
 use unseen::Unseen;
@@ -152,7 +152,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         &mut self,
         edge_us: impl FnOnce() -> u32,
         samples: &mut Producer<'_, TimedConversion>,
-        tally: &Tally,
+        diagnostics: &Diagnostics,
     ) -> Drdy {
         let (first, again) = (self.adc.read().ok(), self.adc.read().ok());
         let t_us = edge_us();
@@ -162,20 +162,20 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             && conversion.status.0 & NEW_AND_ID == self.next
         {
             self.unrest = self.unrest.saturating_sub(1);
-            self.queue(conversion, t_us, samples, tally);
+            self.queue(conversion, t_us, samples, diagnostics);
             return Drdy::Listen;
         }
-        self.unexpected(first, again, t_us, samples, tally)
+        self.unexpected(first, again, t_us, samples, diagnostics)
     }
 
     /// DRDY has fallen, but is high again. Counted for a storm, and as [`FaultKind::Repeated`].
     #[inline(never)]
-    pub fn nothing(&mut self, edge_us: u32, tally: &Tally) -> Drdy {
+    pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
         if core::mem::take(&mut self.early) {
             return Drdy::Listen;
         }
-        tally.fault(FaultKind::Repeated, edge_us);
-        self.stir(edge_us, tally)
+        diagnostics.fault(FaultKind::Repeated, edge_us);
+        self.stir(edge_us, diagnostics)
     }
 
     /// Whether no conversion is likely to come soon, so that [`Self::watch`] need not wait for one. Right after a
@@ -187,7 +187,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// Checks registers and silence, and restarts the chip if need be. Twice a second at least; when [`Drdy::Watch`] or a
     /// window that is due asks for it. `now_us` is board time. DRDY's interrupt is to be unmuted after it.
     #[inline(never)]
-    pub fn watch(&mut self, now_us: u32, tally: &Tally, wait: &mut impl DelayNs) {
+    pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         if core::mem::take(&mut self.muted) {
             // Nothing could come meanwhile.
             self.unseen.passed(now_us.wrapping_sub(self.latest_us));
@@ -209,10 +209,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             return;
         };
         if now_us.wrapping_sub(self.restarted_us) < self.pause_us {
-            tally.fault(trouble, now_us);
+            diagnostics.fault(trouble, now_us);
             return;
         }
-        tally.chip_restarted();
+        diagnostics.chip_restarted();
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
         let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
@@ -221,19 +221,25 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
                 let config0 = self.adc.read_register(Register::Config0).ok();
-                tally.unseen(self.unseen.at_most(since_us, config0));
+                diagnostics.unseen(self.unseen.at_most(since_us, config0));
             }
-            _ => tally.unseen(Unseen::of_clock(since_us)),
+            _ => diagnostics.unseen(Unseen::of_clock(since_us)),
         }
         self.unseen.is_sound();
         let answers = self.set_up(wait);
         // What was wrong before is over, if it answers now: it is told all the same, for it was not told while the
         // board was not looking.
-        tally.fault(if answers { trouble } else { FaultKind::NoAnswer }, now_us);
+        diagnostics.fault(if answers { trouble } else { FaultKind::NoAnswer }, now_us);
     }
 
     #[inline(always)]
-    fn queue(&mut self, conversion: Conversion, t_us: u32, samples: &mut Producer<'_, TimedConversion>, tally: &Tally) {
+    fn queue(
+        &mut self,
+        conversion: Conversion,
+        t_us: u32,
+        samples: &mut Producer<'_, TimedConversion>,
+        diagnostics: &Diagnostics,
+    ) {
         self.early = false;
         if self.latest.is_some() {
             self.unseen.passed(t_us.wrapping_sub(self.latest_us));
@@ -242,7 +248,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.latest_us = t_us;
         self.next = follows(conversion.status.0);
         if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
-            tally.overrun(1);
+            diagnostics.overrun(1);
         }
     }
 
@@ -267,49 +273,49 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         again: Option<Conversion>,
         t_us: u32,
         samples: &mut Producer<'_, TimedConversion>,
-        tally: &Tally,
+        diagnostics: &Diagnostics,
     ) -> Drdy {
         let adc = &mut self.adc;
         match settle(self.latest, self.next, first, again, || adc.read().ok()) {
-            Settled::Found(conversion) => {
-                tally.overrun(self.skipped(conversion));
-                self.queue(conversion, t_us, samples, tally);
+            Resolved::Found(conversion) => {
+                diagnostics.overrun(self.skipped(conversion));
+                self.queue(conversion, t_us, samples, diagnostics);
                 // New, and heard: a processor that is too slow for the scan makes no storm.
                 return self.ask();
             }
-            Settled::Mended(conversion) => {
-                tally.fault(FaultKind::Bus, t_us);
-                tally.overrun(self.skipped(conversion));
-                self.queue(conversion, t_us, samples, tally);
+            Resolved::Mended(conversion) => {
+                diagnostics.fault(FaultKind::Bus, t_us);
+                diagnostics.overrun(self.skipped(conversion));
+                self.queue(conversion, t_us, samples, diagnostics);
             }
-            Settled::Later(conversion) => {
+            Resolved::Later(conversion) => {
                 // The one before it, read once only, is among them.
-                tally.overrun(self.skipped(conversion));
-                self.queue(conversion, t_us, samples, tally);
+                diagnostics.overrun(self.skipped(conversion));
+                self.queue(conversion, t_us, samples, diagnostics);
                 self.early = true;
                 return Drdy::Listen;
             }
-            Settled::Garbled => {
-                tally.fault(FaultKind::Bus, t_us);
-                tally.overrun(1);
+            Resolved::Garbled => {
+                diagnostics.fault(FaultKind::Bus, t_us);
+                diagnostics.overrun(1);
                 self.next = follows(self.next);
             }
-            Settled::Dead => tally.fault(FaultKind::BusDead, t_us),
-            Settled::Repeated if core::mem::take(&mut self.early) => return Drdy::Listen,
-            Settled::Repeated => tally.fault(FaultKind::Repeated, t_us),
-            Settled::RepeatedGarbled => {
-                tally.fault(FaultKind::Bus, t_us);
-                tally.fault(FaultKind::Repeated, t_us);
+            Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),
+            Resolved::Repeated if core::mem::take(&mut self.early) => return Drdy::Listen,
+            Resolved::Repeated => diagnostics.fault(FaultKind::Repeated, t_us),
+            Resolved::RepeatedGarbled => {
+                diagnostics.fault(FaultKind::Bus, t_us);
+                diagnostics.fault(FaultKind::Repeated, t_us);
             }
         }
-        self.stir(t_us, tally)
+        self.stir(t_us, diagnostics)
     }
 
     /// Counts an unexpected edge.
-    fn stir(&mut self, t_us: u32, tally: &Tally) -> Drdy {
+    fn stir(&mut self, t_us: u32, diagnostics: &Diagnostics) -> Drdy {
         self.unrest = self.unrest.saturating_add(1);
         if self.unrest >= STORM_EDGES {
-            tally.fault(FaultKind::Storm, t_us);
+            diagnostics.fault(FaultKind::Storm, t_us);
             self.muted = true;
             return Drdy::Mute;
         }

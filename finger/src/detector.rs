@@ -6,19 +6,19 @@ mod health;
 mod image;
 mod schedule;
 
-use crate::faults::diagnostics::Tally;
+use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{Assembler, Frame, TimedConversion};
 use crate::ring::Ring;
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
-use episodes::Bouts;
-use health::Checkup;
+use episodes::FaultEpisodes;
+use health::HealthReporter;
 use image::Imaging;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Hello, Image, News, PROTOCOL, Raw};
 use ridgetone_tone::source::Values;
-use schedule::Teller;
+use schedule::WindowScheduler;
 pub use schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 
 /// What the caller counts and the detector reports in `health`.
@@ -35,7 +35,7 @@ pub struct Counters {
     /// Times the ADC was set up anew because its registers were not what they should be.
     pub chip_restarts: u32,
     /// Orders that came damaged.
-    pub orders_damaged: u32,
+    pub requests_damaged: u32,
     /// Processor load, 0 to 1.
     pub load: f32,
     /// The most of the stack that was in use since start-up, and its size, bytes.
@@ -48,9 +48,9 @@ pub struct Detector {
     settings: Settings,
     assembler: Assembler,
     rest: Rest,
-    checkup: Checkup,
+    health_reporter: HealthReporter,
     imaging: Imaging,
-    bouts: Bouts,
+    episodes: FaultEpisodes,
     /// Where the settings come from.
     source: SettingsSource,
     /// How the run began.
@@ -69,7 +69,7 @@ struct Rest {
     begun: bool,
     /// The latest values that could be trusted.
     values: Values,
-    teller: Teller,
+    scheduler: WindowScheduler,
 }
 
 impl Detector {
@@ -87,11 +87,11 @@ impl Detector {
                 contact: ContactDetector::new(settings.slide),
                 begun: false,
                 values: [0.0; TAXELS],
-                teller: Teller::new(&settings),
+                scheduler: WindowScheduler::new(&settings),
             },
-            checkup: Checkup::new(),
+            health_reporter: HealthReporter::new(),
             imaging: Imaging::new(),
-            bouts: Bouts::new(settings.vref_v),
+            episodes: FaultEpisodes::new(settings.vref_v),
             source,
             boot,
             stopped: false,
@@ -123,40 +123,46 @@ impl Detector {
     }
 
     /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`. What is wrong with it is
-    /// added to `tally`.
+    /// added to `diagnostics`.
     #[inline(always)]
     pub fn push(
         &mut self,
         conversion: TimedConversion,
         ring: &mut Ring,
-        tally: &Tally,
+        diagnostics: &Diagnostics,
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) {
         if self.assembler.wait(&conversion) {
-            self.scan_over(ring, tally, emit, due);
+            self.scan_over(ring, diagnostics, emit, due);
         }
     }
 
     #[inline(never)]
-    fn scan_over(&mut self, ring: &mut Ring, tally: &Tally, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
+    fn scan_over(
+        &mut self,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(News),
+        due: &mut dyn FnMut(Window),
+    ) {
         let is_followed = if self.assembler.whole() {
             self.rest.frame(self.assembler.frame(), ring, emit, due);
             true
         } else {
-            self.one_by_one(false, ring, tally, emit, due)
+            self.one_by_one(false, ring, diagnostics, emit, due)
         };
-        self.check_supply(tally);
+        self.check_supply(diagnostics);
         // A frame in which something is dated has enough to do. Where no frame comes, stopped or for lack of a taxel, it
         // would be busy for ever.
         if is_followed && self.rest.contact.is_busy() {
             return;
         }
-        if self.checkup.is_due(self.rest.teller.latest.0) {
-            self.check(tally, emit);
+        if self.health_reporter.is_due(self.rest.scheduler.latest.0) {
+            self.check(diagnostics, emit);
             return;
         }
-        self.guard(tally, emit);
+        self.guard(diagnostics, emit);
         if self.rest.contact.has_time_for_image() {
             self.picture(ring, emit);
         }
@@ -168,7 +174,7 @@ impl Detector {
         &mut self,
         is_over: bool,
         ring: &mut Ring,
-        tally: &Tally,
+        diagnostics: &Diagnostics,
         emit: &mut dyn FnMut(News),
         due: &mut dyn FnMut(Window),
     ) -> bool {
@@ -180,39 +186,45 @@ impl Detector {
                 tell_raw(frame, emit);
             }
             if *stopped {
-                rest.teller.latest = (frame.number, frame.t_us);
+                rest.scheduler.latest = (frame.number, frame.t_us);
             } else {
                 rest.frame(frame, ring, emit, due);
                 is_followed |= frame.present == u16::MAX && frame.good != 0;
             }
         });
-        episodes::note(assembler, tally);
+        episodes::note(assembler, diagnostics);
         self.choose_way();
         is_followed
     }
 
     /// The signal has ended: closes what is open (a slide that still runs) and reports health.
-    pub fn finish(&mut self, ring: &mut Ring, tally: &Tally, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
-        self.one_by_one(true, ring, tally, emit, due);
-        let Rest { contact, teller, .. } = &mut self.rest;
-        contact.finish(teller.latest.0.wrapping_add(1), ring, &mut |change| teller.tell(change, ring, emit));
-        teller.give_whole(ring, due);
+    pub fn finish(
+        &mut self,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(News),
+        due: &mut dyn FnMut(Window),
+    ) {
+        self.one_by_one(true, ring, diagnostics, emit, due);
+        let Rest { contact, scheduler, .. } = &mut self.rest;
+        contact.finish(scheduler.latest.0.wrapping_add(1), ring, &mut |change| scheduler.tell(change, ring, emit));
+        scheduler.give_whole(ring, due);
         while self.rest.contact.has_image() && self.picture(ring, emit) {}
-        self.checkup.finish(&self.assembler, &self.rest.teller, tally, emit);
+        self.health_reporter.finish(&self.assembler, &self.rest.scheduler, diagnostics, emit);
     }
 }
 
 impl Rest {
     fn frame(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
         let complete = frame.present == u16::MAX;
-        let teller = &mut self.teller;
-        teller.latest = (frame.number, frame.t_us);
+        let scheduler = &mut self.scheduler;
+        scheduler.latest = (frame.number, frame.t_us);
         if !self.begun {
             if !complete {
                 return;
             }
             self.begun = true;
-            teller.begin(frame.taxels());
+            scheduler.begin(frame.taxels());
             ring.restart(frame.number);
         }
         // Scans that never came leave frames without a valid taxel.
@@ -221,7 +233,7 @@ impl Rest {
             fill(missing, frame, ring);
         }
         // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
-        frame.put(&teller.reference, &mut self.values);
+        frame.put(&scheduler.reference, &mut self.values);
         if complete && frame.good != u16::MAX {
             self.contact.doubt_all_but(frame.good);
         }
@@ -232,10 +244,10 @@ impl Rest {
             return;
         }
         let ring = &*ring;
-        teller.give_whole(ring, due);
-        self.contact.push(frame.number, &self.values, ring, &mut |change| teller.tell(change, ring, emit));
+        scheduler.give_whole(ring, due);
+        self.contact.push(frame.number, &self.values, ring, &mut |change| scheduler.tell(change, ring, emit));
         if let Some((start, until)) = self.contact.sliding() {
-            teller.hop(start, until, ring, due);
+            scheduler.hop(start, until, ring, due);
         }
     }
 }

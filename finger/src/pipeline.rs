@@ -7,8 +7,8 @@
 
 use crate::abscissa::{Fitted, by_place, in_time};
 pub use crate::detector::{Counters, Detector};
-use crate::faults::diagnostics::Tally;
-use crate::faults::qualify::cast_doubt;
+use crate::faults::diagnostics::Diagnostics;
+use crate::faults::qualify::qualify;
 use crate::frame::TimedConversion;
 use crate::ring::{Ring, reached};
 use crate::surface::lag::lag;
@@ -17,9 +17,9 @@ use crate::surface::travel;
 use crate::window::Window;
 use ads1258::reading;
 use core::f32::consts::PI;
-use ridgetone_proto::fault::Doubts;
+use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Array, Settings, SlideRule, TAXELS};
-use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, Verdict};
+use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, TravelStatus};
 use ridgetone_tone::sine_fit::Fitter;
 use ridgetone_tone::source::{FrameSource, Values};
 
@@ -106,7 +106,7 @@ impl Estimator {
             sigma: fit.sigma * fitted.per_unit,
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
-            doubts: Doubts::NONE,
+            faults: FaultSet::NONE,
             travel: self.travel(&fitted, window),
             channels: heapless::Vec::new(),
         };
@@ -123,7 +123,7 @@ impl Estimator {
         let (fit, array) = (&fitted.fit, &self.array);
         match reported_status(fit.status) {
             Status::Good => {}
-            Status::Ambiguous => return Travel { verdict: Verdict::Ambiguous, ..Travel::NONE },
+            Status::Ambiguous => return Travel { verdict: TravelStatus::Ambiguous, ..Travel::NONE },
             _ => return Travel::NONE,
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
@@ -178,7 +178,7 @@ pub struct Pipeline {
     detector: Detector,
     estimator: Estimator,
     ring: Ring,
-    tally: Tally,
+    diagnostics: Diagnostics,
     profile: Option<Profile>,
 }
 
@@ -189,7 +189,7 @@ impl Pipeline {
             detector: Detector::new(settings),
             estimator: Estimator::new(settings),
             ring: Ring::new(),
-            tally: Tally::new(),
+            diagnostics: Diagnostics::new(),
             profile: None,
         }
     }
@@ -212,16 +212,22 @@ impl Pipeline {
     /// Takes one conversion; events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.push(conversion, &mut self.ring, &self.tally, &mut |news| emit(news.into()), &mut |window| {
-            let _ = windows.push(window);
-        });
+        self.detector.push(
+            conversion,
+            &mut self.ring,
+            &self.diagnostics,
+            &mut |news| emit(news.into()),
+            &mut |window| {
+                let _ = windows.push(window);
+            },
+        );
         self.fit(&windows, emit);
     }
 
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&mut self.ring, &self.tally, &mut |news| emit(news.into()), &mut |window| {
+        self.detector.finish(&mut self.ring, &self.diagnostics, &mut |news| emit(news.into()), &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);
@@ -230,7 +236,7 @@ impl Pipeline {
     fn fit(&mut self, windows: &[Window], emit: &mut dyn FnMut(Event)) {
         for window in windows {
             if let Some(Some(mut estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
-                cast_doubt(&mut estimate, window, &self.tally);
+                qualify(&mut estimate, window, &self.diagnostics);
                 emit(Event::Estimate(estimate));
             }
         }

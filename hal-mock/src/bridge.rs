@@ -36,7 +36,7 @@ pub enum Operation {
 /// What the PC may have happen to the emulated board, for a test of what comes after. After any of them it starts anew.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Mishap {
+pub enum Crash {
     /// A panic.
     Panic = 1,
     /// An instruction that is none: a HardFault.
@@ -49,7 +49,7 @@ pub enum Mishap {
     Restart = 5,
 }
 
-impl Mishap {
+impl Crash {
     /// Every one.
     pub const ALL: [Self; 5] = [Self::Panic, Self::HardFault, Self::StackOverflow, Self::Hang, Self::Restart];
 }
@@ -80,7 +80,7 @@ pub struct Reply {
     /// Payload bytes that follow: the request's own length.
     pub length: u8,
     /// What is to happen to the board now.
-    pub mishap: Option<Mishap>,
+    pub crash: Option<Crash>,
     /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the first.
     pub drdy_us: u32,
     /// Microseconds from `now_us` to the next falling edge, or [`NEVER`].
@@ -121,7 +121,7 @@ impl Reply {
         [
             flags,
             self.length,
-            self.mishap.map_or(0, |mishap| mishap as u8),
+            self.crash.map_or(0, |crash| crash as u8),
             0,
             d[0],
             d[1],
@@ -136,16 +136,16 @@ impl Reply {
 
     /// Reads a header back; `None` if the payload is too long or the mishap unknown.
     pub fn decode(b: &[u8; REPLY_BYTES]) -> Option<Self> {
-        let mishap = match b[2] {
+        let crash = match b[2] {
             0 => None,
-            number => Some(*Mishap::ALL.iter().find(|mishap| **mishap as u8 == number)?),
+            number => Some(*Crash::ALL.iter().find(|crash| **crash as u8 == number)?),
         };
         (b[1] as usize <= PAYLOAD_MAX).then_some(Self {
             drdy_high: b[0] & 1 != 0,
             ended: b[0] & 2 != 0,
             line_blocked: b[0] & 4 != 0,
             length: b[1],
-            mishap,
+            crash,
             drdy_us: u32::from_le_bytes([b[4], b[5], b[6], b[7]]),
             next_drdy_us: u32::from_le_bytes([b[8], b[9], b[10], b[11]]),
         })
@@ -160,10 +160,10 @@ mod tests {
     fn headers_survive_the_wire() {
         let request = Request { operation: Operation::Transfer, level: true, length: 5, now_us: 0xfedc_ba98 };
         assert_eq!(Request::decode(&request.encode()), Some(request));
-        for mishap in Mishap::ALL.map(Some).into_iter().chain([None]) {
+        for crash in Crash::ALL.map(Some).into_iter().chain([None]) {
             let (drdy_high, ended, line_blocked) = (true, true, true);
             let (length, drdy_us, next_drdy_us) = (5, 7, NEVER);
-            let reply = Reply { drdy_high, ended, line_blocked, length, mishap, drdy_us, next_drdy_us };
+            let reply = Reply { drdy_high, ended, line_blocked, length, crash, drdy_us, next_drdy_us };
             assert_eq!(Reply::decode(&reply.encode()), Some(reply));
         }
     }

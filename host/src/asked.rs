@@ -3,7 +3,7 @@
 use crate::cli::Senseless;
 use crate::events;
 use crate::feed::{Feed, Source, new_orders};
-use crate::requests::{Orders, ask};
+use crate::requests::{Requests, ask};
 use crate::settings_form;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
@@ -14,13 +14,13 @@ use ridgetone_proto::telemetry::{Event, Hello};
 /// A board that is asked.
 pub struct Asked<'a, S: Source> {
     feed: &'a mut Feed<S>,
-    orders: Orders,
+    requests: Requests,
 }
 
 impl<'a, S: Source> Asked<'a, S> {
     /// The board behind a feed.
     pub fn new(feed: &'a mut Feed<S>) -> Self {
-        Self { feed, orders: new_orders() }
+        Self { feed, requests: new_orders() }
     }
 
     /// What the board says of itself.
@@ -34,7 +34,7 @@ impl<'a, S: Source> Asked<'a, S> {
                 hello = Some(told.clone());
             }
         };
-        ask(self.feed, &mut self.orders, Command::Greet, &mut sink)?;
+        ask(self.feed, &mut self.requests, Command::Greet, &mut sink)?;
         // The reply may overtake the greeting.
         let mut tries = 0;
         while hello.is_none() && tries < 20 {
@@ -54,7 +54,7 @@ impl<'a, S: Source> Asked<'a, S> {
     /// # Errors
     /// [`Senseless`]: the board refuses them, with the reason. They could not be stored; it does not answer.
     pub fn set(&mut self, settings: Settings, keep: bool) -> Result<bool> {
-        self.order(Command::Set { settings, keep })
+        self.request(Command::Set { settings, keep })
     }
 
     /// Has the board forget what it has stored, and use its defaults. True as with [`Self::set`].
@@ -62,7 +62,7 @@ impl<'a, S: Source> Asked<'a, S> {
     /// # Errors
     /// Those of [`Self::set`].
     pub fn forget(&mut self) -> Result<bool> {
-        self.order(Command::Forget)
+        self.request(Command::Forget)
     }
 
     /// Has estimates come by place, with this speed over the surface.
@@ -74,7 +74,7 @@ impl<'a, S: Source> Asked<'a, S> {
         for part in knots.chunks(KNOTS_A_COMMAND) {
             let last = (first + part.len() == knots.len()).then_some(after);
             let knots = heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
-            self.order(Command::Follow(Part { first: first as u8, knots, last }))?;
+            self.request(Command::Follow(Part { first: first as u8, knots, last }))?;
             first += part.len();
         }
         Ok(())
@@ -84,8 +84,8 @@ impl<'a, S: Source> Asked<'a, S> {
     ///
     /// # Errors
     /// The board refuses it, with the reason; it does not answer.
-    pub fn order(&mut self, command: Command) -> Result<bool> {
-        let outcome = ask(self.feed, &mut self.orders, command, &mut |_| {})?;
+    pub fn request(&mut self, command: Command) -> Result<bool> {
+        let outcome = ask(self.feed, &mut self.requests, command, &mut |_| {})?;
         let told = events::outcome(&outcome);
         match outcome {
             Outcome::Done => Ok(false),

@@ -1,7 +1,7 @@
 //! `calibrate`: what turns phases into spatial periods, from recordings of gratings whose periods are known.
 //!
 //! The lag between the columns of units is taken as a straight line of the grating's cycles per millimetre
-//! ([`Array::pull_rad`]); here the line is drawn through measured lags by least squares.
+//! ([`Array::edge_phase_rad`]); here the line is drawn through measured lags by least squares.
 
 use crate::cli::positive;
 use crate::input::{Input, Opened, Source, frame_rate_hz};
@@ -9,7 +9,7 @@ use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use ridgetone_proto::settings::{Array, Settings};
-use ridgetone_proto::telemetry::{Event, Packet, Span, Verdict};
+use ridgetone_proto::telemetry::{Event, Packet, Span, TravelStatus};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -96,10 +96,10 @@ pub struct Point {
 pub struct Calibration {
     /// [`Array::pitch_mm`].
     pub pitch_mm: f64,
-    /// [`Array::pull_rad`].
-    pub pull_rad: f64,
-    /// [`Array::pull_sigma_rad`].
-    pub pull_sigma_rad: f64,
+    /// [`Array::edge_phase_rad`].
+    pub edge_phase_rad: f64,
+    /// [`Array::edge_phase_sigma_rad`].
+    pub edge_phase_sigma_rad: f64,
     /// What it comes from.
     pub gratings: Vec<Point>,
 }
@@ -120,8 +120,8 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result
     let near = period_mm as f32;
     let array = Array {
         pitch_mm,
-        pull_rad: 0.0,
-        pull_sigma_rad: 0.0,
+        edge_phase_rad: 0.0,
+        edge_phase_sigma_rad: 0.0,
         period_least_mm: 0.98 * near,
         period_most_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
         ..Array::DEFAULT
@@ -137,7 +137,7 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result
         // The onset of friction is in a slide's first window, and in the whole slide.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
             match fit.travel.verdict {
-                Verdict::Unique => lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm)),
+                TravelStatus::Unique => lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm)),
                 _ => doubtful += 1,
             }
         }
@@ -164,14 +164,14 @@ fn line(mut points: Vec<Point>) -> Result<Calibration> {
     let spread = mean(&|point| (wave(point) - middle).powi(2));
     ensure!(spread.sqrt() > 0.02 * middle, "the gratings' periods are too much alike: choose such as 2.5, 3 and 4 mm");
     let pitch_mm = mean(&|point| (wave(point) - middle) * (point.lag_rad - lag)) / spread;
-    let pull_rad = pitch_mm * middle - lag;
+    let edge_phase_rad = pitch_mm * middle - lag;
     let mut squares = 0.0;
     for point in &mut points {
-        point.left_rad = point.lag_rad - (pitch_mm * TAU / point.period_mm - pull_rad);
+        point.left_rad = point.lag_rad - (pitch_mm * TAU / point.period_mm - edge_phase_rad);
         squares += point.left_rad * point.left_rad;
     }
-    let pull_sigma_rad = (squares / (count - 2.0)).sqrt();
-    Ok(Calibration { pitch_mm, pull_rad, pull_sigma_rad, gratings: points })
+    let edge_phase_sigma_rad = (squares / (count - 2.0)).sqrt();
+    Ok(Calibration { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, gratings: points })
 }
 
 impl fmt::Display for Calibration {
@@ -180,7 +180,11 @@ impl fmt::Display for Calibration {
         for Point { period_mm, lag_rad, left_rad, windows } in &self.gratings {
             writeln!(f, "{period_mm:>6.3} mm {lag_rad:>7.4} rad {left_rad:>12.4} rad {windows:>8}")?;
         }
-        writeln!(f, "--pitch {:.4} --pull {:.4} --pull-sigma {:.4}", self.pitch_mm, self.pull_rad, self.pull_sigma_rad)
+        writeln!(
+            f,
+            "--pitch {:.4} --edge-phase {:.4} --edge-phase-sigma {:.4}",
+            self.pitch_mm, self.edge_phase_rad, self.edge_phase_sigma_rad
+        )
     }
 }
 
@@ -196,8 +200,8 @@ mod tests {
     fn a_straight_line_comes_back() {
         let lags: Vec<_> = [2.5, 3.0, 4.0].map(|period_mm| (period_mm, TAU * 2.3 / period_mm - 0.3)).into();
         let found = line(points(&lags)).expect("a line");
-        assert!((found.pitch_mm - 2.3).abs() < 1e-12 && (found.pull_rad - 0.3).abs() < 1e-12, "{found:?}");
-        assert!(found.pull_sigma_rad < 1e-12);
+        assert!((found.pitch_mm - 2.3).abs() < 1e-12 && (found.edge_phase_rad - 0.3).abs() < 1e-12, "{found:?}");
+        assert!(found.edge_phase_sigma_rad < 1e-12);
         assert!(found.gratings.iter().all(|point| point.left_rad.abs() < 1e-12));
     }
 
@@ -205,8 +209,8 @@ mod tests {
     fn what_is_not_straight_is_left() {
         // Wave numbers 1, 2, 3 with lags 0, 3, 0: the line is level at 1, and leaves -1, 2, -1.
         let found = line(points(&[(TAU, 0.0), (TAU / 2.0, 3.0), (TAU / 3.0, 0.0)])).expect("a line");
-        assert!(found.pitch_mm.abs() < 1e-12 && (found.pull_rad + 1.0).abs() < 1e-12, "{found:?}");
-        assert!((found.pull_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
+        assert!(found.pitch_mm.abs() < 1e-12 && (found.edge_phase_rad + 1.0).abs() < 1e-12, "{found:?}");
+        assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

@@ -1,19 +1,19 @@
 //! The command line: what can be said, and the help that says so.
 
 mod array;
+mod command;
 mod input;
 mod live;
-mod order;
 mod settings;
 mod source;
 
 pub use array::ArrayOptions;
+pub use command::{BoardCommand, FollowArgs};
 pub use input::{Decibel, InputOptions, SceneOptions};
 pub use live::{
     ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, SettingsCommand, SettingsGetArgs,
     SettingsSetArgs, ViewArgs,
 };
-pub use order::{FollowArgs, OrderCommand};
 pub use settings::SettingsOptions;
 pub use source::{BoardOptions, SourceOptions};
 
@@ -63,7 +63,7 @@ pub enum Command {
     Settings(SettingsCommand),
     /// Have a board begin anew, stop, restart, or estimate by place.
     #[command(subcommand)]
-    Order(OrderCommand),
+    Command(BoardCommand),
     /// What a board on a serial line says. When it is unplugged it is waited for.
     Listen(ListenArgs),
     /// A scene through the emulated firmware: what it found beside the truth, and a picture.

@@ -36,7 +36,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Command::Record(args) => board::record(&args),
         Command::Export(args) => board::export(&args),
         Command::Settings(args) => board::settings(&args),
-        Command::Order(args) => board::order(&args),
+        Command::Command(args) => board::command(&args),
         Command::Listen(args) => board::listen(args),
         Command::Demo(args) => run_demo(&args),
         Command::Scene(args) => scene(&args),

@@ -13,10 +13,10 @@ pub use process::QEMU;
 
 use crate::events;
 use crate::input::Opened;
-use crate::requests::Orders;
+use crate::requests::Requests;
 use crate::stop;
 use anyhow::{Context, Result, bail};
-use hal_mock::bridge::{Mishap, PAYLOAD_MAX, REQUEST_BYTES, Request};
+use hal_mock::bridge::{Crash, PAYLOAD_MAX, REQUEST_BYTES, Request};
 use log::Log;
 use process::Emulator;
 use ridgetone::frame::TimedConversion;
@@ -51,7 +51,7 @@ pub struct Options<'a> {
     /// Whether [`Outcome::serial`] is wanted.
     pub keep_serial: bool,
     /// What is to happen to the board, and at what time of its, microseconds.
-    pub mishap: Option<(u64, Mishap)>,
+    pub crash: Option<(u64, Crash)>,
     /// An instruction takes two to the power of this nanoseconds: 3 is 125 million a second.
     pub icount_shift: u8,
     /// From when until when the telemetry line is blocked, seconds of scene time.
@@ -71,7 +71,7 @@ impl<'a> Options<'a> {
             silence: Duration::from_secs(30),
             keep_conversions: false,
             keep_serial: false,
-            mishap: None,
+            crash: None,
             icount_shift: ICOUNT_SHIFT,
             line_blocked_s: None,
             settings: Settings::DEFAULT,
@@ -131,21 +131,21 @@ pub fn run(
     sink: &mut dyn FnMut(&Packet) -> Result<()>,
     progress: &mut dyn FnMut(f64, f64),
 ) -> Result<Outcome> {
-    let mut orders = Orders::new(1);
+    let mut requests = Requests::new(1);
     if options.settings != Settings::DEFAULT {
-        orders.give(Command::Set { settings: options.settings, keep: false });
+        requests.give(Command::Set { settings: options.settings, keep: false });
     }
     let mut has_greeted = false;
     let mut talk = |now, packet: Option<&Packet>| {
         if let Some(packet) = packet {
             has_greeted = true;
             sink(packet)?;
-            match orders.hear(&packet.event) {
+            match requests.hear(&packet.event) {
                 None | Some((_, Answer::Done | Answer::DoneErased)) => {}
                 Some((_, refused)) => bail!("the firmware does not take the settings: {}", events::outcome(&refused)),
             }
         }
-        if has_greeted { orders.due(now) } else { Ok(Vec::new()) }
+        if has_greeted { requests.due(now) } else { Ok(Vec::new()) }
     };
     run_talking(input, options, &mut talk, progress)
 }
@@ -196,8 +196,8 @@ pub fn run_wired(
 ) -> Result<Outcome> {
     let image = image::check(options.elf)?;
     let mut chip = ChipEnd::new(input, options.keep_conversions).blocking(options.line_blocked_s);
-    if let Some((at_us, mishap)) = options.mishap {
-        chip.arrange(at_us, mishap);
+    if let Some((at_us, crash)) = options.crash {
+        chip.arrange(at_us, crash);
     }
     let log = options.log.map(|tell| Log::new(&image, tell)).transpose()?;
     let emulator = Emulator::start(&image, options.icount_shift)?;

@@ -14,7 +14,7 @@
 //! | the same as a page in a browser | [`view`] |
 //! | telemetry in a file, and in the formats of others | [`record`], [`recording`], [`export`] |
 //! | what is known of a board at this moment, for a screen to show | [`live`] |
-//! | how many damaged frames the decoder takes: none | [`flips`] |
+//! | how many damaged frames the decoder takes: none | [`bit_errors`] |
 //! | orders to a board, and what came of them | [`orders`] |
 //! | packets as text, as JSON, for Teleplot | [`events`], [`teleplot`] |
 //! | the static image as a map of 4 x 4 | [`static_image`] |

@@ -2,7 +2,7 @@
 
 use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::telemetry::{Direction, Hold, Span, Status, Verdict};
+use ridgetone_proto::telemetry::{Direction, Hold, Span, Status, TravelStatus};
 
 /// Name of a status in JSON and text.
 pub fn status_name(status: Status) -> &'static str {
@@ -17,14 +17,14 @@ pub fn status_name(status: Status) -> &'static str {
 }
 
 /// Name of a verdict on period, speed and direction in JSON and text.
-pub fn verdict_name(verdict: Verdict) -> &'static str {
+pub fn verdict_name(verdict: TravelStatus) -> &'static str {
     match verdict {
-        Verdict::Nothing => "nothing",
-        Verdict::Unique => "unique",
-        Verdict::Ambiguous => "ambiguous",
-        Verdict::OutOfRange => "out_of_range",
-        Verdict::Told => "told",
-        Verdict::Contradicted => "contradicted",
+        TravelStatus::Nothing => "nothing",
+        TravelStatus::Unique => "unique",
+        TravelStatus::Ambiguous => "ambiguous",
+        TravelStatus::OutOfRange => "out_of_range",
+        TravelStatus::Given => "given",
+        TravelStatus::Contradicted => "contradicted",
     }
 }
 

@@ -1,6 +1,6 @@
 //! Orders to a board: each is sent with a number, and again under the same number until it is answered.
 //!
-//! [`Orders`] knows no line and no clock, so that the emulator's loop and a serial port's use the same; [`ask`] waits for
+//! [`Requests`] knows no line and no clock, so that the emulator's loop and a serial port's use the same; [`ask`] waits for
 //! one answer on any [`Line`].
 
 pub mod noise;
@@ -8,7 +8,7 @@ pub mod power_cuts;
 pub mod receiver;
 
 use anyhow::{Result, bail};
-use ridgetone_proto::command::{Command, ORDER_WIRE_MAX, Order, Outcome};
+use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
 use ridgetone_proto::framing as wire;
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::collections::VecDeque;
@@ -24,17 +24,17 @@ pub const TRIES: u32 = 20;
 /// An order as it travels.
 ///
 /// # Errors
-/// It is longer than [`ORDER_WIRE_MAX`]; there is none.
-pub fn encode(order: &Order) -> Result<Vec<u8>> {
-    let mut bytes = vec![0; ORDER_WIRE_MAX];
-    let used = wire::encode(order, &mut bytes)?;
+/// It is longer than [`REQUEST_WIRE_MAX`]; there is none.
+pub fn encode(request: &Request) -> Result<Vec<u8>> {
+    let mut bytes = vec![0; REQUEST_WIRE_MAX];
+    let used = wire::encode(request, &mut bytes)?;
     bytes.truncate(used);
     Ok(bytes)
 }
 
 /// Orders to be sent, one after the other: the next one when the one before it was answered.
 #[derive(Debug)]
-pub struct Orders {
+pub struct Requests {
     next: u16,
     waiting: VecDeque<Command>,
     current: Option<Sent>,
@@ -42,13 +42,13 @@ pub struct Orders {
 
 #[derive(Debug)]
 struct Sent {
-    order: Order,
+    request: Request,
     bytes: Vec<u8>,
     tries: u32,
     due: Duration,
 }
 
-impl Orders {
+impl Requests {
     /// None yet; the first one gets the number `first`. A board answers a number that it has just answered without doing
     /// anything: a program that talks to a board for the first time takes any number, by the clock.
     pub const fn new(first: u16) -> Self {
@@ -72,16 +72,16 @@ impl Orders {
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.waiting.pop_front() else { return Ok(Vec::new()) };
-            let order = Order { number: self.next, command };
+            let request = Request { number: self.next, command };
             self.next = self.next.wrapping_add(1);
-            let mut bytes = encode(&order)?;
+            let mut bytes = encode(&request)?;
             // Whatever was on the line before is not to spoil it.
             bytes.insert(0, 0);
-            self.current = Some(Sent { order, bytes, tries: 0, due: now });
+            self.current = Some(Sent { request, bytes, tries: 0, due: now });
         }
         let Some(sent) = self.current.as_mut().filter(|sent| now >= sent.due) else { return Ok(Vec::new()) };
         if sent.tries == TRIES {
-            let Order { number, command } = &sent.order;
+            let Request { number, command } = &sent.request;
             bail!(
                 "the board did not answer order {number} ({command:?}), sent {TRIES} times; is its line's RX connected?"
             );
@@ -94,11 +94,12 @@ impl Orders {
     /// again.
     pub fn hear(&mut self, event: &Event) -> Option<(Command, Outcome)> {
         let Event::Reply(reply) = event else { return None };
-        if reply.outcome == Outcome::Busy || self.current.as_ref().is_none_or(|sent| sent.order.number != reply.number)
+        if reply.outcome == Outcome::Busy
+            || self.current.as_ref().is_none_or(|sent| sent.request.number != reply.number)
         {
             return None;
         }
-        self.current.take().map(|sent| (sent.order.command, reply.outcome.clone()))
+        self.current.take().map(|sent| (sent.request.command, reply.outcome.clone()))
     }
 }
 
@@ -126,19 +127,19 @@ pub trait Line {
 /// The board does not answer; those of the line.
 pub fn ask(
     line: &mut dyn Line,
-    orders: &mut Orders,
+    requests: &mut Requests,
     command: Command,
     sink: &mut dyn FnMut(&Packet),
 ) -> Result<Outcome> {
-    orders.give(command);
+    requests.give(command);
     loop {
-        let bytes = orders.due(line.now())?;
+        let bytes = requests.due(line.now())?;
         if !bytes.is_empty() {
             line.send(&bytes)?;
         }
         if let Some(packet) = line.receive(PATIENCE / 10)? {
             sink(&packet);
-            if let Some((_, outcome)) = orders.hear(&packet.event) {
+            if let Some((_, outcome)) = requests.hear(&packet.event) {
                 return Ok(outcome);
             }
         }

@@ -110,8 +110,8 @@ fn meaning(name: &str) -> Option<&'static str> {
         "speed_mm_s" => "of the stimulus, mm/s",
         "length_mm" => "of the slide to use, mm",
         "pitch_mm" => "from one column of units to the other, mm: `ridgetone calibrate` finds it, and the next two",
-        "pull_rad" => "by how much the contact's ends pull the columns' phases together, rad",
-        "pull_sigma_rad" => "standard deviation of what these leave of the lag, rad",
+        "edge_phase_rad" => "by how much the contact's ends pull the columns' phases together, rad",
+        "edge_phase_sigma_rad" => "standard deviation of what these leave of the lag, rad",
         "period_least_mm" => "shortest period that is possible, mm",
         "period_most_mm" => "longest one, mm",
         "may_go_forward" => "whether the grating may go along +x",
@@ -213,7 +213,7 @@ pub fn explain(field: &str, told: &str) -> String {
         "interferer_hz" => "0 for none; slower than 5 Hz it could not be told from a drift",
         "vref_v" => "the ADS1258 takes a reference of 0.5 V up to its supply",
         "delay_s" | "speed_mm_s" | "length_mm" => "of the protocol that the stimulus follows",
-        "pitch_mm" | "pull_rad" | "pull_sigma_rad" => "`ridgetone calibrate` finds them",
+        "pitch_mm" | "edge_phase_rad" | "edge_phase_sigma_rad" => "`ridgetone calibrate` finds them",
         "period_least_mm" | "period_most_mm" => "the longest possible period is not below the shortest",
         _ => return told.to_owned(),
     };
@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn settings_written_and_read_are_the_same_to_the_last_bit() {
         let slide = SlideRule::Protocol { delay_s: 0.1, speed_mm_s: 30.3, length_mm: 55.5 };
-        let array = Array { pull_rad: 0.1 + f32::EPSILON, alike: [1, 2, 4, 8], ..Array::DEFAULT };
+        let array = Array { edge_phase_rad: 0.1 + f32::EPSILON, alike: [1, 2, 4, 8], ..Array::DEFAULT };
         for settings in
             [Settings::DEFAULT, Settings { window_s: 0.7, accuracy: 0.003, slide, array, ..Settings::DEFAULT }]
         {

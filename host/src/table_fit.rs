@@ -6,7 +6,7 @@ use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::moments::HARMONICS_MAX;
 use ridgetone_tone::sine_fit::Fitter;
 use ridgetone_tone::source::Table;
@@ -120,18 +120,18 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         None => Vec::new(),
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
-    let mut stretch = Stretch::new(&mut source, 0, grid.slots() as u32);
+    let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32);
     if let Some(interferer_hz) = selection.interferer_hz {
-        stretch = stretch.with_interferer((interferer_hz / grid.rate_hz) as f32);
+        span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
     }
     if let Some(column) = &selection.place {
-        let Some(along) = stretch.along(&place) else {
+        let Some(along) = span.along(&place) else {
             bail!("{file}: by column {} the finger does not move in this part", column.name());
         };
-        stretch = along;
+        span = along;
     }
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
-    let Some(found) = Fitter::new(harmonics).fit(&mut stretch) else {
+    let Some(found) = Fitter::new(harmonics).fit(&mut span) else {
         bail!("{file}: the fit did not see all rows");
     };
 

@@ -23,7 +23,7 @@ const WITH_A_BOARD: [&str; 10] = [
     "ridgetone monitor",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
-    "ridgetone order follow speed.csv",
+    "ridgetone command follow speed.csv",
     "ridgetone listen --port /dev/ttyUSB0",
     "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
     "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.1.0-feather-f405.dfu",

@@ -29,8 +29,8 @@ fn the_defaults_are_the_simulated_fingers() {
         let number = |name: &str| found[name].as_f64().expect("a number");
         let told = Array::DEFAULT;
         assert!((number("pitch_mm") - f64::from(told.pitch_mm)).abs() < 0.002, "{found}");
-        assert!((number("pull_rad") - f64::from(told.pull_rad)).abs() < 0.005, "{found}");
-        assert!((number("pull_sigma_rad") - f64::from(told.pull_sigma_rad)).abs() < 0.001, "{found}");
+        assert!((number("edge_phase_rad") - f64::from(told.edge_phase_rad)).abs() < 0.005, "{found}");
+        assert!((number("edge_phase_sigma_rad") - f64::from(told.edge_phase_sigma_rad)).abs() < 0.001, "{found}");
     }
 }
 
@@ -41,7 +41,7 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
     let long = "[finger]\ncontact_mm = 30\n";
     let found = &json_lines(&calibrate(&gratings(&folder, 15.0, long), &["--json"]))[0];
     assert!((found["pitch_mm"].as_f64().unwrap() - 2.3).abs() < 0.01, "{found}");
-    assert!(found["pull_rad"].as_f64().unwrap().abs() < 0.03, "{found}");
+    assert!(found["edge_phase_rad"].as_f64().unwrap().abs() < 0.03, "{found}");
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn it_is_told_as_options() {
     let folder = directory();
     let said = stdout(&calibrate(&gratings(&folder, 28.0, ""), &[]));
     assert!(
-        said.contains("--pitch 2.36") && said.contains("--pull 0.4") && said.contains("--pull-sigma 0.0"),
+        said.contains("--pitch 2.36") && said.contains("--edge-phase 0.4") && said.contains("--edge-phase-sigma 0.0"),
         "{said}"
     );
 }

@@ -4,8 +4,8 @@
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
-#[path = "emulated/orders.rs"]
-mod orders;
+#[path = "emulated/requests.rs"]
+mod requests;
 #[path = "common/steady.rs"]
 mod steady;
 
@@ -16,7 +16,7 @@ use ridgetone_host::emulator::{Options, Outcome};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, Verdict};
+use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -158,7 +158,7 @@ fn period_speed_and_direction_of_table_2_without_being_told_the_speed() {
         for packet in &packets {
             let Event::Estimate(fit) = &packet.event else { continue };
             let (travel, what) = (fit.travel, format!("c{number}, reverse {reverse}: {fit:?}"));
-            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, towards), "{what}");
+            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, towards), "{what}");
             assert!((f64::from(travel.spatial_period_mm) / scene.period_mm - 1.0).abs() < 0.01, "{what}");
             assert!((f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015, "{what}");
             windows += u32::from(fit.span == Span::Window);

@@ -39,7 +39,7 @@ fn what_is_possible_is_the_users_to_say() {
         (&["--period-most", "9"], "ambiguous"),
         (&["--period-least", "1.2"], "ambiguous"),
         (&["--period-least", "3.7"], "out_of_range"),
-        (&["--pull-sigma", "1"], "ambiguous"),
+        (&["--edge-phase-sigma", "1"], "ambiguous"),
     ] {
         for estimate in estimates(options) {
             assert_eq!(estimate["travel"], verdict, "{options:?}: {estimate}");
@@ -57,7 +57,7 @@ fn what_is_possible_is_the_users_to_say() {
 #[test]
 fn a_speed_that_is_told_gives_the_period() {
     // Too slow a speed would make the protocol's slide longer than the true one.
-    for (speed, verdict) in [("15", "told"), ("18", "contradicted")] {
+    for (speed, verdict) in [("15", "given"), ("18", "contradicted")] {
         let speed_mm_s: f64 = speed.parse().expect("a number");
         for estimate in estimates(&["--speed", speed]) {
             assert_eq!(estimate["travel"], verdict, "{estimate}");

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Most bytes of an order on the wire, checksum, stuffing and delimiter included: settings with a slide by protocol, or
 /// a part of a profile in full. A test has both.
-pub const ORDER_WIRE_MAX: usize = 96;
+pub const REQUEST_WIRE_MAX: usize = 96;
 
 /// Knots that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;
@@ -59,14 +59,14 @@ pub struct Part {
 
 /// What travels to the board: a command with its number, by which it is answered.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Order {
+pub struct Request {
     /// Chosen by the PC. The same number again is the same command again: answered, but not done twice.
     pub number: u16,
     /// The command.
     pub command: Command,
 }
 
-impl Order {
+impl Request {
     /// Reads one in its stuffed frame, which is changed; none if any of it is not as it was sent.
     #[inline(never)]
     pub fn decode(frame: &mut [u8]) -> Option<Self> {

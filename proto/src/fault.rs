@@ -102,9 +102,9 @@ pub struct Fault {
 
 /// A set of kinds: what casts doubt on a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Doubts(u16);
+pub struct FaultSet(u16);
 
-impl Doubts {
+impl FaultSet {
     /// None.
     pub const NONE: Self = Self(0);
 
@@ -155,9 +155,9 @@ mod tests {
     fn every_kind_has_a_bit_of_its_own() {
         for (number, kind) in FaultKind::ALL.into_iter().enumerate() {
             assert_eq!(kind as usize, number);
-            assert!(Doubts::NONE.with(kind).iter().eq([kind]));
+            assert!(FaultSet::NONE.with(kind).iter().eq([kind]));
         }
-        let two = Doubts::NONE.with(FaultKind::Clock).and(Doubts::NONE.with(FaultKind::Lost));
-        assert!(two.iter().eq([FaultKind::Lost, FaultKind::Clock]) && !two.is_none() && Doubts::NONE.is_none());
+        let two = FaultSet::NONE.with(FaultKind::Clock).and(FaultSet::NONE.with(FaultKind::Lost));
+        assert!(two.iter().eq([FaultKind::Lost, FaultKind::Clock]) && !two.is_none() && FaultSet::NONE.is_none());
     }
 }

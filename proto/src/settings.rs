@@ -38,13 +38,13 @@ pub enum SlideRule {
 pub struct Array {
     /// From one column of units to the other along the motion, millimetres, as the phases have it: turns of lag over
     /// cycles per millimetre. That is the units' pitch under a contact much longer than it. See
-    /// [`Self::pull_rad`].
+    /// [`Self::edge_phase_rad`].
     pub pitch_mm: f32,
     /// By how much the contact's ends pull the columns' phases together, radians. The lag is 2 pi `pitch_mm` / period -
-    /// `pull_rad`; both come from gratings of known period.
-    pub pull_rad: f32,
+    /// `edge_phase_rad`; both come from gratings of known period.
+    pub edge_phase_rad: f32,
     /// Standard deviation of what that straight line leaves of true lags, radians.
-    pub pull_sigma_rad: f32,
+    pub edge_phase_sigma_rad: f32,
     /// Shortest spatial period that is possible, millimetres.
     pub period_least_mm: f32,
     /// Longest spatial period that is possible, millimetres.
@@ -67,8 +67,8 @@ impl Array {
     /// and a little more, as far as there is but one answer.
     pub const DEFAULT: Self = Self {
         pitch_mm: 2.364,
-        pull_rad: 0.41,
-        pull_sigma_rad: 0.01,
+        edge_phase_rad: 0.41,
+        edge_phase_sigma_rad: 0.01,
         period_least_mm: 2.3,
         period_most_mm: 4.2,
         may_go_forward: true,
@@ -148,7 +148,7 @@ impl Settings {
     // Compiled where it is called, for size and not for speed.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
-        let Array { pitch_mm, pull_rad, pull_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
+        let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
         // Of the front column any taxels may be.
         let Array { may_go_forward, may_go_backward, front: _, alike, .. } = self.array;
         // A taxel in two masks would count twice. What is told is the mask of these taxels.
@@ -170,8 +170,8 @@ impl Settings {
             speed_mm_s,
             length_mm,
             pitch_mm,
-            pull_rad,
-            pull_sigma_rad,
+            edge_phase_rad,
+            edge_phase_sigma_rad,
             period_least_mm,
             period_most_mm,
             (may_go_forward || may_go_backward) as u8 as f32,
@@ -211,8 +211,8 @@ const BOUNDS: [(&str, f32, f32); 16] = [
     ("speed_mm_s", 0.1, 2000.0),
     ("length_mm", 0.1, 2000.0),
     ("pitch_mm", 0.1, 100.0),
-    ("pull_rad", -PI, PI),
-    ("pull_sigma_rad", 0.0, PI),
+    ("edge_phase_rad", -PI, PI),
+    ("edge_phase_sigma_rad", 0.0, PI),
     ("period_least_mm", 0.1, PERIOD_GREATEST_MM),
     ("period_most_mm", 0.1, PERIOD_GREATEST_MM),
     // Going neither way nothing would ever be told.
@@ -244,8 +244,8 @@ mod tests {
             (Settings { interferer_hz: -50.0, ..Settings::DEFAULT }, "interferer_hz"),
             (Settings { vref_v: 9.0, ..Settings::DEFAULT }, "vref_v"),
             (with(Array { pitch_mm: 0.0, ..Array::DEFAULT }), "pitch_mm"),
-            (with(Array { pull_rad: 4.0, ..Array::DEFAULT }), "pull_rad"),
-            (with(Array { pull_sigma_rad: f32::NAN, ..Array::DEFAULT }), "pull_sigma_rad"),
+            (with(Array { edge_phase_rad: 4.0, ..Array::DEFAULT }), "edge_phase_rad"),
+            (with(Array { edge_phase_sigma_rad: f32::NAN, ..Array::DEFAULT }), "edge_phase_sigma_rad"),
             (with(Array { period_least_mm: 0.0, ..Array::DEFAULT }), "period_least_mm"),
             (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
             (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),

@@ -2,7 +2,7 @@
 
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
-use crate::fault::{Doubts, Fault, KINDS};
+use crate::fault::{Fault, FaultSet, KINDS};
 use crate::framing as wire;
 pub use crate::framing::TooLong;
 use crate::framing::{Inbox, Pushed};
@@ -11,7 +11,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 4;
+pub const PROTOCOL: u8 = 5;
 
 /// First message after start-up, and again about every ten seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,7 +70,7 @@ pub enum Status {
     Nothing,
     /// Two readings an octave (or another harmonic step) apart explain the window about equally well.
     Ambiguous,
-    /// A common tone, but in a window in which something was wrong that may have changed it: see [`Estimate::doubts`].
+    /// A common tone, but in a window in which something was wrong that may have changed it: see [`Estimate::faults`].
     Doubtful,
 }
 
@@ -117,7 +117,7 @@ pub enum Abscissa {
 
 /// Whether spatial period, speed and direction are known, and from what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Verdict {
+pub enum TravelStatus {
     /// There is no tone, or it is not in two channels that respond alike in both columns of units.
     Nothing,
     /// The phases allow one answer within the periods that are possible.
@@ -127,7 +127,7 @@ pub enum Verdict {
     /// They allow none.
     OutOfRange,
     /// Speed, and with it the period, are by the host's word, and the phases agree.
-    Told,
+    Given,
     /// Speed and period are by the host's word, and the phases say otherwise.
     Contradicted,
 }
@@ -158,7 +158,7 @@ impl Direction {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Travel {
     /// Whether to believe it.
-    pub verdict: Verdict,
+    pub verdict: TravelStatus,
     /// Which way.
     pub direction: Direction,
     /// Spatial period of the grating, millimetres.
@@ -174,7 +174,7 @@ pub struct Travel {
 impl Travel {
     /// Nothing is known.
     pub const NONE: Self = Self {
-        verdict: Verdict::Nothing,
+        verdict: TravelStatus::Nothing,
         direction: Direction::Unknown,
         spatial_period_mm: 0.0,
         spatial_period_sigma_mm: 0.0,
@@ -184,7 +184,7 @@ impl Travel {
 
     /// Whether there are a period and a speed.
     pub const fn is_known(&self) -> bool {
-        matches!(self.verdict, Verdict::Unique | Verdict::Told | Verdict::Contradicted)
+        matches!(self.verdict, TravelStatus::Unique | TravelStatus::Given | TravelStatus::Contradicted)
     }
 }
 
@@ -212,7 +212,7 @@ pub struct Estimate {
     /// them otherwise.
     pub frames_missing: u16,
     /// What was wrong while it came.
-    pub doubts: Doubts,
+    pub faults: FaultSet,
     /// Spatial period, speed and direction.
     pub travel: Travel,
     /// The valid channels.
@@ -278,7 +278,7 @@ pub struct Health {
     /// Times that each kind of fault was seen, by [`crate::fault::FaultKind::ALL`].
     pub faults: [u32; KINDS],
     /// Orders of the PC that were damaged on their way.
-    pub orders_damaged: u32,
+    pub requests_damaged: u32,
     /// The most of the stack that was in use since start-up, bytes; zero where nothing measures it (PC).
     pub stack_used_bytes: u32,
     /// The stack's size, bytes; zero where nothing measures it.
@@ -466,9 +466,9 @@ pub fn longest_packet() -> Packet {
         sigma: 1e-3,
         harmonics: 5,
         frames_missing: u16::MAX,
-        doubts: Doubts::NONE,
+        faults: FaultSet::NONE,
         travel: Travel {
-            verdict: Verdict::Contradicted,
+            verdict: TravelStatus::Contradicted,
             direction: Direction::Backward,
             spatial_period_mm: 3.6,
             spatial_period_sigma_mm: 1e-3,

@@ -13,7 +13,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
-use hal_mock::bridge::{Mishap, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use hal_mock::bridge::{Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
@@ -109,17 +109,17 @@ pub fn restart_if_asked(cause: ResetCause) {
 }
 
 /// Has happen what the PC asks for.
-fn suffer(mishap: Mishap) {
+fn suffer(crash: Crash) {
     RESTARTS.store(true, Relaxed);
-    match mishap {
+    match crash {
         #[allow(clippy::panic)]
-        Mishap::Panic => panic!("as the PC has asked"),
-        Mishap::HardFault => cortex_m::asm::udf(),
-        Mishap::StackOverflow => {
+        Crash::Panic => panic!("as the PC has asked"),
+        Crash::HardFault => cortex_m::asm::udf(),
+        Crash::StackOverflow => {
             deepen(0);
         }
-        Mishap::Hang => NVIC::mask(Interrupt::CAN1_RX0),
-        Mishap::Restart => restart(ResetCause::Software),
+        Crash::Hang => NVIC::mask(Interrupt::CAN1_RX0),
+        Crash::Restart => restart(ResetCause::Software),
     }
 }
 
@@ -199,8 +199,8 @@ impl Link {
             semihost::say(format_args!("the watchdog bit at {now_us} us: a task stood still"));
             semihost::exit(Exit::Watchdog);
         }
-        if let Some(mishap) = reply.mishap {
-            suffer(mishap);
+        if let Some(crash) = reply.crash {
+            suffer(crash);
         }
         if reply.ended {
             ENDED.store(true, Relaxed);

@@ -1,7 +1,7 @@
 //! A window, its fit, and the check against f64.
 
 use crate::reference::{Baseline, Likelihood};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 use ridgetone_tone::source::Table;
 use ridgetone_tone::status::Status;
@@ -31,11 +31,11 @@ impl Case {
 
     pub fn fit(&self) -> Fit {
         let mut table = Table { values: &self.values, valid: &self.valid };
-        let mut stretch = Stretch::new(&mut table, 0, self.values.len() as u32);
+        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32);
         if let Some(cycles) = self.interferer {
-            stretch = stretch.with_interferer(cycles);
+            span = span.with_interferer(cycles);
         }
-        let fit = Fitter::new(self.harmonics).fit(&mut stretch).unwrap();
+        let fit = Fitter::new(self.harmonics).fit(&mut span).unwrap();
         assert_finite(&fit);
         fit
     }

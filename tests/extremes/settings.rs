@@ -31,8 +31,8 @@ fn any_settings_are_refused_or_run() {
             slide: if n % 2 == 0 { SlideRule::Found } else { protocol },
             array: Array {
                 pitch_mm: between(0.1, 100.0),
-                pull_rad: between(-3.1, 3.1),
-                pull_sigma_rad: between(0.0, 3.1),
+                edge_phase_rad: between(-3.1, 3.1),
+                edge_phase_sigma_rad: between(0.0, 3.1),
                 period_least_mm: between(0.1, 4.0),
                 period_most_mm: between(4.0, 100.0),
                 may_go_forward: n % 3 > 0,

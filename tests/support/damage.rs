@@ -115,10 +115,10 @@ pub fn try_line(bytes: &[u8]) -> Tried {
     while sent.step(&mut bytes) {}
     let mut decoder = Decoder::new();
     let (mut tried, mut numbers) = (Tried::default(), Vec::new());
-    for stretch in sent.line.split_inclusive(|byte| *byte == 0) {
-        let given: Vec<Packet> = stretch.iter().filter_map(|byte| decoder.push(*byte)).collect();
+    for span in sent.line.split_inclusive(|byte| *byte == 0) {
+        let given: Vec<Packet> = span.iter().filter_map(|byte| decoder.push(*byte)).collect();
         // The last one may have no end yet.
-        let Some((0, content)) = stretch.split_last() else {
+        let Some((0, content)) = span.split_last() else {
             assert!(given.is_empty());
             continue;
         };
@@ -132,7 +132,7 @@ pub fn try_line(bytes: &[u8]) -> Tried {
             None => {
                 let mut wire = [0; WIRE_MAX];
                 let used = encode(&given[0], &mut wire).expect("it fitted");
-                assert!(given.len() == 1 && wire[..used] == *stretch, "{given:?} out of {stretch:?}");
+                assert!(given.len() == 1 && wire[..used] == *span, "{given:?} out of {span:?}");
                 tried.forged += 1;
             }
         }

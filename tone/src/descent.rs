@@ -1,6 +1,6 @@
 //! Gauss-Newton in the frequency: from a guess to the maximum of the likelihood.
 
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::levels::Levels;
 use crate::moments::Moments;
 use crate::nuisance::Nuisances;
@@ -26,7 +26,7 @@ const STEP_MAX: f32 = 0.25;
 /// A stretch and all that is known of it but its tone.
 pub struct Problem<'p, 'a> {
     /// The frames.
-    pub stretch: &'p mut Stretch<'a>,
+    pub span: &'p mut FrameSpan<'a>,
     /// Their levels.
     pub levels: &'p Levels,
     /// What else the channels hold.
@@ -53,14 +53,14 @@ impl Work {
 
 impl<'p, 'a> Problem<'p, 'a> {
     /// A problem of which no sums are known yet; they will be kept in `work`.
-    pub fn new(stretch: &'p mut Stretch<'a>, levels: &'p Levels, nuisances: &'p Nuisances, work: &'p mut Work) -> Self {
-        Self { stretch, levels, nuisances, work, nu: 0.0 }
+    pub fn new(span: &'p mut FrameSpan<'a>, levels: &'p Levels, nuisances: &'p Nuisances, work: &'p mut Work) -> Self {
+        Self { span, levels, nuisances, work, nu: 0.0 }
     }
 
     /// One pass at `nu`. None if the frames were overwritten.
     pub fn pass(&mut self, nu: f32, harmonics: usize) -> Option<()> {
         self.nu = nu;
-        self.work.sums.collect(self.stretch, self.levels, self.nuisances, nu, harmonics)
+        self.work.sums.collect(self.span, self.levels, self.nuisances, nu, harmonics)
     }
 
     /// The latest solution.
@@ -73,7 +73,7 @@ impl<'p, 'a> Problem<'p, 'a> {
     pub fn step(&mut self, shape: Shape) -> Option<()> {
         let Work { sums, solution } = &mut *self.work;
         solution.solve(sums, self.levels, self.nuisances, self.nu, shape)?;
-        solution.nu = stepped(self.nu, solution.step, self.stretch.nu_most());
+        solution.nu = stepped(self.nu, solution.step, self.span.nu_most());
         Some(())
     }
 
@@ -105,7 +105,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         let unknowns = solution.shape.unknowns();
         let samples = self.levels.channels() * (self.levels.frames as f32 - unknowns as f32).max(1.0);
         let ahead = solution.step * solution.step * solution.information / samples;
-        over_noise(self.levels, &solution.rest, unknowns).map(|over| over * (1.0 - ahead.min(1.0)))
+        over_noise(self.levels, &solution.residual_sum_of_squares, unknowns).map(|over| over * (1.0 - ahead.min(1.0)))
     }
 
     /// Whether that is more than noise.
@@ -117,7 +117,7 @@ impl<'p, 'a> Problem<'p, 'a> {
     /// likelihood bends less than the model would have it. How much less is known from two steps (a secant); that
     /// leads on, and is the information there really is. Whether it has arrived.
     fn creep(&mut self, nu: f32, close: f32, before: &mut Option<(f32, f32)>) -> bool {
-        let most = self.stretch.nu_most();
+        let most = self.span.nu_most();
         let solution = &mut self.work.solution;
         let step = solution.nu - nu;
         // Far from the maximum the likelihood is no parabola.
@@ -157,7 +157,7 @@ impl<'p, 'a> Problem<'p, 'a> {
         // Below two cycles the waves lean on offset and slope too, and as close to half the frame rate on their own
         // images: a step errs by more than that.
         let highest = solution.shape.harmonics as f32 * nu;
-        if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.stretch.nu_most() - highest) < CYCLES_FOR_SLOPE {
+        if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.span.nu_most() - highest) < CYCLES_FOR_SLOPE {
             return step <= done || step < 1e-6 * nu;
         }
         // The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.

@@ -6,14 +6,14 @@
 //! their likelihoods, and where two tones are about as likely it is left open which of them it is.
 
 use crate::descent::{CYCLES_FOR_SLOPE, Problem, Work};
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
-use crate::model::{Model, promise};
+use crate::model::{Model, expected_gain};
 use crate::nuisance::{Curve, Nuisances};
 use crate::relaxing::relax;
-use crate::search::{Line, Place};
-use crate::significance::{ONE_IN_A_THOUSAND, gain_by_chance, gain_by_search};
+use crate::search::{Place, SpectralLine};
+use crate::significance::{ONE_IN_A_THOUSAND, significant_gain, significant_search_gain};
 use crate::solve::{Shape, gain, over_noise};
 use crate::survey::Survey;
 
@@ -46,30 +46,30 @@ const MISFIT: f32 = 3.0;
 /// inner None says that there is none. `line` is that peak, or another line that there may be. None if frames were
 /// overwritten.
 pub fn few_cycles(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     work: &mut Work,
     most: usize,
     place: Option<Place>,
     line: f32,
-) -> Option<Option<Line>> {
+) -> Option<Option<SpectralLine>> {
     let mut survey = Survey::default();
-    survey.look_around(stretch, levels, work, most, line)?;
+    survey.look_around(span, levels, work, most, line)?;
     let mut drift = None;
     survey.without.iter().flatten().for_each(|without| Model::keep(&mut drift, levels, without));
     for without in survey.without.iter().flatten() {
-        climb(stretch, levels, work, without, &mut drift)?;
+        refine(span, levels, work, without, &mut drift)?;
     }
     let Some(drift) = drift else { return Some(None) };
     if let Some(place) = place {
-        survey.look_on_drift(stretch, levels, work, most, place, drift.curve)?;
+        survey.look_on_drift(span, levels, work, most, place, drift.curve)?;
     }
     // From the likeliest on, so that most others are seen not to be worth the way.
     let mut first = None;
     survey.tones.as_flattened().iter().flatten().for_each(|tone| Model::keep(&mut first, levels, tone));
     let mut best = None;
     if let Some(first) = first {
-        climb(stretch, levels, work, &first, &mut best)?;
+        refine(span, levels, work, &first, &mut best)?;
     }
     // What is at another summit there has not been compared with the rest at this one.
     let mut known = [0.0; 1 + PLAIN_KINDS];
@@ -81,26 +81,26 @@ pub fn few_cycles(
                 plain
                     .iter()
                     .flatten()
-                    .filter(|tone| tone.climbed)
+                    .filter(|tone| tone.refined)
                     .for_each(|tone| Model::keep(&mut likeliest, levels, tone));
             }
             let Some(Model { nu, .. }) = likeliest else { continue };
             if (nu - *known).abs() > SAME * nu {
                 *known = nu;
-                survey.look_at_summit(stretch, levels, work, most, nu)?;
+                survey.look_at_summit(span, levels, work, most, nu)?;
             }
         }
         for place in survey.tones.as_flattened_mut() {
-            if let Some(tone) = place.filter(|tone| !tone.climbed) {
-                *place = climb(stretch, levels, work, &tone, &mut best)?;
+            if let Some(tone) = place.filter(|tone| !tone.refined) {
+                *place = refine(span, levels, work, &tone, &mut best)?;
             }
         }
     }
     let Some(best) = best else { return Some(None) };
-    let gained = gain(levels, &drift.rest, &best.rest, best.shape.unknowns());
+    let gained = gain(levels, &drift.residual_sum_of_squares, &best.residual_sum_of_squares, best.shape.unknowns());
     // A drift of more unknowns has to pay for them.
     let by_chance = match best.shape.unknowns() > drift.shape.unknowns() {
-        true => gain_by_search(2.0 * levels.channels(), levels.frames),
+        true => significant_search_gain(2.0 * levels.channels(), levels.frames),
         false => gained - drift.odds(levels, &best),
     };
     if !(gained > by_chance) {
@@ -109,16 +109,17 @@ pub fn few_cycles(
     let competitor = |tone: &&Model| {
         let apart = (tone.nu - best.nu).abs() > DIFFERENT * best.nu;
         let more = tone.shape.unknowns().saturating_sub(best.shape.unknowns());
-        let by_chance = if more > 0 { gain_by_chance(levels, more, PLAIN) } else { f32::NEG_INFINITY };
-        let gained = gain(levels, &best.rest, &tone.rest, best.shape.unknowns() + more);
+        let by_chance = if more > 0 { significant_gain(levels, more, PLAIN) } else { f32::NEG_INFINITY };
+        let gained =
+            gain(levels, &best.residual_sum_of_squares, &tone.residual_sum_of_squares, best.shape.unknowns() + more);
         apart && gained > by_chance && best.odds(levels, tone) > -OPEN
     };
     let few = 2.0 * best.nu < CYCLES_FOR_SLOPE;
-    let over_noise = over_noise(levels, &best.rest, best.shape.unknowns());
+    let over_noise = over_noise(levels, &best.residual_sum_of_squares, best.shape.unknowns());
     let misfit = few && over_noise.is_some_and(|over| over > MISFIT);
     let ambiguous = misfit || survey.tones.as_flattened().iter().flatten().find(competitor).is_some();
-    let harmonics = if few { carried(stretch, levels, work, &best, most)? } else { 0 };
-    Some(Some(Line {
+    let harmonics = if few { carried(span, levels, work, &best, most)? } else { 0 };
+    Some(Some(SpectralLine {
         nu: best.nu,
         slope: best.shape.slope || !few,
         curve: best.curve,
@@ -130,17 +131,20 @@ pub fn few_cycles(
 
 /// Harmonics of the likeliest model, and above them as many as stand out of the noise: those have not to
 /// pay for telling it from another.
-fn carried(stretch: &mut Stretch, levels: &Levels, work: &mut Work, best: &Model, most: usize) -> Option<usize> {
-    let nuisances = Nuisances::new(stretch, levels, best.curve)?;
-    let shape = Shape { harmonics: harmonics_below_nyquist(stretch, best.nu, most), ..best.shape };
-    work.sums.collect(stretch, levels, &nuisances, best.nu, shape.harmonics)?;
-    let (mut carried, mut least) = (best.shape.harmonics, best.rest);
+fn carried(span: &mut FrameSpan, levels: &Levels, work: &mut Work, best: &Model, most: usize) -> Option<usize> {
+    let nuisances = Nuisances::new(span, levels, best.curve)?;
+    let shape = Shape { harmonics: harmonics_below_nyquist(span, best.nu, most), ..best.shape };
+    work.sums.collect(span, levels, &nuisances, best.nu, shape.harmonics)?;
+    let (mut carried, mut least) = (best.shape.harmonics, best.residual_sum_of_squares);
     let Work { sums, solution } = work;
-    solution.rests(sums, levels, &nuisances, &shape, &mut |harmonics, rest| {
+    solution.residual_sums(sums, levels, &nuisances, &shape, &mut |harmonics, residual_sum_of_squares| {
         let more = 2 * harmonics.saturating_sub(carried);
         let unknowns = Shape { harmonics, ..shape }.unknowns();
-        if more > 0 && gain(levels, &least, rest, unknowns) > gain_by_chance(levels, more, ONE_IN_A_THOUSAND) {
-            (carried, least) = (harmonics, *rest);
+        if more > 0
+            && gain(levels, &least, residual_sum_of_squares, unknowns)
+                > significant_gain(levels, more, ONE_IN_A_THOUSAND)
+        {
+            (carried, least) = (harmonics, *residual_sum_of_squares);
         }
     });
     Some(carried)
@@ -149,26 +153,26 @@ fn carried(stretch: &mut Stretch, levels: &Levels, work: &mut Work, best: &Model
 /// A model at the summit of its likelihood, which is `best` if it is likelier; None if that cannot be, or if its unknowns
 /// cannot be told apart. The outer None if frames were overwritten.
 #[inline(never)]
-fn climb(
-    stretch: &mut Stretch,
+fn refine(
+    span: &mut FrameSpan,
     levels: &Levels,
     work: &mut Work,
     from: &Model,
     best: &mut Option<Model>,
 ) -> Option<Option<Model>> {
-    let (mut top, mut model) = (None, Model { climbed: true, ..*from });
+    let (mut top, mut model) = (None, Model { refined: true, ..*from });
     let straight = matches!(from.curve, Curve::Relaxing(_)) || from.nu == 0.0;
-    let nuisances = Nuisances::new(stretch, levels, if straight { Curve::None } else { from.curve })?;
+    let nuisances = Nuisances::new(span, levels, if straight { Curve::None } else { from.curve })?;
     for _ in 0..STEPS {
         let ahead = match model.curve {
-            Curve::Relaxing(_) => relax(stretch, levels, work, &mut model)?,
-            _ if model.nu > 0.0 => step(&mut Problem::new(stretch, levels, &nuisances, work), &mut model)?,
+            Curve::Relaxing(_) => relax(span, levels, work, &mut model)?,
+            _ if model.nu > 0.0 => step(&mut Problem::new(span, levels, &nuisances, work), &mut model)?,
             _ => Some((model, 0.0)),
         };
-        let Some((next, promised)) = ahead else { break };
+        let Some((next, expected_gain)) = ahead else { break };
         Model::keep(&mut top, levels, &model);
         let behind = best.as_ref().map_or(0.0, |best| best.odds(levels, &model));
-        if promised < ARRIVED || behind + OPTIMISM * promised < -OPEN {
+        if expected_gain < ARRIVED || behind + OPTIMISM * expected_gain < -OPEN {
             break;
         }
         (model.nu, model.curve) = (next.nu, next.curve);
@@ -186,6 +190,6 @@ fn step(problem: &mut Problem, model: &mut Model) -> Option<Option<(Model, f32)>
         return Some(None);
     }
     let solution = problem.solution();
-    model.rest = solution.rest;
-    Some(Some((Model { nu: solution.nu, ..*model }, promise(problem.levels, solution))))
+    model.residual_sum_of_squares = solution.residual_sum_of_squares;
+    Some(Some((Model { nu: solution.nu, ..*model }, expected_gain(problem.levels, solution))))
 }

@@ -14,7 +14,7 @@ pub const BLOCK: usize = 16;
 const STRIDE: u32 = 8;
 
 /// Frames and how to read them.
-pub struct Stretch<'a> {
+pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
     /// Frames in it.
@@ -100,7 +100,7 @@ fn all_count(valid: &[u16; BLOCK], taxels: u16) -> bool {
     counts(valid.iter().fold(u16::MAX, |common, valid| common & valid), taxels)
 }
 
-impl<'a> Stretch<'a> {
+impl<'a> FrameSpan<'a> {
     /// The `frames` frames of `source` from frame number `first` on.
     pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
         Self { source, first, frames, taxels: 0, interferer: None, abscissa: Abscissa::time(frames) }
@@ -136,16 +136,16 @@ impl<'a> Stretch<'a> {
     }
 
     /// The `frames` frames from its frame `from` on; in time only.
-    pub fn part(&mut self, from: u32, frames: u32) -> Stretch<'_> {
+    pub fn part(&mut self, from: u32, frames: u32) -> FrameSpan<'_> {
         let Self { taxels, interferer, .. } = *self;
         let first = self.first.wrapping_add(from);
-        Stretch { source: &mut *self.source, first, frames, taxels, interferer, abscissa: Abscissa::time(frames) }
+        FrameSpan { source: &mut *self.source, first, frames, taxels, interferer, abscissa: Abscissa::time(frames) }
     }
 
     /// Means of every `by` frames of this stretch, in `source`.
-    pub fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> Stretch<'b> {
+    pub fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> FrameSpan<'b> {
         let interferer = self.interferer.map(|cycles| cycles * by as f32);
-        Stretch { source, first: 0, frames: count, taxels: self.taxels, interferer, abscissa: Abscissa::time(count) }
+        FrameSpan { source, first: 0, frames: count, taxels: self.taxels, interferer, abscissa: Abscissa::time(count) }
     }
 
     /// The abscissa of its frames.

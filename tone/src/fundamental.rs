@@ -2,11 +2,11 @@
 //! the worst answer.
 
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem};
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::Curve;
-use crate::search::{Line, Start};
-use crate::significance::{ONE_IN_A_THOUSAND, gain_by_chance, power_by_chance};
+use crate::search::{SpectralLine, Start};
+use crate::significance::{ONE_IN_A_THOUSAND, significant_gain, significant_power};
 use crate::solve::{Shape, Solution, gain};
 
 /// Share of the tone's power that the lines in between must have for a tone an octave (or a
@@ -21,9 +21,9 @@ const LINE_OFFSET_MAX: f32 = 0.06;
 /// As many of `harmonics` as stay clear of half the frame rate.
 // Called from many places: one copy is enough.
 #[inline(never)]
-pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> usize {
+pub fn harmonics_below_nyquist(span: &FrameSpan, nu: f32, harmonics: usize) -> usize {
     let mut below = 1;
-    while below < harmonics && (below + 1) as f32 * nu < 0.96 * stretch.nu_most() {
+    while below < harmonics && (below + 1) as f32 * nu < 0.96 * span.nu_most() {
         below += 1;
     }
     below
@@ -31,12 +31,12 @@ pub fn harmonics_below_nyquist(stretch: &Stretch, nu: f32, harmonics: usize) -> 
 
 /// Where to start: at the strongest line, or at the fundamental that it belongs to. None if frames were
 /// overwritten.
-pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Option<Start> {
+pub fn fundamental(problem: &mut Problem, line: &SpectralLine, nuisances: usize) -> Option<Start> {
     let mut start = Start::at(line);
     let mut highest = AMBIGUOUS_SHARE;
     for (part, _) in [2usize, 3].into_iter().zip(line.suspects).filter(|(_, suspect)| *suspect) {
         let nu = line.nu / part as f32;
-        let harmonics = harmonics_below_nyquist(problem.stretch, nu, (part + 2).min(HARMONICS_MAX));
+        let harmonics = harmonics_below_nyquist(problem.span, nu, (part + 2).min(HARMONICS_MAX));
         if 2.0 * nu < 1.0 || harmonics < part {
             continue;
         }
@@ -55,7 +55,7 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
         }
         let (share, nu) = (share_between(comb, part), comb.nu);
         if share > highest
-            && lines_hold(comb, part, power_by_chance(problem.levels, comb.shape.unknowns()))
+            && lines_hold(comb, part, significant_power(problem.levels, comb.shape.unknowns()))
             && better_than_overtones(problem, line)?
         {
             (highest, start.below) = (share, nu);
@@ -71,15 +71,16 @@ pub fn fundamental(problem: &mut Problem, line: &Line, nuisances: usize) -> Opti
 /// Whether a comb, the latest solution, explains the window clearly better than the strongest line with
 /// overtones of its own: across a gap in the window the lines of a comb can be large and cancel each other,
 /// and they take up what those overtones leave.
-fn better_than_overtones(problem: &mut Problem, line: &Line) -> Option<bool> {
-    let (shape, rest) = (problem.solution().shape, problem.solution().rest);
-    let harmonics = harmonics_below_nyquist(problem.stretch, line.nu, shape.harmonics);
+fn better_than_overtones(problem: &mut Problem, line: &SpectralLine) -> Option<bool> {
+    let (shape, residual_sum_of_squares) = (problem.solution().shape, problem.solution().residual_sum_of_squares);
+    let harmonics = harmonics_below_nyquist(problem.span, line.nu, shape.harmonics);
     if !problem.converge(line.nu, Shape { harmonics, slope: line.slope, ..shape })? {
         return Some(true);
     }
     let more = 2 * (shape.harmonics - harmonics).max(1);
-    let gained = gain(problem.levels, &problem.solution().rest, &rest, shape.unknowns());
-    Some(gained > gain_by_chance(problem.levels, more, ONE_IN_A_THOUSAND))
+    let gained =
+        gain(problem.levels, &problem.solution().residual_sum_of_squares, &residual_sum_of_squares, shape.unknowns());
+    Some(gained > significant_gain(problem.levels, more, ONE_IN_A_THOUSAND))
 }
 
 /// Share of the power in harmonics that are no multiple of `part`.

@@ -1,6 +1,6 @@
 //! The level and the slope of every channel in a stretch, and which channels can be used: the first pass.
 
-use crate::frame_span::{BLOCK, Block, Stretch};
+use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::source::CHANNELS_MAX;
 use crate::source::Values;
 use crate::waves::legendre;
@@ -78,10 +78,10 @@ const INVALID_MAX: f32 = 0.1;
 
 /// Taxels that have valid values in nearly all frames that have any. None if the frames were
 /// overwritten.
-fn reliable_taxels(stretch: &mut Stretch) -> Option<u16> {
+fn reliable_taxels(span: &mut FrameSpan) -> Option<u16> {
     let (mut frames, mut invalid) = (0u32, [0u32; CHANNELS_MAX]);
-    stretch.taxels = 0;
-    stretch.blocks(&[0.0; CHANNELS_MAX], &mut |block| {
+    span.taxels = 0;
+    span.blocks(&[0.0; CHANNELS_MAX], &mut |block| {
         if block.whole && block.valid.iter().all(|valid| *valid == u16::MAX) {
             frames += BLOCK as u32;
             return;
@@ -343,14 +343,14 @@ impl<'a> Means<'a> {
 
 /// First pass: levels, and which taxels and frames count; makes means on the way. None if the frames were
 /// overwritten.
-pub fn levels(stretch: &mut Stretch, means: Option<&mut Means>) -> Option<Levels> {
-    stretch.taxels = reliable_taxels(stretch)?;
-    let zero = stretch.first_counted()?.unwrap_or_default();
+pub fn levels(span: &mut FrameSpan, means: Option<&mut Means>) -> Option<Levels> {
+    span.taxels = reliable_taxels(span)?;
+    let zero = span.first_counted()?.unwrap_or_default();
     let mut sums = Sums::new(zero);
-    let (abscissa, frames, taxels) = (stretch.abscissa(), stretch.frames, stretch.taxels);
+    let (abscissa, frames, taxels) = (span.abscissa(), span.frames, span.taxels);
     let mut nowhere = Means::new(QUAD as u32, &mut [], &mut []);
     let means = means.unwrap_or(&mut nowhere);
-    stretch.blocks(&zero, &mut |block| match abscissa.step() {
+    span.blocks(&zero, &mut |block| match abscissa.step() {
         Some(step) => {
             let from = abscissa.u(block.at);
             means.add(&mut sums, &block, from, step, taxels);

@@ -19,9 +19,9 @@ pub struct Model {
     /// What each channel holds; no harmonics if there is no tone.
     pub shape: Shape,
     /// Residual sums of squares.
-    pub rest: Values,
+    pub residual_sum_of_squares: Values,
     /// Whether `nu` is where its likelihood is highest.
-    pub climbed: bool,
+    pub refined: bool,
 }
 
 impl Model {
@@ -31,7 +31,7 @@ impl Model {
     pub fn odds(&self, levels: &Levels, other: &Self) -> f32 {
         let (own, others) = (self.shape.unknowns(), other.shape.unknowns());
         let paid = 0.5 * ln(levels.frames as f32) * (others as f32 - own as f32) * levels.channels();
-        gain(levels, &self.rest, &other.rest, own.max(others)) - paid
+        gain(levels, &self.residual_sum_of_squares, &other.residual_sum_of_squares, own.max(others)) - paid
     }
 
     /// Puts it in its place if it is likelier than what is there.
@@ -46,7 +46,7 @@ impl Model {
 /// Log-likelihood that a solution's step promises: what it takes off the squares, and not measured by the noise as it
 /// seems before.
 #[inline(never)]
-pub fn promise(levels: &Levels, solution: &Solution) -> f32 {
+pub fn expected_gain(levels: &Levels, solution: &Solution) -> f32 {
     let samples = levels.frames as f32 * levels.channels();
     let taken = solution.step * solution.step * solution.information / samples;
     -0.5 * samples * ln(1.0 - taken.min(ALL_BUT))

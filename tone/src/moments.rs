@@ -1,6 +1,6 @@
 //! Sums over a stretch: all that the fit needs to know of it at one frequency, one pass each.
 
-use crate::frame_span::{BLOCK, Block, Stretch};
+use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::levels::Levels;
 use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
 use crate::source::CHANNELS_MAX;
@@ -43,25 +43,25 @@ impl Moments {
     /// frames were overwritten.
     pub fn collect(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
     ) -> Option<()> {
-        self.collect_of(levels.usable, stretch, levels, nuisances, nu, harmonics)
+        self.collect_of(levels.usable, span, levels, nuisances, nu, harmonics)
     }
 
     /// The sums of other nuisances in place of those that the latest pass had, at its `nu` and with its `harmonics`.
     pub fn exchange(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
     ) -> Option<()> {
-        self.collect_of(0, stretch, levels, nuisances, nu, harmonics)
+        self.collect_of(0, span, levels, nuisances, nu, harmonics)
     }
 
     /// The sums of some `taxels` and the nuisances.
@@ -69,13 +69,13 @@ impl Moments {
     fn collect_of(
         &mut self,
         taxels: u16,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
     ) -> Option<()> {
-        let mut oscillator = Oscillator::new(stretch, nu, harmonics);
+        let mut oscillator = Oscillator::new(span, nu, harmonics);
         oscillator.find_wings();
         let first = if taxels == 0 { CHANNELS_MAX } else { 0 };
         // Rows of harmonics that are not asked for are left as they were: nobody reads them.
@@ -83,11 +83,11 @@ impl Moments {
         for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
             rows.iter_mut().take(oscillator.harmonics).for_each(|row| row[first..].fill(0.0));
         }
-        let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
+        let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
         let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; WING]);
         let mut halves = [[[[0.0; GROUP]; 2]; 2]; 2];
         let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
-        stretch.blocks(&levels.offset, &mut |block| {
+        span.blocks(&levels.offset, &mut |block| {
             oscillator.centre(block.at, &mut centre);
             if block.whole && in_time {
                 self.trigonometric.add_block(&centre, &oscillator);

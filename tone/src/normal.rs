@@ -44,8 +44,8 @@ impl Normal {
     pub fn factor_some(&mut self) {
         let mut product = 1.0;
         for i in 0..self.size {
-            let (above, rest) = self.lower.split_at_mut(i);
-            let Some(row) = rest.first_mut() else { return };
+            let (above, residual_sum_of_squares) = self.lower.split_at_mut(i);
+            let Some(row) = residual_sum_of_squares.first_mut() else { return };
             for (j, other) in above.iter().enumerate() {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
             }
@@ -71,8 +71,8 @@ impl Normal {
     /// The same for every taxel.
     pub fn forward_rows(&self, x: &mut Rows) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
-            let (known, rest) = x.split_at_mut(i);
-            let Some(first) = rest.first_mut() else { return };
+            let (known, residual_sum_of_squares) = x.split_at_mut(i);
+            let Some(first) = residual_sum_of_squares.first_mut() else { return };
             let sum = less_products(first, row, known);
             for c in 0..CHANNELS_MAX {
                 first[c] = sum[c] * row[i];
@@ -83,8 +83,8 @@ impl Normal {
     /// From half way to the solution, for every taxel.
     pub fn backward_rows(&self, x: &mut Rows) {
         for i in (0..self.size).rev() {
-            let (rest, known) = x.split_at_mut(i + 1);
-            let Some(last) = rest.last_mut() else { return };
+            let (residual_sum_of_squares, known) = x.split_at_mut(i + 1);
+            let Some(last) = residual_sum_of_squares.last_mut() else { return };
             let mut sum = *last;
             for (known, row) in known.iter().zip(&self.lower[i + 1..self.size]) {
                 for c in 0..CHANNELS_MAX {

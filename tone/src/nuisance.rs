@@ -6,7 +6,7 @@
 //! shorter than the window. An interferer of known frequency is a cosine and a sine; sampled below twice
 //! its frequency it is their alias, without more ado.
 
-use crate::frame_span::{BLOCK, Block, Stretch};
+use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::levels::Levels;
 use crate::moments::{GROUP, part, products};
 use crate::normal::{Normal, UNKNOWNS};
@@ -84,22 +84,22 @@ impl Nuisances {
 
     /// Of a stretch: those of its interferer, and those of a curve. One pass, unless there are
     /// none. None if the frames were overwritten.
-    pub fn new(stretch: &mut Stretch, levels: &Levels, curve: Curve) -> Option<Self> {
-        let step = from_turns(stretch.interferer.unwrap_or(0.0));
+    pub fn new(span: &mut FrameSpan, levels: &Levels, curve: Curve) -> Option<Self> {
+        let step = from_turns(span.interferer.unwrap_or(0.0));
         let folded = step.min(step.wrapping_neg()) as f32 / TURN;
-        let interferer = stretch.interferer.is_some() && folded * stretch.frames as f32 >= FOLDED_MIN;
+        let interferer = span.interferer.is_some() && folded * span.frames as f32 >= FOLDED_MIN;
         let mut out = Self { curve, interferer, ..Self::default() };
         let count = out.count();
         if count == 0 {
             return Some(out);
         }
-        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        let back = step as u64 * span.frames.saturating_sub(1) as u64 / 2;
         (out.step, out.phase_0) = (step, (back as u32).wrapping_neg());
         for (i, turn) in out.turn.iter_mut().enumerate() {
             *turn = cos_sin(step.wrapping_mul(i as u32));
         }
-        let (abscissa, frames) = (stretch.abscissa(), stretch.frames);
-        stretch.blocks(&levels.offset, &mut |block| {
+        let (abscissa, frames) = (span.abscissa(), span.frames);
+        span.blocks(&levels.offset, &mut |block| {
             let u = abscissa.block(block.at, frames);
             let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
             out.fill(&block, &u, &mut columns);

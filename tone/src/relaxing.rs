@@ -4,9 +4,9 @@
 //! faster tone to a fit. What tells them apart is that all channels relax at one rate.
 
 use crate::descent::{Problem, Work};
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::levels::Levels;
-use crate::model::{Model, promise};
+use crate::model::{Model, expected_gain};
 use crate::nuisance::{Curve, Nuisances};
 use crate::solve::{Shape, gain};
 use crate::source::CHANNELS_MAX;
@@ -22,7 +22,7 @@ const STEP: RangeInclusive<f32> = -0.3..=0.5;
 /// log-likelihood that is promised there; the inner None if the unknowns cannot be told apart. None if frames were
 /// overwritten.
 pub fn relax(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     work: &mut Work,
     model: &mut Model,
@@ -31,8 +31,8 @@ pub fn relax(
     if !RATE.contains(&rate) {
         return Some(None);
     }
-    let nuisances = Nuisances::new(stretch, levels, model.curve)?;
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    let nuisances = Nuisances::new(span, levels, model.curve)?;
+    let mut problem = Problem::new(span, levels, &nuisances, work);
     problem.nu = model.nu;
     if model.nu > 0.0 {
         problem.pass(model.nu, shape.harmonics)?;
@@ -40,18 +40,19 @@ pub fn relax(
     if problem.step(shape).is_none() {
         return Some(None);
     }
-    model.rest = problem.solution().rest;
+    model.residual_sum_of_squares = problem.solution().residual_sum_of_squares;
     let Some((faster, mut nu)) = step(&mut problem, shape) else { return Some(None) };
     // Not `clamp`: its assertion would bring all of float formatting into the image.
     let faster = faster.min(STEP.end() * rate).max(STEP.start() * rate);
     let solution = problem.solution();
-    let mut promised = gain(levels, &model.rest, &solution.rest, shape.unknowns() + 1);
+    let mut expected =
+        gain(levels, &model.residual_sum_of_squares, &solution.residual_sum_of_squares, shape.unknowns() + 1);
     if model.nu > 0.0 {
-        promised += promise(levels, solution);
+        expected += expected_gain(levels, solution);
     } else {
         nu = 0.0;
     }
-    Some(Some((Model { nu, curve: Curve::Relaxing(rate + faster), ..*model }, promised)))
+    Some(Some((Model { nu, curve: Curve::Relaxing(rate + faster), ..*model }, expected)))
 }
 
 /// A Gauss-Newton step from the latest solution, of `shape`: by how much the rate is too slow, and the frequency. None if
@@ -59,7 +60,8 @@ pub fn relax(
 fn step(problem: &mut Problem, shape: Shape) -> Option<(f32, f32)> {
     // Behind level, slope and an interferer's.
     let of = 1 + shape.nuisances;
-    let (factors, rest) = (*problem.solution().unknowns.get(of)?, problem.solution().rest);
+    let (factors, residual_sum_of_squares) =
+        (*problem.solution().unknowns.get(of)?, problem.solution().residual_sum_of_squares);
     problem.step(Shape { nuisances: shape.nuisances + 1, ..shape })?;
     // The channels' own wishes, by what each knows.
     let changes = problem.solution().unknowns.get(of + 1)?;
@@ -68,8 +70,8 @@ fn step(problem: &mut Problem, shape: Shape) -> Option<(f32, f32)> {
     while left != 0 {
         let c = left.trailing_zeros() as usize % CHANNELS_MAX;
         left &= left - 1;
-        common -= factors[c] * changes[c] / rest[c];
-        squares += factors[c] * factors[c] / rest[c];
+        common -= factors[c] * changes[c] / residual_sum_of_squares[c];
+        squares += factors[c] * factors[c] / residual_sum_of_squares[c];
     }
     (squares > 0.0).then(|| (common / squares, problem.solution().nu))
 }

@@ -7,12 +7,12 @@
 
 use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem, Work};
 use crate::few_cycles::few_cycles;
-use crate::frame_span::{BLOCK, Stretch};
+use crate::frame_span::{BLOCK, FrameSpan};
 use crate::fundamental::{AMBIGUOUS_SHARE, fundamental, harmonics_below_nyquist};
 use crate::levels::{Levels, Means, QUAD, levels};
 use crate::nuisance::{CURVE, Curve, Nuisances};
-use crate::significance::gain_by_chance;
-use crate::solve::{Shape, Solution, gain, rest};
+use crate::significance::significant_gain;
+use crate::solve::{Shape, Solution, gain, residual_sum_of_squares};
 use crate::source::CHANNELS_MAX;
 use crate::source::{Table, Values};
 use crate::spectrum::{POINTS_MAX, power_near, strongest};
@@ -45,7 +45,7 @@ const SURE: f32 = 3.0;
 
 /// The strongest line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SpectralLine {
     /// Cycles per half window ([`crate::frame_span`]).
     pub nu: f32,
     /// Whether there is a slope under it.
@@ -79,8 +79,8 @@ pub struct Start {
 
 impl Start {
     /// At a line that is its own fundamental.
-    pub(crate) fn at(line: &Line) -> Self {
-        let Line { nu, ambiguous, slope, curve, harmonics, .. } = *line;
+    pub(crate) fn at(line: &SpectralLine) -> Self {
+        let SpectralLine { nu, ambiguous, slope, curve, harmonics, .. } = *line;
         Self { nu, ambiguous, below: 0.0, slope, curve, harmonics }
     }
 }
@@ -118,17 +118,17 @@ impl Default for Scratch {
 /// Where to start the fit of a stretch with up to `harmonics` harmonics, by the frames themselves.
 /// None if they were overwritten; the inner None says that the window holds nothing to start from.
 pub fn search(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     scratch: &mut Scratch,
     work: &mut Work,
     harmonics: usize,
 ) -> Option<Option<Start>> {
     let Scratch { points, power } = scratch;
-    match look(stretch, levels, Place { channels: u16::MAX, points, power }, work, harmonics)? {
+    match look(span, levels, Place { channels: u16::MAX, points, power }, work, harmonics)? {
         Some(line) => {
-            let carried = harmonics_below_nyquist(stretch, line.nu, harmonics);
-            settle(stretch, levels, work, line, harmonics, carried).map(Some)
+            let carried = harmonics_below_nyquist(span, line.nu, harmonics);
+            settle(span, levels, work, line, harmonics, carried).map(Some)
         }
         None => Some(None),
     }
@@ -145,26 +145,26 @@ pub struct Coarse {
 }
 
 /// Levels of a stretch, and its means in `scratch` unless it is too short for them. None if frames were overwritten.
-pub fn levels_and_means(stretch: &mut Stretch, scratch: &mut Scratch) -> Option<(Levels, Option<Coarse>)> {
-    if stretch.frames < FRAMES_FOR_MEANS || !stretch.is_in_time() {
-        return Some((levels(stretch, None)?, None));
+pub fn levels_and_means(span: &mut FrameSpan, scratch: &mut Scratch) -> Option<(Levels, Option<Coarse>)> {
+    if span.frames < FRAMES_FOR_MEANS || !span.is_in_time() {
+        return Some((levels(span, None)?, None));
     }
     let (mut by, mut valid) = (QUAD as u32, [0; MEANS_MAX]);
-    while stretch.frames.checked_div(by)? > MEANS_MAX as u32 {
+    while span.frames.checked_div(by)? > MEANS_MAX as u32 {
         by *= 2;
     }
-    let count = stretch.frames.checked_div(by)? as usize;
+    let count = span.frames.checked_div(by)? as usize;
     let (values, _) = scratch.points.as_chunks_mut();
     let mut means = Means::new(by, values.get_mut(..count)?, valid.get_mut(..count)?);
-    let all = levels(stretch, Some(&mut means))?;
-    let levels = means.levels(&all, stretch.taxels);
+    let all = levels(span, Some(&mut means))?;
+    let levels = means.levels(&all, span.taxels);
     Some((all, Some(Coarse { by, count, valid, levels })))
 }
 
 /// The same as [`search`] by the means of `coarse`, which [`levels_and_means`] left in `scratch`. The inner None says
 /// that they are of no use here.
 pub fn search_coarse(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels_of_all: &Levels,
     coarse: &Option<Coarse>,
     scratch: &mut Scratch,
@@ -173,12 +173,12 @@ pub fn search_coarse(
 ) -> Option<Option<Start>> {
     let Some(coarse) = coarse else { return Some(None) };
     // A gap gives a line high skirts: that takes all channels and all frames to see through.
-    if 10 * levels_of_all.frames < 9 * stretch.frames {
+    if 10 * levels_of_all.frames < 9 * span.frames {
         return Some(None);
     }
     let (values, _) = scratch.points.as_chunks();
     let mut table = Table { values: values.get(..coarse.count)?, valid: coarse.valid.get(..coarse.count)? };
-    let mut means = stretch.means(&mut table, coarse.count as u32, coarse.by);
+    let mut means = span.means(&mut table, coarse.count as u32, coarse.by);
     let levels = &coarse.levels;
     if levels.usable != levels_of_all.usable {
         return Some(None);
@@ -199,16 +199,16 @@ pub fn search_coarse(
         return Some(None);
     };
     // The means cover whole groups of frames only.
-    let scale = stretch.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
+    let scale = span.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
     if levels.frames as usize >= MEANS_FOR_HARMONICS || harmonics == 1 {
         // Those beyond half the rate of the means are where sampling folds them.
-        let carried = harmonics_below_nyquist(stretch, line.nu * scale, harmonics);
+        let carried = harmonics_below_nyquist(span, line.nu * scale, harmonics);
         let start = settle(&mut means, levels, work, line, harmonics, carried)?;
         Some(Some(Start { nu: start.nu * scale, ..start }))
     } else {
-        let line = Line { nu: line.nu * scale, ..line };
-        let carried = harmonics_below_nyquist(stretch, line.nu, harmonics);
-        settle(stretch, levels_of_all, work, line, harmonics, carried).map(Some)
+        let line = SpectralLine { nu: line.nu * scale, ..line };
+        let carried = harmonics_below_nyquist(span, line.nu, harmonics);
+        settle(span, levels_of_all, work, line, harmonics, carried).map(Some)
     }
 }
 
@@ -218,10 +218,10 @@ fn clearest(shares: &Values, usable: u16) -> u16 {
     let (mut channels, mut left) = (0, usable);
     // Not unrolled: that would take half a kilobyte of flash.
     for _ in 0..core::hint::black_box(CLEAREST) {
-        let (mut best, mut most, mut rest) = (0, -1.0, left);
-        while rest != 0 {
-            let c = rest.trailing_zeros() as usize % CHANNELS_MAX;
-            rest &= rest - 1;
+        let (mut best, mut most, mut residual_sum_of_squares) = (0, -1.0, left);
+        while residual_sum_of_squares != 0 {
+            let c = residual_sum_of_squares.trailing_zeros() as usize % CHANNELS_MAX;
+            residual_sum_of_squares &= residual_sum_of_squares - 1;
             if shares[c] > most {
                 (best, most) = (1 << c, shares[c]);
             }
@@ -235,38 +235,45 @@ fn clearest(shares: &Values, usable: u16) -> u16 {
 /// The strongest line. The inner None says that there is none.
 // Large and called from several places: one copy is enough.
 #[inline(never)]
-fn look(stretch: &mut Stretch, levels: &Levels, place: Place, work: &mut Work, most: usize) -> Option<Option<Line>> {
+fn look(
+    span: &mut FrameSpan,
+    levels: &Levels,
+    place: Place,
+    work: &mut Work,
+    most: usize,
+) -> Option<Option<SpectralLine>> {
     let Place { channels, points, power } = place;
-    let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
+    let nuisances = Nuisances::new(span, levels, Curve::None)?;
     let count = nuisances.count();
-    let peak = strongest(stretch, levels, &nuisances, 0.5, channels, points, power)?;
+    let peak = strongest(span, levels, &nuisances, 0.5, channels, points, power)?;
     let Some(peak) = peak else { return Some(None) };
     if peak <= LOW_NU {
-        return few_cycles(stretch, levels, work, most, Some(Place { channels, points, power }), peak);
+        return few_cycles(span, levels, work, most, Some(Place { channels, points, power }), peak);
     }
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    let mut problem = Problem::new(span, levels, &nuisances, work);
     if !problem.descend(peak, Shape { harmonics: 1, slope: true, nuisances: count }, LINE_STEPS, LINE_CLOSE)? {
         return Some(None);
     }
-    let (frames, most, nu) = (problem.stretch.frames as usize, points.len(), problem.solution().nu);
+    let (frames, most, nu) = (problem.span.frames as usize, points.len(), problem.solution().nu);
     let power_at = |nu: f32| power_near(frames, most, power, nu);
     let worth = WORTH_A_LOOK * power_at(nu);
     let suspects = [power_at(nu / 2.0) + power_at(nu * 1.5) >= worth, power_at(nu / 3.0) + power_at(nu / 1.5) >= worth];
-    Some(Some(Line { nu, slope: true, curve: Curve::None, harmonics: 0, suspects, ambiguous: false }))
+    Some(Some(SpectralLine { nu, slope: true, curve: Curve::None, harmonics: 0, suspects, ambiguous: false }))
 }
 
 /// Whether a converged solution without a curve leaves one: by steps from block to block where there are many of them,
 /// else by another pass. None if frames were overwritten.
 pub fn is_bent(problem: &mut Problem) -> Option<bool> {
-    let Problem { stretch, levels, nuisances, work, .. } = problem;
+    let Problem { span, levels, nuisances, work, .. } = problem;
     let (shape, nu) = (work.solution.shape, work.solution.nu);
-    if stretch.is_in_time() && stretch.frames >= FRAMES_FOR_STEPS {
-        let bent = rest(&work.sums, levels, nuisances, &shape, true);
-        let gained = bent.map_or(0.0, |bent| gain(levels, &work.solution.rest, &bent, shape.unknowns() + CURVE));
-        return Some(gained > gain_by_chance(levels, CURVE, CURVED));
+    if span.is_in_time() && span.frames >= FRAMES_FOR_STEPS {
+        let bent = residual_sum_of_squares(&work.sums, levels, nuisances, &shape, true);
+        let gained = bent
+            .map_or(0.0, |bent| gain(levels, &work.solution.residual_sum_of_squares, &bent, shape.unknowns() + CURVE));
+        return Some(gained > significant_gain(levels, CURVE, CURVED));
     }
-    let nuisances = Nuisances::new(stretch, levels, Curve::Bent)?;
-    let mut bent = Problem::new(stretch, levels, &nuisances, work);
+    let nuisances = Nuisances::new(span, levels, Curve::Bent)?;
+    let mut bent = Problem::new(span, levels, &nuisances, work);
     bent.pass(nu, shape.harmonics)?;
     Some(bent.step(shape).is_some() && is_curved(&bent))
 }
@@ -282,8 +289,8 @@ pub fn is_curved(problem: &Problem) -> bool {
         return false;
     }
     let ahead = |solution: &Solution| 0.5 * solution.step * solution.step * solution.information;
-    let gained = gain(levels, &straight.rest, &curved.rest, shape.unknowns());
-    gained + ahead(&curved) - ahead(straight) > gain_by_chance(levels, CURVE, CURVED)
+    let gained = gain(levels, &straight.residual_sum_of_squares, &curved.residual_sum_of_squares, shape.unknowns());
+    gained + ahead(&curved) - ahead(straight) > significant_gain(levels, CURVE, CURVED)
 }
 
 /// From the strongest line to where the fit starts: its fundamental, of at `most` so many harmonics, close to where
@@ -291,34 +298,34 @@ pub fn is_curved(problem: &Problem) -> bool {
 // Called with means and with frames: one copy is enough.
 #[inline(never)]
 fn settle(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     work: &mut Work,
-    mut line: Line,
+    mut line: SpectralLine,
     most: usize,
     carried: usize,
 ) -> Option<Start> {
     if most < 2 || line.harmonics > 0 && line.suspects == [false; 2] {
         return Some(Start::at(&line));
     }
-    let harmonics = harmonics_below_nyquist(stretch, line.nu, most);
+    let harmonics = harmonics_below_nyquist(span, line.nu, most);
     let many = 2.0 * line.nu >= CYCLES_FOR_SLOPE;
     if many && line.curve == Curve::None {
         let suspected = line.suspects != [false; 2];
         if carried < 2 && !suspected {
             return Some(Start::at(&line));
         }
-        let nuisances = Nuisances::new(stretch, levels, Curve::None)?;
-        let mut problem = Problem::new(stretch, levels, &nuisances, work);
+        let nuisances = Nuisances::new(span, levels, Curve::None)?;
+        let mut problem = Problem::new(span, levels, &nuisances, work);
         let shape = Shape { harmonics: carried, slope: line.slope, nuisances: nuisances.count() };
         if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && (!suspected || explains_all(&problem)) {
             return Some(Start { nu: problem.solution().nu, ..Start::at(&line) });
         }
     }
     let curve = if line.curve == Curve::None { Curve::Bent } else { line.curve };
-    let nuisances = Nuisances::new(stretch, levels, curve)?;
+    let nuisances = Nuisances::new(span, levels, curve)?;
     let straight = nuisances.count() - CURVE;
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    let mut problem = Problem::new(span, levels, &nuisances, work);
     if many && line.curve == Curve::None {
         let shape = Shape { harmonics, slope: line.slope, nuisances: straight };
         if problem.descend(line.nu, shape, 1, LINE_CLOSE)? && is_curved(&problem) {
@@ -329,8 +336,8 @@ fn settle(
     let mut start = fundamental(&mut problem, &line, used)?;
     if start.below > 0.0 && 2.0 * start.below < CYCLES_UNLIKE_DRIFT {
         // Those lines may be a drift.
-        let Problem { stretch, levels, work, .. } = problem;
-        if let Some(line) = few_cycles(stretch, levels, work, most, None, line.nu)? {
+        let Problem { span, levels, work, .. } = problem;
+        if let Some(line) = few_cycles(span, levels, work, most, None, line.nu)? {
             return Some(Start::at(&line));
         }
         return Some(start);
@@ -339,7 +346,7 @@ fn settle(
     if matches!(start.curve, Curve::Relaxing(_)) {
         return Some(start);
     }
-    let harmonics = harmonics_below_nyquist(problem.stretch, start.nu, most);
+    let harmonics = harmonics_below_nyquist(problem.span, start.nu, most);
     let shape = Shape { harmonics, slope: start.slope, nuisances: used };
     if 2.0 * start.nu >= CYCLES_FOR_SLOPE && problem.descend(start.nu, shape, 1, LINE_CLOSE)? {
         start.nu = problem.solution().nu;

@@ -26,7 +26,7 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
 /// `unknowns` of a channel leave of its frames, and so each channel's share is a Fisher distribution's; its
 /// mean and variance are those of a chi-square of fewer degrees in a larger unit.
 #[inline(never)]
-pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
+pub fn significant_power(levels: &Levels, unknowns: usize) -> f32 {
     let freedom = (levels.frames as f32 - unknowns as f32).max(5.0);
     let unit = freedom * freedom / ((freedom - 2.0) * (freedom - 4.0));
     let degrees = 2.0 * (freedom - 4.0) / freedom;
@@ -38,7 +38,7 @@ pub fn power_by_chance(levels: &Levels, unknowns: usize) -> f32 {
 /// between the frequencies of a transform counts for twice as many of them, and the number of harmonics and
 /// the place of the fundamental are chosen too: four tries a frame.
 #[inline(never)]
-pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
+pub fn significant_search_gain(unknowns: f32, frames: u32) -> f32 {
     // Normal deviate of the tail, by Mills' ratio.
     let tail = 0.01 / (4.0 * frames as f32);
     let z2 = -2.0 * ln(tail * 2.5);
@@ -48,6 +48,6 @@ pub fn gain_by_search(unknowns: f32, frames: u32) -> f32 {
 
 /// The same for `unknowns` more in every channel, at one frequency, exceeded as often as the normal `deviate`.
 #[inline(never)]
-pub fn gain_by_chance(levels: &Levels, unknowns: usize, deviate: f32) -> f32 {
+pub fn significant_gain(levels: &Levels, unknowns: usize, deviate: f32) -> f32 {
     0.5 * chi_square_point(unknowns as f32 * levels.channels(), deviate)
 }

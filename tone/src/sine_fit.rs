@@ -6,14 +6,14 @@
 //! the inverse of the same normal equations.
 
 use crate::descent::{CYCLES_MIN, Problem, Work};
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::moments::HARMONICS_MAX;
 use crate::nuisance::{CURVE, Curve, Nuisances};
 use crate::residuals::residuals;
 use crate::search::{Scratch, Start, is_bent, is_curved, levels_and_means, search, search_coarse};
-use crate::significance::{gain_by_search, power_by_chance};
+use crate::significance::{significant_power, significant_search_gain};
 use crate::solve;
 use crate::solve::{Shape, Solution, gain, is_misfit, over_noise, quantization};
 use crate::source::CHANNELS_MAX;
@@ -108,34 +108,34 @@ impl Fitter {
     }
 
     /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
-    pub fn fit(&mut self, stretch: &mut Stretch) -> Option<Fit> {
+    pub fn fit(&mut self, span: &mut FrameSpan) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
         let mut work = Work::NONE;
         let work = &mut work;
-        let (levels, coarse) = levels_and_means(stretch, &mut self.scratch)?;
+        let (levels, coarse) = levels_and_means(span, &mut self.scratch)?;
         if levels.usable == 0 || levels.frames < FRAMES_MIN {
             let levels = Levels { usable: 0, ..levels };
             return Some(Fit::without_tone(Status::Nothing, &levels));
         }
         // What is left of a window with more holes than frames bends its frequency at will.
-        if 2 * levels.frames < stretch.frames {
+        if 2 * levels.frames < span.frames {
             return Some(Fit::without_tone(Status::TooShort, &levels));
         }
-        if let Some(start) = search_coarse(stretch, &levels, &coarse, &mut self.scratch, work, self.harmonics)? {
-            let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
+        if let Some(start) = search_coarse(span, &levels, &coarse, &mut self.scratch, work, self.harmonics)? {
+            let fit = fit_from(span, &levels, work, self.harmonics, start)?;
             // A drift can hide a tone that is too fast for the means.
             if fit.status.has_tone() {
                 return Some(fit);
             }
         }
-        if let Some(start) = self.search_middle(stretch, work)? {
-            let fit = fit_from(stretch, &levels, work, self.harmonics, start)?;
+        if let Some(start) = self.search_middle(span, work)? {
+            let fit = fit_from(span, &levels, work, self.harmonics, start)?;
             if fit.status.has_tone() {
                 return Some(fit);
             }
         }
-        match search(stretch, &levels, &mut self.scratch, work, self.harmonics)? {
-            Some(start) => fit_from(stretch, &levels, work, self.harmonics, start),
+        match search(span, &levels, &mut self.scratch, work, self.harmonics)? {
+            Some(start) => fit_from(span, &levels, work, self.harmonics, start),
             None => Some(Fit::without_tone(Status::NoTone, &levels)),
         }
     }
@@ -143,12 +143,12 @@ impl Fitter {
     /// Where a long window has a tone too fast for its means: the means of its middle may be short enough.
     // Apart: its levels and means are off the stack when it is done.
     #[inline(never)]
-    fn search_middle(&mut self, stretch: &mut Stretch, work: &mut Work) -> Option<Option<Start>> {
-        let all = stretch.frames;
-        if all <= MIDDLE_FRAMES || !stretch.is_in_time() {
+    fn search_middle(&mut self, span: &mut FrameSpan, work: &mut Work) -> Option<Option<Start>> {
+        let all = span.frames;
+        if all <= MIDDLE_FRAMES || !span.is_in_time() {
             return Some(None);
         }
-        let mut middle = stretch.part((all - MIDDLE_FRAMES) / 2, MIDDLE_FRAMES);
+        let mut middle = span.part((all - MIDDLE_FRAMES) / 2, MIDDLE_FRAMES);
         let (levels, coarse) = levels_and_means(&mut middle, &mut self.scratch)?;
         if levels.usable == 0 || 2 * levels.frames < MIDDLE_FRAMES {
             return Some(None);
@@ -162,12 +162,12 @@ impl Fitter {
 /// The fit from a guess.
 // Large and called from several places: one copy is enough.
 #[inline(never)]
-fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
+fn fit_from(span: &mut FrameSpan, levels: &Levels, work: &mut Work, most: usize, start: Start) -> Option<Fit> {
     let Start { nu, ambiguous, below, slope, curve, harmonics } = start;
-    let nuisances = Nuisances::new(stretch, levels, curve)?;
-    let mut problem = Problem::new(stretch, levels, &nuisances, work);
+    let nuisances = Nuisances::new(span, levels, curve)?;
+    let mut problem = Problem::new(span, levels, &nuisances, work);
     // Where a window is too short to tell so many harmonics apart, fewer may do.
-    let harmonics = if harmonics > 0 { harmonics } else { harmonics_below_nyquist(problem.stretch, nu, most) };
+    let harmonics = if harmonics > 0 { harmonics } else { harmonics_below_nyquist(problem.span, nu, most) };
     let mut shape = Shape { harmonics, slope, nuisances: nuisances.count() };
     while !problem.converge(nu, shape)? {
         if shape.harmonics == 1 {
@@ -179,7 +179,7 @@ fn fit_from(stretch: &mut Stretch, levels: &Levels, work: &mut Work, most: usize
         keep_curve_if_there(&mut problem)?;
     } else if slope && start.harmonics == 0 && is_bent(&mut problem)? {
         let nu = problem.solution().nu;
-        return fit_from(stretch, levels, work, most, Start { nu, curve: Curve::Bent, ..start });
+        return fit_from(span, levels, work, most, Start { nu, curve: Curve::Bent, ..start });
     }
     // As many harmonics as the scene carries and no more.
     let shape = problem.solution().shape;
@@ -211,38 +211,37 @@ fn keep_curve_if_there(problem: &mut Problem) -> Option<()> {
 
 /// Residual, uncertainty and verdict of a converged fit.
 fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
-    let Problem { stretch, levels, nuisances, work, .. } = problem;
+    let Problem { span, levels, nuisances, work, .. } = problem;
     let best = &work.solution;
     let frames = levels.frames as f32;
     let unknowns = best.shape.unknowns() as f32;
 
-    let (mut rest, mut information) = (best.rest, best.information);
+    let (mut residual_sum_of_squares, mut information) = (best.residual_sum_of_squares, best.information);
     // A small difference of large sums is mostly rounding: then sample by sample.
-    if is_drowned(&rest, levels) {
-        rest = residuals(stretch, levels, nuisances, best)?;
-        information *= regained(best, &rest, frames).max(1e-3);
+    if is_drowned(&residual_sum_of_squares, levels) {
+        residual_sum_of_squares = residuals(span, levels, nuisances, best)?;
+        information *= regained(best, &residual_sum_of_squares, frames).max(1e-3);
     }
     information *= honest(best, levels);
     let rounding = ROUNDING * best.nu;
     let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
 
     let without = Shape { harmonics: 0, ..best.shape };
-    let mut before = solve::rest(&work.sums, levels, nuisances, &without, false).unwrap_or(levels.about_mean);
+    let mut before =
+        solve::residual_sum_of_squares(&work.sums, levels, nuisances, &without, false).unwrap_or(levels.about_mean);
     // Of a baseline that outweighs everything too, or it would seem to leave a tone's worth of rounding.
     if is_drowned(&before, levels) {
-        before = residuals_of_baseline(stretch, levels, nuisances, work, without)?;
+        before = residuals_of_baseline(span, levels, nuisances, work, without)?;
     }
-    let gained = gain(levels, &before, &rest, best.shape.unknowns());
-    let chance = gain_by_search(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
-    let status = if !(gained > chance) {
+    let gained = gain(levels, &before, &residual_sum_of_squares, best.shape.unknowns());
+    let threshold = significant_search_gain(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
+    let status = if !(gained > threshold) {
         Status::NoTone
-    } else if !(2.0 * best.nu >= CYCLES_MIN)
-        || best.nu >= stretch.nu_most()
-        || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu)
+    } else if !(2.0 * best.nu >= CYCLES_MIN) || best.nu >= span.nu_most() || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu)
     {
         Status::TooShort
         // What comes and goes, or a drift, has lines below its own too.
-    } else if ambiguous || comb && is_misfit(over_noise(levels, &rest, best.shape.unknowns())) {
+    } else if ambiguous || comb && is_misfit(over_noise(levels, &residual_sum_of_squares, best.shape.unknowns())) {
         Status::Ambiguous
     } else {
         Status::Good
@@ -252,8 +251,8 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
     }
     let mut fit = Fit {
         status,
-        frequency: best.nu / stretch.half(),
-        sigma: sigma_nu / stretch.half(),
+        frequency: best.nu / span.half(),
+        sigma: sigma_nu / span.half(),
         harmonics: best.shape.harmonics as u8,
         frames: levels.frames,
         usable: levels.usable,
@@ -268,7 +267,7 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
         let power = cos[c] * cos[c] + sin[c] * sin[c];
         // Across the fundamental's phasor.
         let across = of_cos * sin[c] * sin[c] + of_sin * cos[c] * cos[c] - 2.0 * of_both * cos[c] * sin[c];
-        let noise = rest[c] / (frames - unknowns).max(1.0);
+        let noise = residual_sum_of_squares[c] / (frames - unknowns).max(1.0);
         fit.channels[c] = ChannelFit {
             offset: levels.offset[c] + best.unknowns[0][c],
             amplitude: libm::sqrtf(power),
@@ -282,14 +281,17 @@ fn conclude(problem: &mut Problem, ambiguous: bool, comb: bool) -> Option<Fit> {
 
 /// Whether what is left of a channel is mostly rounding of what was taken off.
 #[inline(never)]
-fn is_drowned(rest: &Values, levels: &Levels) -> bool {
-    rest.iter().zip(&levels.yy).any(|(rest, yy)| *rest < DROWNED * yy)
+fn is_drowned(residual_sum_of_squares: &Values, levels: &Levels) -> bool {
+    residual_sum_of_squares
+        .iter()
+        .zip(&levels.yy)
+        .any(|(residual_sum_of_squares, yy)| *residual_sum_of_squares < DROWNED * yy)
 }
 
 /// What the baseline alone leaves, sample by sample.
 #[inline(never)]
 fn residuals_of_baseline(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     nuisances: &Nuisances,
     work: &Work,
@@ -299,7 +301,7 @@ fn residuals_of_baseline(
     if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, without).is_none() {
         return Some(levels.about_mean);
     }
-    residuals(stretch, levels, nuisances, &baseline)
+    residuals(span, levels, nuisances, &baseline)
 }
 
 /// What share of the information that a solution believes to have is real. Its weights come from noise that was
@@ -319,15 +321,15 @@ fn honest(best: &Solution, levels: &Levels) -> f32 {
 
 /// By what factor the information about the frequency grows when the residuals of `best` are in truth
 /// `rest`: each channel counts by the inverse of what was taken for its own.
-fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
+fn regained(best: &Solution, residual_sum_of_squares: &Values, frames: f32) -> f32 {
     let (mut weights, mut spread) = (0.0, 0.0);
     let (cos, sin) = best.harmonic(0);
     for c in 0..CHANNELS_MAX {
-        if rest[c] > 0.0 {
+        if residual_sum_of_squares[c] > 0.0 {
             let power = cos[c] * cos[c] + sin[c] * sin[c];
-            let weight = power / best.rest[c];
+            let weight = power / best.residual_sum_of_squares[c];
             weights += weight;
-            spread += weight * (rest[c].max(quantization(frames)) / best.rest[c]);
+            spread += weight * (residual_sum_of_squares[c].max(quantization(frames)) / best.residual_sum_of_squares[c]);
         }
     }
     if spread > 0.0 { weights / spread } else { 1.0 }
@@ -335,7 +337,7 @@ fn regained(best: &Solution, rest: &Values, frames: f32) -> f32 {
 
 /// Harmonics up to the last that stands out of the noise.
 fn carried(best: &Solution, levels: &Levels) -> usize {
-    let (mut harmonics, by_chance) = (1, power_by_chance(levels, best.shape.unknowns()));
+    let (mut harmonics, by_chance) = (1, significant_power(levels, best.shape.unknowns()));
     for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
         if *power > by_chance {
             harmonics = h + 1;

@@ -76,7 +76,7 @@ pub struct Solution {
     /// Each channel's unknowns: offset beyond [`Levels::offset`], slope, nuisances, cosine and sine of each harmonic.
     pub unknowns: Rows,
     /// Residual sums of squares; 0 for a taxel that takes no part.
-    pub rest: Values,
+    pub residual_sum_of_squares: Values,
     /// Gauss-Newton step in `nu`.
     pub step: f32,
     /// Information about `nu`: the inverse of its variance.
@@ -188,25 +188,31 @@ fn right_sides(right: &mut Rows, moments: &Moments, levels: &Levels, nuisances: 
 
 /// What is left of the channels' squares when `half`, half way to their solution, explains the rest.
 pub fn left(levels: &Levels, half: &Rows, size: usize) -> Values {
-    let mut rest = levels.yy;
+    let mut residual_sum_of_squares = levels.yy;
     for row in half.iter().take(size) {
         for c in 0..CHANNELS_MAX {
-            rest[c] -= row[c] * row[c];
+            residual_sum_of_squares[c] -= row[c] * row[c];
         }
     }
     for c in 0..CHANNELS_MAX {
         let least = floor(levels.yy[c], levels.frames as f32);
         // Not `max`, which is a call. NaN gives way too.
-        let least = if rest[c] > least { rest[c] } else { least };
-        rest[c] = if levels.usable & 1 << c != 0 { least } else { 0.0 };
+        let least = if residual_sum_of_squares[c] > least { residual_sum_of_squares[c] } else { least };
+        residual_sum_of_squares[c] = if levels.usable & 1 << c != 0 { least } else { 0.0 };
     }
-    rest
+    residual_sum_of_squares
 }
 
 /// Residual sums of squares alone; `bent`: with a bend in steps besides ([`crate::levels::Bend`]). None if the unknowns
 /// cannot be told apart.
 #[inline(never)]
-pub fn rest(moments: &Moments, levels: &Levels, nuisances: &Nuisances, shape: &Shape, bent: bool) -> Option<Values> {
+pub fn residual_sum_of_squares(
+    moments: &Moments,
+    levels: &Levels,
+    nuisances: &Nuisances,
+    shape: &Shape,
+    bent: bool,
+) -> Option<Values> {
     let (size, sums, bend) = (shape.unknowns(), &moments.trigonometric, &levels.bend);
     let steps = if bent { &[Weight::Second, Weight::Third][..] } else { &[] };
     let (mut normal, mut rows) = (Normal::new(size + steps.len()), [[0.0; CHANNELS_MAX]; UNKNOWNS]);
@@ -244,7 +250,7 @@ impl Solution {
             nu: 0.0,
             shape: Shape { harmonics: 0, slope: false, nuisances: 0 },
             unknowns: [[0.0; CHANNELS_MAX]; UNKNOWNS],
-            rest: [0.0; CHANNELS_MAX],
+            residual_sum_of_squares: [0.0; CHANNELS_MAX],
             step: 0.0,
             information: 0.0,
             power: lines,
@@ -257,7 +263,7 @@ impl Solution {
     /// Residual sums of squares that so many harmonics leave, from none on up to those of `shape`, or to as many as can be
     /// told apart. No solution is left.
     #[inline(never)]
-    pub fn rests(
+    pub fn residual_sums(
         &mut self,
         moments: &Moments,
         levels: &Levels,
@@ -313,10 +319,14 @@ impl Solution {
         normal.factor()?;
         right_sides(rows, moments, levels, nuisances, &shape);
         normal.forward_rows(rows);
-        let rest = left(levels, rows, size);
+        let residual_sum_of_squares = left(levels, rows, size);
         let mut weight = [0.0; CHANNELS_MAX];
         for c in 0..CHANNELS_MAX {
-            weight[c] = if rest[c] > 0.0 { (frames - size as f32).max(1.0) / rest[c] } else { 0.0 };
+            weight[c] = if residual_sum_of_squares[c] > 0.0 {
+                (frames - size as f32).max(1.0) / residual_sum_of_squares[c]
+            } else {
+                0.0
+            };
         }
 
         // d model / d nu is a mixture of u cos(h theta) and u sin(h theta).
@@ -340,7 +350,7 @@ impl Solution {
         normal.backward_rows(rows);
 
         let lines = [0.0; HARMONICS_MAX];
-        (self.nu, self.shape, self.rest) = (nu, shape, rest);
+        (self.nu, self.shape, self.residual_sum_of_squares) = (nu, shape, residual_sum_of_squares);
         (self.step, self.information) = (0.0, 0.0);
         (self.power, self.offset, self.offset_sigma) = (lines, lines, lines);
         if waves == 0 {
@@ -400,12 +410,12 @@ const MISFIT: f32 = 1.5;
 /// Sums of squares `rest`, left by so many `unknowns` of a channel, over the channels' noise ([`Levels::rough`]): 1 if
 /// they are nothing else. None if the noise is not known.
 #[inline(never)]
-pub fn over_noise(levels: &Levels, rest: &Values, unknowns: usize) -> Option<f32> {
+pub fn over_noise(levels: &Levels, residual_sum_of_squares: &Values, unknowns: usize) -> Option<f32> {
     let freedom = (levels.frames as f32 - unknowns as f32).max(1.0);
     let (mut sum, mut channels) = (0.0, 0.0);
     for c in 0..CHANNELS_MAX {
         if levels.usable & 1 << c != 0 && levels.rough[c] > 0.0 {
-            sum += rest[c] / (freedom * levels.rough[c]);
+            sum += residual_sum_of_squares[c] / (freedom * levels.rough[c]);
             channels += 1.0;
         }
     }
@@ -421,15 +431,15 @@ pub fn is_misfit(over_noise: Option<f32>) -> bool {
 /// over what left `before`: negative where `before` is likelier. Bartlett's factor is in it: the logarithm of few frames
 /// overstates what so many unknowns explain.
 #[inline(never)]
-pub fn gain(levels: &Levels, before: &Values, rest: &Values, unknowns: usize) -> f32 {
+pub fn gain(levels: &Levels, before: &Values, residual_sum_of_squares: &Values, unknowns: usize) -> f32 {
     let factor = (levels.frames as f32 - unknowns as f32).max(0.0);
     let mut sum = 0.0;
     // The logarithm of four at once: a residual is no less than a millionth of its squares, so f32 holds their product.
     for group in 0..CHANNELS_MAX / 4 {
         let mut product = 1.0;
         for c in 4 * group..4 * group + 4 {
-            if levels.usable & 1 << c != 0 && rest[c] > 0.0 && before[c] > 0.0 {
-                product *= before[c] / rest[c];
+            if levels.usable & 1 << c != 0 && residual_sum_of_squares[c] > 0.0 && before[c] > 0.0 {
+                product *= before[c] / residual_sum_of_squares[c];
             }
         }
         sum += ln(product);

@@ -3,7 +3,7 @@
 //! Each channel, less its straight line, is transformed on its own and counts by the share of its
 //! own power that a line takes, so that a noisy channel cannot shout the others down.
 
-use crate::frame_span::{BLOCK, Stretch};
+use crate::frame_span::{BLOCK, FrameSpan};
 use crate::levels::Levels;
 use crate::nuisance::{NUISANCES_MAX, Nuisances};
 use crate::phase::{cos_sin, from_turns};
@@ -31,7 +31,7 @@ const POINTS_MIN: usize = 64;
 /// Only `channels` are looked at, bit k for taxel k, and only lines of `least_cycles` in the window and more:
 /// a straight line has been taken off, and what there is of `nuisances`.
 pub fn strongest(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     nuisances: &Nuisances,
     least_cycles: f32,
@@ -39,7 +39,7 @@ pub fn strongest(
     points: &mut [f32],
     power: &mut [f32],
 ) -> Option<Option<f32>> {
-    let frames = stretch.frames as usize;
+    let frames = span.frames as usize;
     let most = points.len().min(2 * power.len());
     let size = transform_size(frames, most);
     if frames > size || levels.usable == 0 {
@@ -63,14 +63,14 @@ pub fn strongest(
     }
     for taxels in taxels.chunks(together) {
         let points = points.get_mut(..taxels.len() * size)?;
-        copy(stretch, levels, nuisances, &baseline[..2 + count], taxels, points)?;
+        copy(span, levels, nuisances, &baseline[..2 + count], taxels, points)?;
         points.chunks_exact_mut(size).for_each(|points| add_power(points, power));
     }
     // A path's first and last frame lie at its very ends, those in time half a frame inside.
-    let bins_per_cycle = size as f32 / if stretch.is_in_time() { frames } else { frames - 1 } as f32;
+    let bins_per_cycle = size as f32 / if span.is_in_time() { frames } else { frames - 1 } as f32;
     let least = ((least_cycles * bins_per_cycle) as usize).max(1);
     // A path that turns has places closer together than its frames can tell lines.
-    let highest = if stretch.is_in_time() { power.len() } else { (2.0 * stretch.nu_most() * bins_per_cycle) as usize };
+    let highest = if span.is_in_time() { power.len() } else { (2.0 * span.nu_most() * bins_per_cycle) as usize };
     let (mut at, mut peak) = (least, 0.0);
     for (k, p) in power.iter().enumerate().take(highest + 1).skip(least) {
         if *p > peak {
@@ -96,7 +96,7 @@ pub fn strongest(
 /// by frame; along a path each frame goes to its place, which makes the transform that of the path. Zeros
 /// behind them and where frames are missing.
 fn copy(
-    stretch: &mut Stretch,
+    span: &mut FrameSpan,
     levels: &Levels,
     nuisances: &Nuisances,
     baseline: &[Values],
@@ -105,14 +105,14 @@ fn copy(
 ) -> Option<()> {
     out.fill(0.0);
     let size = out.len() / taxels.len().max(1);
-    let (abscissa, frames, in_time) = (stretch.abscissa(), stretch.frames, stretch.is_in_time());
+    let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
     let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
     // Scaled before it is squared: codes reach 2^24 and their squares' sums would not fit f32.
     let mut weights = [0.0; CHANNELS_MAX];
     for c in taxels {
         weights[*c] = 1.0 / libm::sqrtf(levels.about_line[*c]);
     }
-    stretch.blocks(&levels.offset, &mut |block| {
+    span.blocks(&levels.offset, &mut |block| {
         let u = abscissa.block(block.at, frames);
         if baseline.len() > 2 {
             nuisances.fill(&block, &u, &mut columns);
@@ -120,17 +120,18 @@ fn copy(
         for (out, c) in out.chunks_exact_mut(size.max(1)).zip(taxels) {
             let weight = weights[*c];
             let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
-            let mut rest: [f32; BLOCK] = core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
+            let mut residual_sum_of_squares: [f32; BLOCK] =
+                core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
             for (k, factors) in baseline[2..].iter().enumerate() {
                 for i in 0..BLOCK {
-                    rest[i] -= factors[*c] * columns[i][k];
+                    residual_sum_of_squares[i] -= factors[*c] * columns[i][k];
                 }
             }
             if block.whole
                 && in_time
                 && let Some(out) = out.get_mut(block.at as usize..).and_then(|out| out.first_chunk_mut::<BLOCK>())
             {
-                *out = rest.map(|rest| weight * rest);
+                *out = residual_sum_of_squares.map(|residual_sum_of_squares| weight * residual_sum_of_squares);
                 continue;
             }
             for i in 0..BLOCK {
@@ -139,7 +140,7 @@ fn copy(
                     false => (0.5 * (u[i] + 1.0) * (frames - 1) as f32 + 0.5) as usize,
                 };
                 if let Some(out) = out.get_mut(place).filter(|_| block.valid[i] != 0) {
-                    *out += weight * rest[i];
+                    *out += weight * residual_sum_of_squares[i];
                 }
             }
         }

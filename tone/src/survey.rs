@@ -1,7 +1,7 @@
 //! All that a window of few cycles may hold, at one frequency after the other: a baseline, with a tone or without.
 
 use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Work};
-use crate::frame_span::Stretch;
+use crate::frame_span::FrameSpan;
 use crate::fundamental::harmonics_below_nyquist;
 use crate::levels::Levels;
 use crate::model::Model;
@@ -55,14 +55,14 @@ impl Survey {
     #[inline(never)]
     pub fn look_at_summit(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         work: &mut Work,
         most: usize,
         nu: f32,
     ) -> Option<()> {
-        let bent = Nuisances::new(stretch, levels, Curve::Bent)?;
-        self.look_at(stretch, levels, work, core::slice::from_ref(&bent), nu, most)
+        let bent = Nuisances::new(span, levels, Curve::Bent)?;
+        self.look_at(span, levels, work, core::slice::from_ref(&bent), nu, most)
     }
 
     /// All models of few cycles.
@@ -70,25 +70,25 @@ impl Survey {
     #[inline(never)]
     pub fn look_around(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         work: &mut Work,
         most: usize,
         line: f32,
     ) -> Option<()> {
         let (mut nuisances, mut rate) = (<[Nuisances; 1 + RATES]>::default(), RATE_FIRST);
-        nuisances[0] = Nuisances::new(stretch, levels, Curve::Bent)?;
+        nuisances[0] = Nuisances::new(span, levels, Curve::Bent)?;
         for nuisances in &mut nuisances[1..] {
-            *nuisances = Nuisances::new(stretch, levels, Curve::Relaxing(rate))?;
+            *nuisances = Nuisances::new(span, levels, Curve::Relaxing(rate))?;
             rate *= RATE_FACTOR;
         }
         let mut nu = 0.5 * CYCLES_MIN;
         while 2.0 * nu < FEW {
-            self.look_at(stretch, levels, work, &nuisances, nu, most)?;
+            self.look_at(span, levels, work, &nuisances, nu, most)?;
             nu += NEXT;
         }
         if line > nu {
-            self.look_at(stretch, levels, work, &nuisances, line, most)?;
+            self.look_at(span, levels, work, &nuisances, line, most)?;
         }
         Some(())
     }
@@ -97,7 +97,7 @@ impl Survey {
     #[inline(never)]
     pub fn look_on_drift(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         work: &mut Work,
         most: usize,
@@ -106,14 +106,14 @@ impl Survey {
     ) -> Option<()> {
         let mut nuisances = <[Nuisances; 2]>::default();
         for (nuisances, curve) in nuisances.iter_mut().zip([Curve::Bent, curve]) {
-            *nuisances = Nuisances::new(stretch, levels, curve)?;
+            *nuisances = Nuisances::new(span, levels, curve)?;
         }
         let [bent, drift] = &nuisances;
         let Place { channels, points, power } = place;
-        let peak = strongest(stretch, levels, drift, CYCLES_FOR_SLOPE, channels, points, power)?;
+        let peak = strongest(span, levels, drift, CYCLES_FOR_SLOPE, channels, points, power)?;
         let likely = if matches!(curve, Curve::Relaxing(_)) { &nuisances[..] } else { core::slice::from_ref(bent) };
         match peak.filter(|peak| 2.0 * peak >= CYCLES_FOR_SLOPE) {
-            Some(peak) => self.look_at(stretch, levels, work, likely, peak, most),
+            Some(peak) => self.look_at(span, levels, work, likely, peak, most),
             None => Some(()),
         }
     }
@@ -121,19 +121,19 @@ impl Survey {
     /// All models at `nu`.
     fn look_at(
         &mut self,
-        stretch: &mut Stretch,
+        span: &mut FrameSpan,
         levels: &Levels,
         work: &mut Work,
         nuisances: &[Nuisances],
         nu: f32,
         most: usize,
     ) -> Option<()> {
-        let harmonics = harmonics_below_nyquist(stretch, nu, most);
+        let harmonics = harmonics_below_nyquist(span, nu, most);
         for (k, nuisances) in nuisances.iter().enumerate() {
             let Work { sums, solution } = &mut *work;
             match k {
-                0 => sums.collect(stretch, levels, nuisances, nu, harmonics)?,
-                _ => sums.exchange(stretch, levels, nuisances, nu, harmonics)?,
+                0 => sums.collect(span, levels, nuisances, nu, harmonics)?,
+                _ => sums.exchange(span, levels, nuisances, nu, harmonics)?,
             }
             let straight = nuisances.count() - CURVE;
             let shapes: &[_] = match nuisances.curve {
@@ -143,9 +143,15 @@ impl Survey {
             for (slope, curve) in shapes {
                 let shape = Shape { harmonics, slope: *slope, nuisances: straight + curve };
                 let curve = if *curve > 0 { nuisances.curve } else { Curve::None };
-                solution.rests(sums, levels, nuisances, &shape, &mut |harmonics, rest| {
+                solution.residual_sums(sums, levels, nuisances, &shape, &mut |harmonics, residual_sum_of_squares| {
                     let nu = if harmonics > 0 { nu } else { 0.0 };
-                    let model = Model { nu, curve, shape: Shape { harmonics, ..shape }, rest: *rest, climbed: false };
+                    let model = Model {
+                        nu,
+                        curve,
+                        shape: Shape { harmonics, ..shape },
+                        residual_sum_of_squares: *residual_sum_of_squares,
+                        refined: false,
+                    };
                     self.add(levels, &model);
                 });
             }

@@ -1,6 +1,6 @@
 //! The harmonics of one frequency over a stretch, and sums of products of them.
 
-use crate::frame_span::{Abscissa, BLOCK, Block, Stretch};
+use crate::frame_span::{Abscissa, BLOCK, Block, FrameSpan};
 use crate::moments::HARMONICS_MAX;
 use crate::phase::{cos_sin, from_turns};
 
@@ -166,17 +166,17 @@ fn multiples((c1, s1): (f32, f32), most: usize, mut visit: impl FnMut(usize, f32
 
 impl<'a> Oscillator<'a> {
     #[inline(always)]
-    pub fn new(stretch: &Stretch<'a>, nu: f32, harmonics: usize) -> Self {
+    pub fn new(span: &FrameSpan<'a>, nu: f32, harmonics: usize) -> Self {
         let harmonics = harmonics.clamp(1, HARMONICS_MAX);
-        let u_step = 2.0 / stretch.frames.max(1) as f32;
+        let u_step = 2.0 / span.frames.max(1) as f32;
         let step = from_turns(nu * u_step);
         // Phase zero at the centre, which lies half way between two frames if their number is even.
-        let back = step as u64 * stretch.frames.saturating_sub(1) as u64 / 2;
+        let back = step as u64 * span.frames.saturating_sub(1) as u64 / 2;
         Self {
             harmonics,
             nu,
-            frames: stretch.frames,
-            abscissa: stretch.abscissa(),
+            frames: span.frames,
+            abscissa: span.abscissa(),
             phase_0: (back as u32).wrapping_neg(),
             step,
             wings: Wings::new(),

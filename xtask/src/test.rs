@@ -18,7 +18,7 @@ pub fn run() -> Result<()> {
     tell("tests of the emulated firmware, which take a few minutes");
     let mut emulated = clean("cargo");
     emulated.args(["test", "--package", "ridgetone-host"]);
-    for test in ["emulated", "mishaps", "overload", "book"] {
+    for test in ["emulated", "crashes", "overload", "book"] {
         emulated.args(["--test", test]);
     }
     emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);

@@ -9,7 +9,7 @@ use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use heapless::spsc::Queue;
 use ridgetone::acquire::{Acquisition, Drdy};
-use ridgetone::faults::diagnostics::Tally;
+use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone_eval::workload::{CONVERSION_BYTES, decode_conversion};
 
@@ -74,10 +74,10 @@ fn answer(transaction: u32) -> [u8; 5] {
 pub fn measure(counter: &Counter) -> Option<u32> {
     let mut queue = Queue::<TimedConversion, SAMPLES>::new();
     let (mut samples, mut out) = queue.split();
-    let (mut acquisition, tally) = (Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin), Tally::new());
+    let (mut acquisition, diagnostics) = (Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin), Diagnostics::new());
     let mut most = 0;
     for count in 0..TAKEN {
-        let mut edge = || acquisition.edge(|| black_box(count), &mut samples, &tally);
+        let mut edge = || acquisition.edge(|| black_box(count), &mut samples, &diagnostics);
         let (instructions, drdy) = counter.measure(|| black_box(edge()));
         most = most.max(instructions);
         let mut bytes = [0; CONVERSION_BYTES];

@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::intake;
 use crate::machine::{Counter, stack};
 use heapless::Vec;
-use ridgetone::faults::diagnostics::Tally;
+use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::pipeline::Detector;
 use ridgetone::ring::Ring;
@@ -14,7 +14,7 @@ use ridgetone_eval::workload::{
 };
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, News, Packet, WIRE_MAX};
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::moments::HARMONICS_MAX;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 
@@ -141,7 +141,7 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
-    fitter.fit(&mut Stretch::new(&mut &*ring, 0, frames))
+    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames))
 }
 
 /// As [`fit`].
@@ -153,7 +153,7 @@ fn detect(
     emit: &mut dyn FnMut(News),
     due: &mut dyn FnMut(Window),
 ) {
-    static TALLY: Tally = Tally::new();
+    static TALLY: Diagnostics = Diagnostics::new();
     for conversion in scan {
         detector.push(*conversion, ring, &TALLY, emit, due);
     }

@@ -4,7 +4,7 @@ use super::{Jobs, message};
 use crate::workload::{Measured, Wire};
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Truth;
-use ridgetone::faults::diagnostics::Tally;
+use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::{SLOTS, TimedConversion};
 use ridgetone::pipeline::Detector;
 use ridgetone::ring::Ring;
@@ -60,12 +60,12 @@ impl Frames {
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));
-        let (mut sequence, tally) = (0u16, Tally::new());
+        let (mut sequence, diagnostics) = (0u16, Diagnostics::new());
         for scan in self.conversions.chunks(SLOTS as usize) {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
                 let mut emit = |news: News| events.push(Event::from(news));
-                detector.push(*conversion, &mut ring, &tally, &mut emit, &mut |_| due += 1);
+                detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| due += 1);
             }
             for event in events {
                 let (_, wire) = message(measured)?;

@@ -1,11 +1,11 @@
 //! So many runs of each family, on this PC and on the emulated chip.
 
 use super::family::Family;
-use super::judge::{Verdict, judge};
+use super::judge::{Judgement, judge};
 use super::plan::{Plan, SETTINGS};
 use super::row::{Place, Row};
-use super::{document, emulated, lines, rooms};
-use crate::bit_errors::Flips;
+use super::{document, emulated, lines, task_sim};
+use crate::bit_errors::BitErrors;
 use crate::parallel;
 use anyhow::{Context, Result, ensure};
 use hal_mock::Truth;
@@ -56,7 +56,7 @@ pub struct Campaign {
     /// Rows, in the order of the table.
     pub rows: Vec<Row>,
     /// What became of frames of telemetry with flipped bits, if they were counted.
-    pub flips: Option<Flips>,
+    pub bit_errors: Option<BitErrors>,
 }
 
 impl Campaign {
@@ -85,7 +85,7 @@ impl Campaign {
             }
             rows.push(Row::of_family(family, Place::Pc, &verdicts));
         }
-        Ok(Self { seed, rows, flips: None })
+        Ok(Self { seed, rows, bit_errors: None })
     }
 
     /// Adds so many runs of each of these families on the emulated chip.
@@ -111,9 +111,9 @@ impl Campaign {
     /// # Errors
     /// Those of [`lines::rows`].
     pub fn on_lines(&mut self, injections: u64) -> Result<()> {
-        let (rows, flips) = lines::rows(injections, self.seed)?;
+        let (rows, bit_errors) = lines::rows(injections, self.seed)?;
         self.rows.extend(rows);
-        self.flips = Some(flips);
+        self.bit_errors = Some(bit_errors);
         Ok(())
     }
 
@@ -161,9 +161,9 @@ pub fn opened(plan: &Plan) -> Result<(Opened, Truth)> {
 ///
 /// # Errors
 /// It cannot be made.
-pub fn run(plan: &Plan) -> Result<Verdict> {
+pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = opened(plan)?;
-    let ran = rooms::run(input, SETTINGS)?;
+    let ran = task_sim::run(input, SETTINGS)?;
     Ok(judge(plan, &truth, &ran))
 }
 

@@ -4,7 +4,7 @@ use super::campaign::Campaign;
 use super::family::Family;
 use super::row::{Delays, Place, Row};
 use crate::bench::grouped;
-use crate::bit_errors::Flips;
+use crate::bit_errors::BitErrors;
 use crate::markdown::{Table, filled};
 use anyhow::{Context, Result, bail};
 
@@ -22,9 +22,9 @@ pub fn document(campaign: &Campaign) -> Result<String> {
             "injected" => count(campaign.rows.iter().filter(|row| row.runs > 0).map(|row| row.injected).sum()),
             "runs" => count(campaign.rows.iter().map(|row| row.runs).sum()),
             "control_off" => off_of(campaign, Family::None),
-            "passed" => grouped(flips(campaign)?.checksum_passed),
-            "empty" => grouped(flips(campaign)?.empty),
-            "flipped" => grouped(flips(campaign)?.sent),
+            "passed" => grouped(bit_errors(campaign)?.checksum_passed),
+            "empty" => grouped(bit_errors(campaign)?.empty),
+            "flipped" => grouped(bit_errors(campaign)?.sent),
             other => bail!("the template asks for {other}"),
         })
     })
@@ -36,8 +36,8 @@ fn off_of(campaign: &Campaign, family: Family) -> String {
     row.map_or("-".into(), |row| format!("{} of {}", grouped(row.off), grouped(row.good + row.good_with_doubts)))
 }
 
-fn flips(campaign: &Campaign) -> Result<&Flips> {
-    campaign.flips.as_ref().context("without the damaged frames the document is not whole")
+fn bit_errors(campaign: &Campaign) -> Result<&BitErrors> {
+    campaign.bit_errors.as_ref().context("without the damaged frames the document is not whole")
 }
 
 fn count(of: usize) -> String {

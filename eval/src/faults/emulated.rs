@@ -1,10 +1,10 @@
 //! The same runs on the firmware image, on the emulated chip.
 
 use super::campaign::opened;
-use super::judge::{Verdict, judge};
-use super::order::Order;
+use super::judge::{Judgement, judge};
 use super::plan::Plan;
-use super::rooms::Ran;
+use super::scan_order::Order;
+use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
 use ridgetone_host::emulator;
@@ -16,7 +16,7 @@ use ridgetone_proto::telemetry::Packet;
 ///
 /// # Errors
 /// Those of the emulator: the firmware fails or falls silent.
-pub fn run(plan: &Plan, options: Options<'_>) -> Result<Verdict> {
+pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = opened(plan)?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {

@@ -1,7 +1,7 @@
 //! What a run showed, fault for fault.
 
 use super::plan::Plan;
-use super::rooms::Ran;
+use super::task_sim::Ran;
 use hal_mock::{Injected, Truth};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{Estimate, Event, Health, Status};
@@ -28,7 +28,7 @@ pub struct Fate {
 
 /// What a run showed.
 #[derive(Clone, Debug, Default)]
-pub struct Verdict {
+pub struct Judgement {
     /// Of each injection that acted.
     pub fates: Vec<Fate>,
     /// Bouts told of kinds that nothing injected explains: in a run without injections any.
@@ -65,16 +65,16 @@ struct Bout {
 }
 
 /// Judges a run.
-pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
+pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     let rig_ns = |device_us: u64| ran.zero_ns + device_us * 1000;
-    let mut verdict = Verdict { altered: ran.altered, ..Verdict::default() };
-    let (mut bouts, mut health) = (Vec::<Bout>::new(), Health::default());
+    let mut verdict = Judgement { altered: ran.altered, ..Judgement::default() };
+    let (mut episodes, mut health) = (Vec::<Bout>::new(), Health::default());
     for packet in &ran.packets {
         match &packet.event {
             Event::Fault(fault) => match fault.until_us {
-                None => bouts.push(Bout { kind: fault.kind, from_ns: rig_ns(fault.from_us), until_ns: None }),
+                None => episodes.push(Bout { kind: fault.kind, from_ns: rig_ns(fault.from_us), until_ns: None }),
                 Some(until_us) => {
-                    let open = bouts.iter_mut().rev().find(|bout| bout.kind == fault.kind);
+                    let open = episodes.iter_mut().rev().find(|bout| bout.kind == fault.kind);
                     if let Some(bout) = open {
                         bout.until_ns = Some(rig_ns(until_us));
                     }
@@ -97,7 +97,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
         verdict.complaints.push(format!("{} conversions taken are not what was converted", verdict.altered));
     }
     if plan.injections.is_empty() {
-        verdict.false_alarms = bouts.len() as u32;
+        verdict.false_alarms = episodes.len() as u32;
     }
     if !ran.registers_right {
         verdict.complaints.push("the registers are wrong at the end".into());
@@ -109,7 +109,7 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
         let Injected { begun_ns: Some(begun_ns), over_ns } = *injected else { continue };
         let next_ns = ran.injected.get(at + 1).and_then(|next| next.begun_ns).unwrap_or(ran.end_ns);
         let over_ns = over_ns.unwrap_or(begun_ns).max(begun_ns);
-        let told = bouts.iter().filter(|bout| plan.family.expected().contains(&bout.kind)).filter(|bout| {
+        let told = episodes.iter().filter(|bout| plan.family.expected().contains(&bout.kind)).filter(|bout| {
             // In a mixed run it may go on being told of the one before.
             let seen_since = bout.until_ns.is_none_or(|until_ns| until_ns + SLACK_NS >= begun_ns);
             bout.from_ns < next_ns && seen_since
@@ -128,11 +128,11 @@ pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Verdict {
     verdict
 }
 
-fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Verdict) {
+fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Judgement) {
     let off_hz = (f64::from(estimate.frequency) - truth.frequency_hz).abs();
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
     let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
-    let (is_good, is_sure) = (estimate.status == Status::Good, estimate.doubts.is_none());
+    let (is_good, is_sure) = (estimate.status == Status::Good, estimate.faults.is_none());
     verdict.good += u32::from(is_good && is_sure);
     verdict.good_with_doubts += u32::from(is_good && !is_sure);
     verdict.doubtful += u32::from(estimate.status == Status::Doubtful);
@@ -149,7 +149,7 @@ fn weigh(estimate: &Estimate, truth: &Truth, verdict: &mut Verdict) {
             estimate.span,
             estimate.window_s,
             estimate.frames_missing,
-            estimate.doubts.iter().collect::<Vec<_>>()
+            estimate.faults.iter().collect::<Vec<_>>()
         ));
     }
 }

@@ -2,8 +2,8 @@
 //! these: the line's receiver, the decoder and the settings' store are asked alone.
 
 use super::row::{Delays, Place, Row};
-use crate::bit_errors as flips;
-use crate::bit_errors::Flips;
+use crate::bit_errors;
+use crate::bit_errors::BitErrors;
 use crate::parallel;
 use anyhow::Result;
 use ridgetone_host::input::Input;
@@ -39,8 +39,8 @@ pub const TITLES: [&str; 4] = [FLIPS.1, RANDOM.1, DAMAGED.1, CUTS.1];
 ///
 /// # Errors
 /// The touch whose telemetry is damaged cannot be replayed.
-pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, Flips)> {
-    let flipped = flips::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
+pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
+    let flipped = bit_errors::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
     let random = batches("random bytes", injections * RANDOM_BYTES / BYTES_A_BOARD, seed, |seed| {
         noise::random_bytes(BYTES_A_BOARD, seed)
     })?;
@@ -78,13 +78,13 @@ fn row((name, fault): (&str, &str), injected: u64) -> Row {
     Row { injected: injected as usize, ..Row::of(name, fault, Place::Pc, &[]) }
 }
 
-fn of_flips(flips: &Flips) -> Row {
+fn of_flips(bit_errors: &BitErrors) -> Row {
     Row {
-        detected: Some(Delays::untimed(flips.refused)),
-        recovered: Some(Delays::untimed(flips.sent - flips.next_lost)),
-        silent: flips.next_lost,
-        altered: flips.accepted_damaged,
-        ..row(FLIPS, flips.sent)
+        detected: Some(Delays::untimed(bit_errors.refused)),
+        recovered: Some(Delays::untimed(bit_errors.sent - bit_errors.next_lost)),
+        silent: bit_errors.next_lost,
+        altered: bit_errors.accepted_damaged,
+        ..row(FLIPS, bit_errors.sent)
     }
 }
 
@@ -118,9 +118,9 @@ mod tests {
 
     #[test]
     fn nothing_damaged_is_taken_and_all_of_it_is_told() {
-        let (rows, flips) = rows(1000, 1).expect("rows");
+        let (rows, bit_errors) = rows(1000, 1).expect("rows");
         assert!(rows.iter().map(|row| &row.fault).zip(TITLES).all(|(row, title)| row.starts_with(title)), "{rows:?}");
-        assert_eq!((rows.len(), rows[0].injected as u64), (TITLES.len(), flips.sent));
+        assert_eq!((rows.len(), rows[0].injected as u64), (TITLES.len(), bit_errors.sent));
         for row in &rows {
             println!("{row:?}");
             assert!(row.is_clean() && row.injected > 1000, "{row:?}");
@@ -140,10 +140,10 @@ mod tests {
         assert!(!of_orders(("", ""), &[heard, Heard { obeys: false, ..heard }]).is_clean());
         assert!(!of_orders(("", ""), &[heard, Heard { answered: 1, ..heard }]).is_clean());
         assert!(!of_orders(("", ""), &[heard, Heard { changed: true, ..heard }]).is_clean());
-        let flips = Flips { sent: 10, refused: 10, ..Flips::default() };
-        assert!(of_flips(&flips).is_clean());
-        assert!(!of_flips(&Flips { accepted_damaged: 1, ..flips }).is_clean());
-        assert!(!of_flips(&Flips { next_lost: 1, ..flips }).is_clean());
+        let bit_errors = BitErrors { sent: 10, refused: 10, ..BitErrors::default() };
+        assert!(of_flips(&bit_errors).is_clean());
+        assert!(!of_flips(&BitErrors { accepted_damaged: 1, ..bit_errors }).is_clean());
+        assert!(!of_flips(&BitErrors { next_lost: 1, ..bit_errors }).is_clean());
         assert!(!of_cuts(&Cuts { wrong: 1, ..Cuts::default() }).is_clean());
     }
 }

@@ -1,14 +1,14 @@
 //! A row of the table: what became of all injections of one family.
 
 use super::family::Family;
-use super::judge::{NOT_TOLD, Verdict};
+use super::judge::{Judgement, NOT_TOLD};
 use serde::Serialize;
 
 /// Where the firmware ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
-    /// Its rooms on the PC.
+    /// Its task_sim on the PC.
     Pc,
     /// Its image on the emulated chip.
     Emulator,
@@ -98,14 +98,14 @@ const COMPLAINTS: usize = 5;
 
 impl Row {
     /// Of the runs of one family.
-    pub fn of_family(family: Family, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
+    pub fn of_family(family: Family, place: Place, verdicts: &[(u64, Judgement)]) -> Self {
         let loss_is_known = family.loss_is_known();
         Self { loss_is_known, ..Self::of(&family.name(), family.title(), place, verdicts) }
     }
 
     /// Of these runs.
-    pub fn of(name: &str, fault: &str, place: Place, verdicts: &[(u64, Verdict)]) -> Self {
-        let sum = |of: fn(&Verdict) -> u64| verdicts.iter().map(|(_, verdict)| of(verdict)).sum::<u64>();
+    pub fn of(name: &str, fault: &str, place: Place, verdicts: &[(u64, Judgement)]) -> Self {
+        let sum = |of: fn(&Judgement) -> u64| verdicts.iter().map(|(_, verdict)| of(verdict)).sum::<u64>();
         let fates = || verdicts.iter().flat_map(|(_, verdict)| &verdict.fates);
         let injected = fates().count();
         let some = |delays: Vec<f64>| (injected > 0).then(|| Delays::of(delays));

@@ -7,7 +7,7 @@ use crate::simulated::Simulated;
 use crate::trade::accuracy::{Answer, Sample};
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
 use ridgetone_tone::source::{Table, Values};
 use ridgetone_tone::status::Status;
@@ -78,7 +78,7 @@ pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
     let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
     let mut table = Table { values, valid: &valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    let fit = fitter.fit(&mut Stretch::new(&mut table, 0, valid.len() as u32));
+    let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32));
     fit.context("a table loses no frames")
 }
 

@@ -4,7 +4,7 @@
 //! a bar is not met, each under a heading `### ` with the bar's name; those of bars that are met stay out.
 
 use super::grid::Row;
-use super::{Trade, Verdict, tables};
+use super::{BarResult, Trade, tables};
 use crate::bench::{HARMONICS, grouped};
 use crate::markdown::filled;
 use anyhow::{Context, Result, bail};
@@ -106,8 +106,8 @@ fn about(number: u32) -> String {
 }
 
 /// Bars that are not met, each with its figure and the reason, if one is written.
-fn unmet(verdicts: &[Verdict], reasons: &str) -> String {
-    let sections = verdicts.iter().filter(|verdict| !verdict.met).map(|Verdict { bar, limit, measured, .. }| {
+fn unmet(verdicts: &[BarResult], reasons: &str) -> String {
+    let sections = verdicts.iter().filter(|verdict| !verdict.met).map(|BarResult { bar, limit, measured, .. }| {
         let mut section = format!("### {bar}\n\nAllowed: {limit}. Measured: {measured}.");
         if let Some(reason) = reason(bar, reasons) {
             section += &format!("\n\n{reason}");
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn only_what_is_not_met_has_a_section_with_its_reason() {
-        let verdict = |bar: &str, met| Verdict { bar: bar.into(), limit: "1".into(), measured: "2".into(), met };
+        let verdict = |bar: &str, met| BarResult { bar: bar.into(), limit: "1".into(), measured: "2".into(), met };
         let reasons = "### long\nNot this.\n### long bar\n\nThe reason.\n\n### short\nAnother.\n";
         let text = unmet(&[verdict("long bar", false), verdict("short", true), verdict("third", false)], reasons);
         assert_eq!(

@@ -2,7 +2,7 @@
 
 use super::bars::{Bars, LENGTHS, SNRS_DB};
 use super::grid::{RIDGETONE, Row};
-use super::{Trade, Verdict};
+use super::{BarResult, Trade};
 use crate::baselines::Method;
 use crate::bench::{BASELINES_CARRIED, CHANNELS, HARMONICS, WINDOWS_S, grouped};
 use crate::markdown::Table;
@@ -148,9 +148,9 @@ pub fn baselines(trade: &Trade) -> String {
 }
 
 /// Every bar.
-pub fn bars(verdicts: &[Verdict]) -> String {
+pub fn bars(verdicts: &[BarResult]) -> String {
     let mut table = Table::new(4, &["bar", "limit", "measured", ""]);
-    for Verdict { bar, limit, measured, met } in verdicts {
+    for BarResult { bar, limit, measured, met } in verdicts {
         let verdict = if *met { "met" } else { "**NOT MET**" };
         table.row(&[bar.clone(), limit.clone(), measured.clone(), verdict.into()]);
     }

@@ -1,6 +1,6 @@
 //! The trade in short, for a terminal: the whole of it is in the document.
 
-use super::{Trade, Verdict, tables};
+use super::{BarResult, Trade, tables};
 use crate::baselines::Method;
 use crate::bench::{HARMONICS, WINDOWS_S};
 use ridgetone_proto::settings::TAXELS;
@@ -30,7 +30,7 @@ impl fmt::Display for Trade {
             })?;
         }
         writeln!(f, "\n")?;
-        for Verdict { bar, limit, measured, met } in self.bars.verdicts() {
+        for BarResult { bar, limit, measured, met } in self.bars.verdicts() {
             writeln!(f, "{}: {bar}: {limit}; {measured}", if met { "met" } else { "NOT MET" })?;
         }
         let above = self.bars.cells.iter().filter(|cell| cell.is_above());

@@ -5,7 +5,7 @@ use ads1258::{Conversion, Status};
 
 /// What the reads come to. NEW is set in every conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Settled {
+pub enum Resolved {
     /// A conversion, read twice alike.
     Found(Conversion),
     /// A conversion that two reads agree on, a third does not, or of which only NEW is odd.
@@ -30,34 +30,34 @@ pub fn settle(
     first: Option<Conversion>,
     again: Option<Conversion>,
     third: impl FnOnce() -> Option<Conversion>,
-) -> Settled {
+) -> Resolved {
     if let Some(first) = first
         && again.is_some_and(|again| is_same(first, again))
     {
         let is_read_again = again.is_some_and(|again| !again.status.is_new());
         return match first.status.is_new() {
-            _ if is_dead(first) => Settled::Dead,
+            _ if is_dead(first) => Resolved::Dead,
             // As it should be: the id alone is unexpected, or an old code happens to be the new one too.
-            true if is_read_again => Settled::Found(first),
-            _ if latest.is_some_and(|latest| is_same(latest, first)) => Settled::Repeated,
+            true if is_read_again => Resolved::Found(first),
+            _ if latest.is_some_and(|latest| is_same(latest, first)) => Resolved::Repeated,
             // NEW fell over.
-            _ if as_new(first).status.0 & NEW_AND_ID == next => Settled::Mended(as_new(first)),
-            _ => Settled::Garbled,
+            _ if as_new(first).status.0 & NEW_AND_ID == next => Resolved::Mended(as_new(first)),
+            _ => Resolved::Garbled,
         };
     }
     let third = third();
     let agree = |one: Option<Conversion>| one.filter(|one| third.is_some_and(|third| is_same(*one, third)));
-    let Some(agreed) = agree(first).or(agree(again)) else { return Settled::Garbled };
+    let Some(agreed) = agree(first).or(agree(again)) else { return Resolved::Garbled };
     let is_first = agree(first).is_some();
     if is_dead(agreed) {
-        Settled::Dead
+        Resolved::Dead
     } else if !agreed.status.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
-        Settled::RepeatedGarbled
+        Resolved::RepeatedGarbled
     } else if !is_first && agreed.status.is_new() && agreed.status.0 & NEW_AND_ID != next {
         // It was new only at the second read, so there was another one before.
-        Settled::Later(agreed)
+        Resolved::Later(agreed)
     } else {
-        Settled::Mended(as_new(agreed))
+        Resolved::Mended(as_new(agreed))
     }
 }
 
@@ -78,14 +78,14 @@ fn as_new(read: Conversion) -> Conversion {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use Settled::*;
+    use Resolved::*;
 
     fn read(status: u8, code: i32) -> Option<Conversion> {
         Some(Conversion { status: Status(status), code })
     }
 
     /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if it comes to that a third time.
-    fn settled(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Settled {
+    fn settled(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
         let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
         settle(read(0x88, 7), 0x89, first, again, || third)
     }

@@ -54,7 +54,7 @@ struct Bench {
     trouble: Rc<RefCell<Trouble>>,
     acquisition: Acquisition<Wire, StartPin, ResetPin>,
     queue: Queue<TimedConversion, 64>,
-    tally: Tally,
+    diagnostics: Diagnostics,
 }
 
 impl Bench {
@@ -66,7 +66,7 @@ impl Bench {
         let wire = Wire { spi: rig.spi(), rig: rig.clone(), trouble: trouble.clone() };
         let mut acquisition = Acquisition::new(Ads1258::new(wire), rig.start_pin(), rig.reset_pin());
         assert!(acquisition.set_up(&mut rig.delay()));
-        Self { rig, trouble, acquisition, queue: Queue::new(), tally: Tally::new() }
+        Self { rig, trouble, acquisition, queue: Queue::new(), diagnostics: Diagnostics::new() }
     }
 
     fn now_us(&self) -> u32 {
@@ -76,7 +76,7 @@ impl Bench {
     /// Serves the interrupt of an edge, whose time the board takes as it gets there.
     fn serve(&mut self) -> Drdy {
         let t_us = self.now_us();
-        self.acquisition.edge(|| t_us, &mut self.queue.split().0, &self.tally)
+        self.acquisition.edge(|| t_us, &mut self.queue.split().0, &self.diagnostics)
     }
 
     /// The next conversion, served at its edge.
@@ -94,7 +94,7 @@ impl Bench {
 
     fn watch(&mut self) {
         let now_us = self.now_us();
-        self.acquisition.watch(now_us, &self.tally, &mut self.rig.delay());
+        self.acquisition.watch(now_us, &self.diagnostics, &mut self.rig.delay());
     }
 
     /// The ids queued so far.
@@ -108,11 +108,11 @@ impl Bench {
     }
 
     fn count(&self, kind: FaultKind) -> u32 {
-        self.tally.faults.count(kind)
+        self.diagnostics.faults.count(kind)
     }
 
     fn faults(&self) -> u32 {
-        self.tally.faults.counts().iter().sum()
+        self.diagnostics.faults.counts().iter().sum()
     }
 
     /// Counts of the simulated chip.
@@ -158,7 +158,7 @@ fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     }
     assert_eq!([bench.next(), bench.next(), bench.next()], [Drdy::Watch, Drdy::Listen, Drdy::Listen]);
     assert_eq!(bench.ids(), [9, 10]);
-    assert_eq!((bench.count(Bus), bench.faults(), bench.tally.counters().overruns), (1, 1, 1));
+    assert_eq!((bench.count(Bus), bench.faults(), bench.diagnostics.counters().overruns), (1, 1, 1));
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
         assert!((0..5).all(|_| bench.next() == Drdy::Listen));
         let ids = bench.ids();
         assert_eq!(ids, if between { &[8, 10, 11, 12, 13, 14, 15][..] } else { &[8, 9, 10, 11, 12, 13, 14] });
-        assert_eq!((bench.faults(), bench.tally.counters().overruns), (0, between as u32));
+        assert_eq!((bench.faults(), bench.diagnostics.counters().overruns), (0, between as u32));
         assert_eq!(bench.read_and_lost().0, ids.len() as u64 + between as u64);
     }
 }
@@ -188,7 +188,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
 fn what_does_not_fit_the_queue_is_counted() {
     let mut bench = Bench::new();
     assert!((0..70).all(|_| bench.next() == Drdy::Listen));
-    assert_eq!((bench.taken().len(), bench.tally.counters().overruns), (63, 7));
+    assert_eq!((bench.taken().len(), bench.diagnostics.counters().overruns), (63, 7));
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn an_edge_without_a_conversion_is_counted_and_gives_none() {
     bench.pass(1);
     bench.rig.advance_ns(50_000);
     assert_eq!(bench.serve(), Drdy::Watch);
-    assert_eq!(bench.acquisition.nothing(0, &bench.tally), Drdy::Listen);
+    assert_eq!(bench.acquisition.nothing(0, &bench.diagnostics), Drdy::Listen);
     assert_eq!((bench.count(Repeated), bench.faults()), (2, 2));
     bench.watch();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8, 9]));
@@ -207,14 +207,14 @@ fn an_edge_without_a_conversion_is_counted_and_gives_none() {
 fn a_storm_is_muted_until_the_next_watch() {
     let mut bench = Bench::new();
     bench.pass(1);
-    let served = (1..).find(|_| bench.acquisition.nothing(0, &bench.tally) == Drdy::Mute);
+    let served = (1..).find(|_| bench.acquisition.nothing(0, &bench.diagnostics) == Drdy::Mute);
     assert_eq!(served, Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
     // As long as it likes: nothing could come, so the chip is not taken for silent.
     bench.rig.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next() == Drdy::Listen || bench.next() == Drdy::Listen);
-    assert_eq!((bench.count(Silent), bench.tally.counters().chip_restarts), (0, 0));
+    assert_eq!((bench.count(Silent), bench.diagnostics.counters().chip_restarts), (0, 0));
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     bench.pass(5);
     bench.rig.with_chip(|chip| chip.corrupt_register(CONFIG1, 0x02));
     bench.watch();
-    assert_eq!((bench.count(Registers), bench.faults(), bench.tally.counters().chip_restarts), (1, 1, 1));
+    assert_eq!((bench.count(Registers), bench.faults(), bench.diagnostics.counters().chip_restarts), (1, 1, 1));
     let registers = bench.rig.with_chip(|chip| chip.registers());
     assert_eq!(registers[..9], SCAN.registers().unwrap());
     bench.ids();
@@ -236,7 +236,7 @@ fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
     bench.pass(1);
     bench.rig.with_chip(|chip| chip.flip_dout(3, 0x10));
     bench.watch();
-    assert_eq!((bench.faults(), bench.tally.counters().chip_restarts), (0, 0));
+    assert_eq!((bench.faults(), bench.diagnostics.counters().chip_restarts), (0, 0));
 }
 
 #[test]
@@ -255,7 +255,7 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     bench.watch();
     bench.ids();
     assert!((0..21).all(|_| bench.next() == Drdy::Listen));
-    assert_eq!((bench.count(Registers), bench.tally.counters().chip_restarts), (1, 1));
+    assert_eq!((bench.count(Registers), bench.diagnostics.counters().chip_restarts), (1, 1));
 }
 
 #[test]
@@ -268,7 +268,7 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     for half in 1..=60 {
         bench.rig.advance_ns(500_000_000);
         bench.watch();
-        if bench.tally.counters().chip_restarts as usize > restarts_ms.len() {
+        if bench.diagnostics.counters().chip_restarts as usize > restarts_ms.len() {
             restarts_ms.push(half * 500);
         }
     }
@@ -285,7 +285,7 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     bench.watch();
     bench.rig.with_chip(|chip| chip.corrupt_register(MUXSG0, 0x01));
     bench.watch();
-    assert_eq!((bench.count(Registers), bench.tally.counters().chip_restarts), (1, 13));
+    assert_eq!((bench.count(Registers), bench.diagnostics.counters().chip_restarts), (1, 13));
 }
 
 #[test]
@@ -304,6 +304,6 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         bench.rig.advance_ns(500_000_000);
         bench.watch();
         assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
-        assert_eq!(bench.tally.counters().chip_restarts, 2);
+        assert_eq!(bench.diagnostics.counters().chip_restarts, 2);
     }
 }

@@ -12,10 +12,10 @@ impl Detector {
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) {
         (self.settings, self.source) = (*settings, source);
         self.assembler.set_reference(settings.vref_v);
-        self.bouts.set_reference(settings.vref_v);
+        self.episodes.set_reference(settings.vref_v);
         let rest = &mut self.rest;
         rest.contact.set_rule(settings.slide);
-        rest.teller.change(settings, rest.contact.sliding().map(|(start, _)| start));
+        rest.scheduler.change(settings, rest.contact.sliding().map(|(start, _)| start));
     }
 
     /// Begins anew, as after power-up, or with `going` not given stops: then nothing is told but `health`, faults and
@@ -24,7 +24,7 @@ impl Detector {
     pub fn restart(&mut self, going: bool) {
         self.stopped = !going;
         self.rest.begun = false;
-        self.rest.teller.drop_due();
+        self.rest.scheduler.drop_due();
         self.rest.contact = ContactDetector::new(self.settings.slide);
         self.imaging = Imaging::new();
         self.choose_way();

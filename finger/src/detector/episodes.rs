@@ -1,12 +1,12 @@
 //! What is wrong, told when it begins and when it is over.
 
 use super::Detector;
-use crate::faults::diagnostics::Tally;
+use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{Assembler, Flaws, SLOTS};
 use crate::ring::reached;
 use crate::touch::motion::BLOCK_FRAMES;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
-use ridgetone_proto::fault::{Doubts, Fault, FaultKind, KINDS};
+use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
 use ridgetone_proto::telemetry::News;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
@@ -59,11 +59,11 @@ const REFERENCE_SHARE: f32 = 0.02;
 
 /// The bouts.
 #[derive(Clone, Debug)]
-pub(super) struct Bouts {
+pub(super) struct FaultEpisodes {
     reference: Range,
     /// Kinds whose bout lasts, and those of them of which that was told.
-    lasting: Doubts,
-    told: Doubts,
+    lasting: FaultSet,
+    told: FaultSet,
     /// Device time at which each began, microseconds.
     from_us: [u64; KINDS],
     /// Device time since which messages are counted, low 32 bits, and how many there were.
@@ -76,12 +76,12 @@ pub(super) struct Bouts {
 
 /// Adds to the tally what the assembler found since this was done last.
 #[inline(never)]
-pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
+pub(super) fn note(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     let board_us = assembler.board_us();
-    note_zero(assembler, tally);
+    note_zero(assembler, diagnostics);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
     if UNSURE_CONVERSIONS.has(lost as i32) {
-        tally.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+        diagnostics.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
     }
     for (kind, times) in [
         (FaultKind::Lost, lost),
@@ -91,23 +91,23 @@ pub(super) fn note(assembler: &mut Assembler, tally: &Tally) {
         (FaultKind::Clock, clock),
         (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
     ] {
-        tally.faults.add(kind, times, board_us);
+        diagnostics.faults.add(kind, times, board_us);
     }
-    tally.overload(overload, board_us);
+    diagnostics.overload(overload, board_us);
 }
 
 /// Tells the tally at which board time device time is zero.
-fn note_zero(assembler: &Assembler, tally: &Tally) {
-    tally.faults.set_zero(assembler.board_us().wrapping_sub(assembler.now_us() as u32));
+fn note_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
+    diagnostics.faults.set_zero(assembler.board_us().wrapping_sub(assembler.now_us() as u32));
 }
 
-impl Bouts {
+impl FaultEpisodes {
     /// None. `vref_v` is the reference that is set, volts.
     pub const fn new(vref_v: f32) -> Self {
         Self {
             reference: Range::of_reference(vref_v),
-            lasting: Doubts::NONE,
-            told: Doubts::NONE,
+            lasting: FaultSet::NONE,
+            told: FaultSet::NONE,
             from_us: [0; KINDS],
             since_us: 0,
             messages: 0,
@@ -123,18 +123,18 @@ impl Bouts {
 
     /// Tells what begins and what is over; `now_us` is now, in device time and in board time.
     #[inline(never)]
-    pub fn tell(&mut self, now_us: (u64, u32), tally: &Tally, emit: &mut dyn FnMut(News)) {
+    pub fn tell(&mut self, now_us: (u64, u32), diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
         let (device_us, board_us) = now_us;
         if (device_us as u32).wrapping_sub(self.since_us) >= STRETCH_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
         }
-        let fresh = tally.faults.take_fresh();
+        let fresh = diagnostics.faults.take_fresh();
         self.looks = !fresh.and(self.lasting).is_none();
         for kind in fresh.and(self.lasting).iter() {
             // Seen by a task that came between, or before the first conversion: now is near enough.
             let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
-            let first_us = device_us.saturating_sub(age_us(tally.faults.first_us(kind)) as u64);
-            let age_us = age_us(tally.faults.seen_us(kind));
+            let first_us = device_us.saturating_sub(age_us(diagnostics.faults.first_us(kind)) as u64);
+            let age_us = age_us(diagnostics.faults.seen_us(kind));
             let seen_us = device_us.saturating_sub(age_us as u64);
             let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
             if !self.lasting.has(kind) {
@@ -146,7 +146,7 @@ impl Bouts {
                 continue;
             }
             let until_us = is_over.then_some(seen_us);
-            let fault = Fault { kind, from_us: *from_us, until_us, count: tally.faults.count(kind) };
+            let fault = Fault { kind, from_us: *from_us, until_us, count: diagnostics.faults.count(kind) };
             if is_over {
                 (self.lasting, self.told) = (self.lasting.without(kind), self.told.without(kind));
             } else {
@@ -161,36 +161,36 @@ impl Bouts {
 impl Detector {
     /// Looks at the chip's own readings of its supply and its reference.
     #[inline(always)]
-    pub(super) fn check_supply(&mut self, tally: &Tally) {
+    pub(super) fn check_supply(&mut self, diagnostics: &Diagnostics) {
         let [supply, reference] = self.assembler.supply_and_reference();
-        if !SUPPLY.has(supply) || !self.bouts.reference.has(reference) {
-            self.starve(tally);
+        if !SUPPLY.has(supply) || !self.episodes.reference.has(reference) {
+            self.starve(diagnostics);
         }
     }
 
     #[inline(never)]
-    fn starve(&mut self, tally: &Tally) {
-        let Self { assembler, bouts, .. } = self;
+    fn starve(&mut self, diagnostics: &Diagnostics) {
+        let Self { assembler, episodes, .. } = self;
         let ([supply, reference], board_us) = (assembler.supply_and_reference(), assembler.board_us());
-        tally.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
-        tally.faults.add(FaultKind::Reference, !bouts.reference.has(reference) as u32, board_us);
+        diagnostics.faults.add(FaultKind::Supply, !SUPPLY.has(supply) as u32, board_us);
+        diagnostics.faults.add(FaultKind::Reference, !episodes.reference.has(reference) as u32, board_us);
     }
 
     /// Looks for news of faults; in a frame that has nothing else to do.
     #[inline(always)]
-    pub(super) fn guard(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { bouts, rest, .. } = self;
-        let looks = bouts.looks && reached(rest.teller.latest.0, bouts.look_at);
-        if looks || tally.faults.has_fresh() {
-            self.alarm(tally, emit);
+    pub(super) fn guard(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+        let Self { episodes, rest, .. } = self;
+        let looks = episodes.looks && reached(rest.scheduler.latest.0, episodes.look_at);
+        if looks || diagnostics.faults.has_fresh() {
+            self.alarm(diagnostics, emit);
         }
     }
 
     #[inline(never)]
-    fn alarm(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, bouts, rest, .. } = self;
-        bouts.look_at = rest.teller.latest.0.wrapping_add(LOOK_FRAMES);
-        bouts.tell((assembler.now_us(), assembler.board_us()), tally, emit);
-        note_zero(assembler, tally);
+    fn alarm(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, episodes, rest, .. } = self;
+        episodes.look_at = rest.scheduler.latest.0.wrapping_add(LOOK_FRAMES);
+        episodes.tell((assembler.now_us(), assembler.board_us()), diagnostics, emit);
+        note_zero(assembler, diagnostics);
     }
 }

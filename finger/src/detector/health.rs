@@ -1,7 +1,7 @@
 //! `health` once a second: converted a reading a frame, so that no frame has much of it to do.
 
-use super::{Detector, Teller};
-use crate::faults::diagnostics::Tally;
+use super::{Detector, WindowScheduler};
+use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{Assembler, CONVERSION_NS, OWN, Readings, SLOTS};
 use crate::ring::reached;
 use ridgetone_proto::fault::FaultKind;
@@ -22,7 +22,7 @@ const FRAME_NS: u32 = CONVERSION_NS as u32 * SLOTS;
 
 /// What the next `health` will say, in the making.
 #[derive(Clone, Debug)]
-pub(super) struct Checkup {
+pub(super) struct HealthReporter {
     /// Frame at which it is to be told, or later if that has no time for it.
     told_at: u32,
     /// Frame of the next step.
@@ -51,7 +51,7 @@ const AHEAD_US: u32 = 1000;
 /// No conversion for so long is silence, microseconds: a hundred frames.
 const SILENCE_US: u32 = 400_000;
 
-impl Checkup {
+impl HealthReporter {
     pub const fn new() -> Self {
         Self {
             told_at: HEALTH_FRAMES,
@@ -78,30 +78,36 @@ impl Checkup {
     }
 
     /// Takes all steps at once.
-    pub fn finish(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally, emit: &mut dyn FnMut(News)) {
+    pub fn finish(
+        &mut self,
+        assembler: &Assembler,
+        scheduler: &WindowScheduler,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(News),
+    ) {
         for step in 0..STEPS {
-            self.prepare(step, assembler, teller, tally);
+            self.prepare(step, assembler, scheduler, diagnostics);
         }
-        self.tell(assembler.now_us(), assembler, tally, emit);
+        self.tell(assembler.now_us(), assembler, diagnostics, emit);
     }
 
     #[inline(never)]
-    fn prepare(&mut self, step: u32, assembler: &Assembler, teller: &Teller, tally: &Tally) {
+    fn prepare(&mut self, step: u32, assembler: &Assembler, scheduler: &WindowScheduler, diagnostics: &Diagnostics) {
         if step < OWN as u32 {
             assembler.read(step as usize, &mut self.readings);
         } else {
-            self.frame_rate_hz = teller.frame_rate_hz();
-            self.check_rate(assembler, teller, tally);
-            tally.faults.forget(assembler.board_us());
+            self.frame_rate_hz = scheduler.frame_rate_hz();
+            self.check_rate(assembler, scheduler, diagnostics);
+            diagnostics.faults.forget(assembler.board_us());
         }
     }
 
     /// Whether the frames since this was checked before came at the nominal rate. Where some were lost, or the scan began
     /// anew, that is told as such, and their time says nothing of the clock.
     #[inline(never)]
-    fn check_rate(&mut self, assembler: &Assembler, teller: &Teller, tally: &Tally) {
-        let (number, t_us) = teller.latest;
-        let breaks = assembler.lost.wrapping_add(tally.counters().chip_restarts);
+    fn check_rate(&mut self, assembler: &Assembler, scheduler: &WindowScheduler, diagnostics: &Diagnostics) {
+        let (number, t_us) = scheduler.latest;
+        let breaks = assembler.lost.wrapping_add(diagnostics.counters().chip_restarts);
         let (from, from_us, from_breaks) = self.rate_from;
         let frames = number.wrapping_sub(from);
         if frames < RATE_FRAMES {
@@ -113,14 +119,14 @@ impl Checkup {
         let nominal_us = frames.saturating_mul(FRAME_NS / 1000) + frames.saturating_mul(FRAME_NS % 1000) / 1000;
         let is_known = frames < 10 * HEALTH_FRAMES && breaks == from_breaks;
         if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
-            tally.fault(FaultKind::Clock, assembler.board_us());
+            diagnostics.fault(FaultKind::Clock, assembler.board_us());
         }
     }
 
     // Tells what it makes: given back, it would be copied.
     #[inline(never)]
-    fn tell(&self, t_us: u64, assembler: &Assembler, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let counters = tally.counters();
+    fn tell(&self, t_us: u64, assembler: &Assembler, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+        let counters = diagnostics.counters();
         let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
         emit(News::Health(Health {
             t_us,
@@ -132,8 +138,8 @@ impl Checkup {
             hops_skipped: counters.hops_skipped,
             messages_dropped: counters.messages_dropped,
             chip_restarts: counters.chip_restarts,
-            faults: tally.faults.counts(),
-            orders_damaged: counters.orders_damaged,
+            faults: diagnostics.faults.counts(),
+            requests_damaged: counters.requests_damaged,
             stack_used_bytes: counters.stack[0],
             stack_bytes: counters.stack[1],
             frame_rate_hz: self.frame_rate_hz,
@@ -150,57 +156,57 @@ impl Checkup {
 impl Detector {
     /// Takes the step that is due.
     #[inline(never)]
-    pub(super) fn check(&mut self, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, rest, checkup, .. } = self;
-        let (step, latest) = (checkup.step, rest.teller.latest.0);
-        (checkup.step, checkup.due) = (step + 1, latest.wrapping_add(1));
+    pub(super) fn check(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, rest, health_reporter, .. } = self;
+        let (step, latest) = (health_reporter.step, rest.scheduler.latest.0);
+        (health_reporter.step, health_reporter.due) = (step + 1, latest.wrapping_add(1));
         if step < STEPS {
-            checkup.prepare(step, assembler, &rest.teller, tally);
+            health_reporter.prepare(step, assembler, &rest.scheduler, diagnostics);
             if step + 1 == STEPS {
-                checkup.due = checkup.told_at;
+                health_reporter.due = health_reporter.told_at;
             }
             return;
         }
         if step == STEPS {
-            checkup.tell(assembler.now_us(), assembler, tally, emit);
-            checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
-            if checkup.greeting_in == 0 {
+            health_reporter.tell(assembler.now_us(), assembler, diagnostics, emit);
+            health_reporter.greeting_in = health_reporter.greeting_in.saturating_sub(1);
+            if health_reporter.greeting_in == 0 {
                 // With the next frame.
                 return;
             }
         } else {
-            checkup.greeting_in = GREETING_HEALTHS;
+            health_reporter.greeting_in = GREETING_HEALTHS;
             emit(self.hello());
         }
-        self.checkup.begin(latest);
+        self.health_reporter.begin(latest);
     }
 
     /// Twice a second, `board_us` being now: tells what begins and ends while no conversion comes, and `health` with the
     /// greeting as often as otherwise. In a silence of more than 71.6 minutes device time begins again where it stood,
     /// as it does after one ([`crate::frame`]); before the first conversion it is zero.
     #[inline(never)]
-    pub fn look(&mut self, board_us: u32, tally: &Tally, emit: &mut dyn FnMut(News)) {
-        let Self { assembler, checkup, bouts, rest, .. } = self;
-        checkup.check_rate(assembler, &rest.teller, tally);
+    pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+        let Self { assembler, health_reporter, episodes, rest, .. } = self;
+        health_reporter.check_rate(assembler, &rest.scheduler, diagnostics);
         let passed_us = board_us.wrapping_sub(assembler.board_us());
         // An edge's time may be a little ahead of the clock that was looked at.
         let passed_us = if passed_us > u32::MAX - AHEAD_US || !assembler.has_begun() { 0 } else { passed_us };
         let t_us = assembler.now_us().wrapping_add(passed_us as u64);
-        tally.faults.forget(board_us);
-        bouts.tell((t_us, board_us), tally, emit);
+        diagnostics.faults.forget(board_us);
+        episodes.tell((t_us, board_us), diagnostics, emit);
         if passed_us < SILENCE_US && assembler.has_begun() {
-            checkup.silent = 0;
+            health_reporter.silent = 0;
             return;
         }
-        checkup.silent += 1;
-        if checkup.silent < SILENT_LOOKS {
+        health_reporter.silent += 1;
+        if health_reporter.silent < SILENT_LOOKS {
             return;
         }
-        checkup.silent = 0;
-        checkup.tell(t_us, assembler, tally, emit);
-        checkup.greeting_in = checkup.greeting_in.saturating_sub(1);
-        if checkup.greeting_in == 0 {
-            checkup.greeting_in = GREETING_HEALTHS;
+        health_reporter.silent = 0;
+        health_reporter.tell(t_us, assembler, diagnostics, emit);
+        health_reporter.greeting_in = health_reporter.greeting_in.saturating_sub(1);
+        if health_reporter.greeting_in == 0 {
+            health_reporter.greeting_in = GREETING_HEALTHS;
             emit(self.hello());
         }
     }

@@ -65,14 +65,14 @@ impl Detector {
                 if held.good >> taxel & 1 == 0 || pressed.abs() < 1.0 && variance < DEAD_VARIANCE {
                     continue;
                 }
-                let volts = rest.teller.volts_per_code;
+                let volts = rest.scheduler.volts_per_code;
                 let sigma_v = libm::sqrtf(variance * of_mean) * volts;
                 // There is room for every taxel.
                 let _ = image.taxels.push(Pressed { taxel: taxel as u8, level_v: pressed * volts, sigma_v });
             }
         } else if step == TAXELS / STEP_TAXELS {
-            image.start_us = rest.teller.time_us(held.from, ring);
-            image.end_us = rest.teller.time_us(held.until, ring);
+            image.start_us = rest.scheduler.time_us(held.from, ring);
+            image.end_us = rest.scheduler.time_us(held.until, ring);
             image.frames = held.frames();
             image.hold = if held.after_slide { Hold::AfterSlide } else { Hold::BeforeSlide };
         } else {

@@ -23,7 +23,7 @@ const READING_FRAMES: u32 = 16;
 
 /// Knows when frames were and which windows are wanted.
 #[derive(Clone, Debug)]
-pub(super) struct Teller {
+pub(super) struct WindowScheduler {
     pub volts_per_code: f32,
     /// Code of every taxel in the first complete frame: what the ring's values are relative to.
     pub reference: Values,
@@ -55,7 +55,7 @@ const fn frames_in(seconds: f32, most: u32) -> u32 {
     }
 }
 
-impl Teller {
+impl WindowScheduler {
     pub const fn new(settings: &Settings) -> Self {
         Self {
             volts_per_code: reading::volts(1, settings.vref_v),

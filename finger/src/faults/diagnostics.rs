@@ -1,6 +1,6 @@
 //! What the tasks count, each from its own priority, for `health` to report.
 
-use crate::faults::log::{Ledger, raise};
+use crate::faults::log::{FaultLog, raise};
 use crate::pipeline::Counters;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
@@ -12,23 +12,23 @@ const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 /// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
 /// less than was lost.
 #[derive(Debug, Default)]
-pub struct Tally {
+pub struct Diagnostics {
     overruns: AtomicU32,
     unseen: AtomicU32,
     hops_skipped: AtomicU32,
     messages_dropped: AtomicU32,
     chip_restarts: AtomicU32,
-    orders_damaged: AtomicU32,
+    requests_damaged: AtomicU32,
     load_bits: AtomicU32,
     stack: [AtomicU32; 2],
     /// Board time since which the inputs that are at a rail have been the same, microseconds, and how many there are.
     railed_us: AtomicU32,
     railed: AtomicU32,
     /// The faults.
-    pub faults: Ledger,
+    pub faults: FaultLog,
 }
 
-impl Tally {
+impl Diagnostics {
     /// Everything at zero.
     pub const fn new() -> Self {
         Self {
@@ -37,12 +37,12 @@ impl Tally {
             hops_skipped: AtomicU32::new(0),
             messages_dropped: AtomicU32::new(0),
             chip_restarts: AtomicU32::new(0),
-            orders_damaged: AtomicU32::new(0),
+            requests_damaged: AtomicU32::new(0),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             railed_us: AtomicU32::new(0),
             railed: AtomicU32::new(0),
-            faults: Ledger::new(),
+            faults: FaultLog::new(),
         }
     }
 
@@ -98,8 +98,8 @@ impl Tally {
     }
 
     /// An order came damaged, or while the one before it had not been taken yet.
-    pub fn order_damaged(&self) {
-        raise(&self.orders_damaged, 1);
+    pub fn request_damaged(&self) {
+        raise(&self.requests_damaged, 1);
     }
 
     /// Processor load, 0 to 1.
@@ -122,7 +122,7 @@ impl Tally {
             hops_skipped: self.hops_skipped.load(Relaxed),
             messages_dropped: self.messages_dropped.load(Relaxed),
             chip_restarts: self.chip_restarts.load(Relaxed),
-            orders_damaged: self.orders_damaged.load(Relaxed),
+            requests_damaged: self.requests_damaged.load(Relaxed),
             load: f32::from_bits(self.load_bits.load(Relaxed)),
             stack: self.stack.each_ref().map(|bytes| bytes.load(Relaxed)),
         }
@@ -135,38 +135,38 @@ mod tests {
 
     #[test]
     fn what_is_counted_is_reported() {
-        let tally = Tally::new();
-        tally.overrun(1);
-        tally.unseen(6);
-        tally.hop_skipped();
-        tally.hop_skipped();
-        tally.message_dropped();
-        tally.chip_restarted();
-        (0..4).for_each(|_| tally.order_damaged());
-        tally.set_load(0.25);
-        tally.set_stack(1234, 32768);
+        let diagnostics = Diagnostics::new();
+        diagnostics.overrun(1);
+        diagnostics.unseen(6);
+        diagnostics.hop_skipped();
+        diagnostics.hop_skipped();
+        diagnostics.message_dropped();
+        diagnostics.chip_restarted();
+        (0..4).for_each(|_| diagnostics.request_damaged());
+        diagnostics.set_load(0.25);
+        diagnostics.set_stack(1234, 32768);
         let expected = Counters {
             overruns: 1,
             unseen: 6,
             hops_skipped: 2,
             messages_dropped: 1,
             chip_restarts: 1,
-            orders_damaged: 4,
+            requests_damaged: 4,
             load: 0.25,
             stack: [1234, 32768],
         };
-        assert_eq!(tally.counters(), expected);
+        assert_eq!(diagnostics.counters(), expected);
     }
 
     /// A second of the fastest chip, unseen, when nearly as many were counted as can be.
     #[test]
     fn counters_stop_at_their_largest_value() {
-        let tally = Tally::new();
+        let diagnostics = Diagnostics::new();
         for _ in 0..2 {
-            tally.unseen(u32::MAX - 100_000);
-            tally.overrun(u32::MAX - 1);
+            diagnostics.unseen(u32::MAX - 100_000);
+            diagnostics.overrun(u32::MAX - 1);
         }
-        let Counters { overruns, unseen, .. } = tally.counters();
+        let Counters { overruns, unseen, .. } = diagnostics.counters();
         assert_eq!((overruns, unseen), (u32::MAX, u32::MAX));
     }
 }

@@ -1,7 +1,7 @@
 //! How often each kind of fault was seen, and when last: written by every task, read by those who tell and who judge.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
-use ridgetone_proto::fault::{Doubts, FaultKind, KINDS};
+use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 
 /// A fault seen longer ago than this is forgotten for windows, microseconds: longer than any window, and much shorter
 /// than half the counter's range, beyond which what is old would look new.
@@ -10,7 +10,7 @@ const OLD_US: u32 = 60_000_000;
 /// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their largest
 /// value.
 #[derive(Debug, Default)]
-pub struct Ledger {
+pub struct FaultLog {
     counts: [AtomicU32; KINDS],
     /// When each kind was seen first since [`Self::take_fresh`], if its bit in `fresh` is set.
     first_us: [AtomicU32; KINDS],
@@ -24,7 +24,7 @@ pub struct Ledger {
     zero_us: AtomicU32,
 }
 
-impl Ledger {
+impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
         Self {
@@ -84,9 +84,9 @@ impl Ledger {
     }
 
     /// The kinds seen since this was asked last.
-    pub fn take_fresh(&self) -> Doubts {
+    pub fn take_fresh(&self) -> FaultSet {
         let fresh = self.fresh.swap(0, Relaxed);
-        Doubts::of_bits(fresh)
+        FaultSet::of_bits(fresh)
     }
 
     /// Says at which board time device time is zero.
@@ -95,11 +95,12 @@ impl Ledger {
     }
 
     /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than half an hour ago.
-    pub fn since(&self, since_us: u32) -> Doubts {
+    pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
         let lately = self.lately.load(Relaxed);
-        let seen = Doubts::of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
-        seen.fold(Doubts::NONE, Doubts::with)
+        let seen =
+            FaultSet::of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
+        seen.fold(FaultSet::NONE, FaultSet::with)
     }
 
     /// Whether a board time is before a device time, its low 32 bits, microseconds; they are less than half an hour apart.
@@ -110,7 +111,7 @@ impl Ledger {
 
     /// Forgets what is old, `board_us` being now. To be called every few minutes at least.
     pub fn forget(&self, board_us: u32) {
-        let lately = Doubts::of_bits(self.lately.load(Relaxed));
+        let lately = FaultSet::of_bits(self.lately.load(Relaxed));
         if lately.is_none() {
             return;
         }
@@ -140,45 +141,45 @@ mod tests {
 
     #[test]
     fn what_is_added_is_counted_and_fresh_once() {
-        let ledger = Ledger::new();
-        assert!(!ledger.has_fresh());
-        ledger.add(Silent, u32::MAX, 50);
-        ledger.add(Silent, 2, 60);
-        assert_eq!(ledger.count(Silent), u32::MAX);
-        assert!(ledger.take_fresh().iter().eq([Silent]));
-        ledger.add(Lost, 3, 100);
-        ledger.add(Lost, 2, 200);
-        ledger.add(Bus, 0, 200);
-        assert!(ledger.has_fresh());
-        assert_eq!((ledger.count(Lost), ledger.seen_us(Lost), ledger.counts()[0]), (5, 200, 5));
-        assert_eq!(ledger.first_us(Lost), 100);
-        assert!(ledger.take_fresh().iter().eq([Lost]));
-        assert!(!ledger.has_fresh() && ledger.take_fresh().is_none());
-        ledger.add(Lost, 1, 300);
-        assert_eq!((ledger.first_us(Lost), ledger.seen_us(Lost)), (300, 300));
+        let fault_log = FaultLog::new();
+        assert!(!fault_log.has_fresh());
+        fault_log.add(Silent, u32::MAX, 50);
+        fault_log.add(Silent, 2, 60);
+        assert_eq!(fault_log.count(Silent), u32::MAX);
+        assert!(fault_log.take_fresh().iter().eq([Silent]));
+        fault_log.add(Lost, 3, 100);
+        fault_log.add(Lost, 2, 200);
+        fault_log.add(Bus, 0, 200);
+        assert!(fault_log.has_fresh());
+        assert_eq!((fault_log.count(Lost), fault_log.seen_us(Lost), fault_log.counts()[0]), (5, 200, 5));
+        assert_eq!(fault_log.first_us(Lost), 100);
+        assert!(fault_log.take_fresh().iter().eq([Lost]));
+        assert!(!fault_log.has_fresh() && fault_log.take_fresh().is_none());
+        fault_log.add(Lost, 1, 300);
+        assert_eq!((fault_log.first_us(Lost), fault_log.seen_us(Lost)), (300, 300));
     }
 
     #[test]
     fn a_window_is_told_what_was_seen_since_it_began_across_the_counters_wrap() {
-        let ledger = Ledger::new();
+        let fault_log = FaultLog::new();
         let zero_us = u32::MAX - 1_000_000;
-        ledger.set_zero(zero_us);
-        ledger.add(Lost, 1, zero_us.wrapping_add(900_000));
-        ledger.add(Bus, 1, zero_us.wrapping_add(1_200_000));
-        assert!(ledger.since(800_000).iter().eq([Lost, Bus]));
-        assert!(ledger.since(900_001).iter().eq([Bus]));
-        assert!(ledger.since(1_200_001).is_none());
+        fault_log.set_zero(zero_us);
+        fault_log.add(Lost, 1, zero_us.wrapping_add(900_000));
+        fault_log.add(Bus, 1, zero_us.wrapping_add(1_200_000));
+        assert!(fault_log.since(800_000).iter().eq([Lost, Bus]));
+        assert!(fault_log.since(900_001).iter().eq([Bus]));
+        assert!(fault_log.since(1_200_001).is_none());
     }
 
     #[test]
     fn what_is_old_does_not_look_new_when_the_counter_has_gone_half_its_way() {
-        let ledger = Ledger::new();
-        ledger.add(Silent, 1, 1000);
+        let fault_log = FaultLog::new();
+        fault_log.add(Silent, 1, 1000);
         for now_us in (0..u32::MAX).step_by(30_000_000) {
-            ledger.forget(now_us);
+            fault_log.forget(now_us);
             let began_us = now_us.wrapping_sub(1_000_000);
-            assert_eq!(ledger.since(began_us).has(Silent), now_us < 30_000_000, "{now_us}");
+            assert_eq!(fault_log.since(began_us).has(Silent), now_us < 30_000_000, "{now_us}");
         }
-        assert_eq!(ledger.count(Silent), 1);
+        assert_eq!(fault_log.count(Silent), 1);
     }
 }

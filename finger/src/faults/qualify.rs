@@ -1,9 +1,9 @@
 //! No estimate is called good while something was wrong that may have changed it.
 
-use crate::faults::diagnostics::Tally;
+use crate::faults::diagnostics::Diagnostics;
 use crate::touch::motion::{BLOCK_FRAMES, LONG_BLOCKS};
 use crate::window::Window;
-use ridgetone_proto::fault::{Doubts, FaultKind};
+use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 use ridgetone_proto::telemetry::{Estimate, Status, Travel};
 
@@ -25,24 +25,25 @@ const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e
 /// To be called after the chip's registers have been checked, and that after the window's end: what changed in it is
 /// known only then.
 #[inline(never)]
-pub fn cast_doubt(estimate: &mut Estimate, window: &Window, tally: &Tally) {
+pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnostics) {
     let length_us = (estimate.window_s * 1e6) as u32;
     let end_us = estimate.t_us as u32;
     let begin_us = end_us.wrapping_sub(length_us).wrapping_sub(MARGIN_US);
-    let before = tally.faults.since(begin_us.wrapping_sub(KNOWN_STILL_US)).iter().filter(|kind| kind.moves_levels());
-    let mut doubts = before.fold(tally.faults.since(begin_us), Doubts::with);
+    let before =
+        diagnostics.faults.since(begin_us.wrapping_sub(KNOWN_STILL_US)).iter().filter(|kind| kind.moves_levels());
+    let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
     let off_hz = window.frame_rate_hz - FRAME_RATE_HZ;
     // A rate that is no number is off too.
     if !(off_hz.abs() <= RATE_SHARE * FRAME_RATE_HZ) {
-        doubts = doubts.with(FaultKind::Clock);
+        faults = faults.with(FaultKind::Clock);
     }
-    let is_end_unsure = tally.rails_change(end_us.wrapping_sub(KNOWN_STILL_US), end_us);
+    let is_end_unsure = diagnostics.rails_change(end_us.wrapping_sub(KNOWN_STILL_US), end_us);
     if is_end_unsure {
         // It may be before a window that is short.
-        doubts = doubts.with(FaultKind::Overload);
+        faults = faults.with(FaultKind::Overload);
     }
-    estimate.doubts = doubts;
-    let is_doubtful = is_end_unsure || doubts.iter().any(FaultKind::changes_frequency);
+    estimate.faults = faults;
+    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
     if is_doubtful && estimate.status == Status::Good {
         estimate.status = Status::Doubtful;
         estimate.travel = Travel::NONE;

@@ -1,7 +1,7 @@
 //! From the lag between the columns to the spatial period, and with the frequency to speed and direction.
 //!
 //! A wave of spatial period T that travels along +x comes to the column in front `pitch_mm` / T turns late, less the
-//! turns by which the contact's ends pull the columns together ([`Array::pull_rad`]). Of that the phases tell the
+//! turns by which the contact's ends pull the columns together ([`Array::edge_phase_rad`]). Of that the phases tell the
 //! fraction of a turn: n turns more or less look the same, and so does a wave the other way that is late by what is
 //! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
 //! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between
@@ -16,7 +16,7 @@
 use crate::surface::lag::Lag;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::Array;
-use ridgetone_proto::telemetry::{Direction, Travel, Verdict};
+use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 
 /// Standard deviations on either side within which an answer is possible.
 const POSSIBLE: f32 = 3.0;
@@ -29,12 +29,12 @@ pub type Measured = (f32, f32);
 
 /// Turns by which the column in front is late behind a wave of one period along +x.
 fn turns(array: &Array, period_mm: f32) -> f32 {
-    array.pitch_mm / period_mm - array.pull_rad / (2.0 * PI)
+    array.pitch_mm / period_mm - array.edge_phase_rad / (2.0 * PI)
 }
 
 /// The lag with the uncertainty of the calibration in it.
 fn calibrated(lag: Lag, array: &Array) -> Lag {
-    let pull_sigma = array.pull_sigma_rad / (2.0 * PI);
+    let pull_sigma = array.edge_phase_sigma_rad / (2.0 * PI);
     Lag { sigma: libm::sqrtf(lag.sigma * lag.sigma + pull_sigma * pull_sigma), ..lag }
 }
 
@@ -63,16 +63,16 @@ pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel 
     }
     let (late, direction) = answer;
     match answers {
-        0 => Travel { verdict: Verdict::OutOfRange, ..Travel::NONE },
+        0 => Travel { verdict: TravelStatus::OutOfRange, ..Travel::NONE },
         1 if late - margin >= least && late + margin <= most => {
-            let period_mm = array.pitch_mm / (late + array.pull_rad / (2.0 * PI));
+            let period_mm = array.pitch_mm / (late + array.edge_phase_rad / (2.0 * PI));
             let period_sigma_mm = period_mm * period_mm / array.pitch_mm * lag.sigma;
             let (frequency_hz, sigma_hz) = frequency_hz;
             let speed_mm_s = frequency_hz * period_mm;
             // Frequency and phases at the window's centre do not depend on each other.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
-                verdict: Verdict::Unique,
+                verdict: TravelStatus::Unique,
                 direction,
                 spatial_period_mm: period_mm,
                 spatial_period_sigma_mm: period_sigma_mm,
@@ -80,7 +80,7 @@ pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel 
                 speed_sigma_mm_s: libm::sqrtf(of_frequency * of_frequency + of_period * of_period),
             }
         }
-        _ => Travel { verdict: Verdict::Ambiguous, ..Travel::NONE },
+        _ => Travel { verdict: TravelStatus::Ambiguous, ..Travel::NONE },
     }
 }
 
@@ -89,7 +89,7 @@ pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel 
 #[inline(never)]
 pub fn told(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
     let travel = Travel {
-        verdict: Verdict::Told,
+        verdict: TravelStatus::Given,
         direction: Direction::Unknown,
         spatial_period_mm: period_mm.0,
         spatial_period_sigma_mm: period_mm.1,
@@ -107,7 +107,7 @@ pub fn told(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f3
         (true, true) => travel,
         (true, false) => Travel { direction: way, ..travel },
         (false, true) => Travel { direction: way.reversed(), ..travel },
-        (false, false) => Travel { verdict: Verdict::Contradicted, ..travel },
+        (false, false) => Travel { verdict: TravelStatus::Contradicted, ..travel },
     }
 }
 
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     extern crate std;
 
-    const ARRAY: Array = Array { pitch_mm: 2.3, pull_rad: 0.25, pull_sigma_rad: 0.0, ..Array::DEFAULT };
+    const ARRAY: Array = Array { pitch_mm: 2.3, edge_phase_rad: 0.25, edge_phase_sigma_rad: 0.0, ..Array::DEFAULT };
     const TONE_HZ: Measured = (8.0, 0.008);
 
     /// The lag of a wave, by the definition.
@@ -131,7 +131,7 @@ mod tests {
         for direction in [Direction::Forward, Direction::Backward] {
             for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
                 let travel = found(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
-                assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, direction), "{period_mm}");
+                assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, direction), "{period_mm}");
                 assert!((f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5, "{travel:?}");
                 assert!((f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4, "{travel:?}");
                 // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %, independently.
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_calibrations_uncertainty_counts() {
-        let array = Array { pull_sigma_rad: 0.01, ..ARRAY };
+        let array = Array { edge_phase_sigma_rad: 0.01, ..ARRAY };
         let lag = Lag { sigma: 0.0, ..lag_of(3.1, Direction::Forward) };
         let travel = found(Some(lag), &array, TONE_HZ);
         let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / core::f32::consts::TAU;
@@ -162,14 +162,14 @@ mod tests {
             found(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
         };
         // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
-        assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), Verdict::Ambiguous);
-        assert_eq!(verdict(1.2, 4.2, 3.1, Direction::Forward), Verdict::Ambiguous);
+        assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), TravelStatus::Ambiguous);
+        assert_eq!(verdict(1.2, 4.2, 3.1, Direction::Forward), TravelStatus::Ambiguous);
         // Two pitches and more: what is late one way is as much ahead the other.
-        assert_eq!(verdict(2.3, 9.0, 3.1, Direction::Backward), Verdict::Ambiguous);
-        assert_eq!(verdict(2.3, 9.0, 6.0, Direction::Forward), Verdict::Ambiguous);
+        assert_eq!(verdict(2.3, 9.0, 3.1, Direction::Backward), TravelStatus::Ambiguous);
+        assert_eq!(verdict(2.3, 9.0, 6.0, Direction::Forward), TravelStatus::Ambiguous);
         // Short ones that alone are possible are told.
-        assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), Verdict::Unique);
-        assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), Verdict::Unique);
+        assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), TravelStatus::Unique);
+        assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), TravelStatus::Unique);
     }
 
     #[test]
@@ -177,11 +177,11 @@ mod tests {
         let array = Array { period_most_mm: 20.0, may_go_backward: false, ..ARRAY };
         for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
             let travel = found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
-            assert_eq!((travel.verdict, travel.direction), (Verdict::Unique, Direction::Forward), "{period_mm}");
+            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, Direction::Forward), "{period_mm}");
             assert!((f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5, "{travel:?}");
         }
         let none = Array { may_go_forward: false, ..array };
-        assert_eq!(found(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, Verdict::OutOfRange);
+        assert_eq!(found(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, TravelStatus::OutOfRange);
     }
 
     #[test]
@@ -190,14 +190,14 @@ mod tests {
         let verdict = |period_mm| found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
         // Three standard deviations are 0.35 % of the period and more.
         for (period_mm, expected) in [
-            (2.57, Verdict::OutOfRange),
-            (2.597, Verdict::Ambiguous),
-            (2.603, Verdict::Ambiguous),
-            (2.63, Verdict::Unique),
-            (3.57, Verdict::Unique),
-            (3.59, Verdict::Ambiguous),
-            (3.61, Verdict::Ambiguous),
-            (3.63, Verdict::OutOfRange),
+            (2.57, TravelStatus::OutOfRange),
+            (2.597, TravelStatus::Ambiguous),
+            (2.603, TravelStatus::Ambiguous),
+            (2.63, TravelStatus::Unique),
+            (3.57, TravelStatus::Unique),
+            (3.59, TravelStatus::Ambiguous),
+            (3.61, TravelStatus::Ambiguous),
+            (3.63, TravelStatus::OutOfRange),
         ] {
             assert_eq!(verdict(period_mm), expected, "{period_mm}");
         }
@@ -207,7 +207,7 @@ mod tests {
     #[test]
     fn a_lag_that_is_not_known_at_all_is_ambiguous() {
         let lag = Lag { turns: 0.3, sigma: 0.4 };
-        assert_eq!(found(Some(lag), &ARRAY, TONE_HZ).verdict, Verdict::Ambiguous);
+        assert_eq!(found(Some(lag), &ARRAY, TONE_HZ).verdict, TravelStatus::Ambiguous);
     }
 
     #[test]
@@ -220,15 +220,15 @@ mod tests {
             (travel.verdict, travel.direction)
         };
         let (forward, backward) = (Direction::Forward, Direction::Backward);
-        assert_eq!(check(Some(lag_of(3.1, forward)), forward), (Verdict::Told, forward));
-        assert_eq!(check(Some(lag_of(3.1, backward)), forward), (Verdict::Told, backward));
+        assert_eq!(check(Some(lag_of(3.1, forward)), forward), (TravelStatus::Given, forward));
+        assert_eq!(check(Some(lag_of(3.1, backward)), forward), (TravelStatus::Given, backward));
         // By place on a surface that goes back, a wave along +x is one with decreasing place.
-        assert_eq!(check(Some(lag_of(3.1, forward)), backward), (Verdict::Told, backward));
+        assert_eq!(check(Some(lag_of(3.1, forward)), backward), (TravelStatus::Given, backward));
         // The phases of 3.6 mm are 0.10 turns away; those of 3.2 mm are 0.02.
-        assert_eq!(check(Some(lag_of(3.6, forward)), forward), (Verdict::Contradicted, Direction::Unknown));
-        assert_eq!(check(Some(lag_of(3.2, forward)), forward), (Verdict::Told, forward));
-        assert_eq!(check(None, forward), (Verdict::Told, Direction::Unknown));
+        assert_eq!(check(Some(lag_of(3.6, forward)), forward), (TravelStatus::Contradicted, Direction::Unknown));
+        assert_eq!(check(Some(lag_of(3.2, forward)), forward), (TravelStatus::Given, forward));
+        assert_eq!(check(None, forward), (TravelStatus::Given, Direction::Unknown));
         let vague = Lag { sigma: 0.2, ..lag_of(3.1, forward) };
-        assert_eq!(check(Some(vague), forward), (Verdict::Told, Direction::Unknown));
+        assert_eq!(check(Some(vague), forward), (TravelStatus::Given, Direction::Unknown));
     }
 }

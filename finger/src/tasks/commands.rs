@@ -5,7 +5,7 @@ use crate::pipeline::Estimator;
 use crate::surface::profile::Profile;
 use heapless::{String, Vec};
 use ridgetone_proto::boot::SettingsSource;
-use ridgetone_proto::command::{Command, Order, Outcome, Part, Reply};
+use ridgetone_proto::command::{Command, Outcome, Part, Reply, Request};
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::store::{NotStored, Saved, Store};
@@ -37,14 +37,14 @@ pub enum Effect {
 
 /// Settles orders one after the other. What it keeps is bounded: a profile, one in the making, and the latest reply.
 #[derive(Debug, Default)]
-pub struct Executor {
+pub struct CommandExecutor {
     profile: Option<Profile>,
     knots: Vec<Knot, KNOTS_MAX>,
     latest: Option<Reply>,
     restarting: bool,
 }
 
-impl Executor {
+impl CommandExecutor {
     /// One that has seen no order.
     pub const fn new() -> Self {
         Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
@@ -64,15 +64,15 @@ impl Executor {
     /// answered. `touched`: the finger is on something, so the flash must not be erased now, which takes a second or two
     /// and stops the processor.
     #[inline(never)]
-    pub fn settle(&mut self, order: &Order, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
-        let again = self.latest.as_ref().filter(|reply| reply.number == order.number);
+    pub fn settle(&mut self, request: &Request, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
+        let again = self.latest.as_ref().filter(|reply| reply.number == request.number);
         if let Some(reply) = again {
             return (Effect::None, reply.clone());
         }
         let (effect, outcome) = if self.restarting {
             (Effect::None, Outcome::Busy)
         } else {
-            match &order.command {
+            match &request.command {
                 Command::Greet => (Effect::Greet, Outcome::Done),
                 Command::Set { settings, keep } => match settings.validate() {
                     Err(error) => (Effect::None, refused(&error)),
@@ -93,7 +93,7 @@ impl Executor {
                 Command::Restart => (Effect::Restart, Outcome::Done),
             }
         };
-        let reply = Reply { number: order.number, outcome };
+        let reply = Reply { number: request.number, outcome };
         // Who is told to ask again is not to get the same answer then.
         if reply.outcome != Outcome::Busy {
             self.latest = Some(reply.clone());
@@ -166,7 +166,7 @@ fn refused(error: &SettingsError) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone_proto::command::{KNOTS_A_COMMAND, ORDER_WIRE_MAX};
+    use ridgetone_proto::command::{KNOTS_A_COMMAND, REQUEST_WIRE_MAX};
     use ridgetone_proto::framing as wire;
     use ridgetone_proto::settings::{Array, SlideRule};
     use ridgetone_proto::telemetry::Hello;
@@ -198,7 +198,7 @@ mod tests {
     }
 
     struct Board {
-        executor: Executor,
+        executor: CommandExecutor,
         detector: Box<Detector>,
         estimator: Box<Estimator>,
         store: Kept,
@@ -209,11 +209,11 @@ mod tests {
         fn new() -> Self {
             let settings = Settings::DEFAULT;
             let (detector, estimator) = (Box::new(Detector::new(settings)), Box::new(Estimator::new(settings)));
-            Self { executor: Executor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
+            Self { executor: CommandExecutor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
         }
 
         fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
-            let (effect, reply) = self.executor.settle(&Order { number, command }, touched, &mut self.store);
+            let (effect, reply) = self.executor.settle(&Request { number, command }, touched, &mut self.store);
             assert_eq!(reply.number, number);
             self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |news| match news {
                 News::Hello(hello) => self.greeted.push(hello),
@@ -235,10 +235,10 @@ mod tests {
         // By hand: number 3, kind 1, settings 71, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
         // 4 of checksum, 1 of stuffing and the zero.
         for (command, bytes) in [(Command::Set { settings, keep: true }, 82), (Command::Follow(part), 86)] {
-            let mut wire = [0; ORDER_WIRE_MAX];
-            assert_eq!(wire::encode(&Order { number: u16::MAX, command }, &mut wire), Ok(bytes));
+            let mut wire = [0; REQUEST_WIRE_MAX];
+            assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
         }
-        for field in ["pull_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
+        for field in ["edge_phase_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
             let error = SettingsError { field, value: 1.0, least: 2.0, greatest: 3.0 };
             assert!(matches!(refused(&error), Outcome::Setting { field: name, .. } if name.as_str() == field));
         }

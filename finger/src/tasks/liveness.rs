@@ -22,14 +22,14 @@ pub const WATCHDOG_S: u32 = 8;
 
 /// Counted by the tasks, each from its own priority.
 #[derive(Debug, Default)]
-pub struct Vitals {
+pub struct Liveness {
     acquired: AtomicU32,
     detected: AtomicU32,
     fits_due: AtomicU32,
     fits_done: AtomicU32,
 }
 
-impl Vitals {
+impl Liveness {
     /// Nothing done yet.
     pub const fn new() -> Self {
         Self {
@@ -68,26 +68,26 @@ fn bump(counter: &AtomicU32) {
 
 /// Decides about feeding.
 #[derive(Debug, Default)]
-pub struct Feeder {
+pub struct WatchdogPolicy {
     acquired: u32,
     detected: u32,
     fits_done: u32,
 }
 
-impl Feeder {
+impl WatchdogPolicy {
     /// As if just fed, nothing done yet.
     pub const fn new() -> Self {
         Self { acquired: 0, detected: 0, fits_done: 0 }
     }
 
     /// Whether the watchdog is to be fed now.
-    pub fn feeds(&mut self, vitals: &Vitals) -> bool {
+    pub fn feeds(&mut self, liveness: &Liveness) -> bool {
         let now = Self {
-            acquired: vitals.acquired.load(Relaxed),
-            detected: vitals.detected.load(Relaxed),
-            fits_done: vitals.fits_done.load(Relaxed),
+            acquired: liveness.acquired.load(Relaxed),
+            detected: liveness.detected.load(Relaxed),
+            fits_done: liveness.fits_done.load(Relaxed),
         };
-        let fit_idle = now.fits_done == vitals.fits_due.load(Relaxed);
+        let fit_idle = now.fits_done == liveness.fits_due.load(Relaxed);
         let alive = now.acquired != self.acquired
             && now.detected != self.detected
             && (fit_idle || now.fits_done != self.fits_done);
@@ -112,82 +112,82 @@ mod tests {
     }
 
     /// Half a second of the tasks' lives, with a window due.
-    fn live(vitals: &Vitals, still: Still) {
+    fn live(liveness: &Liveness, still: Still) {
         for _ in 0..2532 {
             if still != Still::Acquisition {
-                vitals.acquired();
+                liveness.acquired();
             }
             if still != Still::Detection {
-                vitals.detected();
+                liveness.detected();
             }
         }
-        vitals.fit_due();
+        liveness.fit_due();
         if still != Still::Fit {
-            vitals.fit_done();
+            liveness.fit_done();
         }
     }
 
     #[test]
     fn it_is_fed_as_long_as_all_go_on_and_never_again_once_one_stands_still() {
         for still in [Still::None, Still::Acquisition, Still::Detection, Still::Fit] {
-            let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+            let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
             for _ in 0..10 {
-                live(&vitals, Still::None);
-                assert!(feeder.feeds(&vitals));
+                live(&liveness, Still::None);
+                assert!(watchdog_policy.feeds(&liveness));
             }
             for _ in 0..100 {
-                live(&vitals, still);
-                assert_eq!(feeder.feeds(&vitals), still == Still::None);
+                live(&liveness, still);
+                assert_eq!(watchdog_policy.feeds(&liveness), still == Still::None);
             }
         }
     }
 
     #[test]
     fn nothing_done_since_the_last_feeding_is_no_life() {
-        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
-        assert!(!feeder.feeds(&vitals));
-        live(&vitals, Still::None);
-        assert!(feeder.feeds(&vitals));
-        assert!(!feeder.feeds(&vitals));
+        let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
+        assert!(!watchdog_policy.feeds(&liveness));
+        live(&liveness, Still::None);
+        assert!(watchdog_policy.feeds(&liveness));
+        assert!(!watchdog_policy.feeds(&liveness));
     }
 
     #[test]
     fn a_silent_chip_and_an_idle_fit_are_no_reason_for_a_reset() {
-        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         for _ in 0..100 {
             // The watch over the chip, and the detection that it wakes.
-            vitals.acquired();
-            vitals.detected();
-            assert!(feeder.feeds(&vitals));
+            liveness.acquired();
+            liveness.detected();
+            assert!(watchdog_policy.feeds(&liveness));
         }
     }
 
     #[test]
     fn a_fit_that_takes_its_time_is_no_reason_for_a_reset() {
-        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
+        let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         let mut fed = 0;
         // Every window takes five looks: hops are skipped, one always waits.
-        vitals.fit_due();
+        liveness.fit_due();
         for look in 1..=100 {
-            vitals.acquired();
-            vitals.detected();
+            liveness.acquired();
+            liveness.detected();
             if look % 5 == 0 {
-                vitals.fit_due();
-                vitals.fit_done();
+                liveness.fit_due();
+                liveness.fit_done();
             }
-            fed += u32::from(feeder.feeds(&vitals));
+            fed += u32::from(watchdog_policy.feeds(&liveness));
         }
         assert_eq!(fed, 20, "whenever a window is done");
     }
 
     #[test]
     fn the_counters_may_wrap() {
-        let (vitals, mut feeder) = (Vitals::new(), Feeder::new());
-        vitals.acquired.store(u32::MAX, Relaxed);
-        vitals.detected();
-        assert!(feeder.feeds(&vitals));
-        vitals.acquired();
-        vitals.detected();
-        assert!(feeder.feeds(&vitals));
+        let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
+        liveness.acquired.store(u32::MAX, Relaxed);
+        liveness.detected();
+        assert!(watchdog_policy.feeds(&liveness));
+        liveness.acquired();
+        liveness.detected();
+        assert!(watchdog_policy.feeds(&liveness));
     }
 }

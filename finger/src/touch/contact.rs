@@ -21,7 +21,7 @@ use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Search;
 use aftermath::After;
 pub use hold::{Held, Imprint};
-use pending_onset::Sought;
+use pending_onset::PendingOnset;
 use ridgetone_proto::settings::{SlideRule, TAXELS};
 use ridgetone_tone::source::Values;
 use spike::Spike;
@@ -93,10 +93,10 @@ pub struct ContactDetector {
     /// The latest block's end when something was told last, low byte: by a chance repeat an image waits for one block.
     told: u8,
     /// What is being dated, and how.
-    sought: Option<Sought>,
+    pending_onset: Option<PendingOnset>,
     search: Search,
     /// What is to be dated next, from which frame on, and at which level.
-    waiting: Option<(Sought, u32)>,
+    waiting: Option<(PendingOnset, u32)>,
     level: Values,
     /// Whether the level is that of the hold before a motion, and still being summed up.
     level_due: bool,
@@ -141,7 +141,7 @@ impl ContactDetector {
             block_end: 0,
             news: None,
             told: 0,
-            sought: None,
+            pending_onset: None,
             search: Search::new(),
             waiting: None,
             level: [0.0; TAXELS],
@@ -240,7 +240,7 @@ impl ContactDetector {
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
         // Not while something is searched for: that is work enough.
-        if self.step(self.block_end, &block, ring, changed) && self.sought.is_none() && self.waiting.is_none() {
+        if self.step(self.block_end, &block, ring, changed) && self.pending_onset.is_none() && self.waiting.is_none() {
             self.motion.learn();
         }
     }

@@ -11,7 +11,7 @@ pub(crate) struct Faults {
     pub(crate) held: Option<(u8, f64)>,
     bus: Bus,
     /// Flips of bytes still to come, by the count of bytes exchanged since construction.
-    flips: Vec<(u64, Flips)>,
+    bit_errors: Vec<(u64, BitErrors)>,
     exchanged: u64,
 }
 
@@ -28,23 +28,25 @@ enum Bus {
 
 /// Bits of one byte that fall over on their way.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Flips {
+pub(crate) struct BitErrors {
     pub(crate) din: u8,
     pub(crate) dout: u8,
 }
 
 impl Faults {
     /// What falls over of the next byte.
-    pub(crate) fn next(&mut self) -> Flips {
+    pub(crate) fn next(&mut self) -> BitErrors {
         let at = self.exchanged;
         self.exchanged += 1;
-        if self.flips.is_empty() {
-            return Flips::default();
+        if self.bit_errors.is_empty() {
+            return BitErrors::default();
         }
-        let of_it = self.flips.iter().filter(|(byte, _)| *byte == at);
-        let sum =
-            of_it.fold(Flips::default(), |all, (_, one)| Flips { din: all.din ^ one.din, dout: all.dout ^ one.dout });
-        self.flips.retain(|(byte, _)| *byte > at);
+        let of_it = self.bit_errors.iter().filter(|(byte, _)| *byte == at);
+        let sum = of_it.fold(BitErrors::default(), |all, (_, one)| BitErrors {
+            din: all.din ^ one.din,
+            dout: all.dout ^ one.dout,
+        });
+        self.bit_errors.retain(|(byte, _)| *byte > at);
         sum
     }
 
@@ -93,17 +95,17 @@ impl Ads1258 {
 
     /// Flips the bits of `mask` in one DOUT byte, `bytes_ahead` of the next one exchanged (0: the next).
     pub fn flip_dout(&mut self, bytes_ahead: u64, mask: u8) {
-        self.flip(bytes_ahead, Flips { dout: mask, din: 0 });
+        self.flip(bytes_ahead, BitErrors { dout: mask, din: 0 });
     }
 
     /// Flips the bits of `mask` in one DIN byte on its way to the chip, which does what it then understands: a read may
     /// become a write of registers. `bytes_ahead` as in [`flip_dout`](Self::flip_dout).
     pub fn flip_din(&mut self, bytes_ahead: u64, mask: u8) {
-        self.flip(bytes_ahead, Flips { din: mask, dout: 0 });
+        self.flip(bytes_ahead, BitErrors { din: mask, dout: 0 });
     }
 
-    fn flip(&mut self, bytes_ahead: u64, flips: Flips) {
-        self.faults.flips.push((self.faults.exchanged + bytes_ahead, flips));
+    fn flip(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
+        self.faults.bit_errors.push((self.faults.exchanged + bytes_ahead, bit_errors));
     }
 
     /// DOUT stuck at a level, true for high; the chip still hears what it is told. `None`: whole again.

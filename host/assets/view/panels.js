@@ -26,7 +26,7 @@ export function tiles(live) {
   const parts = [];
   if (estimate) {
     parts.push(words(estimate.status), `${estimate.span} of ${seconds(estimate.window_s)} until ${seconds(estimate.t_s)}`);
-    if (estimate.doubts.length) parts.push(`doubts: ${estimate.doubts.map(words).join(", ")}`);
+    if (estimate.faults.length) parts.push(`faults: ${estimate.faults.map(words).join(", ")}`);
     if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
   } else parts.push("no estimate yet");
   put("frequency-small", parts.join(" · "));
@@ -61,7 +61,7 @@ export function health(model) {
       ["windows not fitted", told.hops_skipped, told.hops_skipped > 0],
       ["messages dropped", told.messages_dropped, told.messages_dropped > 0],
       ["chip set up anew", told.chip_restarts, told.chip_restarts > 0],
-      ["orders damaged", told.orders_damaged, told.orders_damaged > 0],
+      ["orders damaged", told.requests_damaged, told.requests_damaged > 0],
       ["frame rate", `${told.frame_rate_hz.toFixed(3)} Hz`],
       ["processor load", told.load > 0 ? `${(100 * told.load).toFixed(1)} %` : "not measured"],
       ["supply, reference", `${told.supply_v.toFixed(3)} V, ${told.reference_v.toFixed(3)} V`],

@@ -22,10 +22,10 @@ pub struct ArrayOptions {
     pub pitch: Option<f32>,
     /// By how much the contact's ends pull the columns' phases together, rad, as `calibrate` finds it [default: 0.41].
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
-    pub pull: Option<f32>,
+    pub edge_phase: Option<f32>,
     /// Standard deviation of the pull, rad, as `calibrate` finds it [default: 0.01].
     #[arg(long, value_name = "RAD")]
-    pub pull_sigma: Option<f32>,
+    pub edge_phase_sigma: Option<f32>,
     /// Shortest spatial period that is possible, mm [default: 2.3].
     #[arg(long, value_name = "MM")]
     pub period_least: Option<f32>,
@@ -42,8 +42,8 @@ impl ArrayOptions {
     pub fn array(&self, array: Array) -> Array {
         Array {
             pitch_mm: self.pitch.unwrap_or(array.pitch_mm),
-            pull_rad: self.pull.unwrap_or(array.pull_rad),
-            pull_sigma_rad: self.pull_sigma.unwrap_or(array.pull_sigma_rad),
+            edge_phase_rad: self.edge_phase.unwrap_or(array.edge_phase_rad),
+            edge_phase_sigma_rad: self.edge_phase_sigma.unwrap_or(array.edge_phase_sigma_rad),
             period_least_mm: self.period_least.unwrap_or(array.period_least_mm),
             period_most_mm: self.period_most.unwrap_or(array.period_most_mm),
             may_go_forward: self.direction.map_or(array.may_go_forward, |way| way != Way::Backward),

@@ -2,7 +2,7 @@
 
 use crate::asked::Asked;
 use crate::cli::{
-    BoardOptions, ExportArgs, LineOptions, ListenArgs, MonitorArgs, OrderCommand, PortsArgs, RecordArgs, ReplayArgs,
+    BoardCommand, BoardOptions, ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, ReplayArgs,
     Senseless, SettingsCommand, SettingsGetArgs, SettingsSetArgs, ViewArgs,
 };
 use crate::export::{Format, Kind};
@@ -157,14 +157,14 @@ fn set(args: &SettingsSetArgs) -> Result<()> {
 }
 
 /// `order`
-pub fn order(command: &OrderCommand) -> Result<()> {
+pub fn command(command: &BoardCommand) -> Result<()> {
     let open = |board: &BoardOptions| board.open(None, Some(1.0), true);
-    let (board, order, done) = match command {
-        OrderCommand::Start(board) => (board, Command::Start, "it begins anew"),
-        OrderCommand::Stop(board) => (board, Command::Stop, "it tells nothing but health until `order start`"),
-        OrderCommand::Restart(board) => (board, Command::Restart, "it restarts"),
-        OrderCommand::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
-        OrderCommand::Follow(args) => {
+    let (board, request, done) = match command {
+        BoardCommand::Start(board) => (board, Command::Start, "it begins anew"),
+        BoardCommand::Stop(board) => (board, Command::Stop, "it tells nothing but health until `command start`"),
+        BoardCommand::Restart(board) => (board, Command::Restart, "it restarts"),
+        BoardCommand::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
+        BoardCommand::Follow(args) => {
             let after = speed::after(args.repeats);
             let knots = speed::knots(&args.file, after)?;
             let mut feed = open(&args.board)?;
@@ -174,7 +174,7 @@ pub fn order(command: &OrderCommand) -> Result<()> {
         }
     };
     let mut feed = open(board)?;
-    Asked::new(&mut feed).order(order)?;
+    Asked::new(&mut feed).request(request)?;
     eprintln!("ridgetone: {}: {done}", feed.name());
     Ok(())
 }

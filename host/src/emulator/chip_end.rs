@@ -3,7 +3,7 @@
 use crate::input::Opened;
 use ads1258::Conversion;
 use hal_mock::Ads1258;
-use hal_mock::bridge::{Mishap, NEVER, Operation, Reply, Request};
+use hal_mock::bridge::{Crash, NEVER, Operation, Reply, Request};
 use ridgetone::frame::TimedConversion;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).
@@ -25,7 +25,7 @@ pub struct ChipEnd {
     first_edge_us: Option<u64>,
     ended: bool,
     /// What is to happen to the board, and at what time of its, microseconds.
-    mishap: Option<(u64, Mishap)>,
+    crash: Option<(u64, Crash)>,
     keep: bool,
     conversions: Vec<TimedConversion>,
     served: u64,
@@ -45,7 +45,7 @@ impl ChipEnd {
             start_us: None,
             first_edge_us: None,
             ended: false,
-            mishap: None,
+            crash: None,
             keep,
             conversions: Vec::new(),
             served: 0,
@@ -56,8 +56,8 @@ impl ChipEnd {
     }
 
     /// Has something happen to the board with the first reply at or after `at_us` of its time, microseconds.
-    pub fn arrange(&mut self, at_us: u64, mishap: Mishap) {
-        self.mishap = Some((at_us, mishap));
+    pub fn arrange(&mut self, at_us: u64, crash: Crash) {
+        self.crash = Some((at_us, crash));
     }
 
     /// With the telemetry line blocked from one scene time to another, seconds.
@@ -97,7 +97,7 @@ impl ChipEnd {
             // Free at the end, so that the firmware can leave.
             line_blocked: !self.ended && self.is_line_blocked(),
             length: payload.len() as u8,
-            mishap: self.mishap.take_if(|(at_us, _)| *at_us <= self.now_us).map(|(_, mishap)| mishap),
+            crash: self.crash.take_if(|(at_us, _)| *at_us <= self.now_us).map(|(_, crash)| crash),
             drdy_us: self.edge_us(),
             next_drdy_us: next_us.unwrap_or(NEVER),
         }

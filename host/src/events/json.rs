@@ -7,7 +7,7 @@ use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, abscissa_name, period_f32};
 use ridgetone_proto::boot::Record;
 use ridgetone_proto::command::Outcome;
-use ridgetone_proto::fault::{Doubts, FaultKind};
+use ridgetone_proto::fault::{FaultKind, FaultSet};
 use ridgetone_proto::telemetry::{Channel, Event, Packet, Pressed, Travel};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ enum Body<'a> {
         status: &'static str,
         harmonics: u8,
         frames_missing: u16,
-        doubts: Vec<&'static str>,
+        faults: Vec<&'static str>,
         #[serde(flatten)]
         travel: JsonTravel,
         channels: &'a [Channel],
@@ -68,7 +68,7 @@ enum Body<'a> {
         messages_dropped: u32,
         chip_restarts: u32,
         faults: BTreeMap<&'static str, u32>,
-        orders_damaged: u32,
+        requests_damaged: u32,
         stack_used_bytes: u32,
         stack_bytes: u32,
         frame_rate_hz: f32,
@@ -163,8 +163,8 @@ impl<'a> From<&'a Outcome> for JsonOutcome<'a> {
     }
 }
 
-fn names(doubts: Doubts) -> Vec<&'static str> {
-    doubts.iter().map(fault_name).collect()
+fn names(faults: FaultSet) -> Vec<&'static str> {
+    faults.iter().map(fault_name).collect()
 }
 
 /// Spatial period, speed and direction; null where they are not known.
@@ -236,7 +236,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             status: status_name(e.status),
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,
-            doubts: names(e.doubts),
+            faults: names(e.faults),
             travel: (&e.travel).into(),
             channels: &e.channels,
         },
@@ -251,7 +251,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             messages_dropped: e.messages_dropped,
             chip_restarts: e.chip_restarts,
             faults: FaultKind::ALL.map(fault_name).into_iter().zip(e.faults).collect(),
-            orders_damaged: e.orders_damaged,
+            requests_damaged: e.requests_damaged,
             stack_used_bytes: e.stack_used_bytes,
             stack_bytes: e.stack_bytes,
             frame_rate_hz: e.frame_rate_hz,
@@ -296,7 +296,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
 mod tests {
     use super::*;
     use ridgetone_proto::telemetry::{
-        Abscissa, Contact, Direction, Estimate, Hold, Image, Slide, Span, Status, Verdict,
+        Abscissa, Contact, Direction, Estimate, Hold, Image, Slide, Span, Status, TravelStatus,
     };
 
     #[test]
@@ -335,14 +335,14 @@ mod tests {
             sigma: 0.0,
             harmonics: 0,
             frames_missing: 2,
-            doubts: Doubts::NONE.with(FaultKind::Lost),
+            faults: FaultSet::NONE.with(FaultKind::Lost),
             travel: Travel::NONE,
             channels: Default::default(),
         };
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         assert_eq!(
             line,
-            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"doubts":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
         );
     }
 
@@ -358,9 +358,9 @@ mod tests {
             sigma: 0.0625,
             harmonics: 1,
             frames_missing: 0,
-            doubts: Doubts::NONE,
+            faults: FaultSet::NONE,
             travel: Travel {
-                verdict: Verdict::Told,
+                verdict: TravelStatus::Given,
                 direction: Direction::Backward,
                 spatial_period_mm: 4.0,
                 spatial_period_sigma_mm: 1.0,
@@ -372,7 +372,7 @@ mod tests {
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"status""#;
         assert!(line.contains(tone), "{line}");
-        let travel = r#""travel":"told","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
+        let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
         assert!(line.contains(travel), "{line}");
     }
 

@@ -9,7 +9,7 @@ use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, Verdict,
+    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -102,12 +102,12 @@ fn estimate(e: &Estimate) -> String {
             out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
         }
     }
-    if e.travel.verdict != Verdict::Nothing {
+    if e.travel.verdict != TravelStatus::Nothing {
         out += &format!("; {}", travel(&e.travel));
     }
-    if !e.doubts.is_none() {
-        let names: Vec<_> = e.doubts.iter().map(fault_name).collect();
-        out += &format!(", doubts: {}", names.join(", "));
+    if !e.faults.is_none() {
+        let names: Vec<_> = e.faults.iter().map(fault_name).collect();
+        out += &format!(", faults: {}", names.join(", "));
     }
     if e.frames_missing > 0 {
         out += &format!(", {} frames missing", e.frames_missing);

@@ -1,7 +1,7 @@
 //! Orders beside the packets: sent while a feed is read, and raw frames asked for again and again.
 
 use super::{Feed, Source};
-use crate::requests::{Line, Orders};
+use crate::requests::{Line, Requests};
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::FRAME_RATE_HZ;
@@ -18,7 +18,7 @@ const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 /// Orders to a board whose packets go elsewhere.
 #[derive(Debug)]
 pub struct Asking {
-    orders: Orders,
+    requests: Requests,
     begun: Instant,
     /// When raw frames are to be asked for; none: they are not wanted.
     renew: Option<Instant>,
@@ -26,27 +26,27 @@ pub struct Asking {
 
 impl Default for Asking {
     fn default() -> Self {
-        Self { orders: new_orders(), begun: Instant::now(), renew: None }
+        Self { requests: new_orders(), begun: Instant::now(), renew: None }
     }
 }
 
 /// Orders with a first number by the clock: a board answers a number that it has just had without doing anything.
-pub fn new_orders() -> Orders {
+pub fn new_orders() -> Requests {
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    Orders::new((clock.as_millis() % 65_536) as u16)
+    Requests::new((clock.as_millis() % 65_536) as u16)
 }
 
 impl Asking {
     /// Has a command sent.
     pub fn give(&mut self, command: Command) {
-        self.orders.give(command);
+        self.requests.give(command);
     }
 
     /// Asks for raw frames from now on, or no longer.
     pub fn want_raw(&mut self, wanted: bool) {
         self.renew = wanted.then(Instant::now);
         if !wanted {
-            self.orders.give(Command::Raw { frames: 0 });
+            self.requests.give(Command::Raw { frames: 0 });
         }
     }
 
@@ -56,18 +56,18 @@ impl Asking {
     /// The board does not answer, or the line fails; nothing is asked for any more then.
     pub fn tick<S: Source>(&mut self, feed: &mut Feed<S>) -> Result<()> {
         let now = Instant::now();
-        if self.orders.are_done()
+        if self.requests.are_done()
             && let Some(due) = self.renew.filter(|due| *due <= now)
         {
             self.renew = Some(due.max(now) + RENEW);
-            self.orders.give(Command::Raw { frames: FRAMES });
+            self.requests.give(Command::Raw { frames: FRAMES });
         }
-        let sent = self.orders.due(self.begun.elapsed()).and_then(|bytes| match bytes.as_slice() {
+        let sent = self.requests.due(self.begun.elapsed()).and_then(|bytes| match bytes.as_slice() {
             [] => Ok(()),
             bytes => feed.send(bytes),
         });
         if sent.is_err() {
-            (self.orders, self.renew) = (new_orders(), None);
+            (self.requests, self.renew) = (new_orders(), None);
         }
         sent
     }
@@ -78,7 +78,7 @@ impl Asking {
             // It has started anew, and has forgotten.
             *renew = Instant::now();
         }
-        self.orders.hear(&packet.event)
+        self.requests.hear(&packet.event)
     }
 }
 

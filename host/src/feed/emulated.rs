@@ -23,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(5);
 #[derive(Debug)]
 pub struct Emulated {
     said: Receiver<Said>,
-    orders: Sender<Vec<u8>>,
+    requests: Sender<Vec<u8>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<()>>>,
 }
@@ -33,11 +33,11 @@ impl Emulated {
     /// it goes. It is given up after `silence` without a sign of life.
     pub fn start(input: Opened, elf: PathBuf, silence: Duration, pace: Option<f64>) -> Self {
         let (to_us, said) = channel();
-        let (orders, to_board) = channel();
+        let (requests, to_board) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stop);
         let thread = std::thread::spawn(move || run(input, &elf, silence, pace, &asked, &to_us, &to_board));
-        Self { said, orders, stop, thread: Some(thread) }
+        Self { said, requests, stop, thread: Some(thread) }
     }
 
     /// How it ended.
@@ -57,7 +57,7 @@ fn run(
     pace: Option<f64>,
     asked: &AtomicBool,
     said: &Sender<Said>,
-    orders: &Receiver<Vec<u8>>,
+    requests: &Receiver<Vec<u8>>,
 ) -> Result<()> {
     let options = Options { silence, ..Options::new(elf) };
     let mut clock = pace.map(|pace| Clock { begun: Instant::now(), pace, next: Duration::ZERO });
@@ -72,7 +72,7 @@ fn run(
         if let Some(clock) = &mut clock {
             clock.keep(now);
         }
-        Ok(orders.try_iter().flatten().collect())
+        Ok(requests.try_iter().flatten().collect())
     };
     emulator::run_wired(input, options, &mut wire, &mut |_, _| {}).map(|_| ())
 }
@@ -115,7 +115,7 @@ impl Source for Emulated {
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        self.orders.send(bytes.to_vec()).context("the emulated board has ended")
+        self.requests.send(bytes.to_vec()).context("the emulated board has ended")
     }
 }
 

@@ -7,7 +7,7 @@ use ridgetone::frame::CONVERSION_NS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
 use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
-use ridgetone_tone::frame_span::Stretch;
+use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::levels::levels;
 use ridgetone_tone::nuisance::{Curve, Nuisances};
 use ridgetone_tone::sine_fit::FRAMES_MIN;
@@ -61,12 +61,12 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let rate_hz = f64::from(slots - 1) / (last.t_s - first.t_s);
     let (values, valid) = table(&frames, slots, live.settings().vref_v);
     let mut source = Table { values: &values, valid: &valid };
-    let mut stretch = Stretch::new(&mut source, 0, slots);
-    let levels = levels(&mut stretch, None)?;
-    let nothing = Nuisances::new(&mut stretch, &levels, Curve::None)?;
+    let mut span = FrameSpan::new(&mut source, 0, slots);
+    let levels = levels(&mut span, None)?;
+    let nothing = Nuisances::new(&mut span, &levels, Curve::None)?;
     let (mut points, mut power) = (vec![0.0; POINTS_MAX], vec![0.0; POINTS_MAX / 2]);
     let size = transform_size(slots as usize, POINTS_MAX);
-    let found = strongest(&mut stretch, &levels, &nothing, CYCLES_FOR_SLOPE, u16::MAX, &mut points, &mut power)?;
+    let found = strongest(&mut span, &levels, &nothing, CYCLES_FOR_SLOPE, u16::MAX, &mut points, &mut power)?;
     // A line alone has a magnitude of half its amplitude times the frames, of which its power is half the square.
     let whole = 0.5 * levels.frames as f32 * levels.usable.count_ones() as f32;
     let decibel = |power: f32| (10.0 * (power / whole).log10()).max(LEAST_DB);

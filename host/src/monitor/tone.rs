@@ -9,7 +9,7 @@ use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Status, Travel, Verdict};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Status, Travel, TravelStatus};
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
@@ -33,9 +33,9 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
     lines.push(Line::styled(status, style));
     lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
-    if !estimate.doubts.is_none() {
-        let names: Vec<_> = estimate.doubts.iter().map(fault_name).collect();
-        lines.push(Line::styled(format!("doubts: {}", names.join(", ")), alarm(view)));
+    if !estimate.faults.is_none() {
+        let names: Vec<_> = estimate.faults.iter().map(fault_name).collect();
+        lines.push(Line::styled(format!("faults: {}", names.join(", ")), alarm(view)));
     }
     if let Some(whole) = live.whole_slide() {
         lines.push(Line::raw(format!("slide {}", frequency(whole))));
@@ -59,7 +59,7 @@ pub fn frequency(estimate: &Estimate) -> String {
 fn travel(travel: &Travel) -> [String; 2] {
     if !travel.is_known() {
         let why = match travel.verdict {
-            Verdict::Nothing => "not known",
+            TravelStatus::Nothing => "not known",
             verdict => verdict_name(verdict),
         };
         return [format!("period {why}"), format!("speed  {why}")];

@@ -7,7 +7,7 @@ use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::boot::SettingsSource;
-use ridgetone_proto::command::{Command, Order, Outcome, Reply};
+use ridgetone_proto::command::{Command, Outcome, Reply, Request};
 
 /// Bytes of a page of the flash here.
 const PAGE_BYTES: u32 = 1024;
@@ -45,7 +45,7 @@ struct Subject {
 impl Subject {
     fn new() -> Result<Self> {
         let mut board = Receiver::new(CutFlash::new(1));
-        board.hear(&order(1, Command::Set { settings: settings(STORED), keep: true })?);
+        board.hear(&request(1, Command::Set { settings: settings(STORED), keep: true })?);
         let pages = board.into_pages();
         let flash = pages.bytes().to_vec();
         Ok(Self { board: Receiver::new(pages), flash, heard: Heard::default(), last: 0 })
@@ -68,7 +68,7 @@ impl Subject {
         // A zero ends whatever was on the line.
         self.board.push(0);
         self.board.obey();
-        let asked = order(60_000, Command::Greet)?;
+        let asked = request(60_000, Command::Greet)?;
         heard.obeys = self.board.hear(&asked) == [Reply { number: 60_000, outcome: Outcome::Done }];
         let pages = self.board.into_pages();
         heard.changed |= pages.bytes() != self.flash || pages.wrong > 0;
@@ -76,17 +76,17 @@ impl Subject {
     }
 }
 
-fn order(number: u16, command: Command) -> Result<Vec<u8>> {
-    encode(&Order { number, command })
+fn request(number: u16, command: Command) -> Result<Vec<u8>> {
+    encode(&Request { number, command })
 }
 
 /// The orders that would change most.
-fn orders() -> Result<Vec<Vec<u8>>> {
+fn requests() -> Result<Vec<Vec<u8>>> {
     let set = Command::Set { settings: settings(OTHER), keep: true };
     [set, Command::Forget, Command::Stop, Command::Restart, Command::Raw { frames: u32::MAX }]
         .into_iter()
         .zip(2..)
-        .map(|(command, number)| order(number, command))
+        .map(|(command, number)| request(number, command))
         .collect()
 }
 
@@ -112,7 +112,7 @@ pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
 pub fn damaged_orders(frames: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;
-    let whole = orders()?;
+    let whole = requests()?;
     let mut below = |n: usize| random.next_u32() as usize % n.max(1);
     for _ in 0..frames {
         let mut frame = whole[below(whole.len())].clone();
@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn an_order_that_is_repeated_is_answered_again_and_not_done_twice() {
         let mut board = Receiver::new(CutFlash::<PAGE_BYTES>::new(1));
-        let set = order(5, Command::Set { settings: settings(3), keep: true }).expect("an order");
+        let set = request(5, Command::Set { settings: settings(3), keep: true }).expect("an order");
         let done = [Reply { number: 5, outcome: Outcome::Done }];
         for _ in 0..1000 {
             assert_eq!(board.hear(&set), done);
@@ -179,7 +179,7 @@ mod tests {
         let mut taken = 0;
         for number in 0..flood {
             for byte in
-                order(number, Command::Set { settings: settings(number.into()), keep: false }).expect("an order")
+                request(number, Command::Set { settings: settings(number.into()), keep: false }).expect("an order")
             {
                 taken += u64::from(board.push(byte));
             }
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!((taken, board.damaged), (1, u64::from(flood) - 1));
         assert_eq!(board.obey(), Some(Reply { number: 0, outcome: Outcome::Done }));
         assert_eq!(board.in_force().0, settings(0));
-        let next = order(9, Command::Greet).expect("an order");
+        let next = request(9, Command::Greet).expect("an order");
         assert_eq!(board.hear(&next), [Reply { number: 9, outcome: Outcome::Done }]);
     }
 }

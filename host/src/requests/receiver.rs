@@ -2,9 +2,9 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use ridgetone::pipeline::{Detector, Estimator};
-use ridgetone::tasks::commands::Executor;
+use ridgetone::tasks::commands::CommandExecutor;
 use ridgetone_proto::boot::{Boot, SettingsSource};
-use ridgetone_proto::command::{ORDER_WIRE_MAX, Order, Reply};
+use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply, Request};
 use ridgetone_proto::framing as wire;
 use ridgetone_proto::framing::{Inbox, Pushed};
 use ridgetone_proto::settings::Settings;
@@ -14,8 +14,8 @@ use ridgetone_proto::telemetry::News;
 /// What of a board has to do with orders.
 #[derive(Debug)]
 pub struct Receiver<F: NorFlash> {
-    inbox: Inbox<ORDER_WIRE_MAX>,
-    executor: Executor,
+    inbox: Inbox<REQUEST_WIRE_MAX>,
+    executor: CommandExecutor,
     /// Frames, contact and windows.
     pub detector: Box<Detector>,
     /// The fit.
@@ -34,7 +34,7 @@ impl<F: NorFlash> Receiver<F> {
         let (settings, source) = store.load();
         Self {
             inbox: Inbox::new(),
-            executor: Executor::new(),
+            executor: CommandExecutor::new(),
             detector: Box::new(Detector::booted(settings, source, Boot::UNKNOWN)),
             estimator: Box::new(Estimator::new(settings)),
             store,
@@ -58,11 +58,11 @@ impl<F: NorFlash> Receiver<F> {
     /// What the task `fit` does when no window is due.
     pub fn obey(&mut self) -> Option<Reply> {
         let mut frame = self.inbox.take()?;
-        let Some(order) = wire::decode::<Order>(&mut frame) else {
+        let Some(request) = wire::decode::<Request>(&mut frame) else {
             self.damaged += 1;
             return None;
         };
-        let (effect, reply) = self.executor.settle(&order, self.detector.is_touched(), &mut self.store);
+        let (effect, reply) = self.executor.settle(&request, self.detector.is_touched(), &mut self.store);
         self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |_| {});
         self.answered += 1;
         Some(reply)
@@ -88,7 +88,7 @@ impl<F: NorFlash> Receiver<F> {
     }
 
     /// What the orders have made of speed profiles and of a restart.
-    pub const fn executor(&self) -> &Executor {
+    pub const fn executor(&self) -> &CommandExecutor {
         &self.executor
     }
 

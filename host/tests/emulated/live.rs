@@ -74,9 +74,9 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 fn the_emulated_board_does_what_it_is_ordered() {
     let folder = directory();
     let speed = crate::common::file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
-    for order in [&["start"][..], &["stop"], &["restart"], &["unfollow"], &["follow", text(&speed)]] {
-        let done = run(&[&["order"], order, &["--emulated"]].concat());
-        assert!(done.status.success() && stderr(&done).contains("emulated board: "), "{order:?}: {}", stderr(&done));
+    for request in [&["start"][..], &["stop"], &["restart"], &["unfollow"], &["follow", text(&speed)]] {
+        let done = run(&[&["order"], request, &["--emulated"]].concat());
+        assert!(done.status.success() && stderr(&done).contains("emulated board: "), "{request:?}: {}", stderr(&done));
     }
     let backwards = crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
     let refused = run(&["order", "follow", text(&backwards), "--emulated"]);

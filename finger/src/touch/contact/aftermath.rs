@@ -1,6 +1,6 @@
 //! After something: where the taxels are by then decides what it was and what comes next.
 
-use super::{Change, ContactDetector, Held, Phase, Sought, back_at_idle, is_load};
+use super::{Change, ContactDetector, Held, PendingOnset, Phase, back_at_idle, is_load};
 use crate::ring::Ring;
 use crate::touch::motion::{BLOCK_FRAMES, SHARES, SKIP_MAX};
 
@@ -77,8 +77,8 @@ impl ContactDetector {
             }
         };
         match after {
-            After::Slide(start, true) => self.date(Sought::End(start, released), over),
-            _ if released => self.date(Sought::Release, over),
+            After::Slide(start, true) => self.date(PendingOnset::End(start, released), over),
+            _ if released => self.date(PendingOnset::Release, over),
             _ => {}
         }
         if released {

@@ -78,7 +78,7 @@ impl ContactDetector {
     /// something was told while it came.
     pub fn has_time_for_image(&self) -> bool {
         let middle = matches!(self.motion.turn(), 2 | 3);
-        self.image_due && middle && self.told != self.block_end as u8 && self.sought.is_none() && !self.is_busy()
+        self.image_due && middle && self.told != self.block_end as u8 && self.pending_onset.is_none() && !self.is_busy()
     }
 
     /// Only these taxels of the next frame are to be trusted.

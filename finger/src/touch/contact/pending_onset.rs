@@ -12,7 +12,7 @@ const TELLING: usize = 1;
 
 /// What a search is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Sought {
+pub(super) enum PendingOnset {
     /// The first frame of what may become a slide.
     Start,
     /// The end of the slide that began at this frame, and whether the finger is off since.
@@ -24,11 +24,11 @@ pub(super) enum Sought {
 impl ContactDetector {
     /// Goes on with dating, one thing a frame: looks further, tells what was found or known, begins with what waits.
     pub(super) fn seek(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
-        match self.sought {
-            Some(sought) if self.search.is_over() => {
+        match self.pending_onset {
+            Some(pending_onset) if self.search.is_over() => {
                 // A start is told when it is known to be a slide's.
-                if sought != Sought::Start && turn == TELLING {
-                    self.tell_found(sought, changed);
+                if pending_onset != PendingOnset::Start && turn == TELLING {
+                    self.tell_found(pending_onset, changed);
                 }
             }
             // A spike is work enough.
@@ -50,37 +50,37 @@ impl ContactDetector {
 
     /// Whether the latest frame had more to do than others: it ended a block, or something is looked for.
     pub fn is_busy(&self) -> bool {
-        let searching = self.waiting.is_some() || self.sought.is_some() && !self.search.is_over();
+        let searching = self.waiting.is_some() || self.pending_onset.is_some() && !self.search.is_over();
         self.motion.turn() == 0 || searching || matches!(self.phase, Phase::Spike(_) | Phase::Settling(..))
     }
 
     /// Begins with what waits, if its level is there.
     fn begin_search(&mut self) {
-        let Some((sought, frame)) = self.waiting else { return };
+        let Some((pending_onset, frame)) = self.waiting else { return };
         if self.level_due {
             return;
         }
         let (weights, level) = (self.motion.weights(), &self.level);
-        match sought {
-            Sought::Start => self.search.departure(weights, level, frame, self.touched),
-            Sought::End(..) => self.search_end(frame),
-            Sought::Release => self.search.arrival(weights, level, frame),
+        match pending_onset {
+            PendingOnset::Start => self.search.departure(weights, level, frame, self.touched),
+            PendingOnset::End(..) => self.search_end(frame),
+            PendingOnset::Release => self.search.arrival(weights, level, frame),
         }
-        (self.sought, self.waiting) = (Some(sought), None);
+        (self.pending_onset, self.waiting) = (Some(pending_onset), None);
     }
 
     /// Tells the next of what was searched for.
-    fn tell_found(&mut self, sought: Sought, changed: &mut dyn FnMut(Change)) {
+    fn tell_found(&mut self, pending_onset: PendingOnset, changed: &mut dyn FnMut(Change)) {
         let frame = self.search.result();
         self.told = self.block_end as u8;
-        self.sought = None;
-        match sought {
-            Sought::Start => {}
-            Sought::End(start, released) => {
-                self.sought = released.then_some(Sought::Release);
+        self.pending_onset = None;
+        match pending_onset {
+            PendingOnset::Start => {}
+            PendingOnset::End(start, released) => {
+                self.pending_onset = released.then_some(PendingOnset::Release);
                 changed(Change::SlideEnd(start, frame));
             }
-            Sought::Release => changed(Change::Release(frame)),
+            PendingOnset::Release => changed(Change::Release(frame)),
         }
     }
 
@@ -88,9 +88,9 @@ impl ContactDetector {
     #[inline(never)]
     pub(super) fn settle(&mut self, ring: &Ring, changed: &mut dyn FnMut(Change)) {
         loop {
-            if let Some(sought) = self.sought {
+            if let Some(pending_onset) = self.pending_onset {
                 self.search.finish(ring);
-                self.tell_found(sought, changed);
+                self.tell_found(pending_onset, changed);
             } else if let Some(change) = self.news.take() {
                 changed(change);
             } else if self.waiting.is_some() && !self.level_due {
@@ -119,7 +119,7 @@ impl ContactDetector {
 
     /// Has something dated as soon as nothing else is, by the frame at which the taxels came to the level or left it:
     /// around `frame`.
-    pub(super) fn date(&mut self, sought: Sought, frame: u32) {
-        self.waiting = Some((sought, frame));
+    pub(super) fn date(&mut self, pending_onset: PendingOnset, frame: u32) {
+        self.waiting = Some((pending_onset, frame));
     }
 }

@@ -1,6 +1,6 @@
 //! The slide: from the held levels on, until they are still again or the protocol says so.
 
-use super::{After, Change, ContactDetector, HELD_BACK, Held, Phase, STILL_BLOCKS, Sought, back_at_idle};
+use super::{After, Change, ContactDetector, HELD_BACK, Held, PendingOnset, Phase, STILL_BLOCKS, back_at_idle};
 use crate::ring::{Ring, reached};
 use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, SHORT_BLOCKS};
 use ridgetone_proto::settings::SlideRule;
@@ -28,7 +28,7 @@ impl ContactDetector {
             self.phase = Phase::Moving { quick: block.quick as u32, any: 1 };
             // Right after something else the level that it left is the one.
             self.level_due = self.motion.known() > HELD_BACK;
-            self.date(Sought::Start, number.wrapping_sub(BLOCK_FRAMES - 1));
+            self.date(PendingOnset::Start, number.wrapping_sub(BLOCK_FRAMES - 1));
         }
         false
     }
@@ -52,8 +52,8 @@ impl ContactDetector {
 
     /// What moved was no slide.
     fn forget_start(&mut self) {
-        self.waiting = self.waiting.filter(|(sought, _)| *sought != Sought::Start);
-        self.sought = self.sought.filter(|sought| *sought != Sought::Start);
+        self.waiting = self.waiting.filter(|(pending_onset, _)| *pending_onset != PendingOnset::Start);
+        self.pending_onset = self.pending_onset.filter(|pending_onset| *pending_onset != PendingOnset::Start);
     }
 
     /// One block further while something moves: it becomes a slide, or is still again. Before it so
@@ -73,14 +73,14 @@ impl ContactDetector {
         if self.released(number, block, ring, changed) {
             return;
         }
-        let found = self.sought == Some(Sought::Start) && self.search.has_seen_all(ring);
+        let found = self.pending_onset == Some(PendingOnset::Start) && self.search.has_seen_all(ring);
         let still = self.still >= STILL_BLOCKS;
         self.phase = Phase::Moving { quick, any };
         if (quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS) && (found || still) {
             if !found {
                 self.settle(ring, changed);
             }
-            self.sought = None;
+            self.pending_onset = None;
             let left = self.search.result();
             let start = if reached(left, self.touched) { left } else { self.touched };
             self.moving_until = start;

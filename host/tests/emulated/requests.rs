@@ -5,7 +5,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_host::emulator;
 use ridgetone_host::emulator::Options;
 use ridgetone_host::input::Input;
-use ridgetone_host::requests::{Orders, TRIES};
+use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
 use ridgetone_proto::command::{Command, Outcome, Part};
 use ridgetone_proto::profile::{After, Knot};
@@ -29,7 +29,7 @@ impl Talked {
 /// The usual scene, with these bytes and then these commands sent as soon as the board has greeted.
 fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let elf = emulator::image::find().expect("an image");
-    let mut orders = Orders::new(700);
+    let mut requests = Requests::new(700);
     let (mut packets, mut answers) = (Vec::new(), Vec::new());
     let (mut first, count) = (Some((bytes.to_vec(), commands.clone())), commands.len());
     let mut talk = |now: Duration, packet: Option<&Packet>| {
@@ -38,11 +38,11 @@ fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
             packets.push(packet.clone());
             if let Some((bytes, commands)) = first.take() {
                 said = bytes;
-                commands.into_iter().for_each(|command| orders.give(command));
+                commands.into_iter().for_each(|command| requests.give(command));
             }
-            answers.extend(orders.hear(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
+            answers.extend(requests.hear(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
         }
-        said.extend(orders.due(now)?);
+        said.extend(requests.due(now)?);
         Ok(said)
     };
     let input = Input::default().open().expect("an input");
@@ -181,7 +181,7 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
     ChaCha8Rng::seed_from_u64(1).fill_bytes(&mut noise);
     let run = talk(&noise, vec![Command::Greet]);
     let mut damaged = run.packets.iter().filter_map(|packet| match &packet.event {
-        Event::Health(health) => Some(health.orders_damaged),
+        Event::Health(health) => Some(health.requests_damaged),
         _ => None,
     });
     let damaged = damaged.next_back().expect("health");

@@ -3,7 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
-use hal_mock::bridge::Mishap;
+use hal_mock::bridge::Crash;
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_host::emulator;
 use ridgetone_host::emulator::{Options, Outcome};
@@ -16,8 +16,8 @@ use std::sync::Mutex;
 /// Board time at which it happens, microseconds.
 const AT_US: u64 = 200_000;
 
-fn run(elf: &Path, scene: Sliding, mishap: Option<Mishap>) -> (Outcome, Vec<Packet>) {
-    let options = Options { mishap: mishap.map(|mishap| (AT_US, mishap)), ..Options::new(elf) };
+fn run(elf: &Path, scene: Sliding, crash: Option<Crash>) -> (Outcome, Vec<Packet>) {
+    let options = Options { crash: crash.map(|crash| (AT_US, crash)), ..Options::new(elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -43,47 +43,47 @@ fn greetings(packets: &[Packet]) -> Vec<&Hello> {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
     let elf = emulator::image::find().expect("an image");
-    for mishap in Mishap::ALL {
+    for crash in Crash::ALL {
         // The touch is well after the watchdog, which takes longest.
-        let idle_s = if mishap == Mishap::Hang { f64::from(WATCHDOG_S) + 1.5 } else { 0.8 };
-        let (outcome, packets) = run(&elf, Sliding { idle_s, ..Sliding::default() }, Some(mishap));
-        assert_eq!(outcome.damaged, 0, "{mishap:?}");
+        let idle_s = if crash == Crash::Hang { f64::from(WATCHDOG_S) + 1.5 } else { 0.8 };
+        let (outcome, packets) = run(&elf, Sliding { idle_s, ..Sliding::default() }, Some(crash));
+        assert_eq!(outcome.damaged, 0, "{crash:?}");
         let hellos = greetings(&packets);
-        let [before, after] = hellos[..] else { panic!("{mishap:?}: {hellos:?}") };
-        assert_eq!((before.boot.cause, &before.boot.record), (ResetCause::Unknown, &None), "{mishap:?}");
+        let [before, after] = hellos[..] else { panic!("{crash:?}: {hellos:?}") };
+        assert_eq!((before.boot.cause, &before.boot.record), (ResetCause::Unknown, &None), "{crash:?}");
 
-        let cause = if mishap == Mishap::Hang { ResetCause::Watchdog } else { ResetCause::Software };
-        assert_eq!(after.boot.cause, cause, "{mishap:?}");
+        let cause = if crash == Crash::Hang { ResetCause::Watchdog } else { ResetCause::Software };
+        assert_eq!(after.boot.cause, cause, "{crash:?}");
         let record = after.boot.record.as_ref();
         let at_us = || u64::from(record.expect("a record").t_us);
-        match mishap {
-            Mishap::Panic => {
+        match crash {
+            Crash::Panic => {
                 let record = record.expect("a record");
                 assert_eq!((record.death, record.file.as_str()), (Death::Panic, "src/board/link.rs"));
                 let source = include_str!("../../src/board/link.rs").lines().nth(record.line as usize - 1);
                 assert!(source.is_some_and(|line| line.contains("panic!(")), "{record:?}: {source:?}");
                 assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
             }
-            Mishap::HardFault => {
+            Crash::HardFault => {
                 let record = record.expect("a record");
                 assert_eq!(record.death, Death::HardFault);
                 // In flash, whose beginning the vector table is.
                 assert!((0x0800_0400..0x0810_0000).contains(&record.pc), "{record:?}");
                 assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
             }
-            Mishap::StackOverflow => {
+            Crash::StackOverflow => {
                 let record = record.expect("a record");
                 assert_eq!((record.death, record.pc, record.lr), (Death::HardFault, 0, 0));
                 assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
             }
-            Mishap::Hang | Mishap::Restart => assert_eq!(record, None, "{mishap:?}: nothing was left to be kept"),
+            Crash::Hang | Crash::Restart => assert_eq!(record, None, "{crash:?}: nothing was left to be kept"),
         }
 
         let good = packets.iter().filter(|packet| match &packet.event {
             Event::Estimate(fit) => fit.span == Span::Slide && fit.status == Status::Good,
             _ => false,
         });
-        assert_eq!(good.count(), 1, "{mishap:?}: the touch after it is measured");
+        assert_eq!(good.count(), 1, "{crash:?}: the touch after it is measured");
     }
 }
 
@@ -137,7 +137,7 @@ static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 fn the_log_tells_what_the_greeting_does() {
     let elf = emulator::image::find().expect("an image");
     let tell = |line: &str| LINES.lock().expect("nobody has died with it").push(line.to_owned());
-    let options = Options { mishap: Some((AT_US, Mishap::Panic)), log: Some(tell), ..Options::new(&elf) };
+    let options = Options { crash: Some((AT_US, Crash::Panic)), log: Some(tell), ..Options::new(&elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());

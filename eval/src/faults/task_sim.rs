@@ -1,9 +1,9 @@
-//! The firmware's rooms on this PC, run as its tasks run them, behind the simulated chip and its faults.
+//! The firmware's task_sim on this PC, run as its tasks run them, behind the simulated chip and its faults.
 //!
 //! What `main.rs` does by interrupts happens here by virtual time: DRDY's edges as they arrive at the pin, the watch
 //! twice a second, then whatever they left to do. The processor takes no time, the bus takes the board's.
 
-use super::order::Order;
+use super::scan_order::Order;
 
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
@@ -12,8 +12,8 @@ use hal_mock::rig::{ResetPin, RigSpi, StartPin};
 use hal_mock::{Counters, Injected, Rig};
 use heapless::spsc::{Consumer, Producer, Queue};
 use ridgetone::acquire::{Acquisition, Drdy};
-use ridgetone::faults::diagnostics::Tally;
-use ridgetone::faults::qualify::cast_doubt;
+use ridgetone::faults::diagnostics::Diagnostics;
+use ridgetone::faults::qualify::qualify;
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::{Detector, Estimator};
 use ridgetone::ring::Ring;
@@ -55,7 +55,7 @@ pub struct Ran {
     pub registers_right: bool,
 }
 
-/// Runs `input` through the rooms.
+/// Runs `input` through the task_sim.
 ///
 /// # Errors
 /// An event that does not fit the wire format; the simulated chip does not let itself be set up.
@@ -70,14 +70,14 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let mut samples: Queue<TimedConversion, SAMPLES> = Queue::new();
     let (samples_in, samples_out) = samples.split();
     let registers = rig.with_chip(|chip| chip.registers());
-    let tally = Tally::new();
-    let mut tasks = Tasks::new(settings, samples_out, &tally, registers);
+    let diagnostics = Diagnostics::new();
+    let mut tasks = Tasks::new(settings, samples_out, &diagnostics, registers);
     tasks.greet()?;
     let mut drdy = Interrupt {
         rig: &rig,
         chip,
         samples: samples_in,
-        tally: &tally,
+        diagnostics: &diagnostics,
         muted: false,
         check: false,
         pending: false,
@@ -115,7 +115,7 @@ struct Interrupt<'a> {
     rig: &'a Rig,
     chip: Acquisition<RigSpi, StartPin, ResetPin>,
     samples: Producer<'a, TimedConversion>,
-    tally: &'a Tally,
+    diagnostics: &'a Diagnostics,
     muted: bool,
     /// The chip is to be checked.
     check: bool,
@@ -134,14 +134,14 @@ impl Interrupt<'_> {
     }
 
     fn once(&mut self, edge: bool, urgent: bool) {
-        let Self { rig, chip, samples, tally, .. } = self;
+        let Self { rig, chip, samples, diagnostics, .. } = self;
         let now_us = || (rig.now_ns() / 1000) as u32;
         // The board's own clock, read first thing.
         let edge_us = now_us();
         let is_low = || rig.with_chip(|chip| !chip.drdy_high(0));
         let verdict = match edge.then(is_low) {
-            Some(true) => chip.edge(|| edge_us, samples, tally),
-            Some(false) => chip.nothing(edge_us, tally),
+            Some(true) => chip.edge(|| edge_us, samples, diagnostics),
+            Some(false) => chip.nothing(edge_us, diagnostics),
             None => Drdy::Listen,
         };
         match verdict {
@@ -151,7 +151,7 @@ impl Interrupt<'_> {
         }
         if self.check && !self.ended && (edge || urgent || chip.is_quiet(now_us())) {
             self.check = false;
-            chip.watch(now_us(), tally, &mut rig.delay());
+            chip.watch(now_us(), diagnostics, &mut rig.delay());
             self.muted = false;
         }
     }
@@ -160,7 +160,7 @@ impl Interrupt<'_> {
 /// What the other interrupts do.
 struct Tasks<'a> {
     samples: Consumer<'a, TimedConversion>,
-    tally: &'a Tally,
+    diagnostics: &'a Diagnostics,
     detector: Box<Detector>,
     estimator: Box<Estimator>,
     ring: Box<Ring>,
@@ -178,12 +178,12 @@ impl<'a> Tasks<'a> {
     fn new(
         settings: Settings,
         samples: Consumer<'a, TimedConversion>,
-        tally: &'a Tally,
+        diagnostics: &'a Diagnostics,
         registers: [u8; hal_mock::chip::REGISTERS],
     ) -> Self {
         Self {
             samples,
-            tally,
+            diagnostics,
             detector: Box::new(Detector::new(settings)),
             estimator: Box::new(Estimator::new(settings)),
             ring: Box::new(Ring::new()),
@@ -207,8 +207,14 @@ impl<'a> Tasks<'a> {
     fn run(&mut self, drdy: &mut Interrupt) -> Result<()> {
         while let Some(conversion) = self.samples.dequeue() {
             self.look_at(&conversion, drdy.rig);
-            let Self { detector, ring, outbox, windows, tally, .. } = self;
-            detector.push(conversion, ring, tally, &mut poster(outbox, tally), &mut queue(windows, tally));
+            let Self { detector, ring, outbox, windows, diagnostics, .. } = self;
+            detector.push(
+                conversion,
+                ring,
+                diagnostics,
+                &mut poster(outbox, diagnostics),
+                &mut queue(windows, diagnostics),
+            );
             self.fit_and_report(drdy)?;
         }
         Ok(())
@@ -216,14 +222,14 @@ impl<'a> Tasks<'a> {
 
     /// What `watch` has `detect` do besides.
     fn look(&mut self, rig: &Rig) -> Result<()> {
-        let Self { detector, outbox, tally, .. } = self;
-        detector.look((rig.now_ns() / 1000) as u32, tally, &mut poster(outbox, tally));
+        let Self { detector, outbox, diagnostics, .. } = self;
+        detector.look((rig.now_ns() / 1000) as u32, diagnostics, &mut poster(outbox, diagnostics));
         self.report()
     }
 
     fn finish(mut self, drdy: &mut Interrupt) -> Result<Ran> {
-        let Self { detector, ring, outbox, windows, tally, .. } = &mut self;
-        detector.finish(ring, tally, &mut poster(outbox, tally), &mut queue(windows, tally));
+        let Self { detector, ring, outbox, windows, diagnostics, .. } = &mut self;
+        detector.finish(ring, diagnostics, &mut poster(outbox, diagnostics), &mut queue(windows, diagnostics));
         self.fit_and_report(drdy)?;
         let rig = drdy.rig;
         let mut ran = self.ran;
@@ -264,18 +270,18 @@ impl<'a> Tasks<'a> {
                     // Checked after the window's end, before it is told.
                     drdy.check = true;
                     drdy.serve(false, true);
-                    cast_doubt(&mut estimate, &window, self.tally);
+                    qualify(&mut estimate, &window, self.diagnostics);
                     self.post(Event::Estimate(estimate));
                 }
                 Some(None) => {}
-                None => self.tally.hop_skipped(),
+                None => self.diagnostics.hop_skipped(),
             }
         }
         self.report()
     }
 
     fn post(&mut self, event: Event) {
-        poster_of(&mut self.outbox, self.tally, event);
+        poster_of(&mut self.outbox, self.diagnostics, event);
     }
 
     fn report(&mut self) -> Result<()> {
@@ -288,24 +294,24 @@ impl<'a> Tasks<'a> {
     }
 }
 
-fn poster_of(outbox: &mut Outbox<PACKETS>, tally: &Tally, event: Event) {
+fn poster_of(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics, event: Event) {
     if outbox.post(event) {
-        tally.message_dropped();
+        diagnostics.message_dropped();
     }
 }
 
-fn poster(outbox: &mut Outbox<PACKETS>, tally: &Tally) -> impl FnMut(News) {
-    move |news| poster_of(outbox, tally, news.into())
+fn poster(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics) -> impl FnMut(News) {
+    move |news| poster_of(outbox, diagnostics, news.into())
 }
 
-fn queue(windows: &mut VecDeque<Window>, tally: &Tally) -> impl FnMut(Window) {
+fn queue(windows: &mut VecDeque<Window>, diagnostics: &Diagnostics) -> impl FnMut(Window) {
     move |window| {
         let wanted = window.span == Span::Slide || windows.is_empty();
         // A queue holds one less than its places.
         if wanted && windows.len() < WINDOWS - 1 {
             windows.push_back(window);
         } else {
-            tally.hop_skipped();
+            diagnostics.hop_skipped();
         }
     }
 }

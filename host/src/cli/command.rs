@@ -10,23 +10,23 @@ use std::path::PathBuf;
 Settings have a command of their own: `ridgetone settings`. Raw frames come with `ridgetone record --raw`.
 
 Examples:
-  ridgetone order stop
-  ridgetone order follow speed.csv --port /dev/ttyUSB0")]
-pub enum OrderCommand {
+  ridgetone command stop
+  ridgetone command follow speed.csv --port /dev/ttyUSB0")]
+pub enum BoardCommand {
     /// Begin anew, as after power-up: the level without touch is learnt again, so nothing should touch the finger.
     #[command(after_help = "\
 Example:
-  ridgetone order start")]
+  ridgetone command start")]
     Start(BoardOptions),
-    /// Tell nothing but health until `order start`.
+    /// Tell nothing but health until `command start`.
     #[command(after_help = "\
 Example:
-  ridgetone order stop")]
+  ridgetone command stop")]
     Stop(BoardOptions),
     /// Reset the board; what is stored stays, a speed profile does not.
     #[command(after_help = "\
 Example:
-  ridgetone order restart")]
+  ridgetone command restart")]
     Restart(BoardOptions),
     /// Estimate by place from now on, in cycles per mm, with this speed over the surface.
     #[command(after_help = "\
@@ -34,12 +34,12 @@ FILE.csv has the columns time_s (device time, as the board tells it) and speed_m
 between. One row is a steady speed.
 
 Example:
-  ridgetone order follow speed.csv")]
+  ridgetone command follow speed.csv")]
     Follow(FollowArgs),
     /// Estimate by time again, in hertz.
     #[command(after_help = "\
 Example:
-  ridgetone order unfollow")]
+  ridgetone command unfollow")]
     Unfollow(BoardOptions),
 }
 
