@@ -3,7 +3,7 @@
 
 use ridgetone_eval::faults::Campaign;
 use ridgetone_eval::faults::family::Family;
-use ridgetone_eval::faults::judge::Verdict;
+use ridgetone_eval::faults::judge::Judgement;
 use ridgetone_eval::faults::lines;
 use ridgetone_eval::faults::row::{Delays, Place, Row};
 
@@ -91,12 +91,12 @@ fn what_makes_no_sense_is_refused() {
 /// What is told as lost beyond what was lost, and what is wrong with doubts, is not clean.
 #[test]
 fn a_row_is_clean_only_if_all_is_zero_that_must_be() {
-    let of = |family, verdict: Verdict| Row::of_family(family, Place::Pc, &[(1, verdict)]);
-    assert!(of(Family::EdgesLost, Verdict::default()).is_clean());
-    assert!(!of(Family::EdgesLost, Verdict { excess: 1, ..Verdict::default() }).is_clean());
-    assert!(of(Family::BusCut, Verdict { excess: 1, ..Verdict::default() }).is_clean());
-    assert!(!of(Family::BusCut, Verdict { wrong_with_doubts: 1, ..Verdict::default() }).is_clean());
-    assert!(!of(Family::BusCut, Verdict { silent: 1, ..Verdict::default() }).is_clean());
+    let of = |family, verdict: Judgement| Row::of_family(family, Place::Pc, &[(1, verdict)]);
+    assert!(of(Family::EdgesLost, Judgement::default()).is_clean());
+    assert!(!of(Family::EdgesLost, Judgement { excess: 1, ..Judgement::default() }).is_clean());
+    assert!(of(Family::BusCut, Judgement { excess: 1, ..Judgement::default() }).is_clean());
+    assert!(!of(Family::BusCut, Judgement { wrong_with_doubts: 1, ..Judgement::default() }).is_clean());
+    assert!(!of(Family::BusCut, Judgement { silent: 1, ..Judgement::default() }).is_clean());
 }
 
 /// Runs the command with arguments.
