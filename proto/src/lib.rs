@@ -22,6 +22,7 @@ pub mod crash;
 pub mod fault;
 pub mod framing;
 pub mod profile;
+pub mod scan;
 pub mod settings;
 pub mod store;
 pub mod telemetry;

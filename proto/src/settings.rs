@@ -1,21 +1,9 @@
 //! What a user may set, with units, bounds and where each default comes from.
 
+pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
+use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
 use core::f32::consts::PI;
 use serde::{Deserialize, Serialize};
-
-/// Taxels: analog inputs AIN0 to AIN15, one piezoresistor each.
-pub const TAXELS: usize = 16;
-
-/// What the chip is told to do: the paper's 241 Hz per channel, and its own health readings in every
-/// scan (datasheet's rate formula: 15.72864 MHz / (128 x 24.265625 x 21 slots)).
-pub const SCAN: ads1258::Config = ads1258::Config::paper_scan();
-
-/// Frames per second at the nominal clock.
-pub const FRAME_RATE_HZ: f32 = SCAN.frame_rate_hz();
-
-/// Frames the window's ring keeps: the paper's longest slide (60 mm at 15 mm/s, 965 frames at
-/// 241 Hz) with 0.6 s to spare for noticing its end and for the fit.
-pub const RING_FRAMES: usize = 1120;
 
 /// Where the sliding phase comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -197,10 +185,8 @@ const PERIOD_GREATEST_MM: f32 = 100.0;
 /// Names, least and greatest values, in the order of [`Settings::validate`]'s values: a table, for calls, one for each, take
 /// a kilobyte of flash.
 const BOUNDS: [(&str, f32, f32); 16] = [
-    // 0.1 s are 24 frames, the fewest that hold four harmonics and their noise; 3.9 s are 940,
-    // what the ring holds with room for the fit.
-    ("window_s", 0.1, 3.9),
-    ("hop_s", 0.02, 3.9),
+    ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
+    ("hop_s", 0.02, WINDOW_MOST_S),
     ("harmonics", 1.0, 5.0),
     // A tenth is what the fit calls too short; a millionth is beyond any crystal.
     ("accuracy", 1e-6, 0.1),
@@ -227,8 +213,6 @@ mod tests {
     #[test]
     fn the_defaults_are_within_their_own_bounds() {
         assert_eq!(Settings::default().validate(), Ok(()));
-        // The paper's 241 Hz per channel.
-        assert!((FRAME_RATE_HZ - 241.14).abs() < 0.005);
     }
 
     #[test]
