@@ -5,7 +5,7 @@
 //! | `drdy` | 5 | EXTI4, DRDY's falling edge | reads one conversion, queues it; checks the chip when asked |
 //! | `line` | 4 | USART3, transmitter empty or byte received | sends one byte of telemetry, takes one of an order |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` | frames, contact, windows |
-//! | `report` | 2 | CAN1_TX, pended by whoever has news | encodes packets |
+//! | `report` | 2 | CAN1_TX, pended by whoever has an event | encodes packets |
 //! | `watch` | 2 | TIM4, twice a second | has `drdy` check the chip's registers, feeds the watchdog if all tasks live |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` | spectrum and sine fit; orders when no window is due |
 //! | `idle` | 0 | | sleeps, measures the load and the stack |
@@ -73,7 +73,7 @@ mod app {
     use ridgetone_proto::framing::{Inbox, Pushed};
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry;
-    use ridgetone_proto::telemetry::{Event, News, Span, WIRE_MAX};
+    use ridgetone_proto::telemetry::{Event, Span, WIRE_MAX};
     use ridgetone_tone::source::{FrameSource, Values};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
@@ -273,7 +273,7 @@ mod app {
     fn detect(mut cx: detect::Context) {
         let detect::LocalResources { samples_out, windows_in, greeted, .. } = cx.local;
         let (diagnostics, liveness, check) = (cx.shared.diagnostics, cx.shared.liveness, cx.shared.check);
-        let mut emit = |news: News| post(&mut cx.shared.outbox, diagnostics, news.into());
+        let mut emit = |event| post(&mut cx.shared.outbox, diagnostics, event);
         let mut due = |window: Window| {
             // A hop is worth fitting only if the fit keeps up; a whole slide always is.
             let wanted = window.span == Span::Slide || windows_in.is_empty();
@@ -385,7 +385,7 @@ mod app {
                 });
             }
             let Some((effect, reply)) = &settled else { break };
-            let mut emit = |news: News| post(&mut cx.shared.outbox, diagnostics, news.into());
+            let mut emit = |event| post(&mut cx.shared.outbox, diagnostics, event);
             let carried_out = cx.shared.detector.lock(|detector| {
                 // While it was settled a window may have fallen due.
                 let may = !windows_out.ready();

@@ -12,7 +12,7 @@ use ridgetone::pipeline::Pipeline;
 use ridgetone::ring::Ring;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Estimate, Event, News, Span, Status};
+use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
 use touch::{SCANS, TONE_HZ};
 
 /// Conversions of a scan.
@@ -250,8 +250,8 @@ fn whatever_happens_few_messages_are_told() {
         if number % (SLOTS * 300) < SLOTS * 5 {
             FaultKind::ALL.into_iter().for_each(|kind| diagnostics.fault(kind, conversion.t_us));
         }
-        let mut emit = |news: News| {
-            if let News::Fault(fault) = news {
+        let mut emit = |event| {
+            if let Event::Fault(fault) = event {
                 told.push((conversion.t_us, fault));
             }
         };
@@ -284,10 +284,10 @@ fn health_and_faults_are_told_while_no_conversion_comes() {
         if half < 40 {
             diagnostics.fault(FaultKind::Silent, now_us);
         }
-        detector.look(now_us, &diagnostics, &mut |news| match news {
-            News::Health(health) => healths.push(health),
-            News::Hello(_) => greetings += 1,
-            News::Fault(fault) => told.push(fault),
+        detector.look(now_us, &diagnostics, &mut |event| match event {
+            Event::Health(health) => healths.push(health),
+            Event::Hello(_) => greetings += 1,
+            Event::Fault(fault) => told.push(fault),
             _ => {}
         });
     }
@@ -301,8 +301,8 @@ fn health_and_faults_are_told_while_no_conversion_comes() {
     let mut latest = 0;
     for half in 61..=72 {
         diagnostics.unseen(u32::MAX / 4);
-        detector.look(500_000 * half, &diagnostics, &mut |news| {
-            if let News::Health(health) = news {
+        detector.look(500_000 * half, &diagnostics, &mut |event| {
+            if let Event::Health(health) = event {
                 assert!(health.conversions_lost >= latest, "{latest} and then {}", health.conversions_lost);
                 latest = health.conversions_lost;
             }

@@ -1,4 +1,4 @@
-//! The first half of the pipeline: conversions in, news and due windows out.
+//! The first half of the pipeline: conversions in, events and due windows out.
 
 mod commands;
 mod episodes;
@@ -16,7 +16,7 @@ use health::HealthReporter;
 use image::Imaging;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Hello, Image, News, PROTOCOL, Raw};
+use ridgetone_proto::telemetry::{Event, Hello, Image, PROTOCOL, Raw};
 use ridgetone_tone::source::Values;
 use schedule::WindowScheduler;
 pub use schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
@@ -101,9 +101,9 @@ impl Detector {
 
     /// The greeting to send before anything else.
     #[inline(never)]
-    pub fn hello(&self) -> News<'static> {
+    pub fn hello(&self) -> Event {
         let part = |text: &str| text.bytes().fold(0u8, |n, digit| n.wrapping_mul(10).wrapping_add(digit - b'0'));
-        News::Hello(Hello {
+        Event::Hello(Hello {
             protocol: PROTOCOL,
             version: [
                 part(env!("CARGO_PKG_VERSION_MAJOR")),
@@ -122,7 +122,7 @@ impl Detector {
         self.imaging.image()
     }
 
-    /// Takes one conversion; news go to `emit`, windows that are due for a fit to `due`. What is wrong with it is
+    /// Takes one conversion; events go to `emit`, windows that are due for a fit to `due`. What is wrong with it is
     /// added to `diagnostics`.
     #[inline(always)]
     pub fn push(
@@ -130,7 +130,7 @@ impl Detector {
         conversion: TimedConversion,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
         if self.assembler.wait(&conversion) {
@@ -143,7 +143,7 @@ impl Detector {
         &mut self,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
         let is_followed = if self.assembler.whole() {
@@ -175,7 +175,7 @@ impl Detector {
         is_over: bool,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) -> bool {
         let Self { assembler, rest, stopped, raw_frames, .. } = self;
@@ -202,7 +202,7 @@ impl Detector {
         &mut self,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
         self.one_by_one(true, ring, diagnostics, emit, due);
@@ -215,7 +215,7 @@ impl Detector {
 }
 
 impl Rest {
-    fn frame(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(News), due: &mut dyn FnMut(Window)) {
+    fn frame(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
         let complete = frame.present == u16::MAX;
         let scheduler = &mut self.scheduler;
         scheduler.latest = (frame.number, frame.t_us);
@@ -254,9 +254,9 @@ impl Rest {
 
 /// Tells a frame as it was read.
 #[inline(never)]
-fn tell_raw(frame: &Frame, emit: &mut dyn FnMut(News)) {
+fn tell_raw(frame: &Frame, emit: &mut dyn FnMut(Event)) {
     let Frame { number, t_us, present, good, .. } = *frame;
-    emit(News::Raw(Raw { t_us, number, present, good, codes: *frame.taxels() }));
+    emit(Event::Raw(Raw { t_us, number, present, good, codes: *frame.taxels() }));
 }
 
 /// Scans that never came leave frames without a valid taxel.

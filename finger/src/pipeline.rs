@@ -212,22 +212,16 @@ impl Pipeline {
     /// Takes one conversion; events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.push(
-            conversion,
-            &mut self.ring,
-            &self.diagnostics,
-            &mut |news| emit(news.into()),
-            &mut |window| {
-                let _ = windows.push(window);
-            },
-        );
+        self.detector.push(conversion, &mut self.ring, &self.diagnostics, &mut |event| emit(event), &mut |window| {
+            let _ = windows.push(window);
+        });
         self.fit(&windows, emit);
     }
 
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&mut self.ring, &self.diagnostics, &mut |news| emit(news.into()), &mut |window| {
+        self.detector.finish(&mut self.ring, &self.diagnostics, &mut |event| emit(event), &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);

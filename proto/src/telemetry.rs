@@ -340,43 +340,6 @@ pub enum Event {
     Raw(Raw),
 }
 
-/// What the detector tells: the events but for estimates, which come from the fit; what is large by reference.
-#[derive(Clone, Debug, PartialEq)]
-pub enum News<'a> {
-    /// After start-up.
-    Hello(Hello),
-    /// The contact spike.
-    Contact(Contact),
-    /// The sliding phase begins or has ended.
-    Slide(Slide),
-    /// The finger is off.
-    Release(Release),
-    /// Counters and readings.
-    Health(Health),
-    /// What a hold does to the taxels.
-    Image(&'a Image),
-    /// Something is wrong, or is right again.
-    Fault(Fault),
-    /// A frame as it was read.
-    Raw(Raw),
-}
-
-impl From<News<'_>> for Event {
-    #[inline(never)]
-    fn from(news: News) -> Self {
-        match news {
-            News::Hello(hello) => Self::Hello(hello),
-            News::Contact(contact) => Self::Contact(contact),
-            News::Slide(slide) => Self::Slide(slide),
-            News::Release(release) => Self::Release(release),
-            News::Health(health) => Self::Health(health),
-            News::Image(image) => Self::Image(image.clone()),
-            News::Fault(fault) => Self::Fault(fault),
-            News::Raw(raw) => Self::Raw(raw),
-        }
-    }
-}
-
 /// What travels: an event with its number, so that a reader sees every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packet {

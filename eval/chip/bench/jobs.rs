@@ -13,7 +13,7 @@ use ridgetone_eval::workload::{
     CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
 };
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
-use ridgetone_proto::telemetry::{Event, News, Packet, WIRE_MAX};
+use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX};
 use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::moments::HARMONICS_MAX;
 use ridgetone_tone::sine_fit::{Fit, Fitter};
@@ -89,20 +89,12 @@ impl Bench<'_> {
             for _ in 0..SLOTS {
                 scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
             }
-            let mut events = Vec::<News<'static>, EVENTS_MAX>::new();
-            let mut imaged = false;
+            let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
-            let mut emit = |news: News| {
-                // What comes by reference is taken when its time is measured.
-                match kept(news) {
-                    Some(news) => drop(events.push(news)),
-                    None => imaged = true,
-                }
-            };
+            let mut emit = |event| drop(events.push(event));
             let mut due = |_| windows += 1;
             let (instructions, ()) = self.counter.measure(|| detect(detector, &scan, self.ring, &mut emit, &mut due));
-            let image = imaged.then(|| Event::Image(detector.image().clone()));
-            for event in events.into_iter().map(Event::from).chain(image) {
+            for event in events {
                 self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
             }
@@ -115,20 +107,6 @@ impl Bench<'_> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
         self.files.tell(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
-    }
-}
-
-/// News without a reference; none of an image.
-fn kept(news: News) -> Option<News<'static>> {
-    match news {
-        News::Hello(hello) => Some(News::Hello(hello)),
-        News::Contact(contact) => Some(News::Contact(contact)),
-        News::Slide(slide) => Some(News::Slide(slide)),
-        News::Release(release) => Some(News::Release(release)),
-        News::Health(health) => Some(News::Health(health)),
-        News::Fault(fault) => Some(News::Fault(fault)),
-        News::Raw(raw) => Some(News::Raw(raw)),
-        News::Image(_) => None,
     }
 }
 
@@ -150,7 +128,7 @@ fn detect(
     detector: &mut Detector,
     scan: &[TimedConversion],
     ring: &mut Ring,
-    emit: &mut dyn FnMut(News),
+    emit: &mut dyn FnMut(Event),
     due: &mut dyn FnMut(Window),
 ) {
     static TALLY: Diagnostics = Diagnostics::new();

@@ -11,7 +11,7 @@ use ridgetone::ring::Ring;
 use ridgetone_host::input::{Input, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, News, Packet, WIRE_MAX};
+use ridgetone_proto::telemetry::{Packet, WIRE_MAX};
 use serde::Serialize;
 
 /// What the frames of one phase cost.
@@ -64,7 +64,7 @@ impl Frames {
         for scan in self.conversions.chunks(SLOTS as usize) {
             let (mut events, mut due) = (Vec::new(), 0);
             for conversion in scan {
-                let mut emit = |news: News| events.push(Event::from(news));
+                let mut emit = |event| events.push(event);
                 detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| due += 1);
             }
             for event in events {

@@ -22,7 +22,7 @@ use ridgetone::tasks::queues::{PACKETS, SAMPLES, WINDOWS};
 use ridgetone::window::Window;
 use ridgetone_host::input::Opened;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Event, News, Packet, Span, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Decoder, Event, Packet, Span, WIRE_MAX, encode};
 use std::collections::VecDeque;
 
 /// SCLK of the board, hertz.
@@ -300,8 +300,8 @@ fn poster_of(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics, event: Eve
     }
 }
 
-fn poster(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics) -> impl FnMut(News) {
-    move |news| poster_of(outbox, diagnostics, news.into())
+fn poster(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics) -> impl FnMut(Event) {
+    move |event| poster_of(outbox, diagnostics, event)
 }
 
 fn queue(windows: &mut VecDeque<Window>, diagnostics: &Diagnostics) -> impl FnMut(Window) {

@@ -7,7 +7,7 @@ use crate::ring::reached;
 use crate::touch::motion::BLOCK_FRAMES;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
-use ridgetone_proto::telemetry::News;
+use ridgetone_proto::telemetry::Event;
 
 /// A bout is over when its kind was not seen for so long, microseconds.
 const OVER_US: u32 = 1_000_000;
@@ -123,7 +123,7 @@ impl FaultEpisodes {
 
     /// Tells what begins and what is over; `now_us` is now, in device time and in board time.
     #[inline(never)]
-    pub fn tell(&mut self, now_us: (u64, u32), diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    pub fn tell(&mut self, now_us: (u64, u32), diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let (device_us, board_us) = now_us;
         if (device_us as u32).wrapping_sub(self.since_us) >= STRETCH_US {
             (self.since_us, self.messages) = (device_us as u32, 0);
@@ -153,7 +153,7 @@ impl FaultEpisodes {
                 self.told = self.told.with(kind);
             }
             self.messages += 1;
-            emit(News::Fault(fault));
+            emit(Event::Fault(fault));
         }
     }
 }
@@ -176,9 +176,9 @@ impl Detector {
         diagnostics.faults.add(FaultKind::Reference, !episodes.reference.has(reference) as u32, board_us);
     }
 
-    /// Looks for news of faults; in a frame that has nothing else to do.
+    /// Looks for changes of faults; in a frame that has nothing else to do.
     #[inline(always)]
-    pub(super) fn guard(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    pub(super) fn guard(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self { episodes, rest, .. } = self;
         let looks = episodes.looks && reached(rest.scheduler.latest.0, episodes.look_at);
         if looks || diagnostics.faults.has_fresh() {
@@ -187,7 +187,7 @@ impl Detector {
     }
 
     #[inline(never)]
-    fn alarm(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    fn alarm(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self { assembler, episodes, rest, .. } = self;
         episodes.look_at = rest.scheduler.latest.0.wrapping_add(LOOK_FRAMES);
         episodes.tell((assembler.now_us(), assembler.board_us()), diagnostics, emit);

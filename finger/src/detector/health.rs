@@ -6,7 +6,7 @@ use crate::frame::{Assembler, CONVERSION_NS, OWN, Readings, SLOTS};
 use crate::ring::reached;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
-use ridgetone_proto::telemetry::{Health, News};
+use ridgetone_proto::telemetry::{Event, Health};
 
 /// Frames from one `health` to the next: one second.
 const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
@@ -83,7 +83,7 @@ impl HealthReporter {
         assembler: &Assembler,
         scheduler: &WindowScheduler,
         diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
     ) {
         for step in 0..STEPS {
             self.prepare(step, assembler, scheduler, diagnostics);
@@ -125,10 +125,10 @@ impl HealthReporter {
 
     // Tells what it makes: given back, it would be copied.
     #[inline(never)]
-    fn tell(&self, t_us: u64, assembler: &Assembler, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    fn tell(&self, t_us: u64, assembler: &Assembler, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let counters = diagnostics.counters();
         let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = self.readings;
-        emit(News::Health(Health {
+        emit(Event::Health(Health {
             t_us,
             frames: assembler.frames,
             // What did not get into the queue is missing in the scan too; it would count twice if added. Of the two the
@@ -156,7 +156,7 @@ impl HealthReporter {
 impl Detector {
     /// Takes the step that is due.
     #[inline(never)]
-    pub(super) fn check(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    pub(super) fn check(&mut self, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self { assembler, rest, health_reporter, .. } = self;
         let (step, latest) = (health_reporter.step, rest.scheduler.latest.0);
         (health_reporter.step, health_reporter.due) = (step + 1, latest.wrapping_add(1));
@@ -185,7 +185,7 @@ impl Detector {
     /// greeting as often as otherwise. In a silence of more than 71.6 minutes device time begins again where it stood,
     /// as it does after one ([`crate::frame`]); before the first conversion it is zero.
     #[inline(never)]
-    pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(News)) {
+    pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self { assembler, health_reporter, episodes, rest, .. } = self;
         health_reporter.check_rate(assembler, &rest.scheduler, diagnostics);
         let passed_us = board_us.wrapping_sub(assembler.board_us());

@@ -4,7 +4,7 @@ use super::Detector;
 use crate::ring::Ring;
 use heapless::Vec;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::{Hold, Image, News, Pressed};
+use ridgetone_proto::telemetry::{Event, Hold, Image, Pressed};
 
 /// Frames that the level before a touch is the mean of, as its variance tells: it follows each block of four by a
 /// sixteenth, so its variance is (1/16) / (2 - 1/16) of a block's.
@@ -43,7 +43,7 @@ impl Detector {
     /// Takes the next step towards the image that is due: [`STEP_TAXELS`], its times, and telling it. False if there is
     /// none to be taken now.
     #[inline(never)]
-    pub(super) fn picture(&mut self, ring: &Ring, emit: &mut dyn FnMut(News)) -> bool {
+    pub(super) fn picture(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event)) -> bool {
         let Self { rest, imaging, .. } = self;
         let Some(imprint) = rest.contact.imprint() else { return false };
         let (held, image) = (imprint.held, &mut imaging.image);
@@ -76,7 +76,7 @@ impl Detector {
             image.frames = held.frames();
             image.hold = if held.after_slide { Hold::AfterSlide } else { Hold::BeforeSlide };
         } else {
-            emit(News::Image(image));
+            emit(Event::Image(image.clone()));
             imaging.step = 0;
             rest.contact.image_told();
         }

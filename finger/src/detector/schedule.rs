@@ -1,4 +1,4 @@
-//! What changed, as news in device time, and the windows that fall due with it.
+//! What changed, as events in device time, and the windows that fall due with it.
 
 use crate::frame::{CONVERSION_NS, SLOTS};
 use crate::pipeline::GROWING_FRAMES_MIN;
@@ -7,7 +7,7 @@ use crate::touch::contact::Change;
 use crate::window::Window;
 use ads1258::reading;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Contact, News, Release, Slide, Span};
+use ridgetone_proto::telemetry::{Contact, Event, Release, Slide, Span};
 use ridgetone_tone::sine_fit::FRAMES_MIN;
 use ridgetone_tone::source::Values;
 
@@ -140,9 +140,9 @@ impl WindowScheduler {
 
     /// Tells what changed.
     #[inline(never)]
-    pub fn tell(&mut self, change: Change, ring: &Ring, emit: &mut dyn FnMut(News)) {
+    pub fn tell(&mut self, change: Change, ring: &Ring, emit: &mut dyn FnMut(Event)) {
         match change {
-            Change::Contact { frame, taxel, height } => emit(News::Contact(Contact {
+            Change::Contact { frame, taxel, height } => emit(Event::Contact(Contact {
                 t_us: self.time_us(frame, ring),
                 taxel,
                 height_v: height * self.volts_per_code,
@@ -150,11 +150,11 @@ impl WindowScheduler {
             Change::SlideStart(start) => {
                 self.next_end = start.wrapping_add(self.first_frames());
                 self.slide_start_us = self.time_us(start, ring);
-                emit(News::Slide(Slide { start_us: self.slide_start_us, end_us: None }));
+                emit(Event::Slide(Slide { start_us: self.slide_start_us, end_us: None }));
             }
             Change::SlideEnd(start, end) => {
                 let end_us = Some(self.time_us(end, ring));
-                emit(News::Slide(Slide { start_us: self.slide_start_us, end_us }));
+                emit(Event::Slide(Slide { start_us: self.slide_start_us, end_us }));
                 let first = start.wrapping_add(TRIM_FRAMES);
                 let last = end.wrapping_sub(TRIM_FRAMES);
                 if reached(last, first) {
@@ -168,7 +168,7 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Release(frame) => emit(News::Release(Release { t_us: self.time_us(frame, ring) })),
+            Change::Release(frame) => emit(Event::Release(Release { t_us: self.time_us(frame, ring) })),
         }
     }
 

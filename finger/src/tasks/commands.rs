@@ -9,7 +9,7 @@ use ridgetone_proto::command::{Command, Outcome, Part, Reply, Request};
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::store::{NotStored, Saved, Store};
-use ridgetone_proto::telemetry::News;
+use ridgetone_proto::telemetry::Event;
 
 /// What an order is to change, once no window is due any more that came before it.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,7 +123,7 @@ impl CommandExecutor {
         effect: &Effect,
         detector: &mut Detector,
         estimator: &mut Estimator,
-        emit: &mut dyn FnMut(News),
+        emit: &mut dyn FnMut(Event),
     ) {
         match effect {
             Effect::None => {}
@@ -215,9 +215,9 @@ mod tests {
         fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
             let (effect, reply) = self.executor.settle(&Request { number, command }, touched, &mut self.store);
             assert_eq!(reply.number, number);
-            self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |news| match news {
-                News::Hello(hello) => self.greeted.push(hello),
-                news => panic!("{news:?}"),
+            self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |event| match event {
+                Event::Hello(hello) => self.greeted.push(hello),
+                event => panic!("{event:?}"),
             });
             reply.outcome
         }

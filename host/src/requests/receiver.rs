@@ -9,7 +9,7 @@ use ridgetone_proto::framing as wire;
 use ridgetone_proto::framing::{Inbox, Pushed};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
-use ridgetone_proto::telemetry::News;
+use ridgetone_proto::telemetry::Event;
 
 /// What of a board has to do with orders.
 #[derive(Debug)]
@@ -82,7 +82,7 @@ impl<F: NorFlash> Receiver<F> {
     /// Settings in force, and where they come from.
     pub fn in_force(&self) -> (Settings, SettingsSource) {
         match self.detector.hello() {
-            News::Hello(hello) => (hello.settings, hello.source),
+            Event::Hello(hello) => (hello.settings, hello.source),
             _ => (Settings::DEFAULT, SettingsSource::Damaged),
         }
     }
