@@ -91,7 +91,7 @@ pub enum Outcome {
     /// A setting is outside its bounds; nothing was changed.
     Setting {
         /// Its name, with its unit.
-        field: String<16>,
+        field: String<24>,
         /// What was asked for.
         value: f32,
         /// Least allowed.
