@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
-use hal_mock::{Constant, Finger, Noisy, Options, Rig, Scene, Sliding, SlidingScene, load_scene};
+use hal_mock::{Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene};
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Hold, Image};
@@ -12,8 +12,8 @@ use support::{all, outcome, run, run_on};
 
 /// Images of a scene, read by a converter whose noise is `seed`'s.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
-    let rig = Rig::new(scene, Options { seed, ..Options::default() });
-    outcome(&run_on(rig, Settings::default(), None, all)).images
+    let board = SimulatedBoard::new(scene, Options { seed, ..Options::default() });
+    outcome(&run_on(board, Settings::default(), None, all)).images
 }
 
 /// What the same scene without any noise gives on the mean over an image's frames, less what it gave at the beginning:

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
-use hal_mock::{Finger, Options, Rig, Sliding, SlidingScene, Truth, load_scene};
+use hal_mock::{Finger, Options, SimulatedBoard, Sliding, SlidingScene, Truth, load_scene};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::Status;
 use support::{Outcome, all, outcome, run_on};
@@ -17,8 +17,8 @@ fn combination(number: usize) -> Sliding {
 fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     let scene = SlidingScene::new(Sliding { seed, ..sliding }).unwrap();
     let truth = scene.truth();
-    let rig = Rig::new(scene, Options { seed, ..Options::default() });
-    (outcome(&run_on(rig, Settings::default(), None, all)), truth)
+    let board = SimulatedBoard::new(scene, Options { seed, ..Options::default() });
+    (outcome(&run_on(board, Settings::default(), None, all)), truth)
 }
 
 /// One contact, one slide, one release, and the slide's ends `within_s` of the truth.

@@ -5,8 +5,8 @@ use ads1258::{
 };
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
-use hal_mock::rig::RigSpi;
-use hal_mock::{Analog, Constant, Options, Poison, Rig};
+use hal_mock::board::ChipSpi;
+use hal_mock::{Analog, Constant, Options, Poison, SimulatedBoard};
 
 const REFERENCE_V: f64 = 4.096;
 
@@ -25,26 +25,26 @@ fn options() -> Options {
     Options { noise: false, ..Options::default() }
 }
 
-fn bench(options: Options) -> (Rig, Ads1258<RigSpi>) {
-    let rig = Rig::new(scene(), options);
-    rig.set_sclk_hz(4_000_000);
-    let adc = Ads1258::new(rig.spi());
-    (rig, adc)
+fn bench(options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
+    let board = SimulatedBoard::new(scene(), options);
+    board.set_sclk_hz(4_000_000);
+    let adc = Ads1258::new(board.spi());
+    (board, adc)
 }
 
 /// Resets, configures and starts, as an application does.
-fn scanning(config: &Config, options: Options) -> (Rig, Ads1258<RigSpi>) {
-    let (rig, mut adc) = bench(options);
-    adc.stop(&mut rig.start_pin()).unwrap();
+fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipSpi>) {
+    let (board, mut adc) = bench(options);
+    adc.stop(&mut board.start_pin()).unwrap();
     adc.reset().unwrap();
     adc.configure(config).unwrap();
-    adc.start(&mut rig.start_pin()).unwrap();
-    (rig, adc)
+    adc.start(&mut board.start_pin()).unwrap();
+    (board, adc)
 }
 
 #[test]
 fn reset_configure_and_verify() {
-    let (rig, mut adc) = bench(options());
+    let (board, mut adc) = bench(options());
     assert_eq!(adc.read_id(), Ok(0x8B));
     adc.verify(&Config::default()).unwrap(); // the chip starts with what the driver takes for the reset values
     adc.configure(&Config::paper_scan()).unwrap();
@@ -55,7 +55,7 @@ fn reset_configure_and_verify() {
     adc.verify(&Config::default()).unwrap();
 
     adc.configure(&Config::paper_scan()).unwrap();
-    adc.reset_by_pin(&mut rig.reset_pin(), &mut rig.delay()).unwrap();
+    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay()).unwrap();
     adc.verify(&Config::default()).unwrap();
 
     let mut values = [0; 10];
@@ -82,22 +82,22 @@ fn an_ads1158_is_refused() {
 
 #[test]
 fn a_chip_that_is_still_powering_up_is_noticed() {
-    let (rig, mut adc) = bench(Options { power_up_cycles: u64::from(POWER_UP_TICKS), ..options() });
+    let (board, mut adc) = bench(Options { power_up_cycles: u64::from(POWER_UP_TICKS), ..options() });
     assert!(matches!(adc.configure(&Config::paper_scan()), Err(Error::Verify { .. })));
-    rig.delay().delay_ms(17);
+    board.delay().delay_ms(17);
     adc.configure(&Config::paper_scan()).unwrap();
 }
 
 #[test]
 fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
     let config = Config::paper_scan();
-    let (rig, mut adc) = scanning(&config, options());
+    let (board, mut adc) = scanning(&config, options());
     for _ in 0..3 {
         for expected in config.scan() {
-            rig.wait_for_drdy().unwrap();
-            assert_eq!(rig.drdy_pin().is_low(), Ok(true));
+            board.wait_for_drdy().unwrap();
+            assert_eq!(board.drdy_pin().is_low(), Ok(true));
             let conversion = adc.read().unwrap();
-            assert_eq!(rig.drdy_pin().is_low(), Ok(false));
+            assert_eq!(board.drdy_pin().is_low(), Ok(false));
             assert_eq!(conversion.status.channel(), Some(expected));
             // NEW, and neither OVF nor SUPPLY.
             assert_eq!(conversion.status, Status(0x80 | expected.id()));
@@ -113,17 +113,17 @@ fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
             assert_eq!(conversion.code, code, "{expected}");
         }
     }
-    assert_eq!(rig.with_chip(|chip| chip.counters().odd_commands), 0);
+    assert_eq!(board.with_chip(|chip| chip.counters().odd_commands), 0);
 }
 
 #[test]
 fn a_mixed_scan_follows_next_channel() {
     let mux = Mux::AutoScan { differential: 0b1000_0001, single: 0x8101, internal: Sysred::ALL };
     let config = Config { mux, ..Config::paper_scan() };
-    let (rig, mut adc) = scanning(&config, options());
+    let (board, mut adc) = scanning(&config, options());
     let mut expected = Channel::Differential(0);
     for _ in 0..30 {
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         let conversion = adc.read().unwrap();
         assert_eq!(conversion.status.channel(), Some(expected));
         if let Channel::Differential(pair) = expected {
@@ -137,27 +137,27 @@ fn a_mixed_scan_follows_next_channel() {
 
 #[test]
 fn a_second_read_gives_the_same_data_with_new_cleared() {
-    let (rig, mut adc) = scanning(&Config::paper_scan(), options());
-    rig.wait_for_drdy().unwrap();
+    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    board.wait_for_drdy().unwrap();
     let first = adc.read().unwrap();
     let second = adc.read().unwrap();
     assert!(first.status.is_new());
     assert!(!second.status.is_new());
     assert_eq!(second.code, first.code);
     assert_eq!(second.status.channel(), first.status.channel());
-    rig.wait_for_drdy().unwrap();
+    board.wait_for_drdy().unwrap();
     assert!(adc.read().unwrap().status.is_new());
 }
 
 #[test]
 fn a_read_across_the_end_of_a_conversion_is_not_torn() {
-    let (rig, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&Config::paper_scan(), options());
     for lead_ns in (0..12_000_u64).step_by(100) {
         // Approach the edge from the one before, so that the 10 us of the read begin `lead_ns` before it.
-        let edge_ns = rig.wait_for_drdy().unwrap();
-        let period_ns = rig.with_chip(|chip| chip.conversion_period_ns());
+        let edge_ns = board.wait_for_drdy().unwrap();
+        let period_ns = board.with_chip(|chip| chip.conversion_period_ns());
         let fresh = adc.read().unwrap();
-        rig.advance_ns(edge_ns + period_ns - lead_ns - rig.now_ns());
+        board.advance_ns(edge_ns + period_ns - lead_ns - board.now_ns());
         let conversion = adc.read().unwrap();
         // Either the old result or the next one, but never a mixture.
         let Some(Channel::Single(input)) = conversion.status.channel() else { continue };
@@ -171,12 +171,12 @@ fn an_overflow_is_flagged_and_the_code_clips() {
     let mut scene = scene();
     scene.volts[3] = 1.2 * REFERENCE_V;
     scene.volts[5] = -1.2 * REFERENCE_V;
-    let rig = Rig::new(scene, options());
-    let mut adc = Ads1258::new(rig.spi());
+    let board = SimulatedBoard::new(scene, options());
+    let mut adc = Ads1258::new(board.spi());
     adc.configure(&Config::paper_scan()).unwrap();
-    adc.start(&mut rig.start_pin()).unwrap();
+    adc.start(&mut board.start_pin()).unwrap();
     for channel in Config::paper_scan().scan() {
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         let conversion = adc.read().unwrap();
         let overloaded = matches!(channel, Channel::Single(3 | 5));
         assert_eq!(conversion.status.is_overflow(), overloaded, "{channel}");
@@ -190,12 +190,12 @@ fn an_overflow_is_flagged_and_the_code_clips() {
 
 #[test]
 fn a_low_supply_is_flagged() {
-    let (rig, mut adc) = scanning(&Config::paper_scan(), options());
-    rig.with_chip(|chip| chip.analog_mut().avdd_v = 4.0);
-    rig.wait_for_drdy().unwrap();
+    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    board.with_chip(|chip| chip.analog_mut().avdd_v = 4.0);
+    board.wait_for_drdy().unwrap();
     assert!(adc.read().unwrap().status.is_supply_low());
-    rig.with_chip(|chip| chip.analog_mut().avdd_v = 5.0);
-    rig.wait_for_drdy().unwrap();
+    board.with_chip(|chip| chip.analog_mut().avdd_v = 5.0);
+    board.wait_for_drdy().unwrap();
     assert!(!adc.read().unwrap().status.is_supply_low());
 }
 
@@ -210,9 +210,9 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
         ..Analog::default()
     };
     let config = Config::paper_scan();
-    let (rig, mut adc) = scanning(&config, Options { analog, ..options() });
+    let (board, mut adc) = scanning(&config, Options { analog, ..options() });
     for channel in config.scan() {
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         let code = adc.read().unwrap().code;
         let (found, expected, tolerance) = match channel {
             Channel::Offset => (reading::offset_v(code, 2.5), 40e-6, 2e-7),
@@ -233,10 +233,10 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
     let image = config.registers().unwrap();
     for register in Register::ALL.into_iter().take(9) {
         for mask in [0x80, 0x08] {
-            let (rig, mut adc) = scanning(&config, options());
-            rig.wait_for_drdy().unwrap();
+            let (board, mut adc) = scanning(&config, options());
+            board.wait_for_drdy().unwrap();
             adc.verify(&config).unwrap();
-            rig.with_chip(|chip| chip.corrupt_register(register.address(), mask));
+            board.with_chip(|chip| chip.corrupt_register(register.address(), mask));
             let wrote = image[usize::from(register.address())];
             let expected = if register == Register::Gpiod && mask == 0x08 {
                 Ok(()) // the level of an input pin is none of the driver's business
@@ -246,10 +246,10 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             assert_eq!(adc.verify(&config), expected);
 
             // The remedy. Reserved bits change back by a reset only.
-            adc.stop(&mut rig.start_pin()).unwrap();
+            adc.stop(&mut board.start_pin()).unwrap();
             adc.reset().unwrap();
             adc.configure(&config).unwrap();
-            adc.start(&mut rig.start_pin()).unwrap();
+            adc.start(&mut board.start_pin()).unwrap();
             adc.verify(&config).unwrap();
         }
     }
@@ -258,21 +258,21 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
 #[test]
 fn verifying_disturbs_no_conversion() {
     let config = Config::paper_scan();
-    let (rig, mut adc) = scanning(&config, options());
+    let (board, mut adc) = scanning(&config, options());
     for expected in config.scan().chain(config.scan()) {
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         let conversion = adc.read().unwrap();
         assert_eq!(conversion.status, Status(0x80 | expected.id()));
         adc.verify(&config).unwrap();
     }
-    assert_eq!(rig.with_chip(|chip| chip.counters().lost), 0);
+    assert_eq!(board.with_chip(|chip| chip.counters().lost), 0);
 }
 
 #[test]
 fn levels_on_input_pins_do_not_disturb_verification() {
     let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x06, ..Config::paper_scan() };
-    let (rig, mut adc) = bench(options());
-    rig.with_chip(|chip| chip.set_gpio_inputs(0xA9));
+    let (board, mut adc) = bench(options());
+    board.with_chip(|chip| chip.set_gpio_inputs(0xA9));
     adc.configure(&config).unwrap();
     assert_eq!(adc.read_register(Register::Gpiod), Ok(0xA6));
 }
@@ -280,41 +280,41 @@ fn levels_on_input_pins_do_not_disturb_verification() {
 #[test]
 fn pulses_convert_one_channel_each() {
     let config = Config::paper_scan();
-    let (rig, mut adc) = bench(options());
+    let (board, mut adc) = bench(options());
     adc.configure(&config).unwrap();
     for expected in config.scan() {
-        assert_eq!(rig.wait_for_drdy(), None);
+        assert_eq!(board.wait_for_drdy(), None);
         adc.pulse_convert().unwrap();
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         assert_eq!(adc.read().unwrap().status, Status(0x80 | expected.id()));
     }
 }
 
 #[test]
 fn a_stop_finishes_the_running_conversion() {
-    let (rig, mut adc) = scanning(&Config::paper_scan(), options());
-    rig.wait_for_drdy().unwrap();
-    adc.stop(&mut rig.start_pin()).unwrap();
-    assert!(rig.wait_for_drdy().is_some());
-    assert!(rig.wait_for_drdy().is_none());
+    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    board.wait_for_drdy().unwrap();
+    adc.stop(&mut board.start_pin()).unwrap();
+    assert!(board.wait_for_drdy().is_some());
+    assert!(board.wait_for_drdy().is_none());
 
     // The reset command lets it finish, too; the pin does not.
-    adc.start(&mut rig.start_pin()).unwrap();
-    adc.stop(&mut rig.start_pin()).unwrap();
+    adc.start(&mut board.start_pin()).unwrap();
+    adc.stop(&mut board.start_pin()).unwrap();
     adc.reset().unwrap();
-    assert!(rig.wait_for_drdy().is_some());
-    adc.start(&mut rig.start_pin()).unwrap();
-    adc.stop(&mut rig.start_pin()).unwrap();
-    adc.reset_by_pin(&mut rig.reset_pin(), &mut rig.delay()).unwrap();
-    assert!(rig.wait_for_drdy().is_none());
+    assert!(board.wait_for_drdy().is_some());
+    adc.start(&mut board.start_pin()).unwrap();
+    adc.stop(&mut board.start_pin()).unwrap();
+    adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay()).unwrap();
+    assert!(board.wait_for_drdy().is_none());
 }
 
 #[test]
 fn a_fixed_channel_measures_its_pair() {
     let config = Config { mux: Mux::Fixed { ainp: 12, ainn: 5 }, ..Config::default() };
-    let (rig, mut adc) = scanning(&config, options());
+    let (board, mut adc) = scanning(&config, options());
     for _ in 0..3 {
-        rig.wait_for_drdy().unwrap();
+        board.wait_for_drdy().unwrap();
         let input_v = reading::volts(adc.read().unwrap().code, REFERENCE_V as f32);
         assert!((input_v - 1.4).abs() < 1e-6);
     }
@@ -329,12 +329,12 @@ fn the_chip_takes_the_time_that_the_rates_say() {
             for delay in Delay::ALL {
                 for chop in [false, true] {
                     let config = Config { mux, data_rate, delay, chop, ..Config::default() };
-                    let (rig, _adc) = scanning(&config, options());
-                    let first_ns = rig.wait_for_drdy().unwrap();
+                    let (board, _adc) = scanning(&config, options());
+                    let first_ns = board.wait_for_drdy().unwrap();
                     let conversions = 32;
                     let mut last_ns = first_ns;
                     for _ in 0..conversions {
-                        last_ns = rig.wait_for_drdy().unwrap();
+                        last_ns = board.wait_for_drdy().unwrap();
                     }
                     let expected_ns = f64::from(config.conversion_ticks()) / f64::from(config.clock_hz) * 1e9;
                     let found_ns = (last_ns - first_ns) as f64 / f64::from(conversions);
@@ -347,10 +347,10 @@ fn the_chip_takes_the_time_that_the_rates_say() {
 
 #[test]
 fn a_garbled_channel_id_is_no_channel() {
-    let (rig, mut adc) = scanning(&Config::paper_scan(), options());
-    rig.wait_for_drdy().unwrap();
+    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    board.wait_for_drdy().unwrap();
     // AIN0, 0x08, becomes 0x19, in the byte after the command.
-    rig.with_chip(|chip| chip.flip_dout(1, 0x11));
+    board.with_chip(|chip| chip.flip_dout(1, 0x11));
     let conversion = adc.read().unwrap();
     assert_eq!(conversion.status.channel(), None);
     assert_eq!(conversion.code, ideal_code(0));
@@ -369,16 +369,16 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
     ];
     for variant in variants {
         let config = Config::paper_scan();
-        let (rig, mut adc) = scanning(&config, variant);
+        let (board, mut adc) = scanning(&config, variant);
         for expected in config.scan() {
-            rig.wait_for_drdy().unwrap();
+            board.wait_for_drdy().unwrap();
             let conversion = adc.read().unwrap();
             assert_eq!(conversion.status, Status(0x80 | expected.id()));
             if let Channel::Single(input) = expected {
                 assert_eq!(conversion.code, ideal_code(input));
             }
         }
-        adc.stop(&mut rig.start_pin()).unwrap();
+        adc.stop(&mut board.start_pin()).unwrap();
         adc.read_id().unwrap();
         adc.verify(&config).unwrap();
     }

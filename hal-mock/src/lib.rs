@@ -4,24 +4,24 @@
 //! The crate has its own register map and depends on neither the driver nor the firmware: driver and simulator check
 //! each other. Everything is deterministic for a seed, on every platform.
 //!
-//! # The rooms, in the order of a signal
+//! # The modules, in the order of a signal
 //! - [`scene`]: volts as a function of input and time; constants and added noise.
 //! - [`sliding`]: the scene of the paper's protocol, with its truth: plain channels, or a physical finger.
 //! - [`scene_file`]: such a scene from a short TOML file.
 //! - [`trace`]: scenes from and to CSV.
 //! - [`chip`]: the ADS1258.
-//! - [`rig`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock.
+//! - [`board`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock.
 //!
 //! ```
 //! use embedded_hal::{digital::OutputPin, spi::SpiDevice};
-//! use hal_mock::{Options, Rig, Sliding, SlidingScene};
+//! use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
 //!
 //! let scene = SlidingScene::new(Sliding::default())?;
-//! let rig = Rig::new(scene, Options::default());
-//! let (mut spi, mut start) = (rig.spi(), rig.start_pin());
+//! let board = SimulatedBoard::new(scene, Options::default());
+//! let (mut spi, mut start) = (board.spi(), board.start_pin());
 //! spi.write(&[0x70, 0x02, 0x31])?; // CONFIG0: status byte; CONFIG1: DRATE 1, DLY 3
 //! start.set_high()?;
-//! let drdy_ns = rig.wait_for_drdy().expect("the scene has begun");
+//! let drdy_ns = board.wait_for_drdy().expect("the scene has begun");
 //! let mut read = [0x30, 0, 0, 0, 0]; // read by command: status and 24 bits
 //! spi.transfer_in_place(&mut read)?;
 //! assert_eq!(read[1], 0x88); // new data from AIN0
@@ -94,13 +94,13 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+#[cfg(feature = "simulator")]
+pub mod board;
 pub mod bridge;
 #[cfg(feature = "simulator")]
 pub mod chip;
 #[cfg(feature = "simulator")]
 mod random;
-#[cfg(feature = "simulator")]
-pub mod rig;
 #[cfg(feature = "simulator")]
 pub mod scene;
 #[cfg(feature = "simulator")]
@@ -111,9 +111,9 @@ pub mod sliding;
 pub mod trace;
 
 #[cfg(feature = "simulator")]
-pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
+pub use board::SimulatedBoard;
 #[cfg(feature = "simulator")]
-pub use rig::Rig;
+pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
 #[cfg(feature = "simulator")]
 pub use scene::{Constant, Noisy, Scene};
 #[cfg(feature = "simulator")]

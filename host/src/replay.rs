@@ -5,7 +5,7 @@ use crate::stop;
 use ads1258::Ads1258;
 use anyhow::{Context, Result, ensure};
 use embedded_hal::delay::DelayNs;
-use hal_mock::Rig;
+use hal_mock::SimulatedBoard;
 use ridgetone::frame::{CONVERSION_NS, TimedConversion};
 use ridgetone::pipeline::Pipeline;
 use ridgetone::surface::profile::Profile;
@@ -100,7 +100,7 @@ pub fn run_watched(
 /// # Errors
 /// Those of `take`; the driver and the simulated chip do not agree.
 pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
-    let rig = Rig::new(input.scene, input.options);
+    let rig = SimulatedBoard::new(input.scene, input.options);
     rig.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
     let mut chip = Ads1258::new(rig.spi());

@@ -1,6 +1,6 @@
-//! What the whole-path tests share: a rig that runs a scene through driver, pipeline and telemetry.
+//! What the whole-path tests share: a board that runs a scene through driver, pipeline and telemetry.
 
-use hal_mock::{Options, Rig, Scene};
+use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
 use ridgetone::surface::profile::Profile;
@@ -24,18 +24,18 @@ pub fn run_along(
     profile: Option<Profile>,
     keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    run_on(Rig::new(scene, Options::default()), settings, profile, keep)
+    run_on(SimulatedBoard::new(scene, Options::default()), settings, profile, keep)
 }
 
-/// The same on a rig of one's own.
+/// The same on a board of one's own.
 pub fn run_on(
-    rig: Rig,
+    board: SimulatedBoard,
     settings: Settings,
     profile: Option<Profile>,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
-    let mut adc = ads1258::Ads1258::new(rig.spi());
-    let mut start = rig.start_pin();
+    let mut adc = ads1258::Ads1258::new(board.spi());
+    let mut start = board.start_pin();
     adc.stop(&mut start).unwrap();
     adc.configure(&SCAN).unwrap();
     adc.start(&mut start).unwrap();
@@ -45,9 +45,9 @@ pub fn run_on(
     pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
-    while let Some(edge_ns) = rig.wait_for_drdy() {
+    while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = adc.read().unwrap();
-        if rig.with_chip(|chip| chip.ended()) {
+        if board.with_chip(|chip| chip.ended()) {
             break;
         }
         if let Some(kept) = keep(count, TimedConversion { t_us: (edge_ns / 1000) as u32, conversion }) {

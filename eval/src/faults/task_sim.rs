@@ -8,8 +8,8 @@ use super::scan_order::Order;
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
 use embedded_hal::delay::DelayNs;
-use hal_mock::rig::{ResetPin, RigSpi, StartPin};
-use hal_mock::{Counters, Injected, Rig};
+use hal_mock::board::{ChipSpi, ResetPin, StartPin};
+use hal_mock::{Counters, Injected, SimulatedBoard};
 use heapless::spsc::{Consumer, Producer, Queue};
 use ridgetone::acquire::{Acquisition, Drdy};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -60,7 +60,7 @@ pub struct Ran {
 /// # Errors
 /// An event that does not fit the wire format; the simulated chip does not let itself be set up.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
-    let rig = Rig::new(input.scene, input.options);
+    let rig = SimulatedBoard::new(input.scene, input.options);
     rig.set_sclk_hz(SCLK_HZ);
     let mut wait = rig.delay();
     let mut chip = Acquisition::new(Ads1258::new(rig.spi()), rig.start_pin(), rig.reset_pin());
@@ -112,8 +112,8 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
 
 /// The task `drdy`.
 struct Interrupt<'a> {
-    rig: &'a Rig,
-    chip: Acquisition<RigSpi, StartPin, ResetPin>,
+    rig: &'a SimulatedBoard,
+    chip: Acquisition<ChipSpi, StartPin, ResetPin>,
     samples: Producer<'a, TimedConversion>,
     diagnostics: &'a Diagnostics,
     muted: bool,
@@ -221,7 +221,7 @@ impl<'a> Tasks<'a> {
     }
 
     /// What `watch` has `detect` do besides.
-    fn look(&mut self, rig: &Rig) -> Result<()> {
+    fn look(&mut self, rig: &SimulatedBoard) -> Result<()> {
         let Self { detector, outbox, diagnostics, .. } = self;
         detector.look((rig.now_ns() / 1000) as u32, diagnostics, &mut poster(outbox, diagnostics));
         self.report()
@@ -244,7 +244,7 @@ impl<'a> Tasks<'a> {
     }
 
     /// Compares a conversion with what the chip knows of it.
-    fn look_at(&mut self, timed: &TimedConversion, rig: &Rig) {
+    fn look_at(&mut self, timed: &TimedConversion, rig: &SimulatedBoard) {
         let status = timed.conversion.status;
         if !status.is_new() {
             return;

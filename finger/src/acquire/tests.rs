@@ -4,8 +4,8 @@ use super::*;
 use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation};
-use hal_mock::rig::{ResetPin, RigSpi, StartPin};
-use hal_mock::{Constant, Options, Rig};
+use hal_mock::board::{ChipSpi, ResetPin, StartPin};
+use hal_mock::{Constant, Options, SimulatedBoard};
 use heapless::spsc::Queue;
 extern crate std;
 use std::cell::RefCell;
@@ -18,8 +18,8 @@ const MUXSG0: u8 = 4;
 
 /// The bus: before every transaction some time may pass, and it may be dead.
 struct Wire {
-    spi: RigSpi,
-    rig: Rig,
+    spi: ChipSpi,
+    rig: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
 }
 
@@ -50,7 +50,7 @@ impl SpiDevice for Wire {
 }
 
 struct Bench {
-    rig: Rig,
+    rig: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
     acquisition: Acquisition<Wire, StartPin, ResetPin>,
     queue: Queue<TimedConversion, 64>,
@@ -61,7 +61,7 @@ impl Bench {
     /// A chip that was set up.
     fn new() -> Self {
         // Every code another one, by the noise.
-        let rig = Rig::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
+        let rig = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
         let trouble = Rc::<RefCell<Trouble>>::default();
         let wire = Wire { spi: rig.spi(), rig: rig.clone(), trouble: trouble.clone() };
         let mut acquisition = Acquisition::new(Ads1258::new(wire), rig.start_pin(), rig.reset_pin());

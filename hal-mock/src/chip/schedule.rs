@@ -99,7 +99,7 @@ pub struct Injection {
     pub fault: Fault,
 }
 
-/// When an injection acted, in the rig's virtual nanoseconds.
+/// When an injection acted, in virtual nanoseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Injected {
     /// It began.
