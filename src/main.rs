@@ -74,7 +74,7 @@ mod app {
     use ridgetone_proto::store::{FlashStore, Store};
     use ridgetone_proto::telemetry;
     use ridgetone_proto::telemetry::{Event, Span, WIRE_MAX};
-    use ridgetone_tone::source::{FrameSource, Values};
+    use ridgetone_tone::{FrameSource, Overwritten, Values};
     use rtic::Mutex;
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -361,7 +361,7 @@ mod app {
                 let outcome = estimator.run(&window, &mut Locked(&mut cx.shared.ring), executor.profile());
                 cx.shared.liveness.fit_done();
                 let estimate = match outcome {
-                    Some(Some(mut estimate)) => {
+                    Ok(Some(mut estimate)) => {
                         if cx.shared.check.load(Relaxed) {
                             // Not checked yet since the window's end: now, before the next line.
                             cx.shared.urgent.store(true, Relaxed);
@@ -370,8 +370,8 @@ mod app {
                         qualify(&mut estimate, &window, diagnostics);
                         estimate
                     }
-                    Some(None) => continue,
-                    None => {
+                    Ok(None) => continue,
+                    Err(Overwritten) => {
                         diagnostics.hop_skipped();
                         continue;
                     }
@@ -458,8 +458,13 @@ mod app {
     struct Locked<'a, M>(&'a mut M);
 
     impl<M: Mutex<T = &'static mut Ring>> FrameSource for Locked<'_, M> {
-        fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()> {
-            self.0.lock(|ring| ring.read(first, most, show))
+        fn read(
+            &mut self,
+            first: u32,
+            most: usize,
+            show: &mut dyn FnMut(&[Values], &[u16]),
+        ) -> Result<(), Overwritten> {
+            self.0.lock(|ring| ring.read(first, most, show).ok_or(Overwritten))
         }
     }
 }

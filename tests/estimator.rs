@@ -4,10 +4,7 @@
 mod reference;
 
 use reference::{Tone, log_likelihood_peak};
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::{Fit, Fitter};
-use ridgetone_tone::source::Table;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };

@@ -10,8 +10,7 @@ use ridgetone::surface::travel::found;
 use ridgetone::window::Window;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::Table;
+use ridgetone_tone::{Fitter, Table};
 use std::f64::consts::TAU;
 
 /// Slots of a scan (datasheet SBAS297G, auto-scan: 16 inputs and the five internal readings).

@@ -12,10 +12,7 @@ mod reference;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use reference::{normal, unit};
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::{Table, Values};
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fitter, FrameSpan, Status, Table, Values};
 use std::f64::consts::TAU;
 
 /// Readings a second (section III-B).

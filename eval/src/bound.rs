@@ -53,7 +53,7 @@ pub struct Window<'a> {
     pub frames: usize,
     /// Frames per second, > 0.
     pub frame_rate_hz: f64,
-    /// Bit k of a frame's mask: channel k has a valid value there, as in [`ridgetone_tone::source::Table`]. None: all have.
+    /// Bit k of a frame's mask: channel k has a valid value there, as in [`ridgetone_tone::Table`]. None: all have.
     pub valid: Option<&'a [u16]>,
     /// Whether each channel has an unknown slope besides its unknown offset.
     pub slope: bool,

@@ -3,7 +3,7 @@
 use crate::simulated::Simulated;
 use anyhow::Result;
 use hal_mock::{Sliding, TABLE_2};
-use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
+use ridgetone_tone::CYCLES_FOR_SLOPE;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 

@@ -7,8 +7,7 @@ use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone::detector::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::sine_fit::FRAMES_MIN;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::{FRAMES_MIN, Values};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Volts of one code (SBAS297G: VREF / 780000h).

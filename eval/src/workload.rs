@@ -18,8 +18,7 @@ use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::TAXELS;
 pub use ridgetone_proto::telemetry::longest_packet;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
-use ridgetone_tone::sine_fit::Fit;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::{Fit, Values};
 
 /// Bytes of a job.
 pub const JOB_BYTES: usize = 8;
@@ -132,7 +131,7 @@ pub fn decode_conversion(bytes: &[u8; CONVERSION_BYTES]) -> TimedConversion {
 /// What a fit came to, as bits: the chip's must be the PC's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
-    /// [`Status`](ridgetone_tone::status::Status) by its number, 255 if the window could not be read.
+    /// [`Status`](ridgetone_tone::Status) by its number, 255 if the window could not be read.
     pub status: u8,
     /// Bits of [`Fit::frequency`].
     pub frequency_bits: u32,

@@ -2,11 +2,7 @@
 
 use hal_mock::Sliding;
 use ridgetone_eval::simulated::Simulated;
-use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::Table;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{CYCLES_FOR_SLOPE, Fitter, FrameSpan, Status, Table};
 
 /// RMS error over bound, greatest error over bound, and windows in which no tone was found.
 fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, f64, u64) {

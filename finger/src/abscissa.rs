@@ -6,9 +6,7 @@ use crate::window::Window;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::{Fit, Fitter};
-use ridgetone_tone::source::FrameSource;
+use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
 
 /// The middle of a scan, in slots from its first: by place all taxels of a frame count as read there. What
 /// that is wrong by while the speed changes has the opposite sign in the first taxels and in the last.
@@ -52,26 +50,32 @@ fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32
     if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
 }
 
-/// Fits a window in time. None if its frames were overwritten.
+/// Fits a window in time.
+///
+/// # Errors
+/// If its frames were overwritten.
 pub fn in_time(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
     interferer_hz: f32,
-) -> Option<Fitted> {
+) -> Result<Fitted, Overwritten> {
     let fit = fitter.fit(&mut span(window, source, interferer_hz))?;
     let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
-    Some(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
+    Ok(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
 }
 
-/// Fits a window by the places that a speed profile leads to. None if its frames were overwritten.
+/// Fits a window by the places that a speed profile leads to.
+///
+/// # Errors
+/// If its frames were overwritten.
 pub fn by_place(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
     interferer_hz: f32,
     profile: &Profile,
-) -> Option<Fitted> {
+) -> Result<Fitted, Overwritten> {
     // By the converter's own clock: the stamp of a single frame has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
@@ -85,5 +89,5 @@ pub fn by_place(
         Some(mut span) => fitter.fit(&mut span)?,
         None => Fit::at_rest(window.frames),
     };
-    Some(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: MIDDLE_SLOT })
+    Ok(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: MIDDLE_SLOT })
 }

@@ -17,7 +17,7 @@ use image::Imaging;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Hello, Image, PROTOCOL, Raw};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 use schedule::WindowScheduler;
 pub use schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 

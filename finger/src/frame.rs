@@ -13,7 +13,7 @@ mod slow_path;
 
 use ads1258::{Channel, Conversion, reading};
 use ridgetone_proto::settings::{SCAN, TAXELS};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// One conversion with the time of its DRDY edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

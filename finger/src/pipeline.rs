@@ -20,8 +20,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Array, Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, TravelStatus};
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::{FrameSource, Values};
+use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 
 /// Frames of the shortest window that grows: a tenth of a second, as the shortest that can be set.
 pub const GROWING_FRAMES_MIN: u32 = 24;
@@ -60,15 +59,17 @@ impl Estimator {
         self.fitter.set_harmonics(settings.harmonics);
     }
 
-    /// Fits a window. None if its frames were overwritten before they were read; the inner None says that it
-    /// has to grow to be as accurate as was asked for. With a speed profile the estimate comes in cycles per
-    /// millimetre, without in hertz.
+    /// Fits a window. None if it has to grow to be as accurate as the settings require. With a speed profile the
+    /// estimate is in cycles per millimetre, without in hertz.
+    ///
+    /// # Errors
+    /// If its frames were overwritten before they were read.
     pub fn run(
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
         profile: Option<&Profile>,
-    ) -> Option<Option<Estimate>> {
+    ) -> Result<Option<Estimate>, Overwritten> {
         if !(self.accuracy > 0.0) || window.span == Span::Slide {
             return self.fit(window, source, profile).map(Some);
         }
@@ -77,19 +78,24 @@ impl Estimator {
         let first = if reached(self.told, window.first) && reached(end, self.told) { self.told } else { window.first };
         let window = Window { first, frames: end.wrapping_sub(first), ..*window };
         if window.frames < GROWING_FRAMES_MIN {
-            return Some(None);
+            return Ok(None);
         }
         let estimate = self.fit(&window, source, profile)?;
         let met = estimate.status == Status::Good && estimate.sigma <= self.accuracy * estimate.frequency;
         // Half a frame short is as long as it gets.
         if !met && estimate.window_s < self.window_s - 0.5 / window.frame_rate_hz {
-            return Some(None);
+            return Ok(None);
         }
         self.told = end;
-        Some(Some(estimate))
+        Ok(Some(estimate))
     }
 
-    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, profile: Option<&Profile>) -> Option<Estimate> {
+    fn fit(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        profile: Option<&Profile>,
+    ) -> Result<Estimate, Overwritten> {
         let (fitter, interferer_hz) = (&mut self.fitter, self.interferer_hz);
         let fitted = match profile {
             None => in_time(fitter, window, source, interferer_hz)?,
@@ -116,7 +122,7 @@ impl Estimator {
                 let _ = estimate.channels.push(self.channel(&fitted, taxel, &window.reference));
             }
         }
-        Some(estimate)
+        Ok(estimate)
     }
 
     fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
@@ -153,8 +159,8 @@ impl Estimator {
 }
 
 /// A fit's status as an estimate has it.
-pub const fn reported_status(status: ridgetone_tone::status::Status) -> Status {
-    use ridgetone_tone::status::Status as Of;
+pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
+    use ridgetone_tone::Status as Of;
     match status {
         Of::Good => Status::Good,
         Of::NoTone => Status::NoTone,
@@ -229,7 +235,7 @@ impl Pipeline {
 
     fn fit(&mut self, windows: &[Window], emit: &mut dyn FnMut(Event)) {
         for window in windows {
-            if let Some(Some(mut estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
+            if let Ok(Some(mut estimate)) = self.estimator.run(window, &mut &self.ring, self.profile.as_ref()) {
                 qualify(&mut estimate, window, &self.diagnostics);
                 emit(Event::Estimate(estimate));
             }

@@ -6,7 +6,7 @@
 //! microseconds at most. If the writer laps a reader, the reader is told.
 
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
-use ridgetone_tone::source::{FrameSource, Values};
+use ridgetone_tone::{FrameSource, Overwritten, Values};
 
 /// Whether frame `number` is frame `mark` or a later one, by numbers that wrap: neither is more than
 /// half their range (103 days at 241 Hz) from the other.
@@ -112,8 +112,8 @@ impl Default for Ring {
 }
 
 impl FrameSource for &Ring {
-    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Option<()> {
-        Ring::read(self, first, most, show)
+    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+        Ring::read(self, first, most, show).ok_or(Overwritten)
     }
 }
 

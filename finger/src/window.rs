@@ -2,7 +2,7 @@
 
 pub use crate::ring::{Ring, reached};
 use ridgetone_proto::telemetry::Span;
-pub use ridgetone_tone::source::{FrameSource, Table, Values};
+pub use ridgetone_tone::{FrameSource, Table, Values};
 
 /// A stretch of frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]

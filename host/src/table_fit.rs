@@ -6,11 +6,8 @@ use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::moments::HARMONICS_MAX;
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::Table;
 use ridgetone_tone::spectrum::POINTS_MAX;
+use ridgetone_tone::{Fitter, FrameSpan, HARMONICS_MAX, Table};
 
 /// The library takes its frames for ADC codes: quantized to 1, with a floor of residuals that comes from it. Channels
 /// are scaled to this span, about that of a real one, so that the floor is far below whatever the file holds.
@@ -131,7 +128,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         span = along;
     }
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
-    let Some(found) = Fitter::new(harmonics).fit(&mut span) else {
+    let Ok(found) = Fitter::new(harmonics).fit(&mut span) else {
         bail!("{file}: the fit did not see all rows");
     };
 

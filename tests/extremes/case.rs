@@ -1,10 +1,7 @@
 //! A window, its fit, and the check against f64.
 
 use crate::reference::{Baseline, Likelihood};
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::{Fit, Fitter};
-use ridgetone_tone::source::Table;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 use std::ops::Range;
 
 /// A tenth of the uncertainty.

@@ -2,7 +2,7 @@
 
 use crate::case::Case;
 use crate::reference::{Noise, Tone, codes};
-use ridgetone_tone::status::Status;
+use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
 const FREQUENCY: f64 = 0.0346;
@@ -42,7 +42,7 @@ fn more_holes_than_frames_are_too_short() {
 }
 
 /// A tone in a part of the window, in noise throughout, and its fit.
-fn partly(check: impl Fn(&str, &Case, &ridgetone_tone::sine_fit::Fit, f64), cycles: &[f64]) {
+fn partly(check: impl Fn(&str, &Case, &ridgetone_tone::Fit, f64), cycles: &[f64]) {
     for (from, to) in [(0.3, 1.0), (0.5, 1.0), (0.7, 1.0), (0.0, 0.7), (0.0, 0.5), (0.0, 0.3), (0.2, 0.8)] {
         for cycles in cycles {
             for seed in 0..5 {
@@ -77,7 +77,7 @@ fn a_tone_that_starts_or_ends_inside_is_found() {
 
 #[test]
 fn a_packet_of_few_cycles_is_no_comb() {
-    let check = |what: &str, _: &Case, fit: &ridgetone_tone::sine_fit::Fit, frequency: f64| {
+    let check = |what: &str, _: &Case, fit: &ridgetone_tone::Fit, frequency: f64| {
         let off = (fit.frequency as f64 - frequency).abs() * FRAMES as f64;
         assert!(fit.status != Status::Good || off < 0.5, "{what}: {off} bins, {fit:?}");
     };
@@ -86,7 +86,7 @@ fn a_packet_of_few_cycles_is_no_comb() {
 
 #[test]
 fn a_tone_that_starts_or_ends_inside_is_at_its_maximum() {
-    let check = |what: &str, case: &Case, fit: &ridgetone_tone::sine_fit::Fit, _: f64| {
+    let check = |what: &str, case: &Case, fit: &ridgetone_tone::Fit, _: f64| {
         if fit.status == Status::Good {
             case.assert_near_peak(what, fit, fit.frequency as f64);
         }

@@ -2,8 +2,7 @@
 
 use crate::case::Case;
 use crate::reference::{Noise, codes};
-use ridgetone_tone::sine_fit::Fit;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fit, Status};
 use std::f64::consts::TAU;
 
 const FRAMES: usize = 241;

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::reference::Tone;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
-use ridgetone_tone::status::Status;
+use ridgetone_tone::Status;
 
 /// A frequency of so many cycles in so many frames.
 fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {

@@ -2,7 +2,7 @@
 
 use crate::case::Case;
 use crate::reference::{Noise, Tone, codes};
-use ridgetone_tone::status::Status;
+use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
 /// The chip's greatest code that is not clipped.

@@ -2,7 +2,7 @@
 
 use crate::case::Case;
 use crate::reference::Tone;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::Status;
 
 const STRANGE: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, 1e25];
 

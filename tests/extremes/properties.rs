@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::reference::{Noise, codes};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
 /// A tone, its noise and its window.

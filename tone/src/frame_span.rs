@@ -164,14 +164,16 @@ impl<'a> FrameSpan<'a> {
         for at in (0..self.frames).step_by(BLOCK) {
             let most = (self.frames - at).min(BLOCK as u32) as usize;
             let (mut whole, taxels) = (false, self.taxels);
-            self.source.read(self.first.wrapping_add(at), most, &mut |values, valid| {
-                if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
-                    && all_count(valid, taxels)
-                {
-                    whole = true;
-                    visit(Block { at, values, valid, whole });
-                }
-            })?;
+            self.source
+                .read(self.first.wrapping_add(at), most, &mut |values, valid| {
+                    if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
+                        && all_count(valid, taxels)
+                    {
+                        whole = true;
+                        visit(Block { at, values, valid, whole });
+                    }
+                })
+                .ok()?;
             if !whole {
                 self.broken_block(at, most, instead, visit)?;
             }
@@ -188,12 +190,14 @@ impl<'a> FrameSpan<'a> {
         while shown < most {
             let from = shown;
             let first = self.first.wrapping_add(at).wrapping_add(from as u32);
-            self.source.read(first, most - from, &mut |values, valid| {
-                let count = values.len().min(valid.len()).min(BLOCK - from);
-                shown = from + count.max(1);
-                some[from..from + count].copy_from_slice(&values[..count]);
-                mask[from..from + count].copy_from_slice(&valid[..count]);
-            })?;
+            self.source
+                .read(first, most - from, &mut |values, valid| {
+                    let count = values.len().min(valid.len()).min(BLOCK - from);
+                    shown = from + count.max(1);
+                    some[from..from + count].copy_from_slice(&values[..count]);
+                    mask[from..from + count].copy_from_slice(&valid[..count]);
+                })
+                .ok()?;
         }
         for (place, mask) in some.iter_mut().zip(&mut mask).take(most) {
             if !counts(*mask, taxels) {
@@ -209,13 +213,15 @@ impl<'a> FrameSpan<'a> {
     pub(crate) fn first_counted(&mut self) -> Option<Option<Values>> {
         let (mut found, taxels) = (None, self.taxels);
         for at in 0..self.frames {
-            self.source.read(self.first.wrapping_add(at), 1, &mut |values, valid| {
-                if let (Some(values), Some(valid)) = (values.first(), valid.first())
-                    && counts(*valid, taxels)
-                {
-                    found = Some(*values);
-                }
-            })?;
+            self.source
+                .read(self.first.wrapping_add(at), 1, &mut |values, valid| {
+                    if let (Some(values), Some(valid)) = (values.first(), valid.first())
+                        && counts(*valid, taxels)
+                    {
+                        found = Some(*values);
+                    }
+                })
+                .ok()?;
             if found.is_some() {
                 break;
             }

@@ -55,3 +55,10 @@ pub mod spectrum;
 pub mod status;
 pub mod survey;
 pub mod waves;
+
+pub use descent::CYCLES_FOR_SLOPE;
+pub use frame_span::FrameSpan;
+pub use moments::HARMONICS_MAX;
+pub use sine_fit::{ChannelFit, FRAMES_MIN, Fit, Fitter};
+pub use source::{CHANNELS_MAX, FrameSource, Overwritten, Table, Values};
+pub use status::Status;

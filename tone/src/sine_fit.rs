@@ -17,7 +17,7 @@ use crate::significance::{significant_power, significant_search_gain};
 use crate::solve;
 use crate::solve::{Shape, Solution, gain, is_misfit, over_noise, quantization};
 use crate::source::CHANNELS_MAX;
-use crate::source::Values;
+use crate::source::{Overwritten, Values};
 use crate::status::Status;
 
 /// Residuals below this share of a channel's sum of squares are taken anew, sample by sample.
@@ -107,8 +107,15 @@ impl Fitter {
         self.harmonics = usize::from(harmonics).clamp(1, HARMONICS_MAX);
     }
 
-    /// Fits all usable channels of a stretch. None if its frames were overwritten meanwhile.
-    pub fn fit(&mut self, span: &mut FrameSpan) -> Option<Fit> {
+    /// Fits all usable channels of a stretch.
+    ///
+    /// # Errors
+    /// If its frames were overwritten meanwhile.
+    pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
+        self.try_fit(span).ok_or(Overwritten)
+    }
+
+    fn try_fit(&mut self, span: &mut FrameSpan) -> Option<Fit> {
         // On the stack, which has room for it: the statics are close to their limit.
         let mut work = Work::NONE;
         let work = &mut work;

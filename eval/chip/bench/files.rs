@@ -4,7 +4,7 @@ use crate::machine::semihost;
 use crate::machine::semihost::{Exit, File};
 use core::fmt::Write;
 use ridgetone_eval::workload::{FRAME_BYTES, LINE_MAX, Measured, decode_frame};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// The two files of a benchmark.
 pub struct Files {

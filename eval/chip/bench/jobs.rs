@@ -14,9 +14,7 @@ use ridgetone_eval::workload::{
 };
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX};
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::moments::HARMONICS_MAX;
-use ridgetone_tone::sine_fit::{Fit, Fitter};
+use ridgetone_tone::{Fit, Fitter, FrameSpan, HARMONICS_MAX};
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
 const EVENTS_MAX: usize = 4;
@@ -119,7 +117,7 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
-    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames))
+    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames)).ok()
 }
 
 /// As [`fit`].

@@ -4,7 +4,7 @@ use crate::workload::{Job, Measured, encode_conversion, encode_frame};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone::frame::TimedConversion;
 use ridgetone_host::emulator::process::QEMU;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 use std::fs;
 use std::io::{ErrorKind, Read};
 use std::path::Path;

@@ -6,10 +6,7 @@ use crate::simulated::Simulated;
 use crate::workload::{Measured, Outcome};
 use anyhow::{Result, bail, ensure};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::Fitter;
-use ridgetone_tone::source::Table;
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fitter, FrameSpan, Status, Table};
 use serde::Serialize;
 
 /// Lengths of windows, seconds: from the shortest of the bars to the longest that can be set.
@@ -126,7 +123,7 @@ impl Kind {
             };
             let valid = vec![self.mask(); window.values.len()];
             let mut table = Table { values: &window.values, valid: &valid };
-            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32));
+            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32)).ok();
             let here = Outcome::new(fit.as_ref());
             ensure!(
                 outcome == here,

@@ -266,15 +266,15 @@ impl<'a> Tasks<'a> {
     fn fit_and_report(&mut self, drdy: &mut Interrupt) -> Result<()> {
         while let Some(window) = self.windows.pop_front() {
             match self.estimator.run(&window, &mut &*self.ring, None) {
-                Some(Some(mut estimate)) => {
+                Ok(Some(mut estimate)) => {
                     // Checked after the window's end, before it is told.
                     drdy.check = true;
                     drdy.serve(false, true);
                     qualify(&mut estimate, &window, self.diagnostics);
                     self.post(Event::Estimate(estimate));
                 }
-                Some(None) => {}
-                None => self.diagnostics.hop_skipped(),
+                Ok(None) => {}
+                Err(_) => self.diagnostics.hop_skipped(),
             }
         }
         self.report()

@@ -105,7 +105,7 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
     let values: Vec<[f32; TAXELS]> =
         part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
     let fit = trade::fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
-    let good = fit.status == ridgetone_tone::status::Status::Good;
+    let good = fit.status == ridgetone_tone::Status::Good;
     Ok(good.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
 }
 

@@ -7,10 +7,7 @@ use crate::simulated::Simulated;
 use crate::trade::accuracy::{Answer, Sample};
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::frame_span::FrameSpan;
-use ridgetone_tone::sine_fit::{Fit, Fitter};
-use ridgetone_tone::source::{Table, Values};
-use ridgetone_tone::status::Status;
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 
 /// An estimator and what it may use.
 #[derive(Clone, Copy, Debug, PartialEq)]

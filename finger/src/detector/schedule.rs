@@ -8,8 +8,7 @@ use crate::window::Window;
 use ads1258::reading;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Contact, Event, Release, Slide, Span};
-use ridgetone_tone::sine_fit::FRAMES_MIN;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::{FRAMES_MIN, Values};
 
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;

@@ -2,7 +2,7 @@
 //!
 //! Speeds are given at a few times, and change evenly in between: the place is their integral, a parabola
 //! from knot to knot, and is computed as that and not as a sum of steps. With places instead of times the
-//! fit gives cycles per millimetre, whatever the speed does meanwhile (`ridgetone_tone::frame_span::FrameSpan::along`).
+//! fit gives cycles per millimetre, whatever the speed does meanwhile (`ridgetone_tone::FrameSpan::along`).
 
 use core::num::NonZeroU32;
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};

@@ -23,7 +23,7 @@ use aftermath::After;
 pub use hold::{Held, Imprint};
 use pending_onset::PendingOnset;
 use ridgetone_proto::settings::{SlideRule, TAXELS};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 use spike::Spike;
 
 /// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.

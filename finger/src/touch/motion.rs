@@ -15,7 +15,7 @@ mod share;
 use noise::Noise;
 use past::{HISTORY, Past};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 use share::greater;
 pub use share::{SHARE, SHARES, distance, put, share, share_mut};
 

@@ -6,7 +6,7 @@
 use crate::ring::{Ring, reached};
 use crate::touch::motion::{SHARES, share, share_mut};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// A frame this far from a level is not at that level: chi-square of 16, mean and 4.5 times 5.7.
 const DEPARTED: f32 = 42.0;

@@ -6,13 +6,10 @@ use ads1258::reading;
 use ridgetone::frame::CONVERSION_NS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
-use ridgetone_tone::descent::CYCLES_FOR_SLOPE;
-use ridgetone_tone::frame_span::FrameSpan;
 use ridgetone_tone::levels::levels;
 use ridgetone_tone::nuisance::{Curve, Nuisances};
-use ridgetone_tone::sine_fit::FRAMES_MIN;
-use ridgetone_tone::source::{Table, Values};
 use ridgetone_tone::spectrum::{POINTS_MAX, strongest, transform_size};
+use ridgetone_tone::{CYCLES_FOR_SLOPE, FRAMES_MIN, FrameSpan, Table, Values};
 use serde::Serialize;
 use std::f64::consts::TAU;
 

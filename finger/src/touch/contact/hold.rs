@@ -2,7 +2,7 @@
 
 use super::{ContactDetector, HELD_BACK, Phase, is_load};
 use crate::touch::motion::{BLOCK_FRAMES, Block};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// Fewest blocks of a hold that are worth an image: 0.1 s.
 const BLOCKS_MIN: u32 = 6;

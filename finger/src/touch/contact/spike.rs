@@ -4,7 +4,7 @@ use super::{Change, ContactDetector, Phase};
 use crate::ring::{Ring, reached};
 use crate::touch::motion::{BLOCK_FRAMES, SHARE, SHARES, distance, share, share_mut};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, SlideRule, TAXELS};
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// Frames after a peak in which any higher frame is a better one: 20 ms.
 const PEAK_FRAMES: u32 = 5;

@@ -4,7 +4,7 @@ use super::BLOCK_FRAMES;
 use super::past::Past;
 use super::share::{SHARE, greater, put, share};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// Blocks over which the noise is averaged, once there are so many: 0.5 s.
 const LEARN_BLOCKS: f32 = 32.0;

@@ -3,7 +3,7 @@
 use super::LONG;
 use super::share::{SHARE, Share, share};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// Blocks that are remembered, and one in the making.
 pub(super) const HISTORY: usize = (2 * LONG + 1).next_power_of_two();

@@ -2,7 +2,7 @@
 
 use super::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::source::Values;
+use ridgetone_tone::Values;
 
 /// Taxels of a share.
 pub const SHARE: usize = TAXELS / SHARES;
