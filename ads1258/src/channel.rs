@@ -24,7 +24,7 @@ pub enum Channel {
     Ref,
 }
 
-/// The one id below 0x1E that the chip never sends.
+/// The one id below 0x1E that the chip never sends (SBAS297G, channel id codes).
 const UNUSED_ID: u8 = 0x19;
 
 impl Channel {

@@ -1,8 +1,6 @@
-//! What the chip shall do: the whole configuration, checked before a bit of it reaches the chip.
+//! The whole configuration of the chip, checked before the driver writes it.
 
-use crate::{
-    Channel, Config0, Config1, ConfigError, DataRate, Delay, IdleMode, Register, Scan, SensorBias, Sysred, rate, scan,
-};
+use crate::{Channel, ConfigError, DataRate, Delay, IdleMode, Register, Scan, SensorBias, Sysred, rate, scan};
 
 /// Clock from the 32.768 kHz crystal (CLKSEL low), which the chip's PLL multiplies by 480, in Hz (SBAS297G, clock source).
 pub const CRYSTAL_CLOCK_HZ: u32 = 15_728_640;
@@ -13,7 +11,10 @@ pub const CLOCK_MIN_HZ: u32 = 100_000;
 /// Highest external clock in Hz (SBAS297G, electrical characteristics).
 pub const CLOCK_MAX_HZ: u32 = 16_000_000;
 
-/// What the multiplexer connects to the converter: MUXMOD with the registers that belong to it.
+/// STAT, bit 1 of CONFIG0: the status byte precedes the data of a direct read (SBAS297G, CONFIG0 register).
+const STAT: u8 = 0x02;
+
+/// What the multiplexer connects to the converter: MUXMOD and the registers that belong to it (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mux {
@@ -95,23 +96,7 @@ impl Config {
         gpio_levels: 0x00,
     };
 
-    /// Sixteen inputs and all five internal readings at 241.14 scans/s: 21 slots, crystal clock, CHOP 0, DRATE 1, DLY 3.
-    ///
-    /// The rate is the 241 Hz per channel of the tactile sensing paper this driver was written for; the internal
-    /// readings let every scan show the health of the chip. Standby in place of sleep makes the first conversion after
-    /// START come at once.
-    #[must_use]
-    pub const fn paper_scan() -> Self {
-        Self {
-            mux: Mux::AutoScan { differential: 0, single: 0xFFFF, internal: Sysred::ALL },
-            data_rate: DataRate::Drate1,
-            delay: Delay::Dly3,
-            idle_mode: IdleMode::Standby,
-            ..Self::RESET
-        }
-    }
-
-    /// Whether the chip can do this.
+    /// Checks that the chip can work like this.
     ///
     /// # Errors
     ///
@@ -143,32 +128,24 @@ impl Config {
         if let Err(error) = self.validate() {
             return Err(error);
         }
-        let config0 = Config0 {
-            spirst: self.short_spi_timeout,
-            muxmod: matches!(self.mux, Mux::Fixed { .. }),
-            bypas: self.bypass,
-            clkenb: self.clock_output,
-            chop: self.chop,
-            stat: true,
-        };
-        let config1 =
-            Config1 { idlmod: self.idle_mode, dly: self.delay, sbcs: self.sensor_bias, drate: self.data_rate };
+        // 0 SPIRST MUXMOD BYPAS CLKENB CHOP STAT 0
+        let config0 = (self.short_spi_timeout as u8) << 6
+            | (matches!(self.mux, Mux::Fixed { .. }) as u8) << 5
+            | (self.bypass as u8) << 4
+            | (self.clock_output as u8) << 3
+            | (self.chop as u8) << 2
+            | STAT;
+        // IDLMOD DLY[2:0] SBCS[1:0] DRATE[1:0]
+        let config1 = (self.idle_mode as u8) << 7
+            | (self.delay as u8) << 4
+            | (self.sensor_bias as u8) << 2
+            | self.data_rate as u8;
         let (muxsch, muxdif, single, sysred) = match self.mux {
             Mux::AutoScan { differential, single, internal } => (0, differential, single, internal.to_bits()),
             Mux::Fixed { ainp, ainn } => (ainp << 4 | ainn, 0, 0, 0),
         };
         let [muxsg0, muxsg1] = single.to_le_bytes();
-        Ok([
-            config0.to_bits(),
-            config1.to_bits(),
-            muxsch,
-            muxdif,
-            muxsg0,
-            muxsg1,
-            sysred,
-            self.gpio_inputs,
-            self.gpio_levels,
-        ])
+        Ok([config0, config1, muxsch, muxdif, muxsg0, muxsg1, sysred, self.gpio_inputs, self.gpio_levels])
     }
 
     /// The channels of the scan as a mask: bit n is channel id n. 0 in fixed mode.
@@ -195,10 +172,10 @@ impl Config {
     ///
     /// ```
     /// use ads1258::{Channel, Config};
-    /// let mut scan = Config::paper_scan().scan();
-    /// assert_eq!(scan.len(), 21);
+    /// let mut scan = Config::RESET.scan();
+    /// assert_eq!(scan.len(), 16);
     /// assert_eq!(scan.next(), Some(Channel::Single(0)));
-    /// assert_eq!(scan.last(), Some(Channel::Ref));
+    /// assert_eq!(scan.last(), Some(Channel::Single(15)));
     /// ```
     #[must_use]
     pub const fn scan(&self) -> Scan {

@@ -1,4 +1,4 @@
-//! What can go wrong, before the bus and on it.
+//! Errors of a configuration and of the bus.
 
 use core::fmt;
 
@@ -6,15 +6,14 @@ use crate::Register;
 
 /// Why a [`Config`](crate::Config) cannot work; found before anything is written.
 ///
-/// Fixed mode with internal readings, which the chip does not offer either, cannot be written down with
-/// [`Mux`](crate::Mux) in the first place.
+/// The chip also has no internal readings in fixed mode, but [`Mux`](crate::Mux) cannot express that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
     /// `clock_hz` is outside 0.1 to 16 MHz.
     Clock {
-        /// The clock asked for in Hz.
+        /// The clock of the configuration in Hz.
         clock_hz: u32,
     },
     /// CHOP together with REF, GAIN, TEMP or VCC.
@@ -23,7 +22,7 @@ pub enum ConfigError {
     EmptyScan,
     /// A fixed channel with an input above AIN15.
     ChannelNumber {
-        /// The number of the input asked for.
+        /// The number of the input.
         number: u8,
     },
 }
@@ -52,7 +51,7 @@ pub enum Error<E> {
     Verify {
         /// The register.
         register: Register,
-        /// What it should hold.
+        /// What the driver wrote to it.
         wrote: u8,
         /// What it holds. For GPIOD only the bits of output pins were compared.
         read: u8,

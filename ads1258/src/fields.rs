@@ -33,17 +33,6 @@ impl DataRate {
             Self::Drate3 => 1,
         }
     }
-
-    /// From DRATE\[1:0\]; the upper bits are ignored.
-    #[must_use]
-    pub const fn from_bits(bits: u8) -> Self {
-        match bits & 0x03 {
-            0 => Self::Drate0,
-            1 => Self::Drate1,
-            2 => Self::Drate2,
-            _ => Self::Drate3,
-        }
-    }
 }
 
 /// DLY\[2:0\]: the time between switching the multiplexer and converting, for the signal to settle.
@@ -91,21 +80,6 @@ impl Delay {
             Self::Dly7 => 48,
         }
     }
-
-    /// From DLY\[2:0\]; the upper bits are ignored.
-    #[must_use]
-    pub const fn from_bits(bits: u8) -> Self {
-        match bits & 0x07 {
-            0 => Self::Dly0,
-            1 => Self::Dly1,
-            2 => Self::Dly2,
-            3 => Self::Dly3,
-            4 => Self::Dly4,
-            5 => Self::Dly5,
-            6 => Self::Dly6,
-            _ => Self::Dly7,
-        }
-    }
 }
 
 /// IDLMOD: what the chip does when START is low.
@@ -136,17 +110,4 @@ pub enum SensorBias {
     MicroAmps1_5 = 0b01,
     /// 24 uA nominal.
     MicroAmps24 = 0b11,
-}
-
-impl SensorBias {
-    /// From SBCS\[1:0\], `None` for the undefined bits 10; the upper bits are ignored.
-    #[must_use]
-    pub const fn from_bits(bits: u8) -> Option<Self> {
-        match bits & 0x03 {
-            0b00 => Some(Self::Off),
-            0b01 => Some(Self::MicroAmps1_5),
-            0b11 => Some(Self::MicroAmps24),
-            _ => None,
-        }
-    }
 }

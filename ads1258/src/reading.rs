@@ -6,7 +6,7 @@
 //!
 //! A 24-bit code is exact in `f32`, whose significand has 24 bits, but the volts are not: each product is rounded to
 //! within 6e-8 of its own size, which near full scale is about half an LSB. A small difference of two large readings
-//! therefore belongs taken in integers, before the scale: see [`volts_above`]. For sums of many codes use integers, too.
+//! therefore has to be taken in integers, before the scale: see [`volts_above`]. For sums of many codes use integers, too.
 //!
 //! The reference is often not known to better than 0.1 %, which outweighs all of this in an absolute reading.
 
@@ -16,13 +16,15 @@ pub const CODES_PER_VREF: i32 = 0x78_0000;
 /// Codes per volt in the VCC and REF readings, whatever VREF is (SBAS297G, internal readings).
 pub const CODES_PER_SUPPLY_VOLT: i32 = 786_432;
 
-/// What the temperature sensor gives at 25 C in uV (SBAS297G, temperature reading).
+/// Output of the temperature sensor at 25 C in uV (SBAS297G, temperature reading).
 pub const TEMP_AT_25_C_UV: f32 = 168_000.0;
 
-/// Slope of the temperature sensor in uV per degree when only the chip changes its temperature (SBAS297G).
+/// Slope of the temperature sensor in uV per degree when only the chip changes its temperature (SBAS297G, temperature
+/// reading).
 pub const TEMP_SLOPE_UV_PER_C: f32 = 394.0;
 
-/// Slope of the temperature sensor in uV per degree when board and chip share one temperature (SBAS297G).
+/// Slope of the temperature sensor in uV per degree when board and chip share one temperature (SBAS297G, temperature
+/// reading).
 pub const TEMP_SLOPE_BOARD_UV_PER_C: f32 = 563.0;
 
 /// Input voltage in V. `vref_v` is the reference voltage in V.

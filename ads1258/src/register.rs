@@ -9,9 +9,9 @@ use core::fmt;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Register {
-    /// 0x00: SPIRST, MUXMOD, BYPAS, CLKENB, CHOP, STAT; see [`Config0`](crate::Config0).
+    /// 0x00: SPIRST, MUXMOD, BYPAS, CLKENB, CHOP, STAT.
     Config0 = 0x00,
-    /// 0x01: IDLMOD, DLY, SBCS, DRATE; see [`Config1`](crate::Config1).
+    /// 0x01: IDLMOD, DLY, SBCS, DRATE.
     Config1 = 0x01,
     /// 0x02: AINP\[3:0\] and AINN\[3:0\] of the fixed channel.
     Muxsch = 0x02,
@@ -55,24 +55,6 @@ impl Register {
         self as u8
     }
 
-    /// The register at an address, or `None` above 0x09.
-    #[must_use]
-    pub const fn from_address(address: u8) -> Option<Self> {
-        match address {
-            0x00 => Some(Self::Config0),
-            0x01 => Some(Self::Config1),
-            0x02 => Some(Self::Muxsch),
-            0x03 => Some(Self::Muxdif),
-            0x04 => Some(Self::Muxsg0),
-            0x05 => Some(Self::Muxsg1),
-            0x06 => Some(Self::Sysred),
-            0x07 => Some(Self::Gpioc),
-            0x08 => Some(Self::Gpiod),
-            0x09 => Some(Self::Id),
-            _ => None,
-        }
-    }
-
     /// Value after a reset. Of ID, 0x8B, only bit 4 is guaranteed.
     #[must_use]
     pub const fn reset_value(self) -> u8 {
@@ -83,16 +65,6 @@ impl Register {
             Self::Muxsg0 | Self::Muxsg1 | Self::Gpioc => 0xFF,
             Self::Id => 0x8B,
         }
-    }
-
-    /// How many registers there are from this one to the last, this one included: 1 to 10.
-    pub(crate) const fn to_last(self) -> usize {
-        Self::ALL.len().saturating_sub(self as usize)
-    }
-
-    /// How many registers can be written from this one on, this one included: 0 to 9.
-    pub(crate) const fn to_last_writable(self) -> usize {
-        Self::WRITABLE.saturating_sub(self as usize)
     }
 }
 

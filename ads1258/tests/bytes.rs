@@ -6,8 +6,11 @@ use embedded_hal_mock::eh1::delay::{CheckedDelay, Transaction as DelayTransactio
 use embedded_hal_mock::eh1::digital::{Mock as PinMock, State, Transaction as PinTransaction};
 use embedded_hal_mock::eh1::spi::{Mock as SpiMock, Transaction as SpiTransaction};
 
-/// The registers of `Config::paper_scan()`, worked out by hand from the register map.
-const PAPER_IMAGE: [u8; 9] = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D, 0xFF, 0x00];
+mod common;
+use common::SCAN;
+
+/// The registers of [`SCAN`], worked out by hand from the register map.
+const IMAGE: [u8; 9] = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0xFF, 0x3D, 0xFF, 0x00];
 
 /// What DOUT holds during a command byte: nothing to be used.
 const POISON: u8 = 0xEE;
@@ -108,32 +111,37 @@ fn id_counts_bit_4_only() {
 
 #[test]
 fn configure_writes_all_and_reads_all_back() {
-    let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &PAPER_IMAGE)];
-    expect(&script, |adc| adc.configure(&Config::paper_scan())).unwrap();
+    let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &IMAGE)];
+    expect(&script, |adc| adc.configure(&SCAN)).unwrap();
 }
 
 #[test]
 fn every_wrong_bit_is_found_by_configure_and_verify() {
     for (index, register) in Register::ALL.into_iter().take(9).enumerate() {
         for bit in 0..8 {
-            let mut found = PAPER_IMAGE;
+            let mut found = IMAGE;
             found[index] ^= 1 << bit;
             // All GPIO pins are inputs here, so GPIOD reads as whatever is connected.
             let expected = if register == Register::Gpiod {
                 Ok(())
             } else {
-                Err(Error::Verify { register, wrote: PAPER_IMAGE[index], read: found[index] })
+                Err(Error::Verify { register, wrote: IMAGE[index], read: found[index] })
             };
-            let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &found)];
-            assert_eq!(expect(&script, |adc| adc.configure(&Config::paper_scan())), expected);
-            assert_eq!(expect(&script[1..], |adc| adc.verify(&Config::paper_scan())), expected);
+            let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &found)];
+            assert_eq!(expect(&script, |adc| adc.configure(&SCAN)), expected);
+            let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &IMAGE), reading(0x50, &found)];
+            let verified = expect(&script, |adc| {
+                adc.configure(&SCAN).unwrap();
+                adc.verify()
+            });
+            assert_eq!(verified, expected);
         }
     }
 }
 
 #[test]
 fn output_pins_are_verified_and_input_pins_are_not() {
-    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x05, ..Config::paper_scan() };
+    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x05, ..SCAN };
     let image = config.registers().unwrap();
     assert_eq!(image[7..], [0xF0, 0x05]);
     for levels in 0..=0xFF_u8 {
@@ -144,15 +152,38 @@ fn output_pins_are_verified_and_input_pins_are_not() {
         } else {
             Err(Error::Verify { register: Register::Gpiod, wrote: 0x05, read: levels })
         };
-        assert_eq!(expect(&[reading(0x50, &found)], |adc| adc.verify(&config)), expected);
+        let script = [writing(&[&[0x70][..], &image].concat()), reading(0x50, &found)];
+        assert_eq!(expect(&script, |adc| adc.configure(&config)), expected);
     }
+}
+
+#[test]
+fn verify_knows_the_reset_values_and_every_write() {
+    let reset = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00];
+    let changed = [0x0A, 0x31, 0x00, 0x00, 0xFF, 0x0F, 0x00, 0xFF, 0x00];
+    let script = [
+        reading(0x50, &reset),
+        writing(&[0x61, 0x31]),
+        writing(&[0x74, 0xFF, 0x0F]),
+        reading(0x50, &changed),
+        writing(&[0xC0]),
+        reading(0x50, &reset),
+    ];
+    expect(&script, |adc| {
+        adc.verify().unwrap();
+        adc.write_register(Register::Config1, 0x31).unwrap();
+        adc.write_registers(Register::Muxsg0, &[0xFF, 0x0F]).unwrap();
+        adc.verify().unwrap();
+        adc.reset().unwrap();
+        adc.verify().unwrap();
+    });
 }
 
 #[test]
 fn a_bus_without_chip_is_found() {
     for stuck in [0x00, 0xFF] {
-        let script = [writing(&[&[0x70][..], &PAPER_IMAGE].concat()), reading(0x50, &[stuck; 9])];
-        let result = expect(&script, |adc| adc.configure(&Config::paper_scan()));
+        let script = [writing(&[&[0x70][..], &IMAGE].concat()), reading(0x50, &[stuck; 9])];
+        let result = expect(&script, |adc| adc.configure(&SCAN));
         assert_eq!(result, Err(Error::Verify { register: Register::Config0, wrote: 0x0A, read: stuck }));
     }
 }
@@ -162,7 +193,6 @@ fn an_impossible_configuration_transfers_nothing() {
     let config = Config { mux: Mux::Fixed { ainp: 16, ainn: 0 }, ..Config::default() };
     let expected = Err(Error::Config(ConfigError::ChannelNumber { number: 16 }));
     assert_eq!(expect(&[], |adc| adc.configure(&config)), expected);
-    assert_eq!(expect(&[], |adc| adc.verify(&config)), expected);
 }
 
 #[test]
@@ -212,7 +242,7 @@ fn errors_of_the_bus_are_passed_on() {
     assert_eq!(adc.reset(), Err(expected));
     assert_eq!(adc.pulse_convert(), Err(expected));
     assert_eq!(adc.configure(&Config::default()), Err(expected));
-    assert_eq!(adc.verify(&Config::default()), Err(expected));
+    assert_eq!(adc.verify(), Err(expected));
     assert_eq!(adc.read(), Err(expected));
     assert_eq!(adc.read_id(), Err(expected));
     assert_eq!(adc.write_register(Register::Gpiod, 0), Err(expected));

@@ -2,6 +2,9 @@
 
 use ads1258::{Channel, Config, Conversion, Mux, Status, Sysred, reading};
 
+mod common;
+use common::SCAN;
+
 #[test]
 fn codes_are_sign_extended() {
     for (bytes, code) in [
@@ -61,10 +64,12 @@ fn channel_ids_and_names() {
 
 /// Many scans, among them each channel alone and all together.
 fn scans() -> impl Iterator<Item = Config> {
-    let sets = [(0, 0, 0x3D), (0xFF, 0xFFFF, 0x3D), (0x81, 0x8001, 0x21), (0, 0xFFFF, 0), (0x10, 0, 0)];
-    let alone = (0..8).map(|n| (1 << n, 0, 0)).chain((0..16).map(|n| (0, 1 << n, 0)));
+    let (all, none) = (Sysred::ALL, Sysred::NONE);
+    let ends = Sysred { reference: true, offset: true, ..none };
+    let sets = [(0, 0, all), (0xFF, 0xFFFF, all), (0x81, 0x8001, ends), (0, 0xFFFF, none), (0x10, 0, none)];
+    let alone = (0..8).map(|n| (1 << n, 0, Sysred::NONE)).chain((0..16).map(|n| (0, 1 << n, Sysred::NONE)));
     sets.into_iter().chain(alone).map(|(differential, single, internal)| Config {
-        mux: Mux::AutoScan { differential, single, internal: Sysred::from_bits(internal).unwrap() },
+        mux: Mux::AutoScan { differential, single, internal },
         ..Config::default()
     })
 }
@@ -102,7 +107,7 @@ fn the_default_scan_is_all_inputs_and_all_internal_readings() {
         .map(Channel::Single)
         .chain([Channel::Offset, Channel::Vcc, Channel::Temp, Channel::Gain, Channel::Ref])
         .collect();
-    assert_eq!(Config::paper_scan().scan().collect::<Vec<_>>(), expected);
+    assert_eq!(SCAN.scan().collect::<Vec<_>>(), expected);
 }
 
 #[test]

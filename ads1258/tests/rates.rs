@@ -1,6 +1,9 @@
-//! The rate formula against the datasheet's table, and the rates of the project's scans.
+//! The rate formula against the datasheet's table, and the rates of whole scans.
 
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred, rate};
+
+mod common;
+use common::SCAN;
 
 /// Rate table of the datasheet SBAS297G at 16 MHz, DLY 0, CHOP 0: auto-scan and fixed-channel SPS.
 const TABLE: [(DataRate, f32, f32); 4] = [
@@ -50,14 +53,13 @@ fn ticks_are_the_formula_without_rounding() {
 
 #[test]
 fn the_default_scan_has_241_14_frames_per_second() {
-    const CONFIG: Config = Config::paper_scan();
-    const FRAME_RATE_HZ: f32 = CONFIG.frame_rate_hz();
-    assert_eq!(CONFIG.clock_hz, 32_768 * 480);
-    assert_eq!(CONFIG.slots(), 21);
-    assert_eq!(CONFIG.conversion_ticks(), 128 * 20 + 546);
-    assert_eq!(CONFIG.frame_ticks(), 21 * 3106);
+    const FRAME_RATE_HZ: f32 = SCAN.frame_rate_hz();
+    assert_eq!(SCAN.clock_hz, 32_768 * 480);
+    assert_eq!(SCAN.slots(), 21);
+    assert_eq!(SCAN.conversion_ticks(), 128 * 20 + 546);
+    assert_eq!(SCAN.frame_ticks(), 21 * 3106);
     assert_eq!(format!("{FRAME_RATE_HZ:.2}"), "241.14");
-    assert_eq!(CONFIG.conversion_rate_hz(), 15_728_640.0 / 3106.0);
+    assert_eq!(SCAN.conversion_rate_hz(), 15_728_640.0 / 3106.0);
 }
 
 #[test]

@@ -1,9 +1,11 @@
-//! Typed registers and whole configurations to and from bits, over all combinations.
+//! Configurations to bits, over all combinations.
 
 use ads1258::{
-    CLOCK_MAX_HZ, CLOCK_MIN_HZ, Config, Config0, Config1, ConfigError, DataRate, Delay, IdleMode, Mux, Register,
-    SensorBias, Sysred,
+    CLOCK_MAX_HZ, CLOCK_MIN_HZ, Config, ConfigError, DataRate, Delay, IdleMode, Mux, Register, SensorBias, Sysred,
 };
+
+mod common;
+use common::SCAN;
 
 #[test]
 fn registers_have_addresses_names_and_reset_values() {
@@ -21,39 +23,32 @@ fn registers_have_addresses_names_and_reset_values() {
     ];
     for (address, (register, (name, reset_value))) in (0..).zip(Register::ALL.into_iter().zip(map)) {
         assert_eq!(register.address(), address);
-        assert_eq!(Register::from_address(address), Some(register));
         assert_eq!(register.to_string(), name);
         assert_eq!(register.reset_value(), reset_value);
-    }
-    assert!((10..=0xFF).all(|address| Register::from_address(address).is_none()));
-}
-
-#[test]
-fn every_byte_either_survives_the_types_or_is_refused() {
-    for bits in 0..=0xFF_u8 {
-        let expected = (bits & 0b1000_0001 == 0).then_some(bits);
-        assert_eq!(Config0::from_bits(bits).map(Config0::to_bits), expected);
-        let expected = (bits >> 2 & 0b11 != 0b10).then_some(bits);
-        assert_eq!(Config1::from_bits(bits).map(Config1::to_bits), expected);
-        let expected = (bits & 0b1100_0010 == 0).then_some(bits);
-        assert_eq!(Sysred::from_bits(bits).map(Sysred::to_bits), expected);
     }
 }
 
 #[test]
 fn every_bit_has_its_place() {
-    let none = Config0 { spirst: false, muxmod: false, bypas: false, clkenb: false, chop: false, stat: false };
-    assert_eq!(none.to_bits(), 0);
-    assert_eq!(Config0 { spirst: true, ..none }.to_bits(), 0x40);
-    assert_eq!(Config0 { muxmod: true, ..none }.to_bits(), 0x20);
-    assert_eq!(Config0 { bypas: true, ..none }.to_bits(), 0x10);
-    assert_eq!(Config0 { clkenb: true, ..none }.to_bits(), 0x08);
-    assert_eq!(Config0 { chop: true, ..none }.to_bits(), 0x04);
-    assert_eq!(Config0 { stat: true, ..none }.to_bits(), 0x02);
+    let none = Config {
+        data_rate: DataRate::Drate0,
+        idle_mode: IdleMode::Standby,
+        clock_output: false,
+        gpio_inputs: 0,
+        ..Config::default()
+    };
+    let config0 = |config: Config| config.registers().unwrap()[0];
+    assert_eq!(config0(none), 0x02); // STAT is always set
+    assert_eq!(config0(Config { short_spi_timeout: true, ..none }), 0x42);
+    assert_eq!(config0(Config { mux: Mux::Fixed { ainp: 0, ainn: 1 }, ..none }), 0x22);
+    assert_eq!(config0(Config { bypass: true, ..none }), 0x12);
+    assert_eq!(config0(Config { clock_output: true, ..none }), 0x0A);
+    assert_eq!(config0(Config { chop: true, ..none }), 0x06);
 
-    let config1 =
-        Config1 { idlmod: IdleMode::Standby, dly: Delay::Dly5, sbcs: SensorBias::MicroAmps24, drate: DataRate::Drate2 };
-    assert_eq!(config1.to_bits(), 0b0101_1110); // 0 101 11 10
+    let delay = Delay::Dly5;
+    let config1 = Config { delay, sensor_bias: SensorBias::MicroAmps24, data_rate: DataRate::Drate2, ..none };
+    assert_eq!(config1.registers().unwrap()[1], 0b0101_1110); // 0 101 11 10
+    assert_eq!(Config { idle_mode: IdleMode::Sleep, ..none }.registers().unwrap()[1], 0b1000_0000);
 
     assert_eq!(Sysred { reference: true, ..Sysred::NONE }.to_bits(), 0x20);
     assert_eq!(Sysred { gain: true, ..Sysred::NONE }.to_bits(), 0x10);
@@ -65,8 +60,6 @@ fn every_bit_has_its_place() {
 
 #[test]
 fn defaults_are_the_reset_values() {
-    assert_eq!(Config0::default().to_bits(), Register::Config0.reset_value());
-    assert_eq!(Config1::default().to_bits(), Register::Config1.reset_value());
     assert_eq!(Sysred::default().to_bits(), Register::Sysred.reset_value());
     let reset_values: Vec<u8> = Register::ALL.iter().take(9).map(|register| register.reset_value()).collect();
     assert_eq!(Config::default().registers().unwrap()[..], reset_values);
@@ -74,39 +67,46 @@ fn defaults_are_the_reset_values() {
 
 /// Every combination of the fields that go into CONFIG0 and CONFIG1, with every set of internal readings.
 #[test]
-fn every_configuration_comes_out_of_its_registers_again() {
+fn every_configuration_has_its_registers() {
+    const IDLE: [IdleMode; 2] = [IdleMode::Standby, IdleMode::Sleep];
+    const BIAS: [(u8, SensorBias); 3] =
+        [(0b00, SensorBias::Off), (0b01, SensorBias::MicroAmps1_5), (0b11, SensorBias::MicroAmps24)];
     let mut valid = 0;
-    for config0_bits in (0..0x80_u8).step_by(4) {
-        for config1 in (0..=0xFF).filter_map(Config1::from_bits) {
-            for internal in (0..=0xFF).filter_map(Sysred::from_bits) {
-                let config0 = Config0::from_bits(config0_bits).unwrap();
-                let (mux, expected_mux) = if config0.muxmod {
+    for config0 in (0..0x80_u8).step_by(4) {
+        let [spirst, muxmod, bypas, clkenb, chop] = [6, 5, 4, 3, 2].map(|bit| config0 >> bit & 1 == 1);
+        for config1 in 0..=0xFF_u8 {
+            let Some((_, sensor_bias)) = BIAS.into_iter().find(|(bits, _)| *bits == config1 >> 2 & 0b11) else {
+                continue; // 10 is undefined
+            };
+            for sysred in (0..=0xFF_u8).filter(|bits| bits & 0b1100_0010 == 0) {
+                let [reference, gain, temp, vcc, offset] = [5, 4, 3, 2, 0].map(|bit| sysred >> bit & 1 == 1);
+                let internal = Sysred { reference, gain, temp, vcc, offset };
+                let (mux, expected_mux) = if muxmod {
                     (Mux::Fixed { ainp: 0xC, ainn: 0x3 }, [0xC3, 0, 0, 0, 0])
                 } else {
                     let mux = Mux::AutoScan { differential: 0x81, single: 0xA53C, internal };
-                    (mux, [0, 0x81, 0x3C, 0xA5, internal.to_bits()])
+                    (mux, [0, 0x81, 0x3C, 0xA5, sysred])
                 };
                 let config = Config {
                     mux,
-                    data_rate: config1.drate,
-                    delay: config1.dly,
-                    chop: config0.chop,
-                    idle_mode: config1.idlmod,
-                    sensor_bias: config1.sbcs,
-                    bypass: config0.bypas,
-                    clock_output: config0.clkenb,
-                    short_spi_timeout: config0.spirst,
+                    data_rate: DataRate::ALL[usize::from(config1 & 0b11)],
+                    delay: Delay::ALL[usize::from(config1 >> 4 & 0b111)],
+                    chop,
+                    idle_mode: IDLE[usize::from(config1 >> 7)],
+                    sensor_bias,
+                    bypass: bypas,
+                    clock_output: clkenb,
+                    short_spi_timeout: spirst,
                     gpio_inputs: 0x0F,
                     gpio_levels: 0x70,
                     ..Config::default()
                 };
-                let forbidden = config.chop && !config0.muxmod && internal.to_bits() & 0b11_1100 != 0;
+                let forbidden = chop && !muxmod && sysred & 0b11_1100 != 0;
                 match config.registers() {
                     Ok(image) => {
                         assert!(!forbidden, "{config:?}");
                         // The status byte is always on.
-                        assert_eq!(Config0::from_bits(image[0]), Some(Config0 { stat: true, ..config0 }));
-                        assert_eq!(Config1::from_bits(image[1]), Some(config1));
+                        assert_eq!(image[..2], [config0 | 0x02, config1]);
                         assert_eq!(image[2..7], expected_mux);
                         assert_eq!(image[7..], [0x0F, 0x70]);
                         valid += 1;
@@ -134,7 +134,7 @@ fn what_the_chip_cannot_do_is_refused() {
     }
     let mux = Mux::AutoScan { differential: 0, single: 0, internal: Sysred::NONE };
     assert_eq!(refused(Config { mux, ..Config::default() }), ConfigError::EmptyScan);
-    assert_eq!(refused(Config { chop: true, ..Config::paper_scan() }), ConfigError::ChopWithInternalReadings);
+    assert_eq!(refused(Config { chop: true, ..SCAN }), ConfigError::ChopWithInternalReadings);
     for ainp in 0..=0xFF_u8 {
         for ainn in 0..=0xFF_u8 {
             let config = Config { mux: Mux::Fixed { ainp, ainn }, ..Config::default() };

@@ -8,6 +8,9 @@ use embedded_hal::digital::InputPin;
 use hal_mock::board::ChipSpi;
 use hal_mock::{Analog, Constant, Options, Poison, SimulatedBoard};
 
+mod common;
+use common::SCAN;
+
 const REFERENCE_V: f64 = 4.096;
 
 /// A different voltage on every input, all well inside the range.
@@ -46,17 +49,19 @@ fn scanning(config: &Config, options: Options) -> (SimulatedBoard, Ads1258<ChipS
 fn reset_configure_and_verify() {
     let (board, mut adc) = bench(options());
     assert_eq!(adc.read_id(), Ok(0x8B));
-    adc.verify(&Config::default()).unwrap(); // the chip starts with what the driver takes for the reset values
-    adc.configure(&Config::paper_scan()).unwrap();
-    adc.verify(&Config::paper_scan()).unwrap();
-    assert!(adc.verify(&Config::default()).is_err());
+    adc.verify().unwrap(); // the chip starts with what the driver takes for the reset values
+    adc.configure(&SCAN).unwrap();
+    adc.verify().unwrap();
+    assert!(Ads1258::new(board.spi()).verify().is_err());
 
     adc.reset().unwrap();
-    adc.verify(&Config::default()).unwrap();
+    adc.verify().unwrap();
+    Ads1258::new(board.spi()).verify().unwrap();
 
-    adc.configure(&Config::paper_scan()).unwrap();
+    adc.configure(&SCAN).unwrap();
     adc.reset_by_pin(&mut board.reset_pin(), &mut board.delay()).unwrap();
-    adc.verify(&Config::default()).unwrap();
+    adc.verify().unwrap();
+    Ads1258::new(board.spi()).verify().unwrap();
 
     let mut values = [0; 10];
     adc.read_registers(Register::Config0, &mut values).unwrap();
@@ -83,14 +88,14 @@ fn an_ads1158_is_refused() {
 #[test]
 fn a_chip_that_is_still_powering_up_is_noticed() {
     let (board, mut adc) = bench(Options { power_up_cycles: u64::from(POWER_UP_TICKS), ..options() });
-    assert!(matches!(adc.configure(&Config::paper_scan()), Err(Error::Verify { .. })));
+    assert!(matches!(adc.configure(&SCAN), Err(Error::Verify { .. })));
     board.delay().delay_ms(17);
-    adc.configure(&Config::paper_scan()).unwrap();
+    adc.configure(&SCAN).unwrap();
 }
 
 #[test]
 fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
-    let config = Config::paper_scan();
+    let config = SCAN;
     let (board, mut adc) = scanning(&config, options());
     for _ in 0..3 {
         for expected in config.scan() {
@@ -119,7 +124,7 @@ fn scans_arrive_in_ascending_channel_ids_with_the_right_codes() {
 #[test]
 fn a_mixed_scan_follows_next_channel() {
     let mux = Mux::AutoScan { differential: 0b1000_0001, single: 0x8101, internal: Sysred::ALL };
-    let config = Config { mux, ..Config::paper_scan() };
+    let config = Config { mux, ..SCAN };
     let (board, mut adc) = scanning(&config, options());
     let mut expected = Channel::Differential(0);
     for _ in 0..30 {
@@ -137,7 +142,7 @@ fn a_mixed_scan_follows_next_channel() {
 
 #[test]
 fn a_second_read_gives_the_same_data_with_new_cleared() {
-    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
     let first = adc.read().unwrap();
     let second = adc.read().unwrap();
@@ -151,7 +156,7 @@ fn a_second_read_gives_the_same_data_with_new_cleared() {
 
 #[test]
 fn a_read_across_the_end_of_a_conversion_is_not_torn() {
-    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&SCAN, options());
     for lead_ns in (0..12_000_u64).step_by(100) {
         // Approach the edge from the one before, so that the 10 us of the read begin `lead_ns` before it.
         let edge_ns = board.wait_for_drdy().unwrap();
@@ -173,9 +178,9 @@ fn an_overflow_is_flagged_and_the_code_clips() {
     scene.volts[5] = -1.2 * REFERENCE_V;
     let board = SimulatedBoard::new(scene, options());
     let mut adc = Ads1258::new(board.spi());
-    adc.configure(&Config::paper_scan()).unwrap();
+    adc.configure(&SCAN).unwrap();
     adc.start(&mut board.start_pin()).unwrap();
-    for channel in Config::paper_scan().scan() {
+    for channel in SCAN.scan() {
         board.wait_for_drdy().unwrap();
         let conversion = adc.read().unwrap();
         let overloaded = matches!(channel, Channel::Single(3 | 5));
@@ -190,7 +195,7 @@ fn an_overflow_is_flagged_and_the_code_clips() {
 
 #[test]
 fn a_low_supply_is_flagged() {
-    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&SCAN, options());
     board.with_chip(|chip| chip.analog_mut().avdd_v = 4.0);
     board.wait_for_drdy().unwrap();
     assert!(adc.read().unwrap().status.is_supply_low());
@@ -209,7 +214,7 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
         gain: 1.001,
         ..Analog::default()
     };
-    let config = Config::paper_scan();
+    let config = SCAN;
     let (board, mut adc) = scanning(&config, Options { analog, ..options() });
     for channel in config.scan() {
         board.wait_for_drdy().unwrap();
@@ -229,13 +234,13 @@ fn internal_readings_show_the_chip_and_its_surroundings() {
 
 #[test]
 fn registers_that_change_by_themselves_are_found_while_scanning() {
-    let config = Config { gpio_inputs: 0x7F, ..Config::paper_scan() };
+    let config = Config { gpio_inputs: 0x7F, ..SCAN };
     let image = config.registers().unwrap();
     for register in Register::ALL.into_iter().take(9) {
         for mask in [0x80, 0x08] {
             let (board, mut adc) = scanning(&config, options());
             board.wait_for_drdy().unwrap();
-            adc.verify(&config).unwrap();
+            adc.verify().unwrap();
             board.with_chip(|chip| chip.corrupt_register(register.address(), mask));
             let wrote = image[usize::from(register.address())];
             let expected = if register == Register::Gpiod && mask == 0x08 {
@@ -243,34 +248,34 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             } else {
                 Err(Error::Verify { register, wrote, read: wrote ^ mask })
             };
-            assert_eq!(adc.verify(&config), expected);
+            assert_eq!(adc.verify(), expected);
 
             // The remedy. Reserved bits change back by a reset only.
             adc.stop(&mut board.start_pin()).unwrap();
             adc.reset().unwrap();
             adc.configure(&config).unwrap();
             adc.start(&mut board.start_pin()).unwrap();
-            adc.verify(&config).unwrap();
+            adc.verify().unwrap();
         }
     }
 }
 
 #[test]
 fn verifying_disturbs_no_conversion() {
-    let config = Config::paper_scan();
+    let config = SCAN;
     let (board, mut adc) = scanning(&config, options());
     for expected in config.scan().chain(config.scan()) {
         board.wait_for_drdy().unwrap();
         let conversion = adc.read().unwrap();
         assert_eq!(conversion.status, Status(0x80 | expected.id()));
-        adc.verify(&config).unwrap();
+        adc.verify().unwrap();
     }
     assert_eq!(board.with_chip(|chip| chip.counters().lost), 0);
 }
 
 #[test]
 fn levels_on_input_pins_do_not_disturb_verification() {
-    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x06, ..Config::paper_scan() };
+    let config = Config { gpio_inputs: 0xF0, gpio_levels: 0x06, ..SCAN };
     let (board, mut adc) = bench(options());
     board.with_chip(|chip| chip.set_gpio_inputs(0xA9));
     adc.configure(&config).unwrap();
@@ -279,7 +284,7 @@ fn levels_on_input_pins_do_not_disturb_verification() {
 
 #[test]
 fn pulses_convert_one_channel_each() {
-    let config = Config::paper_scan();
+    let config = SCAN;
     let (board, mut adc) = bench(options());
     adc.configure(&config).unwrap();
     for expected in config.scan() {
@@ -292,7 +297,7 @@ fn pulses_convert_one_channel_each() {
 
 #[test]
 fn a_stop_finishes_the_running_conversion() {
-    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
     adc.stop(&mut board.start_pin()).unwrap();
     assert!(board.wait_for_drdy().is_some());
@@ -347,7 +352,7 @@ fn the_chip_takes_the_time_that_the_rates_say() {
 
 #[test]
 fn a_garbled_channel_id_is_no_channel() {
-    let (board, mut adc) = scanning(&Config::paper_scan(), options());
+    let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
     // AIN0, 0x08, becomes 0x19, in the byte after the command.
     board.with_chip(|chip| chip.flip_dout(1, 0x11));
@@ -368,7 +373,7 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
         Options { id: 0xEF, ..options() },
     ];
     for variant in variants {
-        let config = Config::paper_scan();
+        let config = SCAN;
         let (board, mut adc) = scanning(&config, variant);
         for expected in config.scan() {
             board.wait_for_drdy().unwrap();
@@ -380,6 +385,6 @@ fn nothing_relies_on_what_the_datasheet_leaves_open() {
         }
         adc.stop(&mut board.start_pin()).unwrap();
         adc.read_id().unwrap();
-        adc.verify(&config).unwrap();
+        adc.verify().unwrap();
     }
 }

@@ -195,7 +195,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         let trouble = if !self.answers {
             FaultKind::NoAnswer
-        } else if self.adc.verify(&SCAN).is_err() && self.adc.verify(&SCAN).is_err() {
+        } else if self.adc.verify().is_err() && self.adc.verify().is_err() {
             // Read while START is high they have come back wrong: hence a second look.
             FaultKind::Registers
         } else if now_us.wrapping_sub(self.latest_us) > SILENT_US {

@@ -221,3 +221,34 @@ impl DelayNs for VirtualDelay {
         self.0.advance_ns(u64::from(ns));
     }
 }
+
+#[cfg(feature = "async")]
+impl embedded_hal_async::spi::SpiDevice for ChipSpi {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        SpiDevice::transaction(self, operations)
+    }
+}
+
+/// A wait for a falling edge moves virtual time to it. What cannot come stays pending; no driver waits for DRDY to rise.
+#[cfg(feature = "async")]
+impl embedded_hal_async::digital::Wait for DrdyPin {
+    async fn wait_for_high(&mut self) -> Result<(), Infallible> {
+        if self.is_high()? { Ok(()) } else { core::future::pending().await }
+    }
+
+    async fn wait_for_low(&mut self) -> Result<(), Infallible> {
+        if self.is_low()? { Ok(()) } else { self.wait_for_falling_edge().await }
+    }
+
+    async fn wait_for_rising_edge(&mut self) -> Result<(), Infallible> {
+        core::future::pending().await
+    }
+
+    async fn wait_for_falling_edge(&mut self) -> Result<(), Infallible> {
+        if self.0.wait_for_drdy().is_some() { Ok(()) } else { core::future::pending().await }
+    }
+
+    async fn wait_for_any_edge(&mut self) -> Result<(), Infallible> {
+        self.wait_for_falling_edge().await
+    }
+}
