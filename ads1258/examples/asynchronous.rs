@@ -37,6 +37,7 @@ async fn run<SPI: SpiDevice>(
     Ok(inputs_v)
 }
 
+/// Public, so that a test can run the example.
 pub fn main() {
     let scene = Constant { volts: core::array::from_fn(|input| 0.1 * input as f64), ..Constant::default() };
     let board = SimulatedBoard::new(scene, Options { noise: false, ..Options::default() });
