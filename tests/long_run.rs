@@ -11,8 +11,10 @@ mod memory;
 mod touch;
 
 use memory::resident_bytes;
-use ridgetone::frame::{Assembler, CONVERSION_NS, SLOTS, TimedConversion};
+use ridgetone::assembler::Assembler;
+use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
+use ridgetone::scan::{CONVERSION_NS, SLOTS};
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -269,7 +271,7 @@ fn counters_stay_at_the_most_that_they_hold() {
         // Every third scan is lost, and every fourth has its supply too low.
         conversion.conversion.status.0 |= if n % 4 == 1 { 0x20 } else { 0 };
         if n % 3 != 2 {
-            assembler.push(&conversion, |_, _| {});
+            assembler.push(&conversion, |_| {});
         }
     }
     assert_eq!((assembler.lost, assembler.doubtful), (u32::MAX, u32::MAX));

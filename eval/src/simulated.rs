@@ -4,7 +4,7 @@ use crate::bound;
 use crate::bound::{Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::detector::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
+use ridgetone::schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{FRAMES_MIN, Values};

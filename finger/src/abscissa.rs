@@ -1,6 +1,6 @@
 //! What a window's frequency counts its cycles in: time, or place on the surface.
 
-use crate::frame::{CONVERSION_NS, SLOTS};
+use crate::scan::{CONVERSION_NS, SLOTS};
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;

@@ -14,7 +14,8 @@ mod resolve;
 mod unseen;
 
 use crate::faults::diagnostics::Diagnostics;
-use crate::frame::{SLOTS, TimedConversion};
+use crate::frame::TimedConversion;
+use crate::scan::SLOTS;
 use ads1258::{Ads1258, Channel, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;

@@ -1,75 +1,40 @@
 //! The first half of the pipeline: conversions in, events and due windows out.
 
-mod commands;
-mod episodes;
-mod health;
 mod image;
-mod schedule;
+mod tracker;
 
+use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
-use crate::frame::{Assembler, Frame, TimedConversion};
+use crate::faults::episodes::{FaultEpisodes, add_flaws};
+use crate::frame::{Frame, TimedConversion};
+use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
-use crate::touch::contact::ContactDetector;
 use crate::window::Window;
-use episodes::FaultEpisodes;
-use health::HealthReporter;
 use image::Imaging;
 use ridgetone_proto::boot::{Boot, SettingsSource};
-use ridgetone_proto::settings::{FRAME_RATE_HZ, RING_FRAMES, Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Hello, Image, PROTOCOL, Raw};
-use ridgetone_tone::Values;
-use schedule::WindowScheduler;
-pub use schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
+use ridgetone_proto::scan::FRAME_RATE_HZ;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL, Raw};
+use tracker::Tracker;
 
-/// What the caller counts and the detector reports in `health`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Counters {
-    /// Conversions lost before the queue or at it, but for whole scans that were never read.
-    pub overruns: u32,
-    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
-    pub unseen: u32,
-    /// Windows not fitted because the fit was busy.
-    pub hops_skipped: u32,
-    /// Messages dropped because the line was slow.
-    pub messages_dropped: u32,
-    /// Times the ADC was set up anew because its registers were not what they should be.
-    pub chip_restarts: u32,
-    /// Orders that came damaged.
-    pub requests_damaged: u32,
-    /// Processor load, 0 to 1.
-    pub load: f32,
-    /// The most of the stack that was in use since start-up, and its size, bytes.
-    pub stack: [u32; 2],
-}
+/// The time of an edge may be ahead of the board's clock by so much, microseconds.
+const AHEAD_US: u32 = 1000;
 
 /// Frames, contact and windows: the middle task.
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
+    source: SettingsSource,
+    boot: Boot,
     assembler: Assembler,
-    rest: Rest,
-    health_reporter: HealthReporter,
+    tracker: Tracker,
     imaging: Imaging,
     episodes: FaultEpisodes,
-    /// Where the settings come from.
-    source: SettingsSource,
-    /// How the run began.
-    boot: Boot,
-    /// Nothing is told but `health` and faults.
-    stopped: bool,
-    /// Frames still to be told raw.
+    health_reporter: HealthReporter,
+    /// Nothing is reported but `health`, faults and raw frames.
+    is_stopped: bool,
+    /// Frames that are still to be reported raw.
     raw_frames: u32,
-}
-
-/// What takes the assembler's frames.
-#[derive(Clone, Debug)]
-struct Rest {
-    contact: ContactDetector,
-    /// Whether there has been a complete frame.
-    begun: bool,
-    /// The latest values that could be trusted.
-    values: Values,
-    scheduler: WindowScheduler,
 }
 
 impl Detector {
@@ -78,23 +43,18 @@ impl Detector {
         Self::booted(settings, SettingsSource::Default, Boot::UNKNOWN)
     }
 
-    /// The same, for a greeting that says where the settings come from and how the run began.
+    /// The same, for a greeting that reports where the settings are from and how the run began.
     pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
         Self {
             settings,
-            assembler: Assembler::new(settings.vref_v),
-            rest: Rest {
-                contact: ContactDetector::new(settings.slide),
-                begun: false,
-                values: [0.0; TAXELS],
-                scheduler: WindowScheduler::new(&settings),
-            },
-            health_reporter: HealthReporter::new(),
-            imaging: Imaging::new(),
-            episodes: FaultEpisodes::new(settings.vref_v),
             source,
             boot,
-            stopped: false,
+            assembler: Assembler::new(settings.vref_v),
+            tracker: Tracker::new(&settings),
+            imaging: Imaging::new(),
+            episodes: FaultEpisodes::new(settings.vref_v),
+            health_reporter: HealthReporter::new(),
+            is_stopped: false,
             raw_frames: 0,
         }
     }
@@ -117,13 +77,12 @@ impl Detector {
         })
     }
 
-    /// The image that was told last.
-    pub const fn image(&self) -> &Image {
-        self.imaging.image()
+    /// Whether the finger is on something, or was until just now.
+    pub const fn is_touched(&self) -> bool {
+        self.tracker.contact.is_touched()
     }
 
-    /// Takes one conversion; events go to `emit`, windows that are due for a fit to `due`. What is wrong with it is
-    /// added to `diagnostics`.
+    /// Takes one conversion. Events go to `emit`, windows to be fitted to `due`, faults to `diagnostics`.
     #[inline(always)]
     pub fn push(
         &mut self,
@@ -133,71 +92,97 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        if self.assembler.wait(&conversion) {
-            self.scan_over(ring, diagnostics, emit, due);
+        if self.assembler.buffer(&conversion) {
+            self.scan(ring, diagnostics, emit, due);
         }
     }
 
+    /// Takes the scan that is in the assembler's buffer.
     #[inline(never)]
-    fn scan_over(
+    fn scan(
         &mut self,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        let is_followed = if self.assembler.whole() {
-            self.rest.frame(self.assembler.frame(), ring, emit, due);
-            true
-        } else {
-            self.one_by_one(false, ring, diagnostics, emit, due)
-        };
-        self.check_supply(diagnostics);
-        // A frame in which something is dated has enough to do. Where no frame comes, stopped or for lack of a taxel, it
-        // would be busy for ever.
-        if is_followed && self.rest.contact.is_busy() {
-            return;
+        self.assemble(false, ring, diagnostics, emit, due);
+        self.episodes.check_supply(&self.assembler, diagnostics);
+        let (latest, report) = (self.tracker.clock.latest.0, &mut |fault| emit(Event::Fault(fault)));
+        self.episodes.check(latest, &self.assembler, diagnostics, report);
+        if self.health_reporter.is_due(latest) {
+            self.report_health(self.assembler.now_us(), diagnostics, emit);
+            if self.health_reporter.is_greeting_due() {
+                emit(self.hello());
+            }
         }
-        if self.health_reporter.is_due(self.rest.scheduler.latest.0) {
-            self.check(diagnostics, emit);
-            return;
-        }
-        self.guard(diagnostics, emit);
-        if self.rest.contact.has_time_for_image() {
+        if self.tracker.contact.has_time_for_image() {
             self.picture(ring, emit);
         }
     }
 
-    /// Whether the contact's detector got a frame.
-    #[inline(never)]
-    fn one_by_one(
+    /// Makes frames of what the assembler has buffered; of all of it if the signal `is_over`.
+    fn assemble(
         &mut self,
         is_over: bool,
         ring: &mut Ring,
         diagnostics: &Diagnostics,
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
-    ) -> bool {
-        let Self { assembler, rest, stopped, raw_frames, .. } = self;
-        let mut is_followed = false;
-        assembler.deal_one_by_one(is_over, &mut |_: &Assembler, frame: &Frame| {
+    ) {
+        let Self { assembler, tracker, is_stopped, raw_frames, .. } = self;
+        let mut done = |frame: &Frame| {
             if *raw_frames > 0 {
                 *raw_frames -= 1;
-                tell_raw(frame, emit);
+                let Frame { number, t_us, present, good, codes } = *frame;
+                emit(Event::Raw(Raw { t_us, number, present, good, codes }));
             }
-            if *stopped {
-                rest.scheduler.latest = (frame.number, frame.t_us);
+            if *is_stopped {
+                tracker.clock.latest = (frame.number, frame.t_us);
             } else {
-                rest.frame(frame, ring, emit, due);
-                is_followed |= frame.present == u16::MAX && frame.good != 0;
+                tracker.push(frame, ring, emit, due);
             }
-        });
-        episodes::note(assembler, diagnostics);
-        self.choose_way();
-        is_followed
+        };
+        if is_over {
+            assembler.finish(&mut done);
+        } else if assembler.try_fast_path() {
+            done(assembler.frame());
+            return;
+        } else {
+            assembler.slow_path(&mut done);
+        }
+        add_flaws(assembler, diagnostics);
     }
 
-    /// The signal has ended: closes what is open (a slide that still runs) and reports health.
+    #[inline(never)]
+    fn report_health(&mut self, t_us: u64, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
+        let Self { assembler, tracker, health_reporter, .. } = self;
+        health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
+        diagnostics.faults.forget(assembler.board_us());
+        emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
+    }
+
+    /// To be called twice a second, `board_us` being now. Reports faults while no conversion comes, and `health` with the
+    /// greeting as often as otherwise. In a silence of more than 71.6 minutes device time starts again where it stood,
+    /// as it does after one ([`crate::assembler`]). Before the first conversion it is zero.
+    #[inline(never)]
+    pub fn look(&mut self, board_us: u32, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
+        let Self { assembler, tracker, health_reporter, episodes, .. } = self;
+        health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
+        diagnostics.faults.forget(board_us);
+        let passed_us = board_us.wrapping_sub(assembler.board_us());
+        let passed_us = assembler.has_begun().then_some(if passed_us > u32::MAX - AHEAD_US { 0 } else { passed_us });
+        let t_us = assembler.now_us().wrapping_add(passed_us.unwrap_or(0) as u64);
+        episodes.report((t_us, board_us), diagnostics, &mut |fault| emit(Event::Fault(fault)));
+        if health_reporter.is_silence_due(passed_us) {
+            emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
+            if health_reporter.is_greeting_due() {
+                emit(self.hello());
+            }
+        }
+    }
+
+    /// The signal has ended: closes what is open (a slide that still lasts) and reports health.
     pub fn finish(
         &mut self,
         ring: &mut Ring,
@@ -205,73 +190,33 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        self.one_by_one(true, ring, diagnostics, emit, due);
-        let Rest { contact, scheduler, .. } = &mut self.rest;
-        contact.finish(scheduler.latest.0.wrapping_add(1), ring, &mut |change| scheduler.tell(change, ring, emit));
-        scheduler.give_whole(ring, due);
-        while self.rest.contact.has_image() && self.picture(ring, emit) {}
-        self.health_reporter.finish(&self.assembler, &self.rest.scheduler, diagnostics, emit);
+        self.assemble(true, ring, diagnostics, emit, due);
+        self.tracker.finish(ring, emit, due);
+        while self.tracker.contact.has_image() && self.picture(ring, emit) {}
+        self.report_health(self.assembler.now_us(), diagnostics, emit);
     }
-}
 
-impl Rest {
-    fn frame(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let complete = frame.present == u16::MAX;
-        let scheduler = &mut self.scheduler;
-        scheduler.latest = (frame.number, frame.t_us);
-        if !self.begun {
-            if !complete {
-                return;
-            }
-            self.begun = true;
-            scheduler.begin(frame.taxels());
-            ring.restart(frame.number);
-        }
-        // Scans that never came leave frames without a valid taxel.
-        let missing = frame.number.wrapping_sub(ring.next());
-        if missing > 0 {
-            fill(missing, frame, ring);
-        }
-        // A taxel whose code is not to be trusted stays where it was, for the sake of the detector.
-        frame.put(&scheduler.reference, &mut self.values);
-        if complete && frame.good != u16::MAX {
-            self.contact.doubt_all_but(frame.good);
-        }
-        // A frame counts only whole: the fit needs one abscissa for all channels.
-        let valid = if complete { frame.good } else { 0 };
-        ring.push(&self.values, valid, frame.t_us as u32);
-        if valid == 0 {
-            return;
-        }
-        let ring = &*ring;
-        scheduler.give_whole(ring, due);
-        self.contact.push(frame.number, &self.values, ring, &mut |change| scheduler.tell(change, ring, emit));
-        if let Some((start, until)) = self.contact.sliding() {
-            scheduler.hop(start, until, ring, due);
-        }
+    /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its windows get the new
+    /// length, and none of them reaches back before it.
+    #[inline(never)]
+    pub fn change(&mut self, settings: &Settings, source: SettingsSource) {
+        (self.settings, self.source) = (*settings, source);
+        self.assembler.set_reference(settings.vref_v);
+        self.episodes.set_reference(settings.vref_v);
+        self.tracker.change(settings);
     }
-}
 
-/// Tells a frame as it was read.
-#[inline(never)]
-fn tell_raw(frame: &Frame, emit: &mut dyn FnMut(Event)) {
-    let Frame { number, t_us, present, good, .. } = *frame;
-    emit(Event::Raw(Raw { t_us, number, present, good, codes: *frame.taxels() }));
-}
-
-/// Scans that never came leave frames without a valid taxel.
-#[inline(never)]
-fn fill(missing: u32, frame: &Frame, ring: &mut Ring) {
-    if missing >= RING_FRAMES as u32 {
-        ring.restart(frame.number);
-        return;
+    /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and raw frames. The
+    /// frames' count and device time go on.
+    #[inline(never)]
+    pub fn restart(&mut self, is_going: bool) {
+        self.is_stopped = !is_going;
+        self.tracker.restart(&self.settings);
+        self.imaging = Imaging::new();
     }
-    let from_us = ring.t_us(ring.next().wrapping_sub(1)).unwrap_or(frame.t_us as u32);
-    let passed_us = (frame.t_us as u32).wrapping_sub(from_us);
-    // Spread over the time that passed: a window may end among them and measure its rate there. In two
-    // parts that 32 bits hold: a division of 64 bits is a kilobyte of code here.
-    let (whole, rest) = (passed_us / (missing + 1), passed_us % (missing + 1));
-    for i in 1..=missing {
-        ring.push(&[0.0; TAXELS], 0, from_us.wrapping_add(whole * i + rest * i / (missing + 1)));
+
+    /// Reports the next `frames` frames raw too.
+    pub fn report_raw(&mut self, frames: u32) {
+        self.raw_frames = frames;
     }
 }

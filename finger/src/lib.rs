@@ -29,11 +29,17 @@
 
 pub mod abscissa;
 pub mod acquire;
+pub mod assembler;
 pub mod detector;
+pub(crate) mod event_builder;
 pub mod faults;
 pub mod frame;
+pub(crate) mod frame_clock;
+pub(crate) mod health;
 pub mod pipeline;
 pub mod ring;
+pub mod scan;
+pub mod schedule;
 pub mod surface;
 pub mod tasks;
 pub mod touch;

@@ -6,11 +6,13 @@
 //! window that is fitted; the chip may have to skip a hop, and counts it.
 
 use crate::abscissa::{Fitted, by_place, in_time};
-pub use crate::detector::{Counters, Detector};
+pub use crate::detector::Detector;
+pub use crate::faults::diagnostics::Counters;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::qualify::qualify;
 use crate::frame::TimedConversion;
 use crate::ring::{Ring, reached};
+use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
 use crate::surface::profile::Profile;
 use crate::surface::travel;
@@ -21,9 +23,6 @@ use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Array, Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Event, Span, Status, Travel, TravelStatus};
 use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
-
-/// Frames of the shortest window that grows: a tenth of a second, as the shortest that can be set.
-pub const GROWING_FRAMES_MIN: u32 = 24;
 
 /// Spectrum and sine fit: the lowest task. Owns their scratch memory.
 #[derive(Debug)]
@@ -205,20 +204,20 @@ impl Pipeline {
         self.profile = profile;
     }
 
-    /// From now on so many frames are told as they were read.
-    pub fn tell_raw(&mut self, frames: u32) {
-        self.detector.tell_raw(frames);
+    /// The next `frames` frames are reported raw too.
+    pub fn report_raw(&mut self, frames: u32) {
+        self.detector.report_raw(frames);
     }
 
     /// The greeting to send before anything else.
     pub fn hello(&self) -> Event {
-        self.detector.hello().into()
+        self.detector.hello()
     }
 
     /// Takes one conversion; events go to `emit`.
     pub fn push(&mut self, conversion: TimedConversion, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.push(conversion, &mut self.ring, &self.diagnostics, &mut |event| emit(event), &mut |window| {
+        self.detector.push(conversion, &mut self.ring, &self.diagnostics, emit, &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);
@@ -227,7 +226,7 @@ impl Pipeline {
     /// The signal has ended: closes what is open and reports health.
     pub fn finish(&mut self, emit: &mut dyn FnMut(Event)) {
         let mut windows = heapless::Vec::<Window, 8>::new();
-        self.detector.finish(&mut self.ring, &self.diagnostics, &mut |event| emit(event), &mut |window| {
+        self.detector.finish(&mut self.ring, &self.diagnostics, emit, &mut |window| {
             let _ = windows.push(window);
         });
         self.fit(&windows, emit);

@@ -22,7 +22,7 @@ use std::process::{Child, Stdio};
 fn packets(until_s: f64) -> Vec<Packet> {
     let mut events = Vec::new();
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
-    pipeline.tell_raw(u32::MAX);
+    pipeline.report_raw(u32::MAX);
     events.push(pipeline.hello());
     let mut first_us = None;
     let mut take = |timed: ridgetone::frame::TimedConversion| {

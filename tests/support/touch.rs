@@ -1,7 +1,8 @@
 //! A touch as conversions, without a chip: idle, contact, hold, a slide of two seconds, hold, release.
 
 use ads1258::{Conversion, Status};
-use ridgetone::frame::{CONVERSION_NS, SLOTS, TimedConversion};
+use ridgetone::frame::TimedConversion;
+use ridgetone::scan::{CONVERSION_NS, SLOTS};
 use ridgetone_proto::settings::SCAN;
 use std::f64::consts::TAU;
 

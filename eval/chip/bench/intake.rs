@@ -10,7 +10,8 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use heapless::spsc::Queue;
 use ridgetone::acquire::{Acquisition, Drdy};
 use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::frame::{SLOTS, TimedConversion};
+use ridgetone::frame::TimedConversion;
+use ridgetone::scan::SLOTS;
 use ridgetone_eval::workload::{CONVERSION_BYTES, decode_conversion};
 
 /// Places of the firmware's queue.

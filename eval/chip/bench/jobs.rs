@@ -5,9 +5,10 @@ use crate::intake;
 use crate::machine::{Counter, stack};
 use heapless::Vec;
 use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::frame::{SLOTS, TimedConversion};
+use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Detector;
 use ridgetone::ring::Ring;
+use ridgetone::scan::SLOTS;
 use ridgetone::window::Window;
 use ridgetone_eval::workload::{
     CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,

@@ -4,7 +4,7 @@
 //! a reset of its own, it is up to five times as fast (SBAS297G, rate table), and its ids are those of another scan: then
 //! only the most that it can have made is known.
 
-use crate::frame::CONVERSION_NS;
+use crate::scan::CONVERSION_NS;
 
 /// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
 const CLOCK_MOST_HZ: u64 = 16_000_000;

@@ -32,11 +32,6 @@ impl Imaging {
         let image = Image { start_us: 0, end_us: 0, frames: 0, hold: Hold::BeforeSlide, taxels: Vec::new() };
         Self { image, from: 0, step: 0 }
     }
-
-    /// The one that was told last.
-    pub const fn image(&self) -> &Image {
-        &self.image
-    }
 }
 
 impl Detector {
@@ -44,7 +39,7 @@ impl Detector {
     /// none to be taken now.
     #[inline(never)]
     pub(super) fn picture(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event)) -> bool {
-        let Self { rest, imaging, .. } = self;
+        let Self { tracker: rest, imaging, .. } = self;
         let Some(imprint) = rest.contact.imprint() else { return false };
         let (held, image) = (imprint.held, &mut imaging.image);
         if imaging.from != held.from {
@@ -65,14 +60,14 @@ impl Detector {
                 if held.good >> taxel & 1 == 0 || pressed.abs() < 1.0 && variance < DEAD_VARIANCE {
                     continue;
                 }
-                let volts = rest.scheduler.volts_per_code;
+                let volts = rest.events.volts_per_code;
                 let sigma_v = libm::sqrtf(variance * of_mean) * volts;
                 // There is room for every taxel.
                 let _ = image.taxels.push(Pressed { taxel: taxel as u8, level_v: pressed * volts, sigma_v });
             }
         } else if step == TAXELS / STEP_TAXELS {
-            image.start_us = rest.scheduler.time_us(held.from, ring);
-            image.end_us = rest.scheduler.time_us(held.until, ring);
+            image.start_us = rest.clock.time_us(held.from, ring);
+            image.end_us = rest.clock.time_us(held.until, ring);
             image.frames = held.frames();
             image.hold = if held.after_slide { Hold::AfterSlide } else { Hold::BeforeSlide };
         } else {

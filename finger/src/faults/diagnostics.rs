@@ -1,13 +1,33 @@
 //! What the tasks count, each from its own priority, for `health` to report.
 
 use crate::faults::log::{FaultLog, raise};
-use crate::pipeline::Counters;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
 /// After this time, microseconds, an input that is still at its rail has been seen there again.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
+
+/// What the tasks counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counters {
+    /// Conversions lost before the queue or at it, except whole scans that were never read.
+    pub overruns: u32,
+    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
+    pub unseen: u32,
+    /// Windows not fitted because the fit was busy.
+    pub hops_skipped: u32,
+    /// Messages dropped because the line was slow.
+    pub messages_dropped: u32,
+    /// Times the ADC was set up again because its registers had changed.
+    pub chip_restarts: u32,
+    /// Requests that were damaged.
+    pub requests_damaged: u32,
+    /// Processor load, 0 to 1.
+    pub load: f32,
+    /// Most stack in use since start-up, and the stack's size, bytes.
+    pub stack: [u32; 2],
+}
 
 /// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
 /// less than was lost.

@@ -135,7 +135,7 @@ impl CommandExecutor {
             }
             Effect::Start => detector.restart(true),
             Effect::Stop => detector.restart(false),
-            Effect::Raw(frames) => detector.tell_raw(*frames),
+            Effect::Raw(frames) => detector.report_raw(*frames),
             Effect::Follow(after) => {
                 // Made a second time, rather than kept meanwhile: half a kilobyte.
                 self.profile = Profile::new(&self.knots, *after).ok();

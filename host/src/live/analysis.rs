@@ -3,7 +3,7 @@
 
 use super::{Frame, Live, Strips};
 use ads1258::reading;
-use ridgetone::frame::CONVERSION_NS;
+use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
 use ridgetone_tone::levels::levels;

@@ -166,7 +166,7 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
 fn sliding(until_s: f64) -> Live {
     let mut live = Live::new("emulated board");
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
-    pipeline.tell_raw(u32::MAX);
+    pipeline.report_raw(u32::MAX);
     let mut packets = vec![Packet { sequence: 0, event: pipeline.hello() }];
     replay::conversions(Input::default().open().unwrap(), &mut |conversion| {
         pipeline.push(conversion, &mut |event| packets.push(Packet { sequence: packets.len() as u16, event }));

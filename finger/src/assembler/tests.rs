@@ -21,7 +21,7 @@ fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Fram
     for count in counts {
         let mut timed = conversion(count, 0x80);
         timed.t_us = timed.t_us.wrapping_add(start_us);
-        assembler.push(&timed, |_, frame| frames.push(*frame));
+        assembler.push(&timed, |frame| frames.push(*frame));
     }
     (assembler, frames)
 }
@@ -32,7 +32,7 @@ fn whole_scans_become_frames_and_readings() {
     assert_eq!(frames.len(), 3);
     for (n, frame) in frames.iter().enumerate() {
         assert_eq!((frame.number, frame.present, frame.good), (n as u32, 0xffff, 0xffff));
-        assert_eq!(frame.taxels()[5], n as i32 * 21 + 5);
+        assert_eq!(frame.codes[5], n as i32 * 21 + 5);
         // Frame period by the datasheet's formula: 21 x 3106 / 15.72864 MHz.
         assert!((frame.t_us as f64 - n as f64 * 4146.957).abs() < 2.0, "{}", frame.t_us);
     }
@@ -71,15 +71,14 @@ fn whole_scans_lost_are_counted_by_time() {
 
 /// Whatever the board's clock says by then, device time begins with the first conversion, and nothing was lost before it.
 #[test]
-fn a_first_scan_with_a_flaw_or_the_long_way_loses_nothing() {
-    for (flaw, always) in [(0x80, true), (0xc0, false)] {
+fn a_first_scan_with_a_flaw_loses_nothing() {
+    for flaw in [0x80, 0xc0] {
         let mut assembler = Assembler::new(4.096);
-        assembler.take_the_long_way(always);
         let mut frames = Vec::new();
         for count in 0..63 {
             let mut timed = conversion(count, if count == 3 { flaw } else { 0x80 });
             timed.t_us += 20_100;
-            assembler.push(&timed, |_, frame| frames.push(*frame));
+            assembler.push(&timed, |frame| frames.push(*frame));
         }
         let numbers: Vec<_> = frames.iter().map(|frame| (frame.number, frame.t_us / 1000)).collect();
         assert_eq!(numbers, [(0, 0), (1, 4), (2, 8)]);
@@ -98,11 +97,11 @@ fn flags_and_strangers_are_told() {
             5 => 0x00,
             _ => 0x80,
         };
-        assembler.push(&conversion(count, flags), |_, frame| frames.push(*frame));
+        assembler.push(&conversion(count, flags), |frame| frames.push(*frame));
     }
     let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
-    assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |_, frame| frames.push(*frame));
-    assembler.deal_one_by_one(true, &mut |_: &Assembler, frame: &Frame| frames.push(*frame));
+    assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |frame| frames.push(*frame));
+    assembler.finish(&mut |frame: &Frame| frames.push(*frame));
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].good, !0b11_1000);
     assert_eq!(frames[0].present, !0b10_0000);
@@ -117,7 +116,7 @@ fn the_ends_of_the_scale_are_not_good() {
     for count in 0..21 {
         let mut timed = conversion(count, 0x80);
         timed.conversion.code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
-        assembler.push(&timed, |_, frame| good = frame.good);
+        assembler.push(&timed, |frame| good = frame.good);
     }
     assert_eq!(good, !0b11);
 }
@@ -129,6 +128,6 @@ fn the_scan_after_a_loss_is_whole_again() {
     assert_eq!(frames.len(), 5);
     let present = frames.iter().map(|frame| frame.present).collect::<Vec<_>>();
     assert_eq!(present, [0xffff, !(1 << 9), 0xffff, 0xffff, 0xffff]);
-    assert!(frames.iter().zip(0..).all(|(frame, n)| frame.number == n && frame.taxels()[3] == n as i32 * 21 + 3));
-    assert_eq!((assembler.lost, assembler.waits()), (1, 0));
+    assert!(frames.iter().zip(0..).all(|(frame, n)| frame.number == n && frame.codes[3] == n as i32 * 21 + 3));
+    assert_eq!((assembler.lost, assembler.buffer.len()), (1, 0));
 }

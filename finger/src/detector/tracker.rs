@@ -1,0 +1,115 @@
+//! What becomes of a frame: into the ring, through touch detection, to events and due windows.
+
+use crate::event_builder::EventBuilder;
+use crate::frame::Frame;
+use crate::frame_clock::FrameClock;
+use crate::ring::Ring;
+use crate::schedule::WindowScheduler;
+use crate::touch::contact::ContactDetector;
+use crate::window::Window;
+use ridgetone_proto::scan::{RING_FRAMES, SCANNED, TAXELS};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Event;
+use ridgetone_tone::Values;
+
+/// Takes frames.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    pub contact: ContactDetector,
+    pub clock: FrameClock,
+    pub scheduler: WindowScheduler,
+    pub events: EventBuilder,
+    /// Whether there has been a complete frame.
+    has_begun: bool,
+    /// The latest values of good conversions.
+    values: Values,
+}
+
+impl Tracker {
+    pub const fn new(settings: &Settings) -> Self {
+        Self {
+            contact: ContactDetector::new(settings.slide),
+            clock: FrameClock::new(),
+            scheduler: WindowScheduler::new(settings),
+            events: EventBuilder::new(settings.vref_v),
+            has_begun: false,
+            values: [0.0; TAXELS],
+        }
+    }
+
+    /// Begins again with the next complete frame.
+    pub fn restart(&mut self, settings: &Settings) {
+        self.has_begun = false;
+        self.scheduler.drop_due();
+        self.contact = ContactDetector::new(settings.slide);
+    }
+
+    /// Puts new settings in force. A slide that lasts goes on.
+    pub fn change(&mut self, settings: &Settings) {
+        self.contact.set_rule(settings.slide);
+        self.events.set_reference(settings.vref_v);
+        self.scheduler.change(settings, self.contact.sliding().map(|(start, _)| start), self.clock.latest.0);
+    }
+
+    pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
+        let Self { contact, clock, scheduler, events, .. } = self;
+        clock.latest = (frame.number, frame.t_us);
+        let is_complete = frame.is_complete();
+        if !self.has_begun {
+            if !is_complete {
+                return;
+            }
+            self.has_begun = true;
+            scheduler.reference = frame.codes.map(|code| code as f32);
+            clock.measure_rate();
+            ring.restart(frame.number);
+        }
+        fill_gap(frame, ring);
+        // A value that is not good stays what it was, for touch detection.
+        frame.put(&scheduler.reference, &mut self.values);
+        if is_complete && frame.good != SCANNED {
+            contact.doubt_all_but(frame.good);
+        }
+        // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
+        let valid = if is_complete { frame.good } else { 0 };
+        ring.push(&self.values, valid, frame.t_us as u32);
+        if valid == 0 {
+            return;
+        }
+        let ring = &*ring;
+        scheduler.give_whole(clock, ring, due);
+        contact.push(frame.number, &self.values, ring, &mut |change| {
+            scheduler.follow(&change, ring);
+            emit(events.event(&change, clock, ring));
+        });
+        if let Some((start, until)) = contact.sliding() {
+            scheduler.hop(start, until, clock, ring, due);
+        }
+    }
+
+    /// The signal has ended: a slide that still lasts is over.
+    pub fn finish(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
+        let Self { contact, clock, scheduler, events, .. } = self;
+        contact.finish(clock.latest.0.wrapping_add(1), ring, &mut |change| {
+            scheduler.follow(&change, ring);
+            emit(events.event(&change, clock, ring));
+        });
+        scheduler.give_whole(clock, ring, due);
+    }
+}
+
+/// Fills the places of missing scans with frames that have no valid taxel. Their times are spread over the gap, since a
+/// window may end there and measure its rate.
+fn fill_gap(frame: &Frame, ring: &mut Ring) {
+    let missing = frame.number.wrapping_sub(ring.next());
+    if missing >= RING_FRAMES as u32 {
+        ring.restart(frame.number);
+        return;
+    }
+    let from_us = ring.t_us(ring.next().wrapping_sub(1)).unwrap_or(frame.t_us as u32);
+    let passed_us = (frame.t_us as u32).wrapping_sub(from_us) as u64;
+    for i in 1..=missing as u64 {
+        let after_us = (passed_us * i / (missing as u64 + 1)) as u32;
+        ring.push(&[0.0; TAXELS], 0, from_us.wrapping_add(after_us));
+    }
+}

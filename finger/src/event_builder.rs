@@ -1,0 +1,48 @@
+//! Changes of the touch, by frame and in codes, become events in device time and volts.
+
+use crate::frame_clock::FrameClock;
+use crate::ring::Ring;
+use crate::touch::contact::Change;
+use ads1258::reading;
+use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
+
+/// Builds events.
+#[derive(Clone, Debug)]
+pub struct EventBuilder {
+    /// Volts of one code.
+    pub volts_per_code: f32,
+    /// When the latest slide began, as it was reported: by its end the ring may have lost its start.
+    slide_start_us: u64,
+}
+
+impl EventBuilder {
+    /// For a reference of so many volts.
+    pub const fn new(vref_v: f32) -> Self {
+        Self { volts_per_code: reading::volts(1, vref_v), slide_start_us: 0 }
+    }
+
+    /// Sets the reference, volts.
+    pub const fn set_reference(&mut self, vref_v: f32) {
+        self.volts_per_code = reading::volts(1, vref_v);
+    }
+
+    /// The event that reports a change.
+    #[inline(never)]
+    pub fn event(&mut self, change: &Change, clock: &FrameClock, ring: &Ring) -> Event {
+        match *change {
+            Change::Contact { frame, taxel, height } => Event::Contact(Contact {
+                t_us: clock.time_us(frame, ring),
+                taxel,
+                height_v: height * self.volts_per_code,
+            }),
+            Change::SlideStart(start) => {
+                self.slide_start_us = clock.time_us(start, ring);
+                Event::Slide(Slide { start_us: self.slide_start_us, end_us: None })
+            }
+            Change::SlideEnd(_, end) => {
+                Event::Slide(Slide { start_us: self.slide_start_us, end_us: Some(clock.time_us(end, ring)) })
+            }
+            Change::Release(frame) => Event::Release(Release { t_us: clock.time_us(frame, ring) }),
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! A fault is reported when it begins and when it is over: an episode.
+
+use crate::assembler::{Assembler, Flaws};
+use crate::faults::diagnostics::Diagnostics;
+use crate::ring::reached;
+use crate::scan::SLOTS;
+use crate::touch::motion::BLOCK_FRAMES;
+use ads1258::reading::CODES_PER_SUPPLY_VOLT;
+use core::ops::RangeInclusive;
+use ridgetone_proto::fault::{Fault, FaultKind, FaultSet, KINDS};
+
+/// An episode is over when its kind was not seen for so long, microseconds.
+const OVER_US: u32 = 1_000_000;
+/// Most messages in [`MESSAGES_US`], microseconds. The next interval reports what exceeds that. If all kinds begin and
+/// end every [`OVER_US`], as often as they can, they make 26 messages a second.
+const MESSAGES_MAX: u8 = 4;
+const MESSAGES_US: u32 = 125_000;
+/// While an episode lasts, its end is looked for once in so many frames.
+const CHECK_FRAMES: u32 = 16;
+
+/// So many missing conversions in a row are a silence, in which a slide may have ended unseen: as many frames as the
+/// comparisons that detect a motion are made of.
+const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
+
+/// A clock may be off by 2 % unseen, one conversion in so many.
+const CLOCK_SHARE: u32 = 50;
+/// Of so many lost conversions the clock's error is half a scan: the number of whole scans among them is then uncertain,
+/// and as many more as may be lost are reported as lost. A longer gap is no such case: the chip was set up again, or
+/// the board was off, and it is counted by the time alone.
+const UNSURE_CONVERSIONS: RangeInclusive<u32> = CLOCK_SHARE * SLOTS / 2..=CLOCK_SHARE * SLOTS / 2 + 10_000;
+
+/// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).
+const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
+/// The reference may be off what is set by this share of it.
+const REFERENCE_SHARE: f32 = 0.02;
+
+/// A range of volts as the chip reads its supply and its reference, codes.
+const fn codes(least_v: f32, most_v: f32) -> RangeInclusive<i32> {
+    (least_v * CODES_PER_SUPPLY_VOLT as f32) as i32..=(most_v * CODES_PER_SUPPLY_VOLT as f32) as i32
+}
+
+/// The episodes.
+#[derive(Clone, Debug)]
+pub struct FaultEpisodes {
+    reference: RangeInclusive<i32>,
+    /// Kinds whose episode lasts.
+    lasting: FaultSet,
+    /// Those of them whose beginning was reported.
+    reported: FaultSet,
+    /// Device time at which each began, microseconds.
+    from_us: [u64; KINDS],
+    /// Device time since which messages are counted, low 32 bits, and their number.
+    since_us: u32,
+    messages: u8,
+    /// Whether an episode lasts, so that its end is to be looked for at frame `check_at`; at first too.
+    is_active: bool,
+    check_at: u32,
+}
+
+impl FaultEpisodes {
+    /// None. `vref_v` is the reference that is set, volts.
+    pub const fn new(vref_v: f32) -> Self {
+        Self {
+            reference: reference_codes(vref_v),
+            lasting: FaultSet::NONE,
+            reported: FaultSet::NONE,
+            from_us: [0; KINDS],
+            since_us: 0,
+            messages: 0,
+            is_active: true,
+            check_at: 0,
+        }
+    }
+
+    /// Sets the reference, volts.
+    pub const fn set_reference(&mut self, vref_v: f32) {
+        self.reference = reference_codes(vref_v);
+    }
+
+    /// Adds a fault to `diagnostics` if the chip reads its supply or its reference out of range.
+    #[inline(always)]
+    pub fn check_supply(&self, assembler: &Assembler, diagnostics: &Diagnostics) {
+        let [supply, reference] = assembler.supply_and_reference();
+        if supply.is_some_and(|code| !SUPPLY.contains(&code)) {
+            diagnostics.fault(FaultKind::Supply, assembler.board_us());
+        }
+        if reference.is_some_and(|code| !self.reference.contains(&code)) {
+            diagnostics.fault(FaultKind::Reference, assembler.board_us());
+        }
+    }
+
+    /// Calls [`Self::report`] if, at the frame `latest`, there may be something to report.
+    #[inline(always)]
+    pub fn check(
+        &mut self,
+        latest: u32,
+        assembler: &Assembler,
+        diagnostics: &Diagnostics,
+        report: &mut dyn FnMut(Fault),
+    ) {
+        if self.is_active && reached(latest, self.check_at) || diagnostics.faults.has_fresh() {
+            self.check_at = latest.wrapping_add(CHECK_FRAMES);
+            self.report((assembler.now_us(), assembler.board_us()), diagnostics, report);
+            set_zero(assembler, diagnostics);
+        }
+    }
+
+    /// Reports episodes that begin and those that are over. `now_us` is now, in device time and in board time.
+    #[inline(never)]
+    pub fn report(&mut self, now_us: (u64, u32), diagnostics: &Diagnostics, report: &mut dyn FnMut(Fault)) {
+        let ((device_us, board_us), faults) = (now_us, &diagnostics.faults);
+        if (device_us as u32).wrapping_sub(self.since_us) >= MESSAGES_US {
+            (self.since_us, self.messages) = (device_us as u32, 0);
+        }
+        let fresh = faults.take_fresh();
+        let kinds = fresh.and(self.lasting);
+        self.is_active = !kinds.is_none();
+        for kind in kinds.iter() {
+            // A fault from a task of a higher priority may be later than now, and one from before the first conversion
+            // earlier than zero: now and zero are near enough.
+            let age_us = |seen_us: u32| (board_us.wrapping_sub(seen_us) as i32).max(0) as u32;
+            let device_us = |seen_us| device_us.saturating_sub(age_us(seen_us) as u64);
+            let seen_us = faults.seen_us(kind);
+            let Some(from_us) = self.from_us.get_mut(kind as usize) else { continue };
+            if !self.lasting.has(kind) {
+                self.lasting = self.lasting.with(kind);
+                *from_us = device_us(faults.first_us(kind));
+            }
+            let is_over = age_us(seen_us) >= OVER_US && !fresh.has(kind);
+            if (!is_over && self.reported.has(kind)) || self.messages >= MESSAGES_MAX {
+                continue;
+            }
+            if is_over {
+                (self.lasting, self.reported) = (self.lasting.without(kind), self.reported.without(kind));
+            } else {
+                self.reported = self.reported.with(kind);
+            }
+            self.messages += 1;
+            let until_us = is_over.then(|| device_us(seen_us));
+            report(Fault { kind, from_us: *from_us, until_us, count: faults.count(kind) });
+        }
+    }
+}
+
+/// The reference's range about what is set, codes.
+const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
+    codes(vref_v * (1.0 - REFERENCE_SHARE), vref_v * (1.0 + REFERENCE_SHARE))
+}
+
+/// Adds the assembler's new flaws to `diagnostics`.
+#[inline(never)]
+pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
+    let board_us = assembler.board_us();
+    set_zero(assembler, diagnostics);
+    let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
+    if UNSURE_CONVERSIONS.contains(&lost) {
+        diagnostics.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+    }
+    for (kind, times) in [
+        (FaultKind::Lost, lost),
+        (FaultKind::Repeated, repeated),
+        (FaultKind::Channel, channel),
+        (FaultKind::Supply, supply),
+        (FaultKind::Clock, clock),
+        (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
+    ] {
+        diagnostics.faults.add(kind, times, board_us);
+    }
+    diagnostics.overload(overload, board_us);
+}
+
+/// Sets the board time at which device time is zero.
+fn set_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
+    diagnostics.faults.set_zero(assembler.board_us().wrapping_sub(assembler.now_us() as u32));
+}

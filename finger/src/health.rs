@@ -1,0 +1,129 @@
+//! `health` about once a second, the greeting every ten seconds, and the check of the frame rate.
+
+use crate::assembler::Assembler;
+use crate::faults::diagnostics::{Counters, Diagnostics};
+use crate::frame::Readings;
+use crate::frame_clock::FrameClock;
+use crate::ring::reached;
+use crate::scan::FRAME_NS;
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::scan::{FRAME_RATE_HZ, frames_in};
+use ridgetone_proto::telemetry::Health;
+
+/// Frames from one `health` to the next: one second.
+const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
+/// The greeting is repeated after so many `health`, for a listener that connects later.
+const GREETING_HEALTHS: u8 = 10;
+/// The rate may be off by this share of it, 1 / 200: no crystal is.
+const RATE_SHARE: u64 = 200;
+/// Frames from one check of the rate to the next, at least. The checks twice a second and those with each `health` make
+/// 141 at most by default. So a clock that is off by 1 % for 0.6 s, 145 frames, is off for more than half of one of
+/// these intervals.
+const RATE_FRAMES: u32 = frames_in(0.415);
+/// Checks, twice a second, from one `health` to the next while no conversion comes.
+const SILENT_CHECKS: u8 = 2;
+/// No conversion for so long is silence, microseconds: by default a hundred frames.
+const SILENCE_US: u32 = 400_000;
+
+/// Makes `health` when it is due.
+#[derive(Clone, Debug)]
+pub struct HealthReporter {
+    /// Frame at which `health` is due.
+    due: u32,
+    /// Number of `health` before the next greeting.
+    greeting_in: u8,
+    /// At the latest check of the rate: the latest frame, its time, and the number of losses and restarts.
+    rate_from: (u32, u64, u32),
+    /// Checks in a row without a conversion.
+    silent: u8,
+}
+
+impl HealthReporter {
+    /// Before the first frame.
+    pub const fn new() -> Self {
+        Self { due: HEALTH_FRAMES, greeting_in: GREETING_HEALTHS, rate_from: (0, 0, 0), silent: 0 }
+    }
+
+    /// Whether `health` is due with the frame `latest`; then the next one is due a second later.
+    #[inline(always)]
+    pub fn is_due(&mut self, latest: u32) -> bool {
+        let is_due = reached(latest, self.due);
+        if is_due {
+            let next = self.due.wrapping_add(HEALTH_FRAMES);
+            self.due = if reached(latest, next) { latest.wrapping_add(HEALTH_FRAMES) } else { next };
+        }
+        is_due
+    }
+
+    /// Whether the greeting is due with this `health`.
+    pub fn is_greeting_due(&mut self) -> bool {
+        self.greeting_in = self.greeting_in.saturating_sub(1);
+        let is_due = self.greeting_in == 0;
+        if is_due {
+            self.greeting_in = GREETING_HEALTHS;
+        }
+        is_due
+    }
+
+    /// Called twice a second: whether `health` is due since no conversion came for a second. `passed_us` is the time since
+    /// the latest one, if there was one.
+    pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
+        let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
+        self.silent = if is_silent { self.silent + 1 } else { 0 };
+        let is_due = self.silent >= SILENT_CHECKS;
+        if is_due {
+            self.silent = 0;
+        }
+        is_due
+    }
+
+    /// Reports a fault if the frames since the last check did not come at the nominal rate. Where some were lost, or the
+    /// scan was restarted, that is reported by itself, and their time says nothing of the clock.
+    #[inline(never)]
+    pub fn check_rate(&mut self, assembler: &Assembler, clock: &FrameClock, diagnostics: &Diagnostics) {
+        let (number, t_us) = clock.latest;
+        let breaks = assembler.lost.wrapping_add(diagnostics.counters().chip_restarts);
+        let (from, from_us, from_breaks) = self.rate_from;
+        let frames = number.wrapping_sub(from);
+        if frames < RATE_FRAMES {
+            return;
+        }
+        self.rate_from = (number, t_us, breaks);
+        let (passed_us, nominal_us) = (t_us.wrapping_sub(from_us), frames as u64 * FRAME_NS / 1000);
+        // Frame numbers may have wrapped in a longer time.
+        let is_known = frames < 10 * HEALTH_FRAMES && passed_us <= u32::MAX as u64 && breaks == from_breaks;
+        if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
+            diagnostics.fault(FaultKind::Clock, assembler.board_us());
+        }
+    }
+}
+
+/// What `health` reports at a device time, microseconds.
+#[inline(never)]
+pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics: &Diagnostics) -> Health {
+    let Counters { overruns, unseen, hops_skipped, messages_dropped, chip_restarts, requests_damaged, load, stack } =
+        diagnostics.counters();
+    let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = assembler.readings();
+    Health {
+        t_us,
+        frames: assembler.frames,
+        // A conversion that did not get into the queue is missing in the scan too, so the larger count holds both: the
+        // queue does not see whole scans that were not read, and the scan counts by the nominal rate.
+        conversions_lost: assembler.lost.max(overruns).saturating_add(unseen),
+        conversions_doubtful: assembler.doubtful,
+        hops_skipped,
+        messages_dropped,
+        chip_restarts,
+        faults: diagnostics.faults.counts(),
+        requests_damaged,
+        stack_used_bytes: stack[0],
+        stack_bytes: stack[1],
+        frame_rate_hz,
+        load,
+        supply_v,
+        reference_v,
+        temperature_c,
+        offset_v,
+        gain,
+    }
+}

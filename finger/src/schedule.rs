@@ -1,0 +1,138 @@
+//! Which windows of a slide are to be fitted, and when.
+
+use crate::frame_clock::FrameClock;
+use crate::ring::{Ring, reached};
+use crate::touch::contact::Change;
+use crate::window::Window;
+use ridgetone_proto::scan::{RING_FRAMES, TAXELS, frames_in};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Span;
+use ridgetone_tone::FRAMES_MIN;
+use ridgetone_tone::Values;
+
+/// Frames left out at either end of a whole slide: its ends are known to within a few frames.
+pub const TRIM_FRAMES: u32 = 5;
+/// Most frames of a window. Before a slide's end is noticed the ring goes on for 20 blocks of 4 frames, for one more
+/// before it is known what follows, and for up to 9 before the end is dated. The other 40 frames, by default 0.17 s, are
+/// left for the fit to read the oldest ones.
+pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
+/// Frames of the shortest window that grows, as of the shortest that can be set.
+pub const GROWING_FRAMES_MIN: u32 = 24;
+/// Frames that the ring may take in before the fit has read its oldest: 66 ms.
+const READING_FRAMES: u32 = frames_in(0.066);
+
+/// Knows which windows fall due.
+#[derive(Clone, Debug)]
+pub struct WindowScheduler {
+    /// Code of every taxel in the first complete frame: the ring's values are relative to it.
+    pub reference: Values,
+    window_frames: u32,
+    /// Whether windows grow until they are accurate enough.
+    growing: bool,
+    hop_frames: u32,
+    /// Frame behind the window that falls due next.
+    next_end: u32,
+    /// A slide that is over and falls due as a whole: first frame, frames.
+    whole: Option<(u32, u32)>,
+}
+
+impl WindowScheduler {
+    /// A scheduler before the first frame.
+    pub const fn new(settings: &Settings) -> Self {
+        let mut scheduler = Self {
+            reference: [0.0; TAXELS],
+            window_frames: 0,
+            growing: false,
+            hop_frames: 0,
+            next_end: 0,
+            whole: None,
+        };
+        scheduler.set(settings);
+        scheduler
+    }
+
+    const fn set(&mut self, settings: &Settings) {
+        let (window_frames, hop_frames) = (frames_in(settings.window_s), frames_in(settings.hop_s));
+        self.window_frames = if window_frames < WINDOW_FRAMES_MAX { window_frames } else { WINDOW_FRAMES_MAX };
+        self.growing = settings.accuracy > 0.0;
+        self.hop_frames = if hop_frames > 0 { hop_frames } else { 1 };
+    }
+
+    /// Puts new settings in force. The windows of a slide that lasts since the frame `sliding` get the new length; none
+    /// of them reaches back before the slide, or is late. `latest` is the latest frame.
+    pub fn change(&mut self, settings: &Settings, sliding: Option<u32>, latest: u32) {
+        self.set(settings);
+        if let Some(start) = sliding {
+            let first = start.wrapping_add(self.first_frames());
+            self.next_end = if reached(latest, first) { latest.wrapping_add(1) } else { first };
+        }
+    }
+
+    /// Frames of a slide's first window.
+    fn first_frames(&self) -> u32 {
+        if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames }
+    }
+
+    /// Drops the slide that falls due as a whole.
+    pub fn drop_due(&mut self) {
+        self.whole = None;
+    }
+
+    /// A slide has begun or is over.
+    pub fn follow(&mut self, change: &Change, ring: &Ring) {
+        match *change {
+            Change::SlideStart(start) => self.next_end = start.wrapping_add(self.first_frames()),
+            Change::SlideEnd(start, end) => {
+                let (first, last) = (start.wrapping_add(TRIM_FRAMES), end.wrapping_sub(TRIM_FRAMES));
+                if reached(last, first) {
+                    let frames = last.wrapping_sub(first);
+                    // The latest part of a slide that is longer than a window can be.
+                    let most = frames.min(WINDOW_FRAMES_MAX);
+                    let first = first.wrapping_add(frames - most);
+                    // After an end that was dated late the ring is about to lose the first frames.
+                    let lost = ring.next().wrapping_sub(RING_FRAMES as u32 - READING_FRAMES);
+                    let late = if reached(lost, first) { lost.wrapping_sub(first) } else { 0 };
+                    self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
+                }
+            }
+            Change::Contact { .. } | Change::Release(_) => {}
+        }
+    }
+
+    /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
+    pub fn hop(&mut self, start: u32, until: u32, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+        while reached(until, self.next_end) {
+            let mut frames = self.window_frames;
+            if self.growing {
+                frames = frames.min(self.next_end.wrapping_sub(start));
+            }
+            self.give(self.next_end.wrapping_sub(frames), frames, Span::Window, clock, ring, due);
+            self.next_end = self.next_end.wrapping_add(self.hop_frames);
+        }
+    }
+
+    /// Gives the slide that is over, as a whole.
+    pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+        if let Some((first, frames)) = self.whole.take() {
+            self.give(first, frames, Span::Slide, clock, ring, due);
+        }
+    }
+
+    /// Gives a window, if it is long enough and in the ring.
+    #[inline(never)]
+    fn give(&self, first: u32, frames: u32, span: Span, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+        if frames < FRAMES_MIN {
+            return;
+        }
+        let last = first.wrapping_add(frames - 1);
+        let (Some(first_us), Some(last_us)) = (ring.t_us(first), ring.t_us(last)) else { return };
+        due(Window {
+            first,
+            frames,
+            end_us: clock.time_us(last, ring),
+            frame_rate_hz: (frames - 1) as f32 * 1e6 / last_us.wrapping_sub(first_us).max(1) as f32,
+            reference: self.reference,
+            span,
+        });
+    }
+}
