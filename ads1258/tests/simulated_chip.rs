@@ -6,7 +6,7 @@ use ads1258::{
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
 use hal_mock::board::ChipSpi;
-use hal_mock::{Analog, Constant, Options, Poison, SimulatedBoard};
+use hal_mock::{Analog, Constant, Fault, Options, Poison, SimulatedBoard};
 
 mod common;
 use common::SCAN;
@@ -241,7 +241,7 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             let (board, mut adc) = scanning(&config, options());
             board.wait_for_drdy().unwrap();
             adc.verify().unwrap();
-            board.with_chip(|chip| chip.corrupt_register(register.address(), mask));
+            board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: register.address(), mask }));
             let wrote = image[usize::from(register.address())];
             let expected = if register == Register::Gpiod && mask == 0x08 {
                 Ok(()) // the level of an input pin is none of the driver's business
@@ -355,7 +355,7 @@ fn a_garbled_channel_id_is_no_channel() {
     let (board, mut adc) = scanning(&SCAN, options());
     board.wait_for_drdy().unwrap();
     // AIN0, 0x08, becomes 0x19, in the byte after the command.
-    board.with_chip(|chip| chip.flip_dout(1, 0x11));
+    board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 1, mask: 0x11 }));
     let conversion = adc.read().unwrap();
     assert_eq!(conversion.status.channel(), None);
     assert_eq!(conversion.code, ideal_code(0));

@@ -14,9 +14,10 @@ mod schedule;
 mod slot;
 mod timing;
 
+pub use faults::Fault;
 pub use options::{Analog, ChopInternal, Counters, Options, Poison};
 pub use registers::REGISTERS;
-pub use schedule::{Fault, Injected, Injection};
+pub use schedule::{Injected, Injection};
 
 use crate::random::{Random, Stream};
 use crate::scene::Scene;
@@ -24,7 +25,6 @@ use clock::Clock;
 use convert::{Conversion, Outcome};
 use faults::Faults;
 use interface::Interface;
-use pin::Drdy;
 use registers::Registers;
 use schedule::Schedule;
 use timing::Timing;
@@ -43,7 +43,6 @@ pub struct Ads1258 {
     interface: Interface,
     faults: Faults,
     schedule: Schedule,
-    drdy: Drdy,
     noise: Random,
     poison: Random,
     now_ns: u64,
@@ -74,7 +73,6 @@ impl Ads1258 {
             interface: Interface::default(),
             faults: Faults::default(),
             schedule: Schedule::new(&options.injections),
-            drdy: Drdy::default(),
             noise: Random::new(options.seed, Stream::ChipNoise),
             poison: Random::new(options.seed, Stream::Poison),
             now_ns: 0,
@@ -98,7 +96,7 @@ impl Ads1258 {
             self.now_ns = self.now_ns.max(edge_ns);
             if self.conversion.is_some() {
                 self.finish_conversion(edge_ns);
-                self.drdy.passed();
+                self.faults.edges_lost = self.faults.edges_lost.saturating_sub(1);
             }
             self.inject();
         }

@@ -1,7 +1,7 @@
 //! Order, timing, codes and flags of conversions.
 mod common;
 use common::{chip, next, read, write};
-use hal_mock::{Ads1258, ChopInternal, Constant, Options, Scene};
+use hal_mock::{Ads1258, ChopInternal, Constant, Fault, Options, Scene};
 
 /// The project's default scan: DRATE 1, DLY 3, AIN0-15 and five internal readings.
 fn scan_setup(chip: &mut Ads1258) {
@@ -257,9 +257,11 @@ fn a_stalled_chip_gives_nothing_until_let_go() {
     let mut chip = chip(|_| ());
     chip.set_start(0, true);
     next(&mut chip);
-    chip.set_stalled(ns(800), true);
+    chip.advance_to(ns(800));
+    chip.begin_fault(Fault::Stall);
     assert_eq!(chip.next_drdy_fall_ns(), None);
-    chip.set_stalled(1_000_000, false);
+    chip.advance_to(1_000_000);
+    chip.end_fault(Fault::Stall);
     assert_eq!(chip.next_drdy_fall_ns(), Some(1_000_000 + ns(708)));
 }
 

@@ -1,7 +1,7 @@
 //! SPI bytes against the datasheet.
 mod common;
 use common::{chip, code, next, read, write};
-use hal_mock::{Ads1258, Constant, Options, Poison};
+use hal_mock::{Ads1258, Constant, Fault, Options, Poison};
 
 /// 6 us per conversion at DRATE 3 is 663 cycles or more: late enough for one, too early for two.
 const ONE: u64 = 60_000;
@@ -254,10 +254,10 @@ fn reset_pin_ends_everything_and_a_high_start_begins_again() {
 #[test]
 fn faults_flip_what_they_are_told() {
     let mut chip = chip(|_| ());
-    chip.corrupt_register(1, 0x01);
+    chip.begin_fault(Fault::RegisterFlip { address: 1, mask: 0x01 });
     assert_eq!(chip.registers()[1], 0x82);
-    chip.corrupt_register(0x20, 0xFF);
-    chip.flip_dout(1, 0x80);
+    chip.begin_fault(Fault::RegisterFlip { address: 0x20, mask: 0xFF });
+    chip.begin_fault(Fault::DoutFlip { bytes_ahead: 1, mask: 0x80 });
     let mut bytes = [0x49, 0];
     chip.transfer(0, &mut bytes);
     assert_eq!(bytes, [0xA5, 0x0B]);

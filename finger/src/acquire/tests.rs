@@ -5,7 +5,7 @@ use FaultKind::{Bus, BusDead, NoAnswer, Registers, Repeated, Silent, Storm};
 use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation};
 use hal_mock::board::{ChipSpi, ResetPin, StartPin};
-use hal_mock::{Constant, Options, SimulatedBoard};
+use hal_mock::{Constant, Fault, Options, SimulatedBoard};
 use heapless::spsc::Queue;
 extern crate std;
 use std::cell::RefCell;
@@ -140,7 +140,7 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
             for n in 0..30 {
                 plain.pass(1);
                 if n == 7 {
-                    bench.rig.with_chip(|chip| chip.flip_dout(byte, 1 << bit));
+                    bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << bit }));
                 }
                 assert_eq!(bench.next() == Drdy::Watch, n == 7, "byte {byte}, bit {bit}");
             }
@@ -154,7 +154,7 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
 fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     let mut bench = Bench::new();
     for byte in [2, 8, 14] {
-        bench.rig.with_chip(|chip| chip.flip_dout(byte, 1 << (byte / 5)));
+        bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << (byte / 5) }));
     }
     assert_eq!([bench.next(), bench.next(), bench.next()], [Drdy::Watch, Drdy::Listen, Drdy::Listen]);
     assert_eq!(bench.ids(), [9, 10]);
@@ -221,7 +221,7 @@ fn a_storm_is_muted_until_the_next_watch() {
 fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     let mut bench = Bench::new();
     bench.pass(5);
-    bench.rig.with_chip(|chip| chip.corrupt_register(CONFIG1, 0x02));
+    bench.rig.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 }));
     bench.watch();
     assert_eq!((bench.count(Registers), bench.faults(), bench.diagnostics.counters().chip_restarts), (1, 1, 1));
     let registers = bench.rig.with_chip(|chip| chip.registers());
@@ -234,7 +234,7 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
 fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.rig.with_chip(|chip| chip.flip_dout(3, 0x10));
+    bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 3, mask: 0x10 }));
     bench.watch();
     assert_eq!((bench.faults(), bench.diagnostics.counters().chip_restarts), (0, 0));
 }
@@ -262,8 +262,7 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
 fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     let mut bench = Bench::new();
     bench.pass(1);
-    let now_ns = bench.rig.now_ns();
-    bench.rig.with_chip(|chip| chip.set_stalled(now_ns, true));
+    bench.rig.with_chip(|chip| chip.begin_fault(Fault::Stall));
     let mut restarts_ms = Vec::new();
     for half in 1..=60 {
         bench.rig.advance_ns(500_000_000);
@@ -275,15 +274,14 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     // At once, then as soon as pauses of 125 ms, 250 ms, ... 4 s are over at one of the looks twice a second.
     assert_eq!(restarts_ms, [500, 1000, 1500, 2000, 3000, 5000, 9000, 13000, 17000, 21000, 25000, 29000]);
     assert_eq!((bench.count(Silent), bench.faults()), (60, 60));
-    let now_ns = bench.rig.now_ns();
-    bench.rig.with_chip(|chip| chip.set_stalled(now_ns, false));
+    bench.rig.with_chip(|chip| chip.end_fault(Fault::Stall));
     // It goes on by itself as soon as it can; after a while trouble is mended at once again.
     for _ in 0..5 * 5064 {
         bench.pass(1);
         bench.ids();
     }
     bench.watch();
-    bench.rig.with_chip(|chip| chip.corrupt_register(MUXSG0, 0x01));
+    bench.rig.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: MUXSG0, mask: 0x01 }));
     bench.watch();
     assert_eq!((bench.count(Registers), bench.diagnostics.counters().chip_restarts), (1, 13));
 }

@@ -1,7 +1,7 @@
 //! From physical values to the 24-bit code and its flags.
 
 use super::options::Analog;
-use super::slot::Slot;
+use super::slot::{GAIN, OFFSET, REF, SINGLE, Slot, TEMP, VCC};
 
 /// Code of +VREF: 1 LSB = VREF / 780000h.
 pub(crate) const VREF_CODE: f64 = 7_864_320.0;
@@ -19,17 +19,18 @@ pub(crate) fn ideal(slot: Slot, analog: &Analog, chop: bool, mut input: impl FnM
     let per_volt = VREF_CODE / analog.reference_v;
     let offset = if chop { 0.0 } else { analog.offset_v * per_volt };
     let volts = match slot {
-        Slot::Single(n) => input(n) - analog.aincom_v,
-        Slot::Differential(n) => input(2 * n) - input(2 * n + 1),
         Slot::Fixed { ainp, ainn } => input(ainp) - input(ainn),
-        Slot::Offset => 0.0,
-        Slot::Gain => analog.reference_v,
-        Slot::Vcc => return analog.avdd_v * SYSTEM_CODE_PER_VOLT,
-        Slot::Ref => return analog.reference_v * SYSTEM_CODE_PER_VOLT,
-        Slot::Temp => {
+        Slot::Scanned(pair) if pair < SINGLE => input(2 * pair) - input(2 * pair + 1),
+        Slot::Scanned(single) if single < OFFSET => input(single - SINGLE) - analog.aincom_v,
+        Slot::Scanned(GAIN) => analog.reference_v,
+        Slot::Scanned(VCC) => return analog.avdd_v * SYSTEM_CODE_PER_VOLT,
+        Slot::Scanned(REF) => return analog.reference_v * SYSTEM_CODE_PER_VOLT,
+        Slot::Scanned(TEMP) => {
             let uv = TEMP_UV_AT_25_C + analog.temperature_uv_per_c * (analog.temperature_c - 25.0);
             return uv * 1e-6 * per_volt;
         }
+        // OFFSET.
+        Slot::Scanned(_) => 0.0,
     };
     volts * analog.gain * per_volt + offset
 }

@@ -3,7 +3,7 @@
 use super::Ads1258;
 use super::clock::Clock;
 use super::code;
-use super::slot::{Slot, next_slot};
+use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
 /// A conversion under way, with the settings it began with: a register write acts on the next one.
@@ -116,7 +116,7 @@ impl Ads1258 {
         let t_s = (c.epoch_ns - zero_ns) as f64 * 1e-9 + self.clock.seconds(c.sample_cycle);
         // With the ADC's inputs taken from pins where nothing is connected the codes clip. The internal readings other
         // than OFFSET do not go over these pins.
-        let external = matches!(c.slot, Slot::Single(_) | Slot::Differential(_) | Slot::Fixed { .. } | Slot::Offset);
+        let external = c.slot.chid().is_none_or(|chid| chid <= OFFSET);
         let analog = self.options.analog;
         let (scene, held) = (&mut self.scene, self.faults.held);
         let mut ideal = code::ideal(c.slot, &analog, c.chop, |input| {

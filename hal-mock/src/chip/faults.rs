@@ -1,18 +1,66 @@
-//! Faults to put into the chip, for tests of what notices them: one knob each. [`super::Fault`] turns them by a schedule.
+//! Faults of the chip, its bus and DRDY, for tests of what notices them: what each does while it is in force.
 
 use super::Ads1258;
 use super::clock::Clock;
+
+/// What goes wrong: from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by a schedule of
+/// [`Injection`](super::Injection)s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "the sentence of each variant names its fields")]
+pub enum Fault {
+    /// The bits of `mask` flip in the register at `address`, once. Read-only bits flip too.
+    RegisterFlip { address: u8, mask: u8 },
+    /// The chip resets itself, once, as a dip of its digital supply makes it.
+    Reset,
+    /// The converter stands still: the running conversion never ends and none begins. The end of the fault is a new
+    /// start condition if START is high.
+    Stall,
+    /// The bits of `mask` flip in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
+    /// the next byte is the command of a read, and the four that follow are its result.
+    DoutFlip { bytes_ahead: u64, mask: u8 },
+    /// The same in a byte to the chip, which obeys what arrives: a read may become a write of registers.
+    DinFlip { bytes_ahead: u64, mask: u8 },
+    /// DOUT is stuck, at ones if `high`. The chip still receives.
+    DoutStuck { high: bool },
+    /// SCLK, DIN or CS is cut: the chip receives nothing, and DOUT floats, to ones if `high`.
+    BusCut { high: bool },
+    /// DRDY is stuck, at one if `high`.
+    DrdyStuck { high: bool },
+    /// Edges of DRDY without new results every `period_ns` nanoseconds, between the chip's own.
+    Storm { period_ns: u64 },
+    /// The next `count` edges of DRDY do not arrive.
+    EdgesLost { count: u32 },
+    /// One edge of DRDY too many, `after_ns` nanoseconds from now.
+    EdgeRepeated { after_ns: u64 },
+    /// Another analogue supply AVDD - AVSS in volts. Below 4.3 V the chip sets SUPPLY, and its data are poison.
+    Supply { volts: f64 },
+    /// Another reference VREFP - VREFN in volts.
+    Reference { volts: f64 },
+    /// Another error of the clock in parts per million; positive is fast.
+    Clock { error_ppm: f64 },
+    /// AIN`input` is held at a voltage, whatever the scene gives.
+    Input { input: u8, volts: f64 },
+}
 
 /// Faults in force.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) stalled: bool,
-    /// An input that is held at a voltage, whatever the scene says.
+    /// An input and its voltage.
     pub(crate) held: Option<(u8, f64)>,
     bus: Bus,
     /// Flips of bytes still to come, by the count of bytes exchanged since construction.
     bit_errors: Vec<(u64, BitErrors)>,
     exchanged: u64,
+    /// The level of DRDY, true for high.
+    pub(crate) drdy_stuck: Option<bool>,
+    /// So many of the chip's next edges do not arrive.
+    pub(crate) edges_lost: u32,
+    pub(crate) edge_repeated_ns: Option<u64>,
+    /// Beginning and period of a storm.
+    pub(crate) storm_ns: Option<(u64, u64)>,
+    /// Supply, reference and error of the clock before the first fault.
+    before: Option<(f64, f64, f64)>,
 }
 
 /// Which way the SPI bus is broken.
@@ -20,13 +68,13 @@ pub(crate) struct Faults {
 enum Bus {
     #[default]
     Whole,
-    /// DOUT always reads as this; the chip hears what it is told.
+    /// DOUT always reads as this; the chip still receives.
     Stuck(u8),
-    /// DOUT always reads as this, and the chip hears nothing.
+    /// DOUT always reads as this, and the chip receives nothing.
     Cut(u8),
 }
 
-/// Bits of one byte that fall over on their way.
+/// Bits of one byte that flip on their way.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BitErrors {
     pub(crate) din: u8,
@@ -34,20 +82,22 @@ pub(crate) struct BitErrors {
 }
 
 impl Faults {
-    /// What falls over of the next byte.
+    /// What flips of the next byte.
     pub(crate) fn next(&mut self) -> BitErrors {
         let at = self.exchanged;
         self.exchanged += 1;
-        if self.bit_errors.is_empty() {
-            return BitErrors::default();
-        }
-        let of_it = self.bit_errors.iter().filter(|(byte, _)| *byte == at);
-        let sum = of_it.fold(BitErrors::default(), |all, (_, one)| BitErrors {
-            din: all.din ^ one.din,
-            dout: all.dout ^ one.dout,
+        let mut sum = BitErrors::default();
+        self.bit_errors.retain(|(byte, one)| {
+            if *byte == at {
+                (sum.din, sum.dout) = (sum.din ^ one.din, sum.dout ^ one.dout);
+            }
+            *byte > at
         });
-        self.bit_errors.retain(|(byte, _)| *byte > at);
         sum
+    }
+
+    fn flip(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
+        self.bit_errors.push((self.exchanged + bytes_ahead, bit_errors));
     }
 
     /// What arrives of a DOUT byte.
@@ -58,74 +108,74 @@ impl Faults {
         }
     }
 
-    /// Whether the chip hears nothing.
+    /// Whether the chip receives nothing.
     pub(crate) fn is_cut(&self) -> bool {
         matches!(self.bus, Bus::Cut(_))
     }
 }
 
 impl Ads1258 {
-    /// Flips the bits of `mask` in a register, as the field reports of registers that "changed by themselves" have it.
-    /// Read-only bits flip too; addresses above 09h do nothing.
-    pub fn corrupt_register(&mut self, address: u8, mask: u8) {
-        self.registers.flip(address, mask);
+    /// A fault begins at the time advanced to.
+    pub fn begin_fault(&mut self, fault: Fault) {
+        let (analog, faults) = (&mut self.options.analog, &mut self.faults);
+        faults.before.get_or_insert((analog.avdd_v, analog.reference_v, self.options.clock_error_ppm));
+        match fault {
+            Fault::RegisterFlip { address, mask } => self.registers.flip(address, mask),
+            Fault::Reset => {
+                self.forget();
+                self.start_again();
+            }
+            Fault::Stall => (faults.stalled, self.conversion) = (true, None),
+            Fault::DoutFlip { bytes_ahead, mask } => faults.flip(bytes_ahead, BitErrors { dout: mask, din: 0 }),
+            Fault::DinFlip { bytes_ahead, mask } => faults.flip(bytes_ahead, BitErrors { din: mask, dout: 0 }),
+            Fault::DoutStuck { high } => faults.bus = Bus::Stuck(all(high)),
+            Fault::BusCut { high } => faults.bus = Bus::Cut(all(high)),
+            Fault::DrdyStuck { high } => faults.drdy_stuck = Some(high),
+            Fault::Storm { period_ns } => faults.storm_ns = Some((self.now_ns, period_ns.max(1))),
+            Fault::EdgesLost { count } => faults.edges_lost = count,
+            Fault::EdgeRepeated { after_ns } => faults.edge_repeated_ns = Some(self.now_ns + after_ns),
+            Fault::Supply { volts } => analog.avdd_v = volts,
+            Fault::Reference { volts } => analog.reference_v = volts,
+            Fault::Clock { error_ppm } => self.set_clock_error(error_ppm),
+            Fault::Input { input, volts } => faults.held = Some((input, volts)),
+        }
     }
 
-    /// The chip resets itself, as a dip of its digital supply makes it: registers at their defaults, the running
-    /// conversion gone, and, with START high, a new start condition.
-    pub fn reset_itself(&mut self, now_ns: u64) {
-        self.advance_to(now_ns);
-        self.forget();
+    /// A fault ends at the time advanced to. Supply, reference and clock are again what they were before the first.
+    pub fn end_fault(&mut self, fault: Fault) {
+        let (analog, faults) = (&mut self.options.analog, &mut self.faults);
+        let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
+        match fault {
+            // They happen once.
+            Fault::RegisterFlip { .. }
+            | Fault::Reset
+            | Fault::DoutFlip { .. }
+            | Fault::DinFlip { .. }
+            | Fault::EdgesLost { .. }
+            | Fault::EdgeRepeated { .. } => {}
+            Fault::Stall => {
+                if std::mem::take(&mut faults.stalled) {
+                    self.start_again();
+                }
+            }
+            Fault::DoutStuck { .. } | Fault::BusCut { .. } => faults.bus = Bus::Whole,
+            Fault::DrdyStuck { .. } => faults.drdy_stuck = None,
+            Fault::Storm { .. } => faults.storm_ns = None,
+            Fault::Supply { .. } => analog.avdd_v = supply_v,
+            Fault::Reference { .. } => analog.reference_v = reference_v,
+            Fault::Clock { .. } => self.set_clock_error(error_ppm),
+            Fault::Input { .. } => faults.held = None,
+        }
+    }
+
+    /// A new start condition if START is high.
+    fn start_again(&mut self) {
         if self.start {
             self.start_condition();
         }
     }
 
-    /// Stops the converter: the running conversion never ends and none begins. Letting it go is a new start condition
-    /// if START is high.
-    pub fn set_stalled(&mut self, now_ns: u64, stalled: bool) {
-        self.advance_to(now_ns);
-        let was = std::mem::replace(&mut self.faults.stalled, stalled);
-        if stalled {
-            self.conversion = None;
-        } else if was && self.start {
-            self.start_condition();
-        }
-    }
-
-    /// Flips the bits of `mask` in one DOUT byte, `bytes_ahead` of the next one exchanged (0: the next).
-    pub fn flip_dout(&mut self, bytes_ahead: u64, mask: u8) {
-        self.flip(bytes_ahead, BitErrors { dout: mask, din: 0 });
-    }
-
-    /// Flips the bits of `mask` in one DIN byte on its way to the chip, which does what it then understands: a read may
-    /// become a write of registers. `bytes_ahead` as in [`flip_dout`](Self::flip_dout).
-    pub fn flip_din(&mut self, bytes_ahead: u64, mask: u8) {
-        self.flip(bytes_ahead, BitErrors { din: mask, dout: 0 });
-    }
-
-    fn flip(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
-        self.faults.bit_errors.push((self.faults.exchanged + bytes_ahead, bit_errors));
-    }
-
-    /// DOUT stuck at a level, true for high; the chip still hears what it is told. `None`: whole again.
-    pub fn set_dout_stuck(&mut self, level: Option<bool>) {
-        self.faults.bus = level.map_or(Bus::Whole, |high| Bus::Stuck(all(high)));
-    }
-
-    /// SCLK, DIN or CS cut: the chip hears nothing, and DOUT floats to a level, true for high. `None`: whole again.
-    pub fn set_bus_cut(&mut self, level: Option<bool>) {
-        self.faults.bus = level.map_or(Bus::Whole, |high| Bus::Cut(all(high)));
-    }
-
-    /// Holds an input at a voltage, whatever the scene says; `None`: none.
-    pub fn hold_input(&mut self, held: Option<(u8, f64)>) {
-        self.faults.held = held;
-    }
-
-    /// Another error of the clock from now on, parts per million; positive is fast.
-    pub fn set_clock_error_ppm(&mut self, now_ns: u64, error_ppm: f64) {
-        self.advance_to(now_ns);
+    fn set_clock_error(&mut self, error_ppm: f64) {
         self.conversion = self.conversion.take().map(|running| running.rebased(self.clock, self.now_ns));
         self.options.clock_error_ppm = error_ppm;
         self.clock = Clock::new(self.options.clock_hz, error_ppm);

@@ -1,92 +1,11 @@
-//! Faults by a schedule, in the chip's virtual time: whatever drives the chip, they come at the same moments.
+//! Faults by a schedule, in the chip's virtual time: whatever drives the chip, they act at the same moments.
 //!
-//! A fault acts right behind an edge of DRDY, before its result is read: what a driver was promised about the next edge
-//! when it read last still holds. While nothing is converted it acts at its own time.
+//! A fault acts right behind an edge of DRDY, before its result is read, so the time of an edge that was announced does
+//! not change. While nothing is converted the fault acts at its own time.
 
 use super::Ads1258;
+use super::faults::Fault;
 use std::collections::VecDeque;
-
-/// What goes wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// Bits of a register fall over: once, and until the register is written.
-    RegisterFlip {
-        /// Its address, 00h to 09h.
-        address: u8,
-        /// Which bits.
-        mask: u8,
-    },
-    /// The chip resets itself, once.
-    Reset,
-    /// The converter stands still.
-    Stall,
-    /// Bits of a byte from the chip fall over, once.
-    DoutFlip {
-        /// How many bytes ahead of the next one; the next is the command of a read, the four behind it its result.
-        bytes_ahead: u64,
-        /// Which bits.
-        mask: u8,
-    },
-    /// Bits of a byte to the chip fall over, once.
-    DinFlip {
-        /// As in [`Self::DoutFlip`].
-        bytes_ahead: u64,
-        /// Which bits.
-        mask: u8,
-    },
-    /// DOUT is stuck; the chip hears what it is told.
-    DoutStuck {
-        /// At ones.
-        high: bool,
-    },
-    /// The chip hears nothing and DOUT floats.
-    BusCut {
-        /// To ones.
-        high: bool,
-    },
-    /// DRDY is stuck.
-    DrdyStuck {
-        /// High.
-        high: bool,
-    },
-    /// Edges of DRDY without new results.
-    Storm {
-        /// From one to the next, nanoseconds.
-        period_ns: u64,
-    },
-    /// Edges of DRDY do not arrive.
-    EdgesLost {
-        /// How many.
-        count: u32,
-    },
-    /// One edge of DRDY too many.
-    EdgeRepeated {
-        /// So long after the edge before, nanoseconds.
-        after_ns: u64,
-    },
-    /// Another analogue supply. Below 4.3 V the chip sets SUPPLY, and its data are poison.
-    Supply {
-        /// AVDD - AVSS, volts.
-        volts: f64,
-    },
-    /// Another reference.
-    Reference {
-        /// VREFP - VREFN, volts.
-        volts: f64,
-    },
-    /// Another error of the clock.
-    Clock {
-        /// Parts per million; positive is fast.
-        error_ppm: f64,
-    },
-    /// An input is held at a voltage.
-    Input {
-        /// AIN0 to AIN15.
-        input: u8,
-        /// Volts.
-        volts: f64,
-    },
-}
 
 /// A fault with its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,8 +33,6 @@ pub(crate) struct Schedule {
     /// Nanoseconds of scene time, the injection's number, whether it begins.
     steps: VecDeque<(u64, usize, bool)>,
     log: Vec<Injected>,
-    /// What the injections under way changed, to be put back: supply, reference, clock.
-    before: Option<(f64, f64, f64)>,
 }
 
 impl Schedule {
@@ -128,7 +45,7 @@ impl Schedule {
             .collect();
         // Stable: a fault of no duration begins before it ends.
         steps.sort_by_key(|step| step.0);
-        Self { steps: steps.into(), log: vec![Injected::default(); injections.len()], before: None }
+        Self { steps: steps.into(), log: vec![Injected::default(); injections.len()] }
     }
 }
 
@@ -152,51 +69,10 @@ impl Ads1258 {
         while self.next_step_ns().is_some_and(|step_ns| step_ns <= self.now_ns) {
             let Some((_, number, begins)) = self.schedule.steps.pop_front() else { return };
             let Some(fault) = self.options.injections.get(number).map(|injection| injection.fault) else { return };
-            let now_ns = self.now_ns;
             if let Some(log) = self.schedule.log.get_mut(number) {
-                *(if begins { &mut log.begun_ns } else { &mut log.over_ns }) = Some(now_ns);
+                *(if begins { &mut log.begun_ns } else { &mut log.over_ns }) = Some(self.now_ns);
             }
-            if begins {
-                self.schedule.before.get_or_insert((
-                    self.options.analog.avdd_v,
-                    self.options.analog.reference_v,
-                    self.options.clock_error_ppm,
-                ));
-            }
-            self.act(fault, begins);
-        }
-    }
-
-    fn act(&mut self, fault: Fault, begins: bool) {
-        let now_ns = self.now_ns;
-        let level = |high: bool| begins.then_some(high);
-        let (supply_v, reference_v, error_ppm) = self.schedule.before.unwrap_or_default();
-        let or_before = |during: f64, before: f64| if begins { during } else { before };
-        match fault {
-            Fault::RegisterFlip { address, mask } if begins => self.corrupt_register(address, mask),
-            Fault::Reset if begins => self.reset_itself(now_ns),
-            Fault::DoutFlip { bytes_ahead, mask } if begins => self.flip_dout(bytes_ahead, mask),
-            Fault::DinFlip { bytes_ahead, mask } if begins => self.flip_din(bytes_ahead, mask),
-            Fault::EdgesLost { count } if begins => self.lose_drdy_edges(count),
-            Fault::EdgeRepeated { after_ns } if begins => self.repeat_drdy_edge(after_ns),
-            // Over as soon as it has happened.
-            Fault::RegisterFlip { .. }
-            | Fault::Reset
-            | Fault::DoutFlip { .. }
-            | Fault::DinFlip { .. }
-            | Fault::EdgesLost { .. }
-            | Fault::EdgeRepeated { .. } => {}
-            Fault::Stall => self.set_stalled(now_ns, begins),
-            Fault::DoutStuck { high } => self.set_dout_stuck(level(high)),
-            Fault::BusCut { high } => self.set_bus_cut(level(high)),
-            Fault::DrdyStuck { high } => self.set_drdy_stuck(level(high)),
-            Fault::Storm { period_ns } => self.set_drdy_storm(begins.then_some(period_ns)),
-            Fault::Supply { volts } => self.options.analog.avdd_v = or_before(volts, supply_v),
-            Fault::Reference { volts } => self.options.analog.reference_v = or_before(volts, reference_v),
-            Fault::Clock { error_ppm: during_ppm } => {
-                self.set_clock_error_ppm(now_ns, or_before(during_ppm, error_ppm));
-            }
-            Fault::Input { input, volts } => self.hold_input(begins.then_some((input, volts))),
+            if begins { self.begin_fault(fault) } else { self.end_fault(fault) }
         }
     }
 }

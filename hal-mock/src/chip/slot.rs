@@ -6,81 +6,52 @@ use super::registers::{MUXDIF, MUXSCH, MUXSG0, MUXSG1, Registers, SYSRED};
 /// One measurement of the multiplexer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Slot {
-    /// Pair `n`: AIN(2n) against AIN(2n + 1).
-    Differential(u8),
-    /// AINn against AINCOM.
-    Single(u8),
+    /// A channel of the scan, by its CHID.
+    Scanned(u8),
     /// The two inputs of MUXSCH.
-    Fixed {
-        ainp: u8,
-        ainn: u8,
-    },
-    Offset,
-    Vcc,
-    Temp,
-    Gain,
-    Ref,
+    Fixed { ainp: u8, ainn: u8 },
 }
+
+/// CHID of AIN0 against AINCOM; below are the pairs DIFF0 to DIFF7.
+pub(crate) const SINGLE: u8 = 0x08;
+/// CHIDs of the internal readings.
+pub(crate) const OFFSET: u8 = 0x18;
+pub(crate) const VCC: u8 = 0x1A;
+pub(crate) const TEMP: u8 = 0x1B;
+pub(crate) const GAIN: u8 = 0x1C;
+pub(crate) const REF: u8 = 0x1D;
+
+/// The readings that chopping excludes, by CHID.
+const EXCLUDED_BY_CHOP: u32 = 1 << VCC | 1 << TEMP | 1 << GAIN | 1 << REF;
 
 impl Slot {
     /// The CHID of a scanned slot; a fixed channel has none of its own.
     pub(crate) fn chid(self) -> Option<u8> {
-        Some(match self {
-            Slot::Differential(n) => n,
-            Slot::Single(n) => 0x08 + n,
-            Slot::Fixed { .. } => return None,
-            Slot::Offset => 0x18,
-            Slot::Vcc => 0x1A,
-            Slot::Temp => 0x1B,
-            Slot::Gain => 0x1C,
-            Slot::Ref => 0x1D,
-        })
+        match self {
+            Slot::Scanned(chid) => Some(chid),
+            Slot::Fixed { .. } => None,
+        }
     }
 
-    fn of_chid(chid: u8) -> Option<Self> {
-        Some(match chid {
-            0x00..=0x07 => Slot::Differential(chid),
-            0x08..=0x17 => Slot::Single(chid - 0x08),
-            0x18 => Slot::Offset,
-            0x1A => Slot::Vcc,
-            0x1B => Slot::Temp,
-            0x1C => Slot::Gain,
-            0x1D => Slot::Ref,
-            _ => return None,
-        })
-    }
-
-    /// The readings that chopping excludes.
     pub(crate) fn excluded_by_chop(self) -> bool {
-        matches!(self, Slot::Vcc | Slot::Temp | Slot::Gain | Slot::Ref)
-    }
-
-    fn selected(self, registers: &Registers) -> bool {
-        let (register, bit) = match self {
-            Slot::Differential(n) => (MUXDIF, n),
-            Slot::Single(n @ 0..=7) => (MUXSG0, n),
-            Slot::Single(n) => (MUXSG1, n - 8),
-            Slot::Fixed { .. } => return false,
-            Slot::Offset => (SYSRED, 0),
-            Slot::Vcc => (SYSRED, 2),
-            Slot::Temp => (SYSRED, 3),
-            Slot::Gain => (SYSRED, 4),
-            Slot::Ref => (SYSRED, 5),
-        };
-        registers.byte(register) & (1 << bit) != 0
+        self.chid().is_some_and(|chid| EXCLUDED_BY_CHOP >> chid & 1 == 1)
     }
 }
 
-/// What comes after CHID `last` (`None`: at the top): ascending, wrapping, skipping what is not selected. `None` when
+/// What follows CHID `last` (`None`: at the top): ascending, wrapping, skipping what is not selected. `None` when
 /// nothing is.
 pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_internal: ChopInternal) -> Option<Slot> {
     if registers.muxmod() {
         let muxsch = registers.byte(MUXSCH);
         return Some(Slot::Fixed { ainp: muxsch >> 4, ainn: muxsch & 0x0F });
     }
-    let skip_internal = registers.chop() && chop_internal == ChopInternal::Skipped;
+    // The registers hold one bit for each CHID, in its order.
+    let mut selected = u32::from_le_bytes([MUXDIF, MUXSG0, MUXSG1, SYSRED].map(|address| registers.byte(address)));
+    // Bits of SYSRED that are reserved select nothing, also where a fault has set them.
+    selected &= 0x3DFF_FFFF;
+    if registers.chop() && chop_internal == ChopInternal::Skipped {
+        selected &= !EXCLUDED_BY_CHOP;
+    }
     let first = last.map_or(0, |chid| (chid + 1) & 0x1F);
-    (0..0x20)
-        .filter_map(|step| Slot::of_chid((first + step) & 0x1F))
-        .find(|slot| slot.selected(registers) && !(skip_internal && slot.excluded_by_chop()))
+    (0..0x20).map(|step| (first + step) & 0x1F).find(|chid| selected >> chid & 1 == 1).map(Slot::Scanned)
 }
