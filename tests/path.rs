@@ -64,7 +64,7 @@ fn all_of_table_2_from_recordings_of_any_rate() {
             let truth = scene.truth();
             let mut csv = Vec::new();
             write_csv(&mut scene, rate_hz, &mut csv).unwrap();
-            let table = Table::read(csv.as_slice(), "recording").unwrap();
+            let table = Table::parse(&csv, "recording").unwrap();
             let trace = Trace::from_table(table, rate_hz).unwrap();
             let out = outcome(&run(trace, Settings::default(), all));
             assert_within_bars(&format!("{rate_hz} Hz, {what}"), &out, &truth);

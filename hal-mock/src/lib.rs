@@ -100,6 +100,8 @@ pub mod bridge;
 #[cfg(feature = "simulator")]
 pub mod chip;
 #[cfg(feature = "simulator")]
+mod file_error;
+#[cfg(feature = "simulator")]
 mod random;
 #[cfg(feature = "simulator")]
 pub mod scene;
@@ -115,12 +117,14 @@ pub use board::SimulatedBoard;
 #[cfg(feature = "simulator")]
 pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
 #[cfg(feature = "simulator")]
+pub use file_error::FileError;
+#[cfg(feature = "simulator")]
 pub use scene::{Constant, Noisy, Scene};
 #[cfg(feature = "simulator")]
-pub use scene_file::{SceneFileError, load_scene, parse_scene};
+pub use scene_file::{load_scene, parse_scene};
 #[cfg(feature = "simulator")]
 pub use sliding::{
     Finger, Hand, Kelvin, KelvinBody, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
 };
 #[cfg(feature = "simulator")]
-pub use trace::{Table, Trace, TraceError, write_csv};
+pub use trace::{Table, Trace, write_csv};

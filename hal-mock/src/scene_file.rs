@@ -6,118 +6,87 @@
 //!
 //! let error = hal_mock::parse_scene("a.toml", "period_mm = 2.6\nspeed = 15", 241.14).unwrap_err();
 //! assert!(error.to_string().starts_with("a.toml: line 2: unknown field `speed`, expected one of `speed_mm_s`, "));
-//! # Ok::<(), hal_mock::SceneFileError>(())
+//! # Ok::<(), hal_mock::FileError>(())
 //! ```
 
-use crate::sliding::{ParameterError, Sliding, SlidingScene};
+use crate::file_error::FileError;
+use crate::sliding::{Sliding, SlidingScene};
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
-/// Why a scene file is none: one line that names the file, and the line and key where there is one.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the fields are what the messages say")]
-pub enum SceneFileError {
-    /// The file could not be read.
-    #[error("{file}: {error}")]
-    Io { file: String, error: std::io::Error },
-    /// No TOML, an unknown key, or a value of the wrong kind.
-    #[error("{file}: {place}{message}")]
-    Toml { file: String, place: String, message: String },
-    /// A value that is impossible, by itself or beside the others.
-    #[error("{file}: {place}{error}")]
-    Parameter { file: String, place: String, error: ParameterError },
-    /// Two keys that exclude each other.
-    #[error("{file}: {place}{key} does not go with [hand], which has a speed of its own: leave one of them out")]
-    Beside { file: String, place: String, key: &'static str },
-    /// The grating is too fine for the scan.
-    #[error(
-        "{file}: {place}period_mm = {period_mm}: makes {frequency_hz:.1} Hz, and {frame_rate_hz:.2} frames a second \
-         follow less than half their rate: choose more than {least_mm:.3} mm, or a lower speed"
-    )]
-    TooFine { file: String, place: String, period_mm: f64, frequency_hz: f64, frame_rate_hz: f64, least_mm: f64 },
-}
-
 /// Reads a scene file; `frame_rate_hz` is how often each channel is read.
 ///
 /// # Errors
-/// See [`SceneFileError`].
-pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, SceneFileError> {
+/// Names the file, the line and the key of what makes no scene, or of a grating that is too fine for the scan.
+pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let file = path.as_ref().display().to_string();
-    let text = std::fs::read_to_string(&path).map_err(|error| SceneFileError::Io { file: file.clone(), error })?;
+    let text = std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;
     parse_scene(&file, &text, frame_rate_hz)
 }
 
 /// Reads a scene from the text of a file of that name.
 ///
 /// # Errors
-/// See [`SceneFileError`].
-pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding, SceneFileError> {
-    let file = file.to_owned();
-    let scene: Sliding = match toml::from_str(text) {
-        Ok(scene) => scene,
-        Err(error) => {
-            let (place, key) = error.span().map_or_else(Default::default, |at| (line(text, &at), key_of(text, &at)));
-            let message = format!("{key}{}", error.message().replace('\n', ", "));
-            return Err(SceneFileError::Toml { file, place, message });
-        }
-    };
-    let place = |key: &str| key_span(text, key).map_or_else(String::new, |at| line(text, &at));
-    let beside = ["speed_mm_s", "slide_mm", "stimulator"].into_iter().find(|key| key_span(text, key).is_some());
+/// See [`load_scene`].
+pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding, FileError> {
+    let line = |at: Range<usize>| text.get(..at.start).map(|before| before.matches('\n').count() as u64 + 1);
+    let scene: Sliding = toml::from_str(text).map_err(|error| {
+        let key = error.span().and_then(|at| key_of(text, &at)).map_or_else(String::new, |key| format!("{key}: "));
+        let message = format!("{key}{}", error.message().replace('\n', ", "));
+        FileError::new(file, error.span().and_then(line), message)
+    })?;
+    let keys = DeTable::parse(text).map_or_else(|_| Vec::new(), |table| keys(table.get_ref()));
+    let line_of = |name: &str| keys.iter().find(|key| key.name == name).and_then(|key| line(key.span.clone()));
+    let refuse = |line: Option<u64>, message: String| Err(FileError::new(file, line, message));
+
+    let beside = ["speed_mm_s", "slide_mm", "stimulator"].into_iter().find(|key| line_of(key).is_some());
     if let (Some(_), Some(key)) = (scene.hand, beside) {
-        return Err(SceneFileError::Beside { file, place: place(key), key });
+        let message = format!("{key} does not go with [hand], which has a speed of its own: leave one of them out");
+        return refuse(line_of(key), message);
     }
     let truth = match SlidingScene::new(scene.clone()) {
         Ok(made) => made.truth(),
-        Err(error) => {
-            // Where the key at fault has its default, the one that limits it is in the file.
-            let place = error.keys().map(place).find(|place| !place.is_empty()).unwrap_or_default();
-            return Err(SceneFileError::Parameter { file, place, error });
-        }
+        // Where the key at fault has its default, the one that limits it is in the file.
+        Err(error) => return refuse(error.keys().find_map(line_of), error.to_string()),
     };
     let (frequency_hz, period_mm) = (truth.frequency_hz, scene.period_mm);
     if frequency_hz >= 0.5 * frame_rate_hz {
         let least_mm = frequency_hz * period_mm / (0.5 * frame_rate_hz);
-        let keys = ["period_mm", "speed_mm_s", "peak_mm_s"].into_iter();
-        let place = keys.map(place).find(|place| !place.is_empty()).unwrap_or_default();
-        return Err(SceneFileError::TooFine { file, place, period_mm, frequency_hz, frame_rate_hz, least_mm });
+        let message = format!(
+            "period_mm = {period_mm}: makes {frequency_hz:.1} Hz, and {frame_rate_hz:.2} frames a second follow less \
+             than half their rate: choose more than {least_mm:.3} mm, or a lower speed"
+        );
+        return refuse(["period_mm", "speed_mm_s", "peak_mm_s"].into_iter().find_map(line_of), message);
     }
     Ok(scene)
 }
 
-fn line(text: &str, at: &Range<usize>) -> String {
-    let before = text.get(..at.start).unwrap_or(text);
-    format!("line {}: ", before.matches('\n').count() + 1)
+/// A key of the file, and where it and its value are.
+struct Key {
+    name: String,
+    span: Range<usize>,
+    value: Range<usize>,
 }
 
-/// Walks through all keys of all tables, no two of which have the same name.
-fn find<'a>(
-    table: &DeTable<'a>,
-    wanted: &impl Fn(&str, &Range<usize>, &Range<usize>) -> bool,
-) -> Option<(String, Range<usize>)> {
-    table.iter().find_map(|(key, value)| {
-        let inner = match value.get_ref() {
-            DeValue::Table(inner) => find(inner, wanted),
-            _ => None,
-        };
-        inner.or_else(|| {
-            wanted(key.get_ref(), &key.span(), &value.span()).then(|| (key.get_ref().to_string(), key.span()))
-        })
-    })
-}
-
-fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
-    let table = DeTable::parse(text).ok()?;
-    find(table.get_ref(), &|name, _, _| name == key).map(|(_, span)| span)
+/// All keys of all tables, no two of which have the same name.
+fn keys(table: &DeTable<'_>) -> Vec<Key> {
+    let mut all = Vec::new();
+    for (key, value) in table {
+        if let DeValue::Table(inner) = value.get_ref() {
+            all.extend(keys(inner));
+        }
+        all.push(Key { name: key.get_ref().to_string(), span: key.span(), value: value.span() });
+    }
+    all
 }
 
 /// The key whose value is at a place, where the message does not name it; a key that is there twice is itself there.
-fn key_of(text: &str, at: &Range<usize>) -> String {
-    let key = match DeTable::parse(text) {
-        Ok(table) => find(table.get_ref(), &|_, _, value| value == at).map(|(key, _)| key),
+fn key_of(text: &str, at: &Range<usize>) -> Option<String> {
+    match DeTable::parse(text) {
+        Ok(table) => keys(table.get_ref()).into_iter().find(|key| key.value == *at).map(|key| key.name),
         Err(_) => text.get(at.clone()).filter(|key| is_key(key)).map(str::to_owned),
-    };
-    key.map_or_else(String::new, |key| format!("{key}: "))
+    }
 }
 
 fn is_key(text: &str) -> bool {

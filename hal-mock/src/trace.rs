@@ -1,13 +1,12 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
-mod error;
 mod table;
 mod write;
 
-pub use error::TraceError;
 pub use table::{TIME_COLUMN, Table};
 pub use write::write_csv;
 
+use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use std::path::Path;
 
@@ -30,21 +29,22 @@ impl Trace {
     ///
     /// # Errors
     /// See [`Table::load`]; also more than 16 channels, or a rate that is not positive.
-    pub fn load(path: impl AsRef<Path>, scan_rate_hz: f64) -> Result<Self, TraceError> {
+    pub fn load(path: impl AsRef<Path>, scan_rate_hz: f64) -> Result<Self, FileError> {
         Self::from_table(Table::load(path)?, scan_rate_hz)
     }
 
     /// Makes a table of at most 16 columns a trace, in volts.
     ///
     /// # Errors
-    /// [`TraceError::TooManyChannels`]; [`TraceError::ScanRate`] if the rate is not positive, also where a `time_s`
-    /// column makes it unimportant.
-    pub fn from_table(table: Table, scan_rate_hz: f64) -> Result<Self, TraceError> {
-        if table.names().len() > INPUTS {
-            return Err(TraceError::TooManyChannels { file: table.file().to_owned(), channels: table.names().len() });
+    /// More than 16 channels; a rate that is not positive, also where a `time_s` column makes it unimportant.
+    pub fn from_table(table: Table, scan_rate_hz: f64) -> Result<Self, FileError> {
+        let channels = table.names().len();
+        if channels > INPUTS {
+            return Err(FileError::new(table.file(), Some(1), format!("{channels} channels, the chip has {INPUTS}")));
         }
         if !(scan_rate_hz.is_finite() && scan_rate_hz > 0.0) {
-            return Err(TraceError::ScanRate { file: table.file().to_owned(), scan_rate_hz });
+            let message = format!("scan rate {scan_rate_hz} Hz: must be greater than 0");
+            return Err(FileError::new(table.file(), None, message));
         }
         Ok(Self { table, scan_rate_hz, scale: 1.0, at: 0 })
     }

@@ -2,11 +2,11 @@
 use hal_mock::{Scene, Sliding, SlidingScene, Table, Trace, write_csv};
 
 fn table(text: &str) -> Table {
-    Table::read(text.as_bytes(), "t.csv").unwrap()
+    Table::parse(text.as_bytes(), "t.csv").unwrap()
 }
 
 fn error(text: &[u8]) -> String {
-    Table::read(text, "t.csv").unwrap_err().to_string()
+    Table::parse(text, "t.csv").unwrap_err().to_string()
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_recorded_scene_plays_back_to_the_last_bit() {
     let mut original = SlidingScene::new(parameters.clone()).unwrap();
     let mut csv = Vec::new();
     let rows = write_csv(&mut original, 241.14, &mut csv).unwrap();
-    let mut trace = Trace::from_table(Table::read(&csv[..], "recorded").unwrap(), 241.14).unwrap();
+    let mut trace = Trace::from_table(Table::parse(&csv, "recorded").unwrap(), 241.14).unwrap();
     assert_eq!(trace.table().rows().len() as u64, rows);
     let mut again = SlidingScene::new(parameters).unwrap();
     for row in 0..rows as usize {

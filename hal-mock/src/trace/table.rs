@@ -1,7 +1,6 @@
 //! A CSV table of numbers with a header and, perhaps, a time column.
 
-use super::TraceError;
-use std::io::Read;
+use crate::file_error::FileError;
 use std::path::Path;
 
 /// Name of the column that is time in seconds.
@@ -17,29 +16,69 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file: a header, then one row per scan; `time_s` may be any of the columns, blank lines are skipped.
+    /// Reads a CSV file: a header, then one row per scan. `time_s` may be any of the columns, blank lines are skipped.
     ///
     /// # Errors
-    /// Every way a file can be wrong is a [`TraceError`] of its own.
-    pub fn load(path: impl AsRef<Path>) -> Result<Self, TraceError> {
-        let path = path.as_ref();
-        let file = path.display().to_string();
-        match std::fs::read(path) {
-            Ok(bytes) => Self::parse(&bytes, &file),
-            Err(error) => Err(TraceError::Io { file, error }),
-        }
+    /// Names the file and the line of what is no such table.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
+        let file = path.as_ref().display().to_string();
+        let bytes = std::fs::read(path).map_err(|error| FileError::new(&file, None, error))?;
+        Self::parse(&bytes, &file)
     }
 
-    /// As [`load`](Self::load), from a reader; `file` is what errors call it.
+    /// As [`load`](Self::load), from the bytes of a file of that name.
     ///
     /// # Errors
     /// As [`load`](Self::load).
-    pub fn read(mut reader: impl Read, file: &str) -> Result<Self, TraceError> {
-        let mut bytes = Vec::new();
-        match reader.read_to_end(&mut bytes) {
-            Ok(_) => Self::parse(&bytes, file),
-            Err(error) => Err(TraceError::Io { file: file.to_owned(), error }),
+    pub fn parse(bytes: &[u8], file: &str) -> Result<Self, FileError> {
+        let refuse = |line: u64, message: String| Err(FileError::new(file, Some(line), message));
+        let records = records(bytes, file)?;
+        let Some(((header_line, header), rows)) = records.split_first() else {
+            return Err(FileError::new(file, None, "the file is empty"));
+        };
+        if header.iter().all(|field| field.parse::<f64>().is_ok()) {
+            return refuse(*header_line, "no header: the first line must name the columns".into());
         }
+        let times: Vec<usize> = (0..header.len()).filter(|&at| &header[at] == TIME_COLUMN).collect();
+        let time_at = times.first().copied();
+        if times.len() > 1 {
+            return refuse(*header_line, "more than one column is called time_s".into());
+        }
+        if times.len() == header.len() {
+            return refuse(*header_line, "no channel: the header has only a time column".into());
+        }
+        if rows.is_empty() {
+            return refuse(*header_line, "no data after the header".into());
+        }
+        let names = header.iter().filter(|name| *name != TIME_COLUMN).map(str::to_owned).collect();
+        let mut table = Self {
+            file: file.to_owned(),
+            names,
+            rows: Vec::with_capacity(rows.len()),
+            time_s: time_at.map(|_| vec![]),
+        };
+        for (line, record) in rows {
+            if record.len() != header.len() {
+                return refuse(*line, format!("{} columns, the header has {}", record.len(), header.len()));
+            }
+            let mut row = Vec::with_capacity(record.len());
+            for (column, text) in header.iter().zip(record) {
+                match text.parse::<f64>() {
+                    Ok(value) if value.is_finite() => row.push(value),
+                    Ok(_) => return refuse(*line, format!("column {column}: {text:?} is not finite")),
+                    Err(_) => return refuse(*line, format!("column {column}: {text:?} is not a number")),
+                }
+            }
+            if let (Some(at), Some(times)) = (time_at, &mut table.time_s) {
+                let time_s = row.remove(at);
+                if let Some(before_s) = times.last().filter(|before_s| time_s <= **before_s) {
+                    return refuse(*line, format!("time_s does not increase: {time_s} after {before_s}"));
+                }
+                times.push(time_s);
+            }
+            table.rows.push(row);
+        }
+        Ok(table)
     }
 
     /// The file's name, as errors give it.
@@ -61,123 +100,31 @@ impl Table {
     pub fn time_s(&self) -> Option<&[f64]> {
         self.time_s.as_deref()
     }
-
-    fn parse(bytes: &[u8], file: &str) -> Result<Self, TraceError> {
-        let file = || file.to_owned();
-        // Spreadsheets put a byte order mark in front.
-        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-        if let Err(error) = std::str::from_utf8(bytes) {
-            let line = 1 + newlines(&bytes[..error.valid_up_to()]);
-            return Err(TraceError::NotUtf8 { file: file(), line });
-        }
-        let mut reader =
-            csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
-        let mut lines = Lines { bytes, counted: 0, line: 1 };
-        let mut header: Option<Header> = None;
-        let mut table = Self { file: file(), names: Vec::new(), rows: Vec::new(), time_s: None };
-        let mut record = csv::StringRecord::new();
-        while reader.read_record(&mut record).map_err(|e| TraceError::Io { file: file(), error: e.into() })? {
-            let line = lines.of(&record);
-            if record.iter().all(str::is_empty) && record.len() == 1 {
-                continue; // a line of blanks
-            }
-            match &header {
-                None => {
-                    let read = Header::read(&record, line, &table.file)?;
-                    table.names = read.channel_names();
-                    table.time_s = read.time_at.map(|_| Vec::new());
-                    header = Some(read);
-                }
-                Some(header) => header.read_row(&record, line, &mut table)?,
-            }
-        }
-        match header {
-            None => Err(TraceError::Empty { file: file() }),
-            Some(header) if table.rows.is_empty() => Err(TraceError::HeaderOnly { file: file(), line: header.line }),
-            Some(_) => Ok(table),
-        }
-    }
 }
 
-/// The columns as the file has them.
-struct Header {
-    line: u64,
-    columns: Vec<String>,
-    time_at: Option<usize>,
-}
-
-impl Header {
-    fn read(record: &csv::StringRecord, line: u64, file: &str) -> Result<Self, TraceError> {
-        let file = file.to_owned();
-        if record.iter().all(|field| field.parse::<f64>().is_ok()) {
-            return Err(TraceError::NoHeader { file, line });
-        }
-        let columns: Vec<String> = record.iter().map(str::to_owned).collect();
-        let mut times = (0..columns.len()).filter(|&at| columns[at] == TIME_COLUMN);
-        let time_at = times.next();
-        if times.next().is_some() {
-            return Err(TraceError::TwoTimes { file, line });
-        }
-        if time_at.is_some() && columns.len() == 1 {
-            return Err(TraceError::NoChannels { file, line });
-        }
-        Ok(Self { line, columns, time_at })
+/// The records that are not blank, with their line numbers.
+fn records(bytes: &[u8], file: &str) -> Result<Vec<(u64, csv::StringRecord)>, FileError> {
+    // Spreadsheets put a byte order mark in front.
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    if let Err(error) = std::str::from_utf8(bytes) {
+        let line = 1 + newlines(&bytes[..error.valid_up_to()]);
+        return Err(FileError::new(file, Some(line), "not UTF-8 text"));
     }
-
-    fn channel_names(&self) -> Vec<String> {
-        let channels = self.columns.iter().enumerate().filter(|(at, _)| Some(*at) != self.time_at);
-        channels.map(|(_, name)| name.clone()).collect()
-    }
-
-    fn read_row(&self, record: &csv::StringRecord, line: u64, table: &mut Table) -> Result<(), TraceError> {
-        let file = || table.file.clone();
-        if record.len() != self.columns.len() {
-            let (found, wanted) = (record.len(), self.columns.len());
-            return Err(TraceError::ColumnCount { file: file(), line, found, wanted });
-        }
-        let mut row = Vec::with_capacity(record.len());
-        let mut time_s = None;
-        for (at, text) in record.iter().enumerate() {
-            let (column, text_owned) = (|| self.columns[at].clone(), || text.to_owned());
-            let Ok(value) = text.parse::<f64>() else {
-                return Err(TraceError::NotANumber { file: file(), line, column: column(), text: text_owned() });
-            };
-            if !value.is_finite() {
-                return Err(TraceError::NotFinite { file: file(), line, column: column(), text: text_owned() });
-            }
-            if Some(at) == self.time_at {
-                time_s = Some(value);
-            } else {
-                row.push(value);
-            }
-        }
-        if let (Some(time_s), Some(times)) = (time_s, &mut table.time_s) {
-            if let Some(&before_s) = times.last().filter(|&&before_s| time_s <= before_s) {
-                return Err(TraceError::TimeNotIncreasing { file: table.file.clone(), line, time_s, before_s });
-            }
-            times.push(time_s);
-        }
-        table.rows.push(row);
-        Ok(())
-    }
-}
-
-/// Line numbers of records. The reader's own count is of where it stopped after the record before, which blank lines
-/// and CR LF put in front of the record's own line.
-struct Lines<'a> {
-    bytes: &'a [u8],
-    counted: usize,
-    line: u64,
-}
-
-impl Lines<'_> {
-    fn of(&mut self, record: &csv::StringRecord) -> u64 {
+    let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(bytes);
+    let (mut records, mut line, mut counted) = (Vec::new(), 1, 0);
+    for record in reader.into_records() {
+        let record = record.map_err(|error| FileError::new(file, None, error))?;
+        // The reader's own count is of where it stopped after the record before, which blank lines and CR LF put in
+        // front of the record's own line.
         let from = record.position().map_or(0, |position| position.byte() as usize);
-        let blanks = self.bytes[from..].iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
-        self.line += newlines(&self.bytes[self.counted..from + blanks]);
-        self.counted = from + blanks;
-        self.line
+        let blanks = bytes[from..].iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
+        line += newlines(&bytes[counted..from + blanks]);
+        counted = from + blanks;
+        if record.len() > 1 || record.iter().any(|field| !field.is_empty()) {
+            records.push((line, record));
+        }
     }
+    Ok(records)
 }
 
 fn newlines(bytes: &[u8]) -> u64 {

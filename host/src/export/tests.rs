@@ -40,7 +40,7 @@ fn exported(format: Format, kind: Kind) -> (Vec<u8>, Counts) {
 #[test]
 fn frames_become_a_table_that_replay_takes() {
     let (csv, _) = exported(Format::Csv, Kind::Frames);
-    let table = Table::read(csv.as_slice(), "frames").unwrap();
+    let table = Table::parse(&csv, "frames").unwrap();
     assert_eq!((table.names().len(), table.rows().len()), (TAXELS, 99));
     assert_eq!(table.time_s().unwrap()[1], 6.004147);
     // Taxel 0 was never good; codes are volts by the reference: 7,864,320 of them are 4.096 V (SBAS297G).
