@@ -1,50 +1,50 @@
-//! What a window's frequency counts its cycles in: time, or place on the surface.
+//! The unit of a window's frequency: cycles in time, or by place on the surface.
 
 use crate::scan::{CONVERSION_NS, SLOTS};
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
-use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
 
-/// The middle of a scan, in slots from its first: by place all taxels of a frame count as read there. What
-/// that is wrong by while the speed changes has the opposite sign in the first taxels and in the last.
-const MIDDLE_SLOT: f32 = 0.5 * (TAXELS as f32 - 1.0);
+/// The middle of the taxels' slots, from the first: by place, all taxels of a frame count as read there. While the speed
+/// changes, the error of that has opposite signs in the first and in the last taxels.
+const MIDDLE_SLOT: f32 = 0.5 * (INPUTS as f32 - 1.0);
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
 pub struct Fitted {
     /// The fit.
     pub fit: Fit,
-    /// What its frequency counts cycles in.
+    /// What its frequency is over.
     pub abscissa: Abscissa,
-    /// The frequency told, in hertz or cycles per millimetre, over that of the fit.
+    /// The frequency in hertz or in cycles per millimetre, over that of the fit.
     pub per_unit: f32,
-    /// What passes from one slot of the scan to the next, in the fit's unit: frames, or millimetres.
+    /// From one slot of the scan to the next, in the fit's unit: frames, or millimetres.
     pub per_slot: f32,
-    /// Slot that the fit's phases are those of.
+    /// The slot whose moment the fit's phases refer to.
     pub slot: f32,
 }
 
 impl Fitted {
-    /// By how many turns a taxel's phase is ahead, for its slot comes later in the scan.
+    /// By how many turns a taxel's phase is ahead, because its slot is later in the scan.
     pub fn ahead(&self, taxel: usize) -> f32 {
         self.fit.frequency * self.per_slot * (taxel as f32 - self.slot)
     }
 
-    /// A taxel's phase as if all of a scan were read at once, turns.
+    /// A taxel's phase as if a scan were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
         self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - self.ahead(taxel)
     }
 
-    /// Millimetres from one frame to the next, by the speed profile; by time, of which nothing is told, frames.
+    /// From one frame to the next, in the fit's unit: with a speed profile, millimetres.
     pub fn per_frame(&self) -> f32 {
         self.per_slot * SLOTS as f32
     }
 }
 
-/// A window's frames, with the interferer in them if one is known, hertz; zero: none.
+/// A window's frames, with the interferer's frequency, hertz; zero: none.
 fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> FrameSpan<'a> {
     let span = FrameSpan::new(source, window.first, window.frames);
     if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
@@ -76,7 +76,7 @@ pub fn by_place(
     interferer_hz: f32,
     profile: &Profile,
 ) -> Result<Fitted, Overwritten> {
-    // By the converter's own clock: the stamp of a single frame has the jitter of its interrupt.
+    // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
     let middle_us = (MIDDLE_SLOT * CONVERSION_NS as f32 * 1e-3) as u32;

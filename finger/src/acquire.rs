@@ -1,112 +1,83 @@
-//! Everything between DRDY's interrupt and the queue, and the watch over the chip.
+//! From DRDY's interrupt to the queue, and the supervision of the chip.
 //!
 //! **A conversion** ([`Acquisition::edge`]) is read twice: the chip gives the same data again, with NEW cleared
-//! (SBAS297G, read by command), so a bit that falls over on the bus shows. Then a third read decides, by whole records.
-//! What no two reads agree on is dropped. Between two reads the next conversion may end: the second and third then agree
-//! on that one, and the first, read only once, is dropped. What is dropped leaves a gap in the ids, which
-//! [`crate::frame`] counts. A garbled bit that two reads agree on is not seen.
+//! (SBAS297G, read by command), so a bit error on the bus shows. Then a third read decides, by whole records. A
+//! conversion that no two reads agree on is dropped. The next conversion may end between two reads: the second and third
+//! then agree on that one, and the first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
+//! [`crate::assembler`] counts. A bit error that two reads share is not detected.
 //!
-//! **The watch** ([`Acquisition::watch`]) reads the registers back and sets the chip up anew if they are not what was
-//! written, if no conversion comes, or if it did not answer before: at once the first time, then after pauses that
-//! double. Nothing here waits for longer than a reset takes.
+//! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if they changed, if no
+//! conversion comes, or if the chip did not answer before: at once the first time, then after pauses that double.
+//! Nothing here waits for longer than a reset takes.
 
+mod expected;
 mod resolve;
 mod unseen;
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
-use crate::scan::SLOTS;
-use ads1258::{Ads1258, Channel, Conversion, Register};
+use ads1258::{Ads1258, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
+use expected::{FIRST, NEW, NEW_AND_ID};
 use heapless::spsc::Producer;
-use resolve::{Resolved, settle};
+use resolve::{Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::settings::SCAN;
+use ridgetone_proto::scan::SCAN;
 use unseen::Unseen;
 
-/// NEW in the status byte (SBAS297G).
-const NEW: u8 = 0x80;
-/// NEW and CHID.
-const NEW_AND_ID: u8 = 0x9f;
-
-/// NEW and CHID of the conversion that follows one with this CHID; the scan's first behind ids that it has not.
-const NEXT: [u8; 32] = {
-    let first = match Channel::from_id(SCAN.channel_mask().trailing_zeros() as u8) {
-        Some(first) => first,
-        None => panic!("the scan is empty"),
-    };
-    let mut next = [NEW | first.id(); 32];
-    let mut id = 0;
-    while id < next.len() {
-        if let Some(channel) = Channel::from_id(id as u8) {
-            next[id] = NEW | SCAN.next_channel(channel).id();
-        }
-        id += 1;
-    }
-    next
-};
-/// NEW and CHID of the scan's first conversion: behind the last possible id it begins anew.
-const FIRST: u8 = NEXT[31];
-
-/// NEW and CHID of the conversion that follows one of this status.
-#[inline(always)]
-fn follows(status: u8) -> u8 {
-    NEXT[status as usize % NEXT.len()]
-}
-
-/// Edges of DRDY that give nothing that was expected, less those that do: from this many on DRDY is muted. At the
-/// scan's 5064 conversions a second as many edges more take 50 ms or longer; at a microsecond each, a few milliseconds.
+/// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's 5064 conversions a
+/// second so many take 50 ms or longer; at a microsecond each, a few milliseconds.
 const STORM_EDGES: u16 = 256;
-/// Such edges from one demand for a check to the next, while checks find fault.
-const ODD_EDGES: u8 = 8;
-/// Without a conversion for so long, the chip is silent, microseconds: 500 conversions of the scan.
+/// Unexpected edges from one request for a check to the next, while checks find faults.
+const CHECK_EDGES: u8 = 8;
+/// Without a conversion for so long, the chip is silent, microseconds: by default 500 conversions.
 const SILENT_US: u32 = 100_000;
 /// Without a conversion for so long, a check need not wait for the next one, microseconds.
 const QUIET_US: u32 = 10_000;
-/// From the first restart to the next, if the trouble stays, microseconds; then twice as long each time.
+/// From the first restart to the next, if the fault stays, microseconds; then twice as long each time.
 const PAUSE_LEAST_US: u32 = 125_000;
-/// Longest pause: a try holds the other interrupts up for 0.1 ms, so that more patience would save nothing and cost
-/// time without a chip that is well again.
+/// Longest pause, microseconds. A restart delays the other interrupts by 0.1 ms, so longer pauses would save nothing,
+/// and a chip that works again would be found later.
 const PAUSE_MOST_US: u32 = 4_000_000;
-/// What goes well for so long after a restart, and for longer than the pause, is well, microseconds.
+/// A chip without a fault for so long after a restart, and for longer than the pause, works, microseconds.
 const WELL_US: u32 = 1_000_000;
 
-/// What is to happen to DRDY's interrupt.
+/// What the caller does with DRDY's interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Drdy {
     /// It goes on.
     Listen,
-    /// It goes on, and [`Acquisition::watch`] is to be called at once.
+    /// It goes on, and the caller calls [`Acquisition::watch`] at once.
     Watch,
-    /// It is to be muted until [`Acquisition::watch`] has been called: a storm.
+    /// The caller mutes it before it calls [`Acquisition::watch`]: a storm.
     Mute,
 }
 
-/// The chip, its pins, and what is known of how it does.
+/// The chip, its pins, and its state.
 #[derive(Debug)]
 pub struct Acquisition<SPI, START, RESET> {
     adc: Ads1258<SPI>,
     start: START,
     reset: RESET,
-    /// NEW and CHID of the conversion that comes next.
+    /// NEW and CHID of the expected conversion.
     next: u8,
     /// The latest conversion; none since the chip was set up.
     latest: Option<Conversion>,
     /// Board time of the latest conversion, or of the latest restart.
     latest_us: u32,
-    /// The latest conversion was read before its edge was served: that edge finds nothing new.
+    /// The latest conversion was read before its edge was served: that edge finds no new one.
     early: bool,
-    /// Unexpected edges less others; see [`STORM_EDGES`].
-    unrest: u16,
-    /// Unexpected edges since the latest check that found nothing.
-    odd: u8,
+    /// Unexpected edges less expected ones; see [`STORM_EDGES`].
+    storm_count: u16,
+    /// Unexpected edges since the latest check that found no fault.
+    unexpected_edges: u8,
     muted: bool,
     unseen: Unseen,
-    /// Whether the chip was set up.
-    answers: bool,
+    /// Whether the latest set-up worked.
+    is_set_up: bool,
     /// Board time of the latest restart, and the pause before the next.
     restarted_us: u32,
     pause_us: u32,
@@ -123,11 +94,11 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
             latest: None,
             latest_us: 0,
             early: false,
-            unrest: 0,
-            odd: 0,
+            storm_count: 0,
+            unexpected_edges: 0,
             muted: false,
             unseen: Unseen::new(),
-            answers: false,
+            is_set_up: false,
             restarted_us: 0,
             pause_us: 0,
         }
@@ -135,19 +106,19 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
 }
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
-    /// Resets the chip, writes its registers, reads them back and starts the scan. False if it does not answer as it
-    /// should; then [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 25 bytes on the bus.
+    /// Resets the chip, writes its registers, reads them back and starts the scan. False if the chip does not answer;
+    /// then [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 25 bytes on the bus.
     pub fn set_up(&mut self, wait: &mut impl DelayNs) -> bool {
         (self.next, self.latest, self.early) = (FIRST, None, false);
-        self.answers = self.adc.stop(&mut self.start).is_ok()
+        self.is_set_up = self.adc.stop(&mut self.start).is_ok()
             && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
             && self.adc.configure(&SCAN).is_ok()
             && self.adc.start(&mut self.start).is_ok();
-        self.answers
+        self.is_set_up
     }
 
-    /// DRDY has fallen and is low: reads the conversion, stamps it with the board time of its edge, microseconds, and
-    /// queues it. `edge_us` is asked after the reads. Counts what goes wrong.
+    /// DRDY has fallen and is low: reads the conversion and queues it with the board time of its edge, microseconds.
+    /// `edge_us` is called after the reads.
     #[inline]
     pub fn edge(
         &mut self,
@@ -162,63 +133,63 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             && conversion.status.0 ^ again.status.0 == NEW
             && conversion.status.0 & NEW_AND_ID == self.next
         {
-            self.unrest = self.unrest.saturating_sub(1);
+            self.storm_count = self.storm_count.saturating_sub(1);
             self.queue(conversion, t_us, samples, diagnostics);
             return Drdy::Listen;
         }
         self.unexpected(first, again, t_us, samples, diagnostics)
     }
 
-    /// DRDY has fallen, but is high again. Counted for a storm, and as [`FaultKind::Repeated`].
+    /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
     #[inline(never)]
     pub fn nothing(&mut self, edge_us: u32, diagnostics: &Diagnostics) -> Drdy {
         if core::mem::take(&mut self.early) {
             return Drdy::Listen;
         }
         diagnostics.fault(FaultKind::Repeated, edge_us);
-        self.stir(edge_us, diagnostics)
+        self.count_unexpected(edge_us, diagnostics)
     }
 
-    /// Whether no conversion is likely to come soon, so that [`Self::watch`] need not wait for one. Right after a
-    /// conversion is the best time for it: the next edge is furthest away.
+    /// Whether no conversion is likely soon, so that [`Self::watch`] need not wait for one. The best time for it is right
+    /// after a conversion: the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
-        self.muted || !self.answers || now_us.wrapping_sub(self.latest_us) > QUIET_US
+        self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
     }
 
-    /// Checks registers and silence, and restarts the chip if need be. Twice a second at least; when [`Drdy::Watch`] or a
-    /// window that is due asks for it. `now_us` is board time. DRDY's interrupt is to be unmuted after it.
+    /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after
+    /// [`Drdy::Watch`], and before an estimate is reported. `now_us` is board time. The caller unmutes DRDY after it.
     #[inline(never)]
     pub fn watch(&mut self, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
         if core::mem::take(&mut self.muted) {
-            // Nothing could come meanwhile.
+            // No conversion was read while DRDY was muted.
             self.unseen.passed(now_us.wrapping_sub(self.latest_us));
-            (self.unrest, self.latest_us) = (0, now_us);
+            (self.storm_count, self.latest_us) = (0, now_us);
         }
-        let trouble = if !self.answers {
+        let fault = if !self.is_set_up {
             FaultKind::NoAnswer
         } else if self.adc.verify().is_err() && self.adc.verify().is_err() {
-            // Read while START is high they have come back wrong: hence a second look.
+            // Registers read while START is high may be wrong once (seen on real chips): hence a second look.
             FaultKind::Registers
         } else if now_us.wrapping_sub(self.latest_us) > SILENT_US {
             FaultKind::Silent
         } else {
-            self.odd = 0;
-            self.unseen.is_sound();
+            self.unexpected_edges = 0;
+            self.unseen.reset();
             if self.pause_us > 0 && now_us.wrapping_sub(self.restarted_us) > self.pause_us.max(WELL_US) {
                 self.pause_us = 0;
             }
             return;
         };
         if now_us.wrapping_sub(self.restarted_us) < self.pause_us {
-            diagnostics.fault(trouble, now_us);
+            diagnostics.fault(fault, now_us);
             return;
         }
         diagnostics.chip_restarted();
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
         let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
-        match trouble {
-            // It has not run since.
+        match fault {
+            // The chip has not run since.
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
                 let config0 = self.adc.read_register(Register::Config0).ok();
@@ -226,11 +197,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             }
             _ => diagnostics.unseen(Unseen::of_clock(since_us)),
         }
-        self.unseen.is_sound();
-        let answers = self.set_up(wait);
-        // What was wrong before is over, if it answers now: it is told all the same, for it was not told while the
-        // board was not looking.
-        diagnostics.fault(if answers { trouble } else { FaultKind::NoAnswer }, now_us);
+        self.unseen.reset();
+        let is_set_up = self.set_up(wait);
+        // Reported even if the chip answers now: nobody reported it before.
+        diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
     }
 
     #[inline(always)]
@@ -247,26 +217,13 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         self.latest = Some(conversion);
         self.latest_us = t_us;
-        self.next = follows(conversion.status.0);
+        self.next = expected::next(conversion.status.0);
         if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
             diagnostics.overrun(1);
         }
     }
 
-    /// Conversions of the scan between the one that is due and this one, less whole scans: converted, and gone before they
-    /// were read. None for one that is not of the scan.
-    fn skipped(&self, conversion: Conversion) -> u32 {
-        let (mut status, mut skipped) = (self.next, 0);
-        while status & NEW_AND_ID != conversion.status.0 & NEW_AND_ID {
-            (status, skipped) = (follows(status), skipped + 1);
-            if skipped >= SLOTS {
-                return 0;
-            }
-        }
-        skipped
-    }
-
-    /// Whatever is not the next conversion, read twice alike.
+    /// Takes reads that are not twice the expected conversion.
     #[inline(never)]
     fn unexpected(
         &mut self,
@@ -277,21 +234,21 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         let adc = &mut self.adc;
-        match settle(self.latest, self.next, first, again, || adc.read().ok()) {
+        match resolve(self.latest, self.next, first, again, || adc.read().ok()) {
             Resolved::Found(conversion) => {
-                diagnostics.overrun(self.skipped(conversion));
+                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
-                // New, and heard: a processor that is too slow for the scan makes no storm.
-                return self.ask();
+                // It is new: a processor that is too slow for the scan makes no storm.
+                return self.request_check();
             }
             Resolved::Mended(conversion) => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overrun(self.skipped(conversion));
+                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
             }
             Resolved::Later(conversion) => {
-                // The one before it, read once only, is among them.
-                diagnostics.overrun(self.skipped(conversion));
+                // They include the one before it, which was read only once.
+                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
                 self.early = true;
                 return Drdy::Listen;
@@ -299,7 +256,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
                 diagnostics.overrun(1);
-                self.next = follows(self.next);
+                self.next = expected::next(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),
             Resolved::Repeated if core::mem::take(&mut self.early) => return Drdy::Listen,
@@ -309,25 +266,25 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
                 diagnostics.fault(FaultKind::Repeated, t_us);
             }
         }
-        self.stir(t_us, diagnostics)
+        self.count_unexpected(t_us, diagnostics)
     }
 
     /// Counts an unexpected edge.
-    fn stir(&mut self, t_us: u32, diagnostics: &Diagnostics) -> Drdy {
-        self.unrest = self.unrest.saturating_add(1);
-        if self.unrest >= STORM_EDGES {
+    fn count_unexpected(&mut self, t_us: u32, diagnostics: &Diagnostics) -> Drdy {
+        self.storm_count = self.storm_count.saturating_add(1);
+        if self.storm_count >= STORM_EDGES {
             diagnostics.fault(FaultKind::Storm, t_us);
             self.muted = true;
             return Drdy::Mute;
         }
-        self.ask()
+        self.request_check()
     }
 
-    /// Asks for a check at the first of [`ODD_EDGES`] unexpected edges.
-    fn ask(&mut self) -> Drdy {
-        let asks = self.odd.is_multiple_of(ODD_EDGES);
-        self.odd = self.odd.wrapping_add(1);
-        if asks { Drdy::Watch } else { Drdy::Listen }
+    /// Requests a check at the first of [`CHECK_EDGES`] unexpected edges.
+    fn request_check(&mut self) -> Drdy {
+        let is_due = self.unexpected_edges.is_multiple_of(CHECK_EDGES);
+        self.unexpected_edges = self.unexpected_edges.wrapping_add(1);
+        if is_due { Drdy::Watch } else { Drdy::Listen }
     }
 }
 

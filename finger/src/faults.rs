@@ -1,4 +1,4 @@
-//! What goes wrong: seen, counted, reported, and what it means for an estimate.
+//! Faults: noticed, counted, reported, and their effect on an estimate.
 
 pub mod diagnostics;
 pub mod episodes;

@@ -1,15 +1,27 @@
 //! Ridgetone: the tone of the ridges under a robotic fingertip, measured on the chip.
 //!
-//! Sixteen piezoresistors under a compliant skin slide over a grating; all of them see one common
-//! frequency, f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one
-//! and gives events: contact, slide, estimates of that frequency with their uncertainty, release.
-//! It needs no operating system, no allocation and no hardware; the firmware and the PC run it alike
-//! and get the same numbers to the last bit.
+//! Sixteen piezoresistors under a compliant skin slide over a grating. All of them see one common frequency,
+//! f = speed / spatial period. This crate takes the conversions of an ADS1258 one by one and gives events: contact,
+//! slide, estimates of that frequency with their uncertainty, release. It needs no operating system, no allocation and no
+//! hardware. The firmware and the PC run the same code and get the same numbers to the last bit.
 //!
-//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired
-//! MEMS-based tactile sensor array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
+//! # The way of a sample
+//!
+//! | step | module |
+//! |---|---|
+//! | DRDY: read a conversion, supervise the chip | [`acquire`] |
+//! | conversions to frames, by the slots of the scan | [`assembler`], [`frame`], [`scan`] |
+//! | frames into the ring; contact, slide, hold, release | [`detector`], [`ring`], [`touch`] |
+//! | windows of the slide that fall due | [`schedule`], [`window`] |
+//! | fit a window, in time or by place | [`pipeline`], [`abscissa`], crate `ridgetone-tone` |
+//! | phases to spatial period, speed and direction | [`surface`] |
+//! | faults: count, report, qualify estimates | [`faults`] |
+//! | what each task of the firmware does | [`tasks`] |
+//!
+//! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor
+//! array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
-// A panic resets the finger: only tests may.
+// A panic resets the finger: only tests may panic.
 #![cfg_attr(
     not(test),
     deny(
@@ -22,9 +34,9 @@
     )
 )]
 #![forbid(unsafe_code)]
-// Channels and unknowns are numbered; loops over several arrays at once read better by number.
+// Loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
-// `!(a > b)` is meant where it stands: a NaN belongs on that side.
+// `!(a > b)` is meant: a NaN belongs on that side.
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 pub mod abscissa;

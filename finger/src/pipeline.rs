@@ -136,11 +136,11 @@ impl Estimator {
         let told = match (fitted.abscissa, self.speed_mm_s) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
             (Abscissa::Time, Some(speed_mm_s)) => (speed_mm_s / frequency, speed_mm_s),
-            (Abscissa::Time, None) => return travel::found(lag, array, (frequency, relative * frequency)),
+            (Abscissa::Time, None) => return travel::by_phases(lag, array, (frequency, relative * frequency)),
         };
         let (period_mm, speed_mm_s) = told;
         let way = if speed_mm_s < 0.0 { Direction::Backward } else { Direction::Forward };
-        travel::told(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
+        travel::by_speed(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
     }
 
     fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {

@@ -1,4 +1,4 @@
-//! From phases and speeds to the surface: spatial period, speed, direction.
+//! From the channels' phases and the speed to the surface: spatial period, speed, direction.
 
 pub mod lag;
 pub mod profile;

@@ -1,10 +1,10 @@
-//! The sliding phase window by window: w seconds each, hop by hop, in the ring of frames.
+//! A window: consecutive frames of the ring that are fitted together.
 
 pub use crate::ring::{Ring, reached};
 use ridgetone_proto::telemetry::Span;
 pub use ridgetone_tone::{FrameSource, Table, Values};
 
-/// A stretch of frames to fit.
+/// Frames to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Number of its first frame.
@@ -15,7 +15,7 @@ pub struct Window {
     pub end_us: u64,
     /// Frames per second by the board's clock, measured over the window.
     pub frame_rate_hz: f32,
-    /// Codes that the frames' values are relative to: whole numbers, exact in f32.
+    /// The code of every taxel that the frames' values are relative to: whole numbers, exact in f32.
     pub reference: Values,
     /// What it covers.
     pub span: Span,

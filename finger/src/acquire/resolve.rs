@@ -1,14 +1,14 @@
-//! Which of two or three reads of a conversion is to be believed.
+//! Which of two or three reads of a conversion is right.
 
-use super::{NEW, NEW_AND_ID};
+use crate::acquire::expected::{NEW, NEW_AND_ID};
 use ads1258::{Conversion, Status};
 
-/// What the reads come to. NEW is set in every conversion.
+/// The result of the reads. NEW is set in every conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolved {
     /// A conversion, read twice alike.
     Found(Conversion),
-    /// A conversion that two reads agree on, a third does not, or of which only NEW is odd.
+    /// A conversion that two reads agree on, a third does not, or of which only NEW is wrong.
     Mended(Conversion),
     /// The conversion after the one whose edge is served: it ended between the first read and the second.
     Later(Conversion),
@@ -18,13 +18,13 @@ pub enum Resolved {
     Dead,
     /// The latest conversion again.
     Repeated,
-    /// The latest conversion again, and a read of it was garbled.
+    /// The latest conversion again, with a bit error in one read of it.
     RepeatedGarbled,
 }
 
-/// Settles two reads that are not both the conversion expected, with a `third` if they differ. `latest` is the conversion
-/// before, `next` NEW and CHID of the one that is expected. None: the read failed.
-pub fn settle(
+/// Resolves two reads that are not both the expected conversion, with a `third` if they differ. `latest` is the
+/// conversion before, `next` is NEW and CHID of the expected one. None: the read failed.
+pub fn resolve(
     latest: Option<Conversion>,
     next: u8,
     first: Option<Conversion>,
@@ -37,10 +37,10 @@ pub fn settle(
         let is_read_again = again.is_some_and(|again| !again.status.is_new());
         return match first.status.is_new() {
             _ if is_dead(first) => Resolved::Dead,
-            // As it should be: the id alone is unexpected, or an old code happens to be the new one too.
+            // Only the id is unexpected, or the new code happens to be the old one.
             true if is_read_again => Resolved::Found(first),
             _ if latest.is_some_and(|latest| is_same(latest, first)) => Resolved::Repeated,
-            // NEW fell over.
+            // A bit error in NEW.
             _ if as_new(first).status.0 & NEW_AND_ID == next => Resolved::Mended(as_new(first)),
             _ => Resolved::Garbled,
         };
@@ -54,19 +54,19 @@ pub fn settle(
     } else if !agreed.status.is_new() && latest.is_some_and(|latest| is_same(latest, agreed)) {
         Resolved::RepeatedGarbled
     } else if !is_first && agreed.status.is_new() && agreed.status.0 & NEW_AND_ID != next {
-        // It was new only at the second read, so there was another one before.
+        // It was new at the second read, so there was another one before.
         Resolved::Later(agreed)
     } else {
         Resolved::Mended(as_new(agreed))
     }
 }
 
-/// Whether two reads have the same data, whatever NEW says.
+/// Whether two reads have the same data, whatever NEW is.
 fn is_same(one: Conversion, other: Conversion) -> bool {
     one.code == other.code && (one.status.0 ^ other.status.0) & !NEW == 0
 }
 
-/// Nothing but ones, or nothing but zeros, whatever NEW says: CHID 1Fh is unused, and 00h (DIFF0) is not of the scan.
+/// Nothing but ones, or nothing but zeros, whatever NEW is: CHID 1Fh is unused, and 00h (DIFF0) is not of the scan.
 fn is_dead(read: Conversion) -> bool {
     matches!((read.status.0 & !NEW, read.code), (0x7f, -1) | (0, 0))
 }
@@ -84,10 +84,10 @@ mod tests {
         Some(Conversion { status: Status(status), code })
     }
 
-    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if it comes to that a third time.
-    fn settled(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
+    /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third time.
+    fn resolved(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
         let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
-        settle(read(0x88, 7), 0x89, first, again, || third)
+        resolve(read(0x88, 7), 0x89, first, again, || third)
     }
 
     const NONE: (u8, i32) = (0x55, 0x55);
@@ -95,44 +95,44 @@ mod tests {
     #[test]
     fn two_of_three_reads_decide() {
         let good = read(0x89, 5).unwrap();
-        assert_eq!(settled((0x89, 5), (0x09, 4), (0x09, 5)), Mended(good));
-        assert_eq!(settled((0x89, 4), (0x09, 5), (0x09, 5)), Mended(good));
-        assert_eq!(settled((0x8b, 5), (0x09, 5), (0x09, 5)), Mended(good));
-        // Without a first one that was heard at all NEW is there at the second.
-        assert_eq!(settled((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
-        assert_eq!(settled((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
-        assert_eq!(settle(None, 0x88, None, None, || None), Garbled);
-        assert_eq!(settle(None, 0x88, None, read(0x08, 1), || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
+        assert_eq!(resolved((0x89, 5), (0x09, 4), (0x09, 5)), Mended(good));
+        assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 5)), Mended(good));
+        assert_eq!(resolved((0x8b, 5), (0x09, 5), (0x09, 5)), Mended(good));
+        // If the first read fails, NEW is set at the second.
+        assert_eq!(resolved((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
+        assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
+        assert_eq!(resolve(None, 0x88, None, None, || None), Garbled);
+        assert_eq!(resolve(None, 0x88, None, read(0x08, 1), || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
     }
 
     #[test]
-    fn a_flag_new_that_falls_over_is_mended() {
+    fn a_bit_error_in_new_is_mended() {
         let good = read(0x89, 5).unwrap();
-        assert_eq!(settled((0x09, 5), (0x09, 5), NONE), Mended(good));
-        assert_eq!(settled((0x89, 5), (0x89, 5), NONE), Mended(good));
-        // Not the next of the scan: who knows what it is.
-        assert_eq!(settled((0x0a, 5), (0x0a, 5), NONE), Garbled);
+        assert_eq!(resolved((0x09, 5), (0x09, 5), NONE), Mended(good));
+        assert_eq!(resolved((0x89, 5), (0x89, 5), NONE), Mended(good));
+        // Not the next of the scan: it may be anything.
+        assert_eq!(resolved((0x0a, 5), (0x0a, 5), NONE), Garbled);
     }
 
     #[test]
     fn the_latest_again_is_no_conversion() {
-        assert_eq!(settled((0x08, 7), (0x08, 7), NONE), Repeated);
-        assert_eq!(settled((0x88, 7), (0x88, 7), NONE), Repeated);
-        assert_eq!(settled((0x08, 6), (0x08, 7), (0x08, 7)), RepeatedGarbled);
+        assert_eq!(resolved((0x08, 7), (0x08, 7), NONE), Repeated);
+        assert_eq!(resolved((0x88, 7), (0x88, 7), NONE), Repeated);
+        assert_eq!(resolved((0x08, 6), (0x08, 7), (0x08, 7)), RepeatedGarbled);
         // A whole scan later the same channel may have the same code.
-        assert_eq!(settled((0x88, 7), (0x08, 7), NONE), Found(read(0x88, 7).unwrap()));
+        assert_eq!(resolved((0x88, 7), (0x08, 7), NONE), Found(read(0x88, 7).unwrap()));
     }
 
     #[test]
     fn the_next_conversion_between_two_reads_is_taken_once() {
-        assert_eq!(settled((0x89, 5), (0x8a, 6), (0x0a, 6)), Later(read(0x8a, 6).unwrap()));
+        assert_eq!(resolved((0x89, 5), (0x8a, 6), (0x0a, 6)), Later(read(0x8a, 6).unwrap()));
     }
 
     #[test]
     fn a_dead_bus_is_no_conversion() {
         for (status, code) in [(0xff, -1), (0, 0)] {
-            assert_eq!(settled((status, code), (status, code), NONE), Dead);
-            assert_eq!(settled((0x89, 5), (status, code), (status, code)), Dead);
+            assert_eq!(resolved((status, code), (status, code), NONE), Dead);
+            assert_eq!(resolved((0x89, 5), (status, code), (status, code)), Dead);
         }
     }
 }

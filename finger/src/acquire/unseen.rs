@@ -1,8 +1,8 @@
 //! How many conversions a chip can have made that nobody saw.
 //!
-//! Behind a gap the chip's ids and the time say what was lost, if it ran as it was told to. With other registers, as after
-//! a reset of its own, it is up to five times as fast (SBAS297G, rate table), and its ids are those of another scan: then
-//! only the most that it can have made is known.
+//! After a gap the chip's ids and the time say what was lost, if its registers are right. With other registers, as after
+//! a reset of its own, the chip is up to five times as fast (SBAS297G, rate table), and its ids are those of another
+//! scan: then only an upper limit is known.
 
 use crate::scan::CONVERSION_NS;
 
@@ -13,10 +13,10 @@ const MUXMOD: u8 = 0x20;
 /// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625), and with a fixed channel.
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
-/// In so much time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
+/// In this time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
 const CLOCK_SHARE_US: u32 = (50 * CONVERSION_NS / 1000) as u32;
-/// A gap in time that is one, microseconds: two conversions of the scan and an interrupt that was late.
-const GAP_US: u32 = 450;
+/// A longer time between two conversions is a gap, microseconds: two conversions and a late interrupt.
+const GAP_US: u32 = (CONVERSION_NS * 228 / 100_000) as u32;
 
 /// Times without a conversion since the registers were known to be right.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,7 +30,7 @@ impl Unseen {
         Self { gaps_us: 0 }
     }
 
-    /// From one conversion to the next so much time passed, microseconds.
+    /// Adds the time from one conversion to the next, microseconds.
     #[inline(always)]
     pub fn passed(&mut self, passed_us: u32) {
         if passed_us > GAP_US {
@@ -38,13 +38,13 @@ impl Unseen {
         }
     }
 
-    /// The registers are right, or were just written: what is missing will be known by ids and time.
-    pub fn is_sound(&mut self) {
+    /// The registers are right, or were just written: ids and time will show what is lost.
+    pub fn reset(&mut self) {
         self.gaps_us = 0;
     }
 
-    /// The most conversions that the chip can have made in the gaps and in the time since the latest one, microseconds,
-    /// its CONFIG0 being this now; as a bus reads that is stuck it is none.
+    /// The most conversions that the chip can have made in the gaps and in the time since the latest one, microseconds.
+    /// `config0` is its register now; none, or all ones from a stuck bus, says nothing.
     pub fn at_most(&self, since_us: u32, config0: Option<u8>) -> u32 {
         let is_fixed = config0.is_some_and(|config0| config0 != 0xff && config0 & MUXMOD != 0);
         let ticks = if is_fixed { FIXED_TICKS } else { SCANNING_TICKS };
@@ -53,8 +53,8 @@ impl Unseen {
         self.gaps_us.saturating_add(since_us) / period_us + 1
     }
 
-    /// The most conversions that a chip made with the right registers and a clock that is fast, beyond those that the
-    /// nominal one makes in this time, microseconds; and what it finishes until it is reset.
+    /// The most conversions that a chip with the right registers and a fast clock made in this time, microseconds, beyond
+    /// those of a nominal clock; and those that it finishes before its reset.
     pub fn of_clock(since_us: u32) -> u32 {
         since_us / CLOCK_SHARE_US + 2
     }
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_gaps_count_and_only_since_all_was_right() {
+    fn only_gaps_since_the_registers_were_right_count() {
         let mut unseen = Unseen::new();
         [197, 198, 400].into_iter().for_each(|passed_us| unseen.passed(passed_us));
         assert_eq!(unseen.at_most(0, None), 1);
@@ -74,7 +74,7 @@ mod tests {
         assert!((237..=242).contains(&unseen.at_most(0, Some(0x0a))));
         // 125,000 of a fixed channel, for another 10 ms.
         assert_eq!(unseen.at_most(10_000, Some(0x2a)), 2501);
-        unseen.is_sound();
+        unseen.reset();
         assert_eq!(unseen.at_most(100, Some(0xff)), 3);
         // 5064 conversions a second.
         assert!((100..=104).contains(&Unseen::of_clock(1_000_000)));

@@ -1,11 +1,11 @@
-//! What the tasks count, each from its own priority, for `health` to report.
+//! Counters of the tasks, each written from its own priority, that `health` reports.
 
 use crate::faults::log::{FaultLog, raise};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
-/// After this time, microseconds, an input that is still at its rail has been seen there again.
+/// Within this time, microseconds, an input that stays at its rail is seen there again: 2.2 scans.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
 /// What the tasks counted.
@@ -29,7 +29,7 @@ pub struct Counters {
     pub stack: [u32; 2],
 }
 
-/// Counters that every task may bump without a lock. They stop at their largest value: one that began anew would tell of
+/// Counters that every task may raise without a lock. They stop at their largest value: after a wrap `health` would report
 /// less than was lost.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
@@ -71,8 +71,8 @@ impl Diagnostics {
         self.faults.add(kind, 1, board_us);
     }
 
-    /// So many inputs were at a rail in the scan before this board time, microseconds. None says nothing: it is not asked
-    /// when all is well.
+    /// So many inputs were at a rail in the scan before this board time, microseconds. Zero changes nothing: scans on the
+    /// assembler's fast path do not call this.
     pub fn overload(&self, inputs: u32, board_us: u32) {
         if inputs == 0 {
             return;
@@ -84,8 +84,8 @@ impl Diagnostics {
         self.faults.add(FaultKind::Overload, inputs, board_us);
     }
 
-    /// Whether an input has reached a rail or left one from one device time to another, their low 32 bits, microseconds. One
-    /// that is there all the time, such as a broken bridge's, does neither.
+    /// Whether an input has reached a rail or left one between two device times, their low 32 bits, microseconds. An input
+    /// that is always there, such as a broken bridge's, does neither.
     pub fn rails_change(&self, from_us: u32, to_us: u32) -> bool {
         let is_since = |since_us| self.faults.since(since_us).has(FaultKind::Overload);
         let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);
@@ -97,7 +97,7 @@ impl Diagnostics {
         raise(&self.overruns, conversions);
     }
 
-    /// The chip may have made so many conversions, at most, that nobody can have seen.
+    /// The chip may have made at most so many conversions that nobody saw.
     pub fn unseen(&self, at_most: u32) {
         raise(&self.unseen, at_most);
     }
@@ -112,12 +112,12 @@ impl Diagnostics {
         raise(&self.messages_dropped, 1);
     }
 
-    /// The ADC had to be set up anew.
+    /// The ADC was set up again.
     pub fn chip_restarted(&self) {
         raise(&self.chip_restarts, 1);
     }
 
-    /// An order came damaged, or while the one before it had not been taken yet.
+    /// A request was damaged, or arrived before the previous one was taken.
     pub fn request_damaged(&self) {
         raise(&self.requests_damaged, 1);
     }
@@ -127,14 +127,14 @@ impl Diagnostics {
         self.load_bits.store(load.to_bits(), Relaxed);
     }
 
-    /// The most of the stack that was in use since start-up, and its size, bytes.
+    /// Sets the most stack in use since start-up, and the stack's size, bytes.
     pub fn set_stack(&self, used_bytes: u32, size_bytes: u32) {
         let [used, size] = &self.stack;
         used.store(used_bytes, Relaxed);
         size.store(size_bytes, Relaxed);
     }
 
-    /// All of it, as the detector reports it.
+    /// All counters.
     pub fn counters(&self) -> Counters {
         Counters {
             overruns: self.overruns.load(Relaxed),
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_counted_is_reported() {
+    fn all_counters_are_reported() {
         let diagnostics = Diagnostics::new();
         diagnostics.overrun(1);
         diagnostics.unseen(6);

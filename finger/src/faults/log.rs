@@ -1,25 +1,25 @@
-//! How often each kind of fault was seen, and when last: written by every task, read by those who tell and who judge.
+//! How often each kind of fault was seen, and when: every task writes, the detector and the fit read.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 
-/// A fault seen longer ago than this is forgotten for windows, microseconds: longer than any window, and much shorter
-/// than half the counter's range, beyond which what is old would look new.
+/// A fault seen longer ago than this no longer counts for windows, microseconds: longer than any window, and much shorter
+/// than half the counter's range, beyond which an old fault would look new.
 const OLD_US: u32 = 60_000_000;
 
-/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their largest
-/// value.
+/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their
+/// largest value.
 #[derive(Debug, Default)]
 pub struct FaultLog {
     counts: [AtomicU32; KINDS],
     /// When each kind was seen first since [`Self::take_fresh`], if its bit in `fresh` is set.
     first_us: [AtomicU32; KINDS],
-    /// When each kind was seen last, if its bit in `lately` is set.
+    /// When each kind was seen last, if its bit in `recent` is set.
     seen_us: [AtomicU32; KINDS],
     /// Bit k: kind k was seen since [`Self::take_fresh`].
     fresh: AtomicU32,
     /// Bit k: kind k was seen within about [`OLD_US`].
-    lately: AtomicU32,
+    recent: AtomicU32,
     /// Board time at which device time is zero.
     zero_us: AtomicU32,
 }
@@ -32,12 +32,12 @@ impl FaultLog {
             first_us: [const { AtomicU32::new(0) }; KINDS],
             seen_us: [const { AtomicU32::new(0) }; KINDS],
             fresh: AtomicU32::new(0),
-            lately: AtomicU32::new(0),
+            recent: AtomicU32::new(0),
             zero_us: AtomicU32::new(0),
         }
     }
 
-    /// A fault was seen `times` times, the last time at `board_us`; nothing if that is no times.
+    /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
     #[inline(never)]
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
         let at = kind as usize;
@@ -51,45 +51,45 @@ impl FaultLog {
             first_us.store(board_us, Relaxed);
         }
         seen_us.store(board_us, Relaxed);
-        // After the time: whoever sees the bit finds the time that belongs to it.
-        self.lately.fetch_or(1 << kind as u32, Relaxed);
+        // After the time: a reader that sees the bit finds the right time.
+        self.recent.fetch_or(1 << kind as u32, Relaxed);
         self.fresh.fetch_or(1 << kind as u32, Relaxed);
     }
 
-    /// Times that each kind was seen, by [`FaultKind::ALL`].
+    /// How often each kind was seen, by [`FaultKind::ALL`].
     pub fn counts(&self) -> [u32; KINDS] {
         core::array::from_fn(|kind| self.counts.get(kind).map_or(0, |count| count.load(Relaxed)))
     }
 
-    /// Times that one kind was seen.
+    /// How often one kind was seen.
     pub fn count(&self, kind: FaultKind) -> u32 {
         self.counts.get(kind as usize).map_or(0, |count| count.load(Relaxed))
     }
 
-    /// Board time at which a kind was seen last; anything if it was not.
+    /// Board time at which a kind was seen last; any value if it was not.
     pub fn seen_us(&self, kind: FaultKind) -> u32 {
         self.seen_us.get(kind as usize).map_or(0, |seen_us| seen_us.load(Relaxed))
     }
 
-    /// Board time at which a kind was seen first since [`Self::take_fresh`] was asked before it was last; anything if it
-    /// was not.
+    /// Board time at which a kind was first seen in the interval that the latest [`Self::take_fresh`] ended; any value if
+    /// it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
         self.first_us.get(kind as usize).map_or(0, |first_us| first_us.load(Relaxed))
     }
 
-    /// Whether anything was seen since [`Self::take_fresh`].
+    /// Whether a fault was seen since the latest [`Self::take_fresh`].
     #[inline(always)]
     pub fn has_fresh(&self) -> bool {
         self.fresh.load(Relaxed) != 0
     }
 
-    /// The kinds seen since this was asked last.
+    /// The kinds seen since the latest call.
     pub fn take_fresh(&self) -> FaultSet {
         let fresh = self.fresh.swap(0, Relaxed);
         FaultSet::of_bits(fresh)
     }
 
-    /// Says at which board time device time is zero.
+    /// Sets the board time at which device time is zero.
     pub fn set_zero(&self, board_us: u32) {
         self.zero_us.store(board_us, Relaxed);
     }
@@ -97,9 +97,9 @@ impl FaultLog {
     /// The kinds seen since a device time, its low 32 bits, microseconds. `since_us` is less than half an hour ago.
     pub fn since(&self, since_us: u32) -> FaultSet {
         let since_us = self.zero_us.load(Relaxed).wrapping_add(since_us);
-        let lately = self.lately.load(Relaxed);
+        let recent = self.recent.load(Relaxed);
         let seen =
-            FaultSet::of_bits(lately).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
+            FaultSet::of_bits(recent).iter().filter(|kind| self.seen_us(*kind).wrapping_sub(since_us) as i32 >= 0);
         seen.fold(FaultSet::NONE, FaultSet::with)
     }
 
@@ -109,26 +109,26 @@ impl FaultLog {
         (board_us.wrapping_sub(since_us) as i32) < 0
     }
 
-    /// Forgets what is old, `board_us` being now. To be called every few minutes at least.
+    /// Forgets old faults, `board_us` being now. To be called every few minutes at least.
     pub fn forget(&self, board_us: u32) {
-        let lately = FaultSet::of_bits(self.lately.load(Relaxed));
-        if lately.is_none() {
+        let recent = FaultSet::of_bits(self.recent.load(Relaxed));
+        if recent.is_none() {
             return;
         }
-        for kind in lately.iter() {
+        for kind in recent.iter() {
             let is_old = || board_us.wrapping_sub(self.seen_us(kind)) as i32 > OLD_US as i32;
             if is_old() {
-                self.lately.fetch_and(!(1 << kind as u32), Relaxed);
-                // Seen again just now, by a task that came between.
+                self.recent.fetch_and(!(1 << kind as u32), Relaxed);
+                // A task of a higher priority saw it again just now.
                 if !is_old() {
-                    self.lately.fetch_or(1 << kind as u32, Relaxed);
+                    self.recent.fetch_or(1 << kind as u32, Relaxed);
                 }
             }
         }
     }
 }
 
-/// Adds to a counter as much as it holds. Not inline: none of them is raised while all is well.
+/// Adds to a counter as much as it holds. Not inlined: counters seldom change.
 #[inline(never)]
 pub(crate) fn raise(counter: &AtomicU32, by: u32) {
     let _ = counter.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
@@ -140,7 +140,7 @@ mod tests {
     use FaultKind::{Bus, Lost, Silent};
 
     #[test]
-    fn what_is_added_is_counted_and_fresh_once() {
+    fn added_faults_are_counted_and_fresh_once() {
         let fault_log = FaultLog::new();
         assert!(!fault_log.has_fresh());
         fault_log.add(Silent, u32::MAX, 50);
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_window_is_told_what_was_seen_since_it_began_across_the_counters_wrap() {
+    fn faults_since_a_windows_beginning_are_found_across_the_counters_wrap() {
         let fault_log = FaultLog::new();
         let zero_us = u32::MAX - 1_000_000;
         fault_log.set_zero(zero_us);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_old_does_not_look_new_when_the_counter_has_gone_half_its_way() {
+    fn old_faults_do_not_look_new_after_half_of_the_counters_range() {
         let fault_log = FaultLog::new();
         fault_log.add(Silent, 1, 1000);
         for now_us in (0..u32::MAX).step_by(30_000_000) {

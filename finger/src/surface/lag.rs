@@ -1,31 +1,31 @@
 //! By how much the tone in one column of units lags behind that in the other.
 //!
 //! The units stand in two columns, one pitch apart along the motion. Piezoresistors that respond alike (the same one of
-//! every unit) see the same wave in both columns, earlier or later: the difference of their phases is the wave's, while
-//! that of unlike ones is mostly their own. So phases are averaged among the alike ones of each column, each weighted
-//! by the inverse of its variance, and the columns' differences are averaged in turn. With Gaussian noise that is the
-//! maximum of the likelihood; a dead or noisy channel has next to no weight.
+//! every unit) see the same wave in both columns, earlier or later: the difference of their phases is due to the wave.
+//! The phases of unlike ones differ by themselves. So phases are averaged over the alike ones of each column, each
+//! weighted by the inverse of its variance; then the columns' differences are averaged too. With Gaussian noise this is
+//! the maximum of the likelihood. A dead or noisy channel has almost no weight.
 
 use crate::abscissa::Fitted;
 use core::f32::consts::PI;
 use ridgetone_proto::settings::{Array, TAXELS};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
-/// Scatter of the channels, in standard deviations of its chi-squared, from which they disagree by more than noise.
+/// From this scatter on, in standard deviations of its chi-squared, the channels disagree by more than noise.
 const DISAGREE: f32 = 4.0;
 
 /// A lag and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// How far the column in front lags behind the other, turns, -0.5 to 0.5: positive if a wave that is longer than
-    /// two pitches comes to it later.
+    /// Lag of the column in front behind the other, turns, -0.5 to 0.5: positive if a wave that is longer than two pitches
+    /// reaches it later.
     pub turns: f32,
     /// Standard deviation, turns.
     pub sigma: f32,
 }
 
-/// A weighted sum of phases as a vector: its angle is their mean, and what it is shorter than `weight` is half of their
-/// chi-squared about that.
+/// A weighted sum of phases as a vector. Its angle is their mean; `weight` less its length is half of their chi-squared
+/// about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,
@@ -46,7 +46,7 @@ impl Sum {
 }
 
 /// The phases of some taxels.
-// Called twice for each kind of piezoresistor: one copy is enough.
+// Not inlined: it is called twice, and one copy is enough.
 #[inline(never)]
 fn column(fitted: &Fitted, taxels: u16) -> Sum {
     let mut sum = Sum::default();
@@ -61,9 +61,9 @@ fn column(fitted: &Fitted, taxels: u16) -> Sum {
     sum
 }
 
-/// The lag between the columns of `array`, the slots of the scan accounted for ([`Fitted::turns`]). Where the channels
-/// disagree by more than their noise, the uncertainty is that of their scatter. None if no two channels that respond
-/// alike have the tone in both columns.
+/// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]). If the channels
+/// disagree by more than their noise, the uncertainty is their scatter's. None if no piezoresistors that respond alike
+/// have the tone in both columns.
 #[inline(never)]
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);

@@ -10,10 +10,10 @@ use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 /// Fastest speed, millimetres per second: as fast as [`ridgetone_proto::settings::SlideRule::Protocol`] may be.
 pub const SPEED_MAX_MM_S: f32 = 2000.0;
 
-/// What is wrong with a profile.
+/// Why a profile is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProfileError {
-    /// It has no knot, or only one to repeat.
+    /// It has no knot; or only one, and repeats.
     TooFew,
     /// It has more than [`KNOTS_MAX`] knots.
     TooMany {
@@ -49,8 +49,9 @@ impl core::fmt::Display for ProfileError {
 
 impl core::error::Error for ProfileError {}
 
-/// Places of knots are counted in halves of a nanometre per second times a microsecond: then a straight line's mean speed
-/// times its time is a whole number. They wrap after 4.6 km; a window is shorter, and only differences count.
+/// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. Then a straight line's
+/// mean speed times its time is a whole number. Places wrap after 4.6 km, but a window is shorter, and only differences
+/// count.
 const MM_PER_COUNT: f32 = 0.5e-12;
 
 /// Nanometres in a millimetre.
@@ -69,7 +70,7 @@ impl Profile {
     /// A profile of 1 to [`KNOTS_MAX`] knots, in the order of time.
     ///
     /// # Errors
-    /// The first thing that is wrong with them.
+    /// The first reason why it is refused.
     pub fn new(knots: &[Knot], after: After) -> Result<Self, ProfileError> {
         if knots.len() < if after == After::Repeat { 2 } else { 1 } {
             return Err(ProfileError::TooFew);
@@ -79,11 +80,11 @@ impl Profile {
         let mut before: Option<(Knot, i64)> = None;
         let mut place = 0i64;
         for ((knot, here), out) in knots.iter().enumerate().zip(&mut profile.places) {
-            // A NaN is not within any bounds.
+            // A NaN is refused too.
             if !(here.speed_mm_s.abs() <= SPEED_MAX_MM_S) {
                 return Err(ProfileError::Speed { knot, speed_mm_s: here.speed_mm_s });
             }
-            // Within 31 bits, by the greatest speed.
+            // 31 bits hold the greatest speed.
             let speed_nm_s = (here.speed_mm_s * NM_PER_MM) as i32 as i64;
             if let Some((before, before_nm_s)) = before {
                 if here.t_us <= before.t_us {
@@ -103,10 +104,10 @@ impl Profile {
         let repeats = self.after == After::Repeat;
         let round_us = NonZeroU32::new(last_us.wrapping_sub(first_us)).filter(|_| repeats);
         let from_us = match round_us {
-            // Behind the last knot any time is like any other.
+            // Behind the last knot the speed stays the same.
             None => start_us.min(last_us.into()) as u32,
             Some(round_us) if start_us >= first_us.into() => {
-                first_us + remainder(start_us - u64::from(first_us), round_us)
+                first_us + ((start_us - u64::from(first_us)) % u64::from(round_us.get())) as u32
             }
             Some(round_us) => last_us - (first_us - start_us as u32 - 1) % round_us - 1,
         };
@@ -134,8 +135,8 @@ impl Profile {
         self.knots.partition_point(|knot| u64::from(knot.t_us) <= t_us)
     }
 
-    /// Speed at a time before the knot of this number and not before that in front of it, millimetres per second. Before
-    /// the first knot it is that one's, behind the last one that one's.
+    /// Speed at a time between the knot of this number and the one in front of it, millimetres per second. Before the first
+    /// knot it is the first one's, behind the last knot the last one's.
     fn speed_mm_s(&self, behind: usize, t_us: u64) -> f32 {
         let (before, behind) = (self.at(behind.saturating_sub(1)), self.at(behind));
         let lasts_us = behind.t_us.wrapping_sub(before.t_us);
@@ -147,8 +148,8 @@ impl Profile {
     }
 }
 
-/// The places after some moment, in f32, which the chip computes with: they count from where the finger was then, so that
-/// they are good to a ten-millionth of the way in a window however long the finger has slid before.
+/// The places after some moment, relative to the place at that moment: then f32 is exact to a ten-millionth of the way in
+/// a window, however long the finger has slid before.
 #[derive(Clone, Copy, Debug)]
 pub struct Way<'a> {
     profile: &'a Profile,
@@ -165,13 +166,13 @@ pub struct Way<'a> {
 }
 
 impl Way<'_> {
-    /// Place at a later time, millimetres from where the finger was at first.
+    /// Place after a time, millimetres from the first one.
     pub fn place_mm(&self, after_us: u32) -> f32 {
         let profile = self.profile;
         let (first_us, passed_us) = (profile.time_us(0), u64::from(self.from_us) + u64::from(after_us));
         let (mut rounds, mut t_us) = (0, passed_us);
         if let Some(round_us) = self.round_us {
-            // Since the first knot, less what 32 bits do not hold: it is more than a window has.
+            // Since the first knot; longer than 32 bits hold is longer than any window.
             let since_us = (passed_us - u64::from(first_us)).min(u32::MAX.into()) as u32;
             (rounds, t_us) = (since_us / round_us, u64::from(first_us + since_us % round_us));
         }
@@ -192,19 +193,6 @@ impl Way<'_> {
 /// Millimetres in some microseconds.
 fn mm(speed_mm_s: f32, time_us: u32) -> f32 {
     speed_mm_s * (time_us as f32 * 1e-6)
-}
-
-/// What is left of a number that is divided. Bit by bit: a division of 64 bits is a kilobyte of code on the chip.
-fn remainder(number: u64, divisor: NonZeroU32) -> u32 {
-    let divisor = u64::from(divisor.get());
-    let mut rest = 0;
-    for bit in (0..u64::BITS).rev() {
-        rest = rest << 1 | number >> bit & 1;
-        if rest >= divisor {
-            rest -= divisor;
-        }
-    }
-    rest as u32
 }
 
 #[cfg(test)]
@@ -270,7 +258,7 @@ mod tests {
         }
     }
 
-    /// However late a window begins, it is told as well as the first one, and so is one across the seam.
+    /// However late a window begins, its places are as exact as the first one's, and so are those across the seam.
     #[test]
     fn rounds_follow_each_other_without_a_seam() {
         let profile = Profile::new(&[knot(500, 20.0), knot(1_000_500, 40.0)], After::Repeat).unwrap();
@@ -318,15 +306,6 @@ mod tests {
         let profile = Profile::new(&[knot(7, 15.0)], After::Hold).unwrap();
         for start_us in [0, 7, 8, 3_600_000_000, u64::MAX] {
             assert!((profile.way_from(start_us).place_mm(4_000_000) - 60.0).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn what_is_left_of_a_division_is() {
-        for (number, divisor) in [(0, 1), (5, 7), (7, 7), (u64::MAX, 3), (u64::MAX, u32::MAX), (u64::MAX - 1, 1 << 31)]
-        {
-            let rest = remainder(number, NonZeroU32::new(divisor).unwrap());
-            assert_eq!(u64::from(rest), number % u64::from(divisor), "{number} by {divisor}");
         }
     }
 

@@ -1,17 +1,16 @@
 //! From the lag between the columns to the spatial period, and with the frequency to speed and direction.
 //!
-//! A wave of spatial period T that travels along +x comes to the column in front `pitch_mm` / T turns late, less the
-//! turns by which the contact's ends pull the columns together ([`Array::edge_phase_rad`]). Of that the phases tell the
-//! fraction of a turn: n turns more or less look the same, and so does a wave the other way that is late by what is
-//! left of a turn. So an answer is sought among the periods of [`Array::period_least_mm`] to
-//! [`Array::period_most_mm`] in every direction that is possible, and told only if there is but one. Periods between
-//! one pitch and two have a single answer each, and those above too where the direction is known; a shorter one, which
-//! aliases, has another among the longer ones.
+//! A wave of spatial period T along +x reaches the column in front `pitch_mm` / T turns late, less the phase that the
+//! contact's ends cause ([`Array::edge_phase_rad`]). The phases give only the fraction of a turn: n turns more or less
+//! look the same, and so does a wave in the other direction that is late by the rest of a turn. So the periods from
+//! [`Array::period_least_mm`] to [`Array::period_most_mm`] are searched in every possible direction, and an answer is
+//! reported only if it is the only one. Each period between one pitch and two has a single answer, and so has a longer
+//! one if the direction is known. A shorter one aliases: it has another answer among the longer ones.
 //!
-//! What else could tell, and why it is not asked: the overtones are late by whole multiples of the same turns and know
-//! nothing new. Friction shifts the levels of facing piezoresistors by its direction; under gratings as coarse as the
-//! paper's by less than the ridges that happen to lie over them when the slide begins, and under finer ones the number
-//! of turns stays open. In what order the units feel the touch is the stimulus's tilt, not its motion.
+//! Three other sources do not help. The overtones are late by whole multiples of the same turns. Friction shifts the
+//! levels of facing piezoresistors by its direction, but under gratings as coarse as the paper's by less than the ridges
+//! that lie over them when the slide begins, and under finer ones the number of turns stays open. The order in which the
+//! units feel the touch shows the stimulus's tilt, not its motion.
 
 use crate::surface::lag::Lag;
 use core::f32::consts::PI;
@@ -20,27 +19,27 @@ use ridgetone_proto::telemetry::{Direction, Travel, TravelStatus};
 
 /// Standard deviations on either side within which an answer is possible.
 const POSSIBLE: f32 = 3.0;
-/// How far the phases may be from a period told by the host and still agree with it, turns, besides their own
-/// uncertainty: what a speed that is off by 5 % does to a period of one pitch.
+/// The phases agree with the period by the host's speed if they differ by less than this and their own uncertainty,
+/// turns: a speed that is off by 5 % changes a period of one pitch by so much.
 const AGREE: f32 = 0.05;
 
 /// A value and its standard deviation.
 pub type Measured = (f32, f32);
 
-/// Turns by which the column in front is late behind a wave of one period along +x.
+/// Turns by which a wave of this period along +x is late at the column in front.
 fn turns(array: &Array, period_mm: f32) -> f32 {
     array.pitch_mm / period_mm - array.edge_phase_rad / (2.0 * PI)
 }
 
-/// The lag with the uncertainty of the calibration in it.
+/// The lag, with the calibration's uncertainty added to its own.
 fn calibrated(lag: Lag, array: &Array) -> Lag {
-    let pull_sigma = array.edge_phase_sigma_rad / (2.0 * PI);
-    Lag { sigma: libm::sqrtf(lag.sigma * lag.sigma + pull_sigma * pull_sigma), ..lag }
+    let edge_sigma = array.edge_phase_sigma_rad / (2.0 * PI);
+    Lag { sigma: libm::sqrtf(lag.sigma * lag.sigma + edge_sigma * edge_sigma), ..lag }
 }
 
-/// What the phases alone tell. `frequency_hz` of a slide whose speed nobody told.
+/// Travel by the phases alone, for a slide of unknown speed.
 #[inline(never)]
-pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
+pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel {
     let Some(lag) = lag else { return Travel::NONE };
     let lag = calibrated(lag, array);
     let margin = POSSIBLE * lag.sigma;
@@ -84,10 +83,10 @@ pub fn found(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Travel 
     }
 }
 
-/// What the host's speed and the frequency tell; the phases give the direction and are a check. `way` is that of a
-/// wave that travels along +x with increasing abscissa.
+/// Travel by the host's speed and the frequency; the phases give the direction and are a check. `way` is the direction of
+/// a wave along +x with increasing abscissa.
 #[inline(never)]
-pub fn told(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
+pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
     let travel = Travel {
         verdict: TravelStatus::Given,
         direction: Direction::Unknown,
@@ -130,7 +129,7 @@ mod tests {
     fn every_possible_period_comes_back_both_ways() {
         for direction in [Direction::Forward, Direction::Backward] {
             for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
-                let travel = found(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
+                let travel = by_phases(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
                 assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, direction), "{period_mm}");
                 assert!((f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5, "{travel:?}");
                 assert!((f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4, "{travel:?}");
@@ -150,7 +149,7 @@ mod tests {
     fn the_calibrations_uncertainty_counts() {
         let array = Array { edge_phase_sigma_rad: 0.01, ..ARRAY };
         let lag = Lag { sigma: 0.0, ..lag_of(3.1, Direction::Forward) };
-        let travel = found(Some(lag), &array, TONE_HZ);
+        let travel = by_phases(Some(lag), &array, TONE_HZ);
         let sigma_mm = 3.1 * 3.1 / 2.3 * 0.01 / core::f32::consts::TAU;
         assert!((travel.spatial_period_sigma_mm / sigma_mm - 1.0).abs() < 1e-3, "{travel:?}");
     }
@@ -159,7 +158,7 @@ mod tests {
     fn what_has_more_than_one_answer_is_ambiguous() {
         let verdict = |least: f32, most: f32, period_mm, direction| {
             let array = Array { period_least_mm: least, period_most_mm: most, ..ARRAY };
-            found(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
+            by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
         };
         // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
         assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), TravelStatus::Ambiguous);
@@ -167,7 +166,7 @@ mod tests {
         // Two pitches and more: what is late one way is as much ahead the other.
         assert_eq!(verdict(2.3, 9.0, 3.1, Direction::Backward), TravelStatus::Ambiguous);
         assert_eq!(verdict(2.3, 9.0, 6.0, Direction::Forward), TravelStatus::Ambiguous);
-        // Short ones that alone are possible are told.
+        // Short ones are unique if no others are possible.
         assert_eq!(verdict(1.2, 1.4, 1.3, Direction::Backward), TravelStatus::Unique);
         assert_eq!(verdict(4.5, 9.0, 6.0, Direction::Backward), TravelStatus::Unique);
     }
@@ -176,18 +175,18 @@ mod tests {
     fn a_known_direction_leaves_one_answer_above_one_pitch() {
         let array = Array { period_most_mm: 20.0, may_go_backward: false, ..ARRAY };
         for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
-            let travel = found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
+            let travel = by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
             assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, Direction::Forward), "{period_mm}");
             assert!((f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5, "{travel:?}");
         }
         let none = Array { may_go_forward: false, ..array };
-        assert_eq!(found(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, TravelStatus::OutOfRange);
+        assert_eq!(by_phases(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, TravelStatus::OutOfRange);
     }
 
     #[test]
     fn an_answer_at_the_edge_is_ambiguous_and_one_beyond_is_out_of_range() {
         let array = Array { period_least_mm: 2.6, period_most_mm: 3.6, ..ARRAY };
-        let verdict = |period_mm| found(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
+        let verdict = |period_mm| by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
         // Three standard deviations are 0.35 % of the period and more.
         for (period_mm, expected) in [
             (2.57, TravelStatus::OutOfRange),
@@ -201,19 +200,19 @@ mod tests {
         ] {
             assert_eq!(verdict(period_mm), expected, "{period_mm}");
         }
-        assert_eq!(found(None, &array, TONE_HZ), Travel::NONE);
+        assert_eq!(by_phases(None, &array, TONE_HZ), Travel::NONE);
     }
 
     #[test]
     fn a_lag_that_is_not_known_at_all_is_ambiguous() {
         let lag = Lag { turns: 0.3, sigma: 0.4 };
-        assert_eq!(found(Some(lag), &ARRAY, TONE_HZ).verdict, TravelStatus::Ambiguous);
+        assert_eq!(by_phases(Some(lag), &ARRAY, TONE_HZ).verdict, TravelStatus::Ambiguous);
     }
 
     #[test]
-    fn the_hosts_word_stands_and_the_phases_check_it() {
+    fn the_hosts_speed_stands_and_the_phases_check_it() {
         let check = |lag, way| {
-            let travel = told(lag, &ARRAY, (3.1, 0.003), 24.8, way);
+            let travel = by_speed(lag, &ARRAY, (3.1, 0.003), 24.8, way);
             let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = travel;
             let values = (spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s);
             assert_eq!(values, (3.1, 0.003, 24.8, 0.0));
