@@ -1,8 +1,8 @@
-//! A speed profile as the host gives it, and the place on the surface that it leads to.
+//! A speed profile from the host, and the place on the surface that follows from it.
 //!
-//! Speeds are given at a few times, and change evenly in between: the place is their integral, a parabola
-//! from knot to knot, and is computed as that and not as a sum of steps. With places instead of times the
-//! fit gives cycles per millimetre, whatever the speed does meanwhile (`ridgetone_tone::FrameSpan::along`).
+//! Speeds are given at a few times and are linear in between: the place is their integral, a parabola from knot to knot,
+//! and is computed in closed form. With places instead of times the fit gives cycles per millimetre at any speed
+//! (`ridgetone_tone::FrameSpan::along`).
 
 use core::num::NonZeroU32;
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
