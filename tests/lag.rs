@@ -6,7 +6,7 @@ mod reference;
 use reference::{Noise, codes};
 use ridgetone::abscissa::{Fitted, in_time};
 use ridgetone::surface::lag::lag;
-use ridgetone::surface::travel::found;
+use ridgetone::surface::travel::by_phases;
 use ridgetone::window::Window;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
@@ -86,7 +86,7 @@ impl Wave {
 
 fn travel(fitted: &Fitted, array: &Array) -> Travel {
     let fit = &fitted.fit;
-    found(lag(fitted, array), array, (fit.frequency * fitted.per_unit, fit.sigma * fitted.per_unit))
+    by_phases(lag(fitted, array), array, (fit.frequency * fitted.per_unit, fit.sigma * fitted.per_unit))
 }
 
 #[test]
