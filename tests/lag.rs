@@ -107,7 +107,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
             let travel = travel(&wave.fitted(&mut fitter), &ARRAY);
             let way = if wave.backward { Direction::Backward } else { Direction::Forward };
             assert_eq!(
-                (travel.verdict, travel.direction),
+                (travel.status, travel.direction),
                 (TravelStatus::Unique, way),
                 "{name}, seed {seed}: {travel:?}"
             );
@@ -166,11 +166,11 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
             let fitted = wave.fitted(&mut fitter);
             let right = travel(&fitted, &ARRAY);
             let off = |travel: &Travel| f64::from(travel.spatial_period_mm) / period_mm - 1.0;
-            assert_eq!(right.verdict, TravelStatus::Unique);
+            assert_eq!(right.status, TravelStatus::Unique);
             assert!(off(&right).abs() < 5e-3, "{right:?} instead of {period_mm}");
             assert!((f64::from(right.speed_mm_s) / wave.speed_mm_s - 1.0).abs() < 5e-3, "{right:?}");
             let unskewed = travel(&Fitted { per_slot: 0.0, ..fitted }, &ARRAY);
-            assert!(unskewed.verdict != TravelStatus::Unique || off(&unskewed).abs() > 0.05, "{unskewed:?}");
+            assert!(unskewed.status != TravelStatus::Unique || off(&unskewed).abs() > 0.05, "{unskewed:?}");
         }
     }
 }
@@ -180,14 +180,14 @@ fn a_fast_grating_comes_out_wrong_without_the_skew_of_the_slots() {
 fn without_two_columns_there_is_nothing() {
     let mut fitted = WAVE.fitted(&mut Fitter::new(4));
     for front in [0, u16::MAX] {
-        assert_eq!(travel(&fitted, &Array { front, ..ARRAY }).verdict, TravelStatus::Nothing);
+        assert_eq!(travel(&fitted, &Array { front, ..ARRAY }).status, TravelStatus::Nothing);
     }
-    assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).verdict, TravelStatus::Nothing);
+    assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).status, TravelStatus::Nothing);
     fitted.fit.usable = 0x0f0f;
-    assert_eq!(travel(&fitted, &ARRAY).verdict, TravelStatus::Nothing);
+    assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Nothing);
     // One of each column is enough.
     fitted.fit.usable = 0x0011;
-    assert_eq!(travel(&fitted, &ARRAY).verdict, TravelStatus::Unique);
+    assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Unique);
 }
 
 /// Channels that disagree by more than their noise make the uncertainty theirs.

@@ -40,7 +40,7 @@ fn all_of_table_2_both_ways_within_the_bars() {
             for fit in estimates(scene, Settings::DEFAULT) {
                 let what = format!("c{number}, seed {seed}: {fit:?}");
                 let travel = fit.travel;
-                assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, towards(reverse)), "{what}");
+                assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards(reverse)), "{what}");
                 let period_off = f64::from(travel.spatial_period_mm) / period_mm - 1.0;
                 let speed_off = f64::from(travel.speed_mm_s) / speed_mm_s - 1.0;
                 worst = (worst.0.max(period_off.abs()), worst.1.max(speed_off.abs()));
@@ -63,7 +63,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
         let scene = Sliding { speed_mm_s: 240.0, period_mm: 2.6, slide_mm: 600.0, reverse, ..Sliding::physical() };
         for fit in estimates(Sliding { snr_db: Some(20.0), ..scene }, Settings::DEFAULT) {
             let travel = fit.travel;
-            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, towards(reverse)), "{fit:?}");
+            assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards(reverse)), "{fit:?}");
             assert!((travel.spatial_period_mm / 2.6 - 1.0).abs() < 0.01, "{fit:?}");
         }
     }
@@ -80,7 +80,7 @@ fn with_the_speed_told_the_period_comes_from_it() {
         };
         for fit in told(30.0) {
             let travel = fit.travel;
-            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
+            assert_eq!((travel.status, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
             assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
             assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
             let share = fit.sigma / fit.frequency;
@@ -88,7 +88,7 @@ fn with_the_speed_told_the_period_comes_from_it() {
         }
         // A speed that is a sixth too small is another grating's.
         for fit in told(25.0) {
-            assert_eq!(fit.travel.verdict, TravelStatus::Contradicted, "{fit:?}");
+            assert_eq!(fit.travel.status, TravelStatus::Contradicted, "{fit:?}");
         }
     }
 }
@@ -105,7 +105,7 @@ fn along_a_profile_the_period_is_the_fits_own() {
         assert!(!out.window_fits.is_empty(), "{out:?}");
         for fit in out.window_fits {
             let travel = fit.travel;
-            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
+            assert_eq!((travel.status, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
             assert!((travel.spatial_period_mm * fit.frequency - 1.0).abs() < 1e-6, "{fit:?}");
             assert!((travel.spatial_period_mm / 3.6 - 1.0).abs() < 0.002, "{fit:?}");
             assert!((travel.speed_mm_s / 30.0 - 1.0).abs() < 1e-3, "{fit:?}");
@@ -119,7 +119,7 @@ fn a_grating_finer_than_the_pitch_is_ambiguous() {
     let scene = Sliding { period_mm: 1.5, ridge_mm: 0.4, snr_db: Some(20.0), ..Sliding::physical() };
     let array = Array { period_least_mm: 1.4, ..Array::DEFAULT };
     for fit in estimates(scene, with_array(array)) {
-        assert_eq!(fit.travel.verdict, TravelStatus::Ambiguous, "{fit:?}");
+        assert_eq!(fit.travel.status, TravelStatus::Ambiguous, "{fit:?}");
         assert!(!fit.travel.is_known() && fit.travel.speed_mm_s == 0.0, "{fit:?}");
     }
 }

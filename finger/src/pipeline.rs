@@ -128,7 +128,7 @@ impl Estimator {
         let (fit, array) = (&fitted.fit, &self.array);
         match reported_status(fit.status) {
             Status::Good => {}
-            Status::Ambiguous => return Travel { verdict: TravelStatus::Ambiguous, ..Travel::NONE },
+            Status::Ambiguous => return Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
             _ => return Travel::NONE,
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);

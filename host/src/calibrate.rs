@@ -136,7 +136,7 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result
         };
         // The onset of friction is in a slide's first window, and in the whole slide.
         if fit.span == Span::Window && !std::mem::take(&mut first) {
-            match fit.travel.verdict {
+            match fit.travel.status {
                 TravelStatus::Unique => lags.push(TAU * f64::from(pitch_mm) / f64::from(fit.travel.spatial_period_mm)),
                 _ => doubtful += 1,
             }

@@ -4,7 +4,7 @@ use crate::emulator;
 use crate::emulator::{Options, Outcome};
 use crate::fit_report::{decimals, with_sigma};
 use crate::input::{Input, Source};
-use crate::names::status_name;
+use crate::names::name;
 use crate::picture;
 use crate::picture::Recording;
 use crate::static_image;
@@ -152,7 +152,7 @@ impl fmt::Display for Summary {
                 let (mm, sigma_mm) = with_sigma(period_mm, period_mm * f64::from(e.sigma / e.frequency));
                 row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{:.4} mm", self.period_mm))?;
             }
-            Some(e) => row("tone", status_name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
+            Some(e) => row("tone", name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
         }
         let map = |image: &Option<Image>| match image {

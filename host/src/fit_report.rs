@@ -1,8 +1,8 @@
 //! What `fit` prints: a table for people, one JSON object for programs.
 
-use crate::names::status_name;
+use crate::names::name;
 use crate::table_fit::TableFit;
-use crate::tone::{JsonTone, abscissa_name, period};
+use crate::tone::{JsonTone, period};
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use serde::Serialize;
 use std::fmt::Write;
@@ -15,10 +15,10 @@ struct Json<'a> {
     window_s: f64,
     rows: usize,
     rows_missing: usize,
-    abscissa: &'static str,
+    abscissa: Abscissa,
     #[serde(flatten)]
     tone: JsonTone<f64>,
-    status: &'static str,
+    status: Status,
     harmonics: u8,
     channels: Vec<JsonChannel<'a>>,
 }
@@ -54,9 +54,9 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
         window_s: fit.window_s,
         rows: fit.rows,
         rows_missing: fit.rows_missing,
-        abscissa: abscissa_name(fit.abscissa),
+        abscissa: fit.abscissa,
         tone: JsonTone::new(fit.abscissa, fit.tone, period),
-        status: status_name(fit.status),
+        status: fit.status,
         harmonics: fit.harmonics,
         channels: channels.collect(),
     })
@@ -82,7 +82,7 @@ pub fn text(fit: &TableFit) -> String {
             pair("period_mm", "period_sigma_mm", fit.tone.map(period));
         }
     }
-    line("status", format!("{} ({})", status_name(fit.status), meaning(fit.status)));
+    line("status", format!("{} ({})", name(fit.status), meaning(fit.status)));
     line("harmonics", fit.harmonics.to_string());
     line("window_s", significant(fit.window_s, 6));
     let missing = if fit.rows_missing > 0 { format!(", {} missing", fit.rows_missing) } else { String::new() };

@@ -319,18 +319,7 @@ fn estimate(packet: Option<&Packet>) -> Option<&Estimate> {
 
 /// Device time of an event, seconds: of its end if it lasts. Some have none.
 pub fn time_s(event: &Event) -> Option<f64> {
-    let t_us = match event {
-        Event::Hello(_) | Event::Reply(_) => return None,
-        Event::Contact(e) => e.t_us,
-        Event::Slide(e) => e.end_us.unwrap_or(e.start_us),
-        Event::Estimate(e) => e.t_us,
-        Event::Release(e) => e.t_us,
-        Event::Health(e) => e.t_us,
-        Event::Image(e) => e.end_us,
-        Event::Fault(e) => e.until_us.unwrap_or(e.from_us),
-        Event::Raw(e) => e.t_us,
-    };
-    Some(seconds(t_us))
+    event.t_us().map(seconds)
 }
 
 fn seconds(t_us: u64) -> f64 {
@@ -342,7 +331,7 @@ fn as_json<S: Serializer>(packet: &Option<Packet>, serializer: S) -> Result<S::O
 }
 
 fn fault_names<S: Serializer>(faults: &[Fault], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_seq(faults.iter().map(|fault| crate::names::fault_name(fault.kind)))
+    serializer.collect_seq(faults.iter().map(|fault| fault.kind))
 }
 
 #[cfg(test)]

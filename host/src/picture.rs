@@ -8,7 +8,7 @@ mod recording;
 pub use recording::Recording;
 
 use crate::fit_report::{decimals, significant, with_sigma};
-use crate::names::status_name;
+use crate::names::name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
 use ridgetone_proto::settings::TAXELS;
@@ -67,7 +67,7 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
         return ("Sixteen taxels".into(), "No slide was found.".into());
     };
     if !fit.status.has_tone() {
-        return ("Sixteen taxels".into(), format!("The whole slide gave no tone: {}.", status_name(fit.status)));
+        return ("Sixteen taxels".into(), format!("The whole slide gave no tone: {}.", name(fit.status)));
     }
     let (hz, sigma_hz) = with_sigma(fit.frequency.into(), fit.sigma.into());
     let title = format!("Sixteen taxels, one tone: {hz} \u{b1} {sigma_hz} Hz");

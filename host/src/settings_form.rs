@@ -15,14 +15,15 @@
 //! What is left out is as it was: in a file the default ([`Settings::DEFAULT`]), on the command line what the board has.
 
 use crate::cli::Senseless;
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use ridgetone_proto::settings::{Array, Settings, SettingsError, SlideRule};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};
 
-/// All settings, by their names.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// The form of [`Settings`]: the rule of the slide is a table with its name.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Settings", deny_unknown_fields)]
 pub struct SettingsForm {
     window_s: f32,
     hop_s: f32,
@@ -30,14 +31,15 @@ pub struct SettingsForm {
     accuracy: f32,
     interferer_hz: f32,
     vref_v: f32,
-    slide: SlideForm,
+    #[serde(with = "SlideForm")]
+    slide: SlideRule,
     array: Array,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "SlideRule", tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
 enum SlideForm {
-    // With no fields, instead of without: then one that is given is refused.
+    // With braces serde refuses fields that do not belong to the rule.
     Found {},
     Protocol {
         #[serde(default = "delay_s")]
@@ -48,6 +50,11 @@ enum SlideForm {
     },
 }
 
+/// Settings in their form.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+struct Written(#[serde(with = "SettingsForm")] Settings);
+
 /// The paper's protocol: a second of hold, then 55 of its 60 mm.
 const fn delay_s() -> f32 {
     1.0
@@ -57,38 +64,12 @@ const fn length_mm() -> f32 {
     55.0
 }
 
-impl From<&Settings> for SettingsForm {
-    fn from(settings: &Settings) -> Self {
-        let Settings { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = *settings;
-        let slide = match slide {
-            SlideRule::Found => SlideForm::Found {},
-            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
-                SlideForm::Protocol { delay_s, speed_mm_s, length_mm }
-            }
-        };
-        Self { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array }
-    }
-}
-
-impl From<SettingsForm> for Settings {
-    fn from(form: SettingsForm) -> Self {
-        let SettingsForm { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array } = form;
-        let slide = match slide {
-            SlideForm::Found {} => SlideRule::Found,
-            SlideForm::Protocol { delay_s, speed_mm_s, length_mm } => {
-                SlideRule::Protocol { delay_s, speed_mm_s, length_mm }
-            }
-        };
-        Self { window_s, hop_s, harmonics, accuracy, interferer_hz, vref_v, slide, array }
-    }
-}
-
 /// Settings as TOML, with what each means behind it.
 ///
 /// # Errors
 /// Those of the serializer; there are none.
 pub fn toml(settings: &Settings) -> Result<String> {
-    let bare = toml::to_string(&SettingsForm::from(settings))?;
+    let bare = toml::to_string(&Written(*settings))?;
     let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
         Some(meaning) => format!("{line:<24} # {meaning}\n"),
         None => format!("{line}\n"),
@@ -153,47 +134,25 @@ pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
 
 /// Settings with those of a table over them.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
-    let mut all = Table::try_from(SettingsForm::from(settings))?;
-    lay_over(&mut all, given, "")?;
-    let form: SettingsForm = all.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
-    let settings = Settings::from(form);
+    let mut all = Table::try_from(Written(*settings))?;
+    // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
+    let rule = |table: &Table| table.get("slide").and_then(|slide| slide.get("rule")).cloned();
+    if rule(&given).is_some_and(|new| Some(new) != rule(&all)) {
+        all.remove("slide");
+    }
+    merge(&mut all, given);
+    let Written(settings) = all.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
     settings.validate().map_err(|error| anyhow!(explained(&error)))?;
     Ok(settings)
 }
 
-fn lay_over(all: &mut Table, given: Table, within: &str) -> Result<()> {
+fn merge(all: &mut Table, given: Table) {
     for (name, value) in given {
-        // A rule has settings of its own: those of the rule before mean nothing to it.
-        if within.is_empty() && name == "slide" {
-            let rule = value.get("rule").or_else(|| all.get("slide")?.get("rule")).cloned();
-            let same = rule == all.get("slide").and_then(|slide| slide.get("rule").cloned());
-            let mut slide = match all.remove("slide") {
-                Some(Value::Table(slide)) if same => slide,
-                _ => Table::new(),
-            };
-            let Value::Table(value) = value else { bail!("slide is a table: slide.rule, slide.speed_mm_s, ...") };
-            slide.extend(value);
-            slide.extend(rule.map(|rule| ("rule".to_owned(), rule)));
-            all.insert(name, Value::Table(slide));
-            continue;
-        }
-        let names = || all.keys().map(|name| format!("{within}{name}")).collect::<Vec<_>>().join(", ");
-        let Some(place) = all.get(&name) else { bail!("there is no setting {within}{name}, but {}", names()) };
-        match (place, value) {
-            (Value::Table(_), Value::Table(value)) => {
-                if let Some(Value::Table(place)) = all.get_mut(&name) {
-                    lay_over(place, value, &format!("{within}{name}."))?;
-                }
-            }
-            // 1 is 1.0.
-            (Value::Float(_), Value::Integer(value)) => drop(all.insert(name, Value::Float(value as f64))),
-            (place, value) if place.same_type(&value) => drop(all.insert(name, value)),
-            (place, value) => {
-                bail!("{within}{name} = {value}: expected {}, found {}", place.type_str(), value.type_str())
-            }
+        match (all.get_mut(&name), value) {
+            (Some(Value::Table(all)), Value::Table(given)) => merge(all, given),
+            (_, value) => drop(all.insert(name, value)),
         }
     }
-    Ok(())
 }
 
 /// A value out of its bounds, and why they are where they are.
@@ -248,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_leaves_the_rest() {
+    fn a_change_leaves_the_other_settings() {
         let found = changed(&["window_s=0.5", "array.period_most_mm=3", "interferer_hz = 50"]).unwrap();
         let array = Array { period_most_mm: 3.0, ..Array::DEFAULT };
         assert_eq!(found, Settings { window_s: 0.5, interferer_hz: 50.0, array, ..Settings::DEFAULT });
@@ -260,17 +219,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_bounds_and_their_reason() {
+    fn a_refusal_names_the_bounds_and_their_reason() {
         for (change, parts) in [
             ("window_s=9", &["window_s=9: window_s = 9: choose a value from 0.1 to 3.9", "memory"][..]),
-            ("windw_s=1", &["no setting windw_s", "hop_s, ", "window_s"]),
-            ("array.pitch=1", &["no setting array.pitch", "array.pitch_mm"]),
-            ("harmonics=2.5", &["expected integer, found float"]),
+            ("windw_s=1", &["unknown field `windw_s`", "`hop_s`", "`window_s`"]),
+            ("array.pitch=1", &["unknown field `pitch`", "`pitch_mm`"]),
+            ("harmonics=2.5", &["floating point `2.5`, expected u8"]),
             ("harmonics=300", &["300"]),
             ("window_s", &["NAME=VALUE"]),
             ("slide.rule=neither", &["neither", "found", "protocol"]),
-            ("slide.speed=3", &["speed"]),
-            ("array=3", &["expected table"]),
+            ("slide.speed=3", &["unknown field `speed`"]),
+            ("array=3", &["expected struct Array"]),
         ] {
             let error = changed(&[change]).unwrap_err();
             assert!(error.is::<Senseless>(), "{change}");

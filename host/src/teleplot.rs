@@ -3,7 +3,7 @@
 use crate::live::{Point, time_s};
 use ads1258::reading;
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Abscissa, Event, Packet};
 use std::fmt::Write;
 
 /// Makes lines of packets. It needs all of them: raw frames become volts by the reference that the board has told.
@@ -33,7 +33,7 @@ impl Teleplot {
             Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
             Event::Estimate(estimate) => {
                 let point = Point::new(estimate);
-                let unit = if point.abscissa == "place" { "per_mm" } else { "hz" };
+                let unit = if point.abscissa == Abscissa::Place { "per_mm" } else { "hz" };
                 let values = [
                     (format!("frequency_{unit}"), point.frequency),
                     (format!("sigma_{unit}"), point.sigma),

@@ -53,11 +53,3 @@ pub fn period_f32((frequency, sigma): (f32, f32)) -> (f32, f32) {
     let (period, sigma) = period((frequency.into(), sigma.into()));
     (period as f32, sigma as f32)
 }
-
-/// Name of an abscissa in JSON.
-pub fn abscissa_name(abscissa: Abscissa) -> &'static str {
-    match abscissa {
-        Abscissa::Time => "time",
-        Abscissa::Place => "place",
-    }
-}

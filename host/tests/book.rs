@@ -6,7 +6,7 @@ mod common;
 use common::{directory, file, json_lines, run, stdout, text};
 use pulldown_cmark::{CodeBlockKind, Event as Mark, Parser, Tag, TagEnd};
 use ridgetone_host::input::{Input, Source};
-use ridgetone_host::names::fault_name;
+use ridgetone_host::names;
 use ridgetone_host::replay;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::Settings;
@@ -276,7 +276,7 @@ fn every_kind_of_fault_has_a_remedy() {
     let page = read(&root().join("docs/book/6-troubleshooting.md"));
     let symptoms: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next()).collect();
     for kind in FaultKind::ALL {
-        let name = format!("`{}`", fault_name(kind));
+        let name = format!("`{}`", names::name(kind));
         assert!(symptoms.iter().any(|symptom| symptom.contains(&name)), "{name}");
     }
 }

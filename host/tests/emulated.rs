@@ -158,7 +158,7 @@ fn period_speed_and_direction_of_table_2_without_being_told_the_speed() {
         for packet in &packets {
             let Event::Estimate(fit) = &packet.event else { continue };
             let (travel, what) = (fit.travel, format!("c{number}, reverse {reverse}: {fit:?}"));
-            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, towards), "{what}");
+            assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, towards), "{what}");
             assert!((f64::from(travel.spatial_period_mm) / scene.period_mm - 1.0).abs() < 0.01, "{what}");
             assert!((f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015, "{what}");
             windows += u32::from(fit.span == Span::Window);

@@ -1,34 +1,35 @@
-//! Why the firmware started, what it died of before, and where its settings come from: said in `hello`.
+//! Why the firmware started, how the run before ended, and where its settings come from: parts of `hello`.
 
 use serde::{Deserialize, Serialize};
 
-/// Bytes of a source file's name that a record keeps: its end.
+/// Bytes that a record keeps of a source file's name, from its end.
 pub const FILE_BYTES: usize = 24;
 
-/// What the processor was reset by (RM0090, RCC_CSR).
+/// What reset the processor (RM0090, RCC_CSR).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ResetCause {
     /// Not known: a PC, or an emulator without the register.
     #[default]
     Unknown,
-    /// Power came, or went below the brown-out level.
+    /// Power-up, or a supply below the brown-out level.
     Power,
     /// The pin NRST.
     Pin,
-    /// The firmware itself: the command to restart, or after a panic or a fault.
+    /// The firmware itself: by the command to restart, or after a panic or a HardFault.
     Software,
-    /// The independent watchdog: acquisition or processing stood still.
+    /// The independent watchdog: acquisition or processing has stopped.
     Watchdog,
 }
 
 impl ResetCause {
-    /// By RCC_CSR's flags (RM0090, 7.3.21). The pin NRST is pulled by every reset, so it counts only alone.
+    /// From RCC_CSR's flags (RM0090, 7.3.21). Every reset pulls the pin NRST, so its flag counts only alone.
     pub const fn from_flags(csr: u32) -> Self {
         const PIN: u32 = 1 << 26;
         const BROWN_OUT_OR_POWER: u32 = 1 << 25 | 1 << 27;
         const SOFTWARE: u32 = 1 << 28;
         const WATCHDOGS: u32 = 1 << 29 | 1 << 30;
-        // A supply that went away explains whatever else happened then.
+        // A loss of supply explains every other flag.
         if csr & BROWN_OUT_OR_POWER != 0 {
             Self::Power
         } else if csr & WATCHDOGS != 0 {
@@ -43,8 +44,9 @@ impl ResetCause {
     }
 }
 
-/// How the firmware died.
+/// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Death {
     /// A panic.
     Panic,
@@ -52,16 +54,16 @@ pub enum Death {
     HardFault,
 }
 
-/// What is left of it.
+/// What a crashed run leaves for the next one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// How.
+    /// How the run ended.
     pub death: Death,
-    /// The board's microsecond counter then; it wraps after 71.6 minutes.
+    /// The board's microsecond counter at the end; it wraps after 71.6 minutes.
     pub t_us: u32,
-    /// Address of the instruction (HardFault), 0 otherwise, and 0 if the stack overflowed: then nothing could keep it.
+    /// Address of the instruction (HardFault). 0 otherwise, and after an overflow of the stack, where it is lost.
     pub pc: u32,
-    /// Address it was called from (HardFault), 0 otherwise.
+    /// Return address of the function (HardFault), 0 otherwise.
     pub lr: u32,
     /// End of the source file's name (panic).
     pub file: heapless::String<FILE_BYTES>,
@@ -71,26 +73,27 @@ pub struct Record {
 
 /// Where the settings in force come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SettingsSource {
-    /// Compiled in, or nothing was ever stored.
+    /// The compiled-in defaults: nothing was ever stored.
     #[default]
     Default,
-    /// Stored before.
+    /// The flash.
     Stored,
-    /// Sent by the PC since start-up.
+    /// The PC, since start-up.
     Sent,
-    /// Something was stored and cannot be read: these are the defaults.
+    /// The compiled-in defaults: what was stored cannot be read.
     Damaged,
-    /// What was stored last cannot be read: these were stored before that.
+    /// The flash, but what was stored last cannot be read: these are the settings stored before that.
     StoredBefore,
 }
 
-/// What `hello` says of the start.
+/// Why the firmware started.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Boot {
-    /// What the processor was reset by.
+    /// What reset the processor.
     pub cause: ResetCause,
-    /// What the run before died of, if it did.
+    /// How the run before ended, if it crashed.
     pub record: Option<Record>,
 }
 

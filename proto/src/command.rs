@@ -1,111 +1,111 @@
-//! What a PC may ask for, and what it is answered.
+//! Commands of the PC, and the board's replies.
 
-use crate::framing as wire;
+use crate::framing;
 use crate::profile::{After, Knot};
 use crate::settings::Settings;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of an order on the wire, checksum, stuffing and delimiter included: settings with a slide by protocol, or
-/// a part of a profile in full. A test has both.
+/// Most bytes of a request on the wire, checksum, stuffing and delimiter included. The longest ones are settings with a
+/// slide by protocol, and a full part of a speed profile; a test encodes both.
 pub const REQUEST_WIRE_MAX: usize = 96;
 
-/// Knots that one command carries.
+/// Most knots of a speed profile that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 pub enum Command {
-    /// Say `hello`: with it the settings in force.
+    /// Send `hello`, which carries the settings in force.
     Greet,
-    /// Use these settings from the next window on, and after the next start too if `keep`. Every 1,365th time or so
-    /// that costs 1 to 2 s of conversions: [`Outcome::DoneErased`]; never while something is touched.
+    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,365th time
+    /// keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never during a touch.
     Set {
         /// All of them.
         settings: Settings,
         /// Whether to store them.
         keep: bool,
     },
-    /// Forget what is stored, and use the defaults.
+    /// Delete the stored settings, and use the defaults.
     Forget,
-    /// Begin anew, as after power-up: the level without touch is learnt again.
+    /// Start again, as after power-up: the level without touch is measured again.
     Start,
-    /// Tell nothing but `health` until [`Self::Start`].
+    /// Send nothing but `health` until [`Self::Start`].
     Stop,
-    /// Part of a speed profile; see [`ridgetone::surface::profile`].
+    /// Part of a speed profile: estimates by place, as soon as the profile is complete.
     Follow(Part),
     /// Estimates by time again.
     Unfollow,
-    /// Send so many frames raw, from now on.
+    /// Send the next frames as they are read.
     Raw {
-        /// How many; 0: no more.
+        /// How many; 0 stops them.
         frames: u32,
     },
     /// Reset the board.
     Restart,
 }
 
-/// Some knots of a speed profile. With the last ones it is in force.
+/// Some knots of a speed profile. The profile is in force when the last ones have arrived.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
-    /// Number of the first of these knots. 0 begins a profile; the others follow in order.
+    /// Number of the first of these knots. 0 begins a profile; the other parts follow in order.
     pub first: u8,
-    /// Knots.
+    /// The knots.
     pub knots: Vec<Knot, KNOTS_A_COMMAND>,
-    /// Behind the last ones: what comes after them.
+    /// In the last part: what follows the last knot.
     pub last: Option<After>,
 }
 
-/// What travels to the board: a command with its number, by which it is answered.
+/// A command with its number, which the reply repeats.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Chosen by the PC. The same number again is the same command again: answered, but not done twice.
+    /// Chosen by the PC. A repeated number is a repeated request: the board replies, but does not carry it out twice.
     pub number: u16,
     /// The command.
     pub command: Command,
 }
 
 impl Request {
-    /// Reads one in its stuffed frame, which is changed; none if any of it is not as it was sent.
+    /// Decodes a stuffed frame in place; none if it is damaged.
     #[inline(never)]
     pub fn decode(frame: &mut [u8]) -> Option<Self> {
-        wire::decode(frame)
+        framing::decode(frame)
     }
 }
 
-/// The answer to an order.
+/// The reply to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
-    /// The order's number.
+    /// The request's number.
     pub number: u16,
-    /// What became of it.
+    /// The result.
     pub outcome: Outcome,
 }
 
-/// What became of an order.
+/// Result of a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// It is done.
+    /// Done.
     Done,
-    /// A setting is outside its bounds; nothing was changed.
+    /// A setting is outside its bounds; nothing has changed.
     Setting {
         /// Its name, with its unit.
         field: String<24>,
-        /// What was asked for.
+        /// The requested value.
         value: f32,
-        /// Least allowed.
+        /// Least allowed value.
         least: f32,
-        /// Greatest allowed.
+        /// Greatest allowed value.
         greatest: f32,
     },
-    /// The profile is refused: knots out of order, too many, too fast, or a part is missing.
+    /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is missing.
     Profile,
-    /// In force, but it could not be stored: the flash refuses.
+    /// In force, but not stored: the flash refuses, or a page would have to be erased during a touch.
     NotStored,
-    /// Another order is being carried out; ask again.
+    /// The board carries out another request; send this one again.
     Busy,
-    /// It is done. For it a sector of the flash was erased, during which the processor stood still for 1 to 2 s: the
-    /// conversions lost then are told as [`Lost`](crate::fault::FaultKind::Lost) and counted in `health`.
+    /// Done, and a sector of the flash was erased for it. The processor stopped for 1 to 2 s; the conversions lost
+    /// meanwhile are reported as [`Lost`](crate::fault::FaultKind::Lost) and counted in `health`.
     DoneErased,
 }

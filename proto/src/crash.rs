@@ -1,38 +1,39 @@
-//! What a dying run leaves for the next one: a [`Record`], in RAM that start-up does not clear.
+//! The crash record: a [`Record`] in RAM that start-up does not clear.
 //!
-//! After power-up that RAM holds anything, so a record counts only with its checksum, and only once.
+//! After power-up this RAM holds random values, so a record counts only with its checksum, and only once.
 
 use crate::boot::{Death, FILE_BYTES, Record};
 use crate::framing::CHECKSUM;
 
-/// Words of RAM for one record: checksum, kind of death, time, two addresses, line, and the file's name, filled up with
-/// zeros. By hand and in words: to read postcard back takes a kilobyte of flash that nothing else needs.
+/// Words of RAM for one record: checksum, [`Death`], time, two addresses, line, and the file's name padded with zeros.
+/// Written in words, because to decode postcard would take a kilobyte of flash more.
 pub const STORED_WORDS: usize = 6 + FILE_BYTES / 4;
 
-/// What stands for a panic and a HardFault.
+/// By their numbers in the record.
 const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
 
-/// The RAM, as start-up finds it.
+/// The RAM of a record.
 pub type Stored = [u32; STORED_WORDS];
 
 impl Record {
-    /// A panic at `t_us` on the board's counter, in a line of a source file. What is not ASCII in its name becomes `?`.
+    /// A panic at `t_us` on the board's counter, in a line of a source file. Bytes of its name that are not ASCII become
+    /// `?`.
     pub fn of_panic(t_us: u32, file: &str, line: u32) -> Self {
         let mut end = heapless::String::new();
         let skipped = file.len().saturating_sub(FILE_BYTES);
         for byte in file.bytes().skip(skipped) {
-            // It has room for as many.
+            // The capacity is `FILE_BYTES`.
             let _ = end.push(if byte.is_ascii() { char::from(byte) } else { '?' });
         }
         Self { death: Death::Panic, t_us, pc: 0, lr: 0, file: end, line }
     }
 
-    /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`, in what was called from `lr`.
+    /// A HardFault at `t_us` on the board's counter, by an instruction at `pc`; `lr` is the return address.
     pub const fn of_hard_fault(t_us: u32, pc: u32, lr: u32) -> Self {
         Self { death: Death::HardFault, t_us, pc, lr, file: heapless::String::new(), line: 0 }
     }
 
-    /// Puts it into RAM that outlives a reset.
+    /// Writes the record into RAM that a reset does not clear.
     pub fn store(&self, ram: &mut Stored) {
         let [_, death, t_us, pc, lr, line, file @ ..] = ram;
         (*death, *t_us, *pc, *lr, *line) = (self.death as u32, self.t_us, self.pc, self.lr, self.line);
@@ -43,7 +44,7 @@ impl Record {
         ram[0] = checksum_of(ram);
     }
 
-    /// Takes it out of there; none if there is none. The next time there is none.
+    /// Reads the record, if there is one, and clears it.
     pub fn take(ram: &mut Stored) -> Option<Self> {
         let found = *ram;
         *ram = [0; STORED_WORDS];
@@ -51,14 +52,14 @@ impl Record {
         let death = *DEATHS.get(death as usize).filter(|_| checksum == checksum_of(&found))?;
         let mut file = heapless::String::new();
         for byte in words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0) {
-            // It has room for as many.
+            // The capacity is `FILE_BYTES`.
             let _ = file.push(char::from(byte));
         }
         Some(Self { death, t_us, pc, lr, file, line })
     }
 }
 
-/// Of all but the first word, which holds it.
+/// Checksum of all words but the first, which holds it.
 #[inline(never)]
 fn checksum_of(ram: &Stored) -> u32 {
     let mut digest = CHECKSUM.digest();
@@ -79,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_record_comes_back_once() {
+    fn the_longest_record_is_read_once() {
         let mut ram = [0xa5a5_a5a5; STORED_WORDS];
         longest().store(&mut ram);
         assert_eq!(longest().file, "tone/tone/src/moments.rs");
@@ -91,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_lies_in_the_ram_after_power_up_is_no_record() {
+    fn random_ram_after_power_up_is_no_record() {
         for byte in 0..=u8::MAX {
             let mut ram = [u32::from_le_bytes([byte; 4]); STORED_WORDS];
             assert_eq!(Record::take(&mut ram), None, "{byte:#04x} everywhere");
@@ -101,7 +102,7 @@ mod tests {
                 let mut ram = [0; STORED_WORDS];
                 longest().store(&mut ram);
                 ram[place] ^= 1 << bit;
-                assert_eq!(Record::take(&mut ram), None, "bit {bit} of word {place} fell over");
+                assert_eq!(Record::take(&mut ram), None, "bit {bit} of word {place} flipped");
             }
         }
     }

@@ -1,22 +1,24 @@
-//! What can go wrong in the field and be seen: kinds of faults, and what they cast doubt on.
+//! Faults that can occur in the field and be detected: their kinds, and what each does to an estimate.
 
-use serde::{Deserialize, Serialize};
+use crate::text_form;
+use serde::{Deserialize, Serialize, Serializer};
 
-/// What was seen to be wrong. The numbers are on the wire: new kinds go to the end.
+/// Kind of a fault. The numbers are on the wire: new kinds go to the end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[repr(u8)]
 pub enum FaultKind {
-    /// Conversions of the scan never came: the chip's own ids or the time say so.
+    /// Conversions of the scan are missing, by the chip's channel ids or by time.
     Lost,
     /// An edge of DRDY without a new conversion (NEW = 0).
     Repeated,
-    /// Two reads of one conversion differ: a bit fell over on the bus.
+    /// Two reads of one conversion differ: bit errors on the bus.
     Bus,
-    /// Nothing but ones or nothing but zeros on the bus.
+    /// Only ones or only zeros on the bus.
     BusDead,
-    /// A channel id that is not the scan's, or not its next.
+    /// A channel id that is not in the scan, or not the next one.
     Channel,
-    /// No conversion for long: for 16 ms or more, if others followed.
+    /// No conversion for 16 ms or more.
     Silent,
     /// Edges of DRDY faster than the chip can convert.
     Storm,
@@ -26,7 +28,7 @@ pub enum FaultKind {
     NoAnswer,
     /// SUPPLY is set, or the chip's own reading of its supply is out of range.
     Supply,
-    /// The chip's own reading of the reference is not what is set.
+    /// The chip's own reading of the reference differs from the setting.
     Reference,
     /// The scan's rate is not the nominal one: the chip's clock or the board's is off.
     Clock,
@@ -34,38 +36,10 @@ pub enum FaultKind {
     Overload,
 }
 
+/// How many kinds there are.
+pub const KINDS: usize = 13;
+
 impl FaultKind {
-    /// Whether it may change a frequency that is measured while it lasts, beyond what the estimate's own uncertainty
-    /// says: then no estimate is [`Good`](crate::telemetry::Status::Good).
-    ///
-    /// It may if the conversions may not be where or what the fit takes them for: after [`Self::BusDead`],
-    /// [`Self::Silent`], [`Self::Registers`] and [`Self::NoAnswer`] the scan begins anew, and not at the beat of
-    /// the one before; with [`Self::Channel`] and [`Self::Clock`] it is off the beat or its rate is not known; in a
-    /// [`Self::Storm`] times may belong to other edges; with [`Self::Supply`] and [`Self::Reference`] the codes are not
-    /// specified. It may not where the fit leaves out what is missing and knows when the rest was: [`Self::Lost`],
-    /// [`Self::Repeated`], [`Self::Bus`] (mended or left out), [`Self::Overload`] (the channel is left out; but when it comes
-    /// back shortly before a window's end it hides that the slide is over, and the estimate is doubtful).
-    pub const fn changes_frequency(self) -> bool {
-        match self {
-            Self::Lost | Self::Repeated | Self::Bus | Self::Overload => false,
-            Self::BusDead
-            | Self::Channel
-            | Self::Silent
-            | Self::Storm
-            | Self::Registers
-            | Self::NoAnswer
-            | Self::Supply
-            | Self::Reference
-            | Self::Clock => true,
-        }
-    }
-
-    /// Whether what the taxels read may move with it, or unseen meanwhile: then something else than a slide may look like
-    /// the beginning of one, or hide its end.
-    pub const fn moves_levels(self) -> bool {
-        matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
-    }
-
     /// Every kind, in the order of their numbers.
     pub const ALL: [Self; KINDS] = [
         Self::Lost,
@@ -82,33 +56,67 @@ impl FaultKind {
         Self::Clock,
         Self::Overload,
     ];
+
+    /// Whether the fault may change a measured frequency by more than the estimate's uncertainty. Then no estimate is
+    /// [`Good`](crate::telemetry::Status::Good).
+    ///
+    /// It does not if the fit leaves out what is missing and knows the times of the rest: [`Self::Lost`],
+    /// [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and [`Self::Overload`] (the channel is left out; if it
+    /// returns shortly before a window's end it can hide the end of the slide, which the qualification checks).
+    ///
+    /// All others do. After [`Self::BusDead`], [`Self::Silent`], [`Self::Registers`] and [`Self::NoAnswer`] the scan
+    /// restarts at another time; with [`Self::Channel`] and [`Self::Clock`] its rate is not known; in a [`Self::Storm`]
+    /// times may belong to other edges; with [`Self::Supply`] and [`Self::Reference`] the codes are not specified.
+    pub const fn changes_frequency(self) -> bool {
+        !matches!(self, Self::Lost | Self::Repeated | Self::Bus | Self::Overload)
+    }
+
+    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a change can look like the
+    /// start of a slide, or hide its end.
+    pub const fn moves_levels(self) -> bool {
+        matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
+    }
 }
 
-/// How many kinds there are.
-pub const KINDS: usize = 13;
-
-/// A bout of one kind: told when it begins and when it is over.
+/// An episode of one kind of fault, reported when it begins and when it is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// What is wrong.
+    /// Its kind.
     pub kind: FaultKind,
-    /// Device time at which the bout was noticed, microseconds.
+    /// Device time at which it was detected, microseconds.
+    #[serde(rename = "from_s", serialize_with = "text_form::seconds")]
     pub from_us: u64,
-    /// Device time at which it was seen last, microseconds; none while it lasts.
+    /// Device time at which it was last seen, microseconds; none while it lasts.
+    #[serde(rename = "until_s", serialize_with = "text_form::optional_seconds")]
     pub until_us: Option<u64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,
 }
 
-/// A set of kinds: what casts doubt on a window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// Serialises a count of each kind; in text formats by the kind's name.
+pub(crate) fn by_kind<S: Serializer>(counts: &[u32; KINDS], serializer: S) -> Result<S::Ok, S::Error> {
+    if serializer.is_human_readable() {
+        serializer.collect_map(FaultKind::ALL.into_iter().zip(counts))
+    } else {
+        counts.serialize(serializer)
+    }
+}
+
+/// A set of kinds. In text formats it is a list of names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub struct FaultSet(u16);
 
+impl Serialize for FaultSet {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        if serializer.is_human_readable() { serializer.collect_seq(self.iter()) } else { self.0.serialize(serializer) }
+    }
+}
+
 impl FaultSet {
-    /// None.
+    /// The empty set.
     pub const NONE: Self = Self(0);
 
-    /// By the bits of their numbers.
+    /// The kinds whose bits are set.
     pub const fn of_bits(bits: u32) -> Self {
         Self(bits as u16 & ((1 << KINDS) - 1))
     }
@@ -125,23 +133,23 @@ impl FaultSet {
         Self(self.0 & !(1 << kind as u8))
     }
 
-    /// Those of both.
+    /// The kinds of both sets.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Whether this kind is among them.
+    /// Whether this kind is in the set.
     pub const fn has(self, kind: FaultKind) -> bool {
         self.0 & 1 << kind as u8 != 0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub const fn is_none(self) -> bool {
         self.0 == 0
     }
 
-    /// They, one by one.
+    /// Its kinds, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = FaultKind> {
         FaultKind::ALL.into_iter().filter(move |kind| self.has(*kind))
     }

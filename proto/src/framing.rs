@@ -1,27 +1,30 @@
-//! How messages travel on the line, both ways: postcard, CRC-32 little endian, stuffed by COBS, a zero byte behind.
+//! Framing on the line, in both directions: postcard, then CRC-32 little endian, both stuffed by COBS, then a zero byte.
 //!
-//! A reader may start anywhere and finds its place at the next zero.
+//! A reader may start anywhere; it finds its place at the next zero.
 
 use heapless::Vec;
 use serde::{Serialize, de::DeserializeOwned};
 
-/// Bytes of the checksum behind the content.
+/// Most bytes of a message on the wire, checksum, stuffing and delimiter included.
+pub const WIRE_MAX: usize = 512;
+
+/// Bytes of the checksum after the content.
 const CHECKSUM_BYTES: usize = 4;
 
-/// Most bytes of a message before it is stuffed, checksum included: COBS adds one byte in 254 and one in front; the zero
-/// behind it is one more.
-const PLAIN_MAX: usize = crate::telemetry::WIRE_MAX - crate::telemetry::WIRE_MAX / 254 - 2;
+/// Most bytes of a message before stuffing, checksum included. COBS adds one byte in 254 and one in front; the zero at the
+/// end is one more.
+const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
 
 /// CRC-32 as in Ethernet and zip (polynomial 0x04C11DB7, reflected), byte by byte without a table.
 pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The message could not be encoded: it is longer than the buffer for it.
+/// The message is longer on the wire than its buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLong;
 
 impl core::fmt::Display for TooLong {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "the message is longer on the wire than the buffer for it")
+        f.write_str("the message is longer on the wire than its buffer")
     }
 }
 
@@ -39,12 +42,12 @@ pub fn checksum(bytes: &[u8]) -> u32 {
 /// It is longer than `wire` allows.
 pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
-    let room = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
-    let length = postcard::to_slice(message, room).map_err(|_| TooLong)?.len();
+    let content = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;
+    let length = postcard::to_slice(message, content).map_err(|_| TooLong)?.len();
     seal(&mut plain, length, wire)
 }
 
-/// The part that does not depend on what is sent: checksum, stuffing and the zero.
+/// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all types.
 #[inline(never)]
 fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
     let checksum = checksum(plain.get(..length).ok_or(TooLong)?).to_le_bytes();
@@ -55,13 +58,13 @@ fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<u
     Ok(used + 1)
 }
 
-/// The message in one stuffed frame, its zero left off, if all of it is as it was sent. Changes the frame.
+/// Decodes one stuffed frame without its zero, in place; none if it is damaged.
 pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
     let (message, rest) = postcard::take_from_bytes(unseal(frame)?).ok()?;
     rest.is_empty().then_some(message)
 }
 
-/// The content of a stuffed frame, if its checksum is right.
+/// The content of a stuffed frame, if its checksum matches.
 #[inline(never)]
 fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(frame).ok()?;
@@ -69,29 +72,28 @@ fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     (checksum(content) == u32::from_le_bytes(*sum)).then_some(content)
 }
 
-/// What a byte made of the frame that it belongs to.
+/// State of a frame after a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pushed {
-    /// Nothing yet.
+    /// It is not complete.
     More,
-    /// It is whole: to be taken out.
+    /// It is complete: [`Inbox::take`] returns it.
     Whole,
-    /// It was longer than the buffer, bytes of it were lost, or it came while the one before it was still there; it is
-    /// dropped.
+    /// It is dropped: it was longer than the buffer, bytes of it were lost, or the frame before it was not taken yet.
     Damaged,
 }
 
-/// Puts the bytes of one frame together, as they come. Holds one frame of at most `N` bytes and never more.
+/// Assembles single bytes into a frame. It holds one frame of at most `N` bytes.
 #[derive(Debug, Default)]
 pub struct Inbox<const N: usize> {
     bytes: Vec<u8, N>,
     whole: bool,
-    /// What comes is dropped until the next zero.
+    /// Bytes are dropped until the next zero.
     skipping: bool,
 }
 
 impl<const N: usize> Inbox<N> {
-    /// An empty one, which finds its place at the next zero byte.
+    /// An empty inbox, which finds its place at the next zero byte.
     pub const fn new() -> Self {
         Self { bytes: Vec::new(), whole: false, skipping: false }
     }
@@ -107,7 +109,7 @@ impl<const N: usize> Inbox<N> {
         if core::mem::take(&mut self.skipping) {
             return Pushed::Damaged;
         }
-        // Zeros in a row are an idle line, not a frame.
+        // Repeated zeros are an idle line, not a frame.
         if self.whole || self.bytes.is_empty() {
             return Pushed::More;
         }
@@ -115,7 +117,7 @@ impl<const N: usize> Inbox<N> {
         Pushed::Whole
     }
 
-    /// A byte of the frame that is coming was lost.
+    /// A byte of the current frame was lost.
     pub fn spoil(&mut self) {
         self.skipping = true;
         if !self.whole {
@@ -123,7 +125,7 @@ impl<const N: usize> Inbox<N> {
         }
     }
 
-    /// The frame that is whole, stuffed and without its zero; there is room for the next one then.
+    /// Takes the complete frame, stuffed and without its zero, so that the next one can follow.
     pub fn take(&mut self) -> Option<Vec<u8, N>> {
         core::mem::take(&mut self.whole).then(|| core::mem::take(&mut self.bytes))
     }
@@ -153,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn one_frame_is_held_and_the_next_is_dropped_and_told() {
+    fn one_frame_is_held_and_the_next_is_dropped_and_reported() {
         let mut inbox = Inbox::new();
         assert_eq!(push(&mut inbox, &[0, 0]), []);
         assert_eq!(push(&mut inbox, &frame(1)), [Pushed::Whole]);
@@ -169,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_long_or_lacks_a_byte_is_dropped_and_told() {
+    fn a_frame_that_is_too_long_or_lacks_a_byte_is_dropped_and_reported() {
         let mut inbox = Inbox::new();
         assert_eq!(push(&mut inbox, &[1; 40]), []);
         assert_eq!(push(&mut inbox, &[0]), [Pushed::Damaged]);

@@ -26,3 +26,4 @@ pub mod scan;
 pub mod settings;
 pub mod store;
 pub mod telemetry;
+mod text_form;

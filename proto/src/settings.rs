@@ -23,6 +23,7 @@ pub enum SlideRule {
 
 /// Where the piezoresistors are, and what is known of the gratings: what turns phases into a spatial period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Array {
     /// From one column of units to the other along the motion, millimetres, as the phases have it: turns of lag over
     /// cycles per millimetre. That is the units' pitch under a contact much longer than it. See

@@ -62,7 +62,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     }
     let (late, direction) = answer;
     match answers {
-        0 => Travel { verdict: TravelStatus::OutOfRange, ..Travel::NONE },
+        0 => Travel { status: TravelStatus::OutOfRange, ..Travel::NONE },
         1 if late - margin >= least && late + margin <= most => {
             let period_mm = array.pitch_mm / (late + array.edge_phase_rad / (2.0 * PI));
             let period_sigma_mm = period_mm * period_mm / array.pitch_mm * lag.sigma;
@@ -71,7 +71,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
             // Frequency and phases at the window's centre do not depend on each other.
             let (of_frequency, of_period) = (sigma_hz * period_mm, period_sigma_mm * frequency_hz);
             Travel {
-                verdict: TravelStatus::Unique,
+                status: TravelStatus::Unique,
                 direction,
                 spatial_period_mm: period_mm,
                 spatial_period_sigma_mm: period_sigma_mm,
@@ -79,7 +79,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
                 speed_sigma_mm_s: libm::sqrtf(of_frequency * of_frequency + of_period * of_period),
             }
         }
-        _ => Travel { verdict: TravelStatus::Ambiguous, ..Travel::NONE },
+        _ => Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
     }
 }
 
@@ -88,7 +88,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
 #[inline(never)]
 pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
     let travel = Travel {
-        verdict: TravelStatus::Given,
+        status: TravelStatus::Given,
         direction: Direction::Unknown,
         spatial_period_mm: period_mm.0,
         spatial_period_sigma_mm: period_mm.1,
@@ -106,7 +106,7 @@ pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s
         (true, true) => travel,
         (true, false) => Travel { direction: way, ..travel },
         (false, true) => Travel { direction: way.reversed(), ..travel },
-        (false, false) => Travel { verdict: TravelStatus::Contradicted, ..travel },
+        (false, false) => Travel { status: TravelStatus::Contradicted, ..travel },
     }
 }
 
@@ -130,7 +130,7 @@ mod tests {
         for direction in [Direction::Forward, Direction::Backward] {
             for period_mm in [2.35, 2.6, 3.1, 3.6, 4.1] {
                 let travel = by_phases(Some(lag_of(period_mm, direction)), &ARRAY, TONE_HZ);
-                assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, direction), "{period_mm}");
+                assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, direction), "{period_mm}");
                 assert!((f64::from(travel.spatial_period_mm) - period_mm).abs() < 1e-5, "{travel:?}");
                 assert!((f64::from(travel.speed_mm_s) - 8.0 * period_mm).abs() < 1e-4, "{travel:?}");
                 // d period = period^2 / pitch d turns; and in the speed the frequency's 0.1 %, independently.
@@ -158,7 +158,7 @@ mod tests {
     fn what_has_more_than_one_answer_is_ambiguous() {
         let verdict = |least: f32, most: f32, period_mm, direction| {
             let array = Array { period_least_mm: least, period_most_mm: most, ..ARRAY };
-            by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ).verdict
+            by_phases(Some(lag_of(period_mm, direction)), &array, TONE_HZ).status
         };
         // A period shorter than the pitch aliases: one of 1.3 mm to the phase of one of 3.1 mm.
         assert_eq!(verdict(1.2, 4.2, 1.3, Direction::Forward), TravelStatus::Ambiguous);
@@ -176,17 +176,17 @@ mod tests {
         let array = Array { period_most_mm: 20.0, may_go_backward: false, ..ARRAY };
         for period_mm in [2.4, 3.1, 4.6, 6.0, 9.0] {
             let travel = by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ);
-            assert_eq!((travel.verdict, travel.direction), (TravelStatus::Unique, Direction::Forward), "{period_mm}");
+            assert_eq!((travel.status, travel.direction), (TravelStatus::Unique, Direction::Forward), "{period_mm}");
             assert!((f64::from(travel.spatial_period_mm) / period_mm - 1.0).abs() < 1e-5, "{travel:?}");
         }
         let none = Array { may_go_forward: false, ..array };
-        assert_eq!(by_phases(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).verdict, TravelStatus::OutOfRange);
+        assert_eq!(by_phases(Some(lag_of(3.1, Direction::Forward)), &none, TONE_HZ).status, TravelStatus::OutOfRange);
     }
 
     #[test]
     fn an_answer_at_the_edge_is_ambiguous_and_one_beyond_is_out_of_range() {
         let array = Array { period_least_mm: 2.6, period_most_mm: 3.6, ..ARRAY };
-        let verdict = |period_mm| by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).verdict;
+        let verdict = |period_mm| by_phases(Some(lag_of(period_mm, Direction::Forward)), &array, TONE_HZ).status;
         // Three standard deviations are 0.35 % of the period and more.
         for (period_mm, expected) in [
             (2.57, TravelStatus::OutOfRange),
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn a_lag_that_is_not_known_at_all_is_ambiguous() {
         let lag = Lag { turns: 0.3, sigma: 0.4 };
-        assert_eq!(by_phases(Some(lag), &ARRAY, TONE_HZ).verdict, TravelStatus::Ambiguous);
+        assert_eq!(by_phases(Some(lag), &ARRAY, TONE_HZ).status, TravelStatus::Ambiguous);
     }
 
     #[test]
@@ -216,7 +216,7 @@ mod tests {
             let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = travel;
             let values = (spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s);
             assert_eq!(values, (3.1, 0.003, 24.8, 0.0));
-            (travel.verdict, travel.direction)
+            (travel.status, travel.direction)
         };
         let (forward, backward) = (Direction::Forward, Direction::Backward);
         assert_eq!(check(Some(lag_of(3.1, forward)), forward), (TravelStatus::Given, forward));

@@ -137,7 +137,7 @@ pub fn settings(command: &SettingsCommand) -> Result<()> {
 fn get(args: &SettingsGetArgs) -> Result<()> {
     let mut feed = args.board.open(None, Some(1.0), true)?;
     let hello = Asked::new(&mut feed).hello()?;
-    eprintln!("ridgetone: {}: settings {}", feed.name(), names::source_name(hello.source));
+    eprintln!("ridgetone: {}: settings {}", feed.name(), names::name(hello.source));
     output::line(settings_form::toml(&hello.settings)?.trim_end())
 }
 

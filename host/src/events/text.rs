@@ -1,7 +1,7 @@
 //! One line a packet: time, what, and its values with units. A static image has its map behind it.
 
 use crate::fit_report::with_sigma;
-use crate::names::{cause_name, death_name, direction_name, fault_name, source_name, status_name, verdict_name};
+use crate::names::name;
 use crate::static_image;
 use crate::tone::period_f32;
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
@@ -63,15 +63,14 @@ fn hello(e: &Hello) -> String {
     };
     let source = match e.source {
         SettingsSource::Default => String::new(),
-        source => format!(", settings {}", source_name(source)),
+        source => format!(", settings {}", name(source)),
     };
     let cause = match e.boot.cause {
         ResetCause::Unknown => String::new(),
-        cause => format!(", started by {}", cause_name(cause)),
+        cause => format!(", started by {}", name(cause)),
     };
     let record = e.boot.record.as_ref().map_or_else(String::new, |r| {
-        let name = death_name(r.death);
-        format!(", after a {name} in {} line {}, pc {:#010x}, lr {:#010x}", r.file, r.line, r.pc, r.lr)
+        format!(", after a {} in {} line {}, pc {:#010x}, lr {:#010x}", name(r.death), r.file, r.line, r.pc, r.lr)
     });
     format!(
         "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{record}",
@@ -94,7 +93,7 @@ fn estimate(e: &Estimate) -> String {
     } else {
         format!("{:>9} {unit}", "-")
     };
-    let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, status_name(e.status));
+    let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
     if e.status.has_tone() {
         out += &format!(", harmonics {}", e.harmonics);
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
@@ -102,11 +101,11 @@ fn estimate(e: &Estimate) -> String {
             out += &format!(", {} channels, most {:.3} mV on taxel {}", e.channels.len(), 1e3 * c.amplitude_v, c.taxel);
         }
     }
-    if e.travel.verdict != TravelStatus::Nothing {
+    if e.travel.status != TravelStatus::Nothing {
         out += &format!("; {}", travel(&e.travel));
     }
     if !e.faults.is_none() {
-        let names: Vec<_> = e.faults.iter().map(fault_name).collect();
+        let names: Vec<_> = e.faults.iter().map(name).collect();
         out += &format!(", faults: {}", names.join(", "));
     }
     if e.frames_missing > 0 {
@@ -130,25 +129,25 @@ fn image(e: &Image) -> String {
 }
 
 fn travel(e: &Travel) -> String {
-    let name = verdict_name(e.verdict);
+    let status = name(e.status);
     if !e.is_known() {
-        return format!("period {name}");
+        return format!("period {status}");
     }
-    let direction = direction_name(e.direction).unwrap_or("either way");
+    let direction = e.direction.known().map_or("either way", name);
     let (period_mm, period_sigma_mm) = with_sigma(e.spatial_period_mm.into(), e.spatial_period_sigma_mm.into());
     let Travel { speed_mm_s, speed_sigma_mm_s, .. } = e;
     format!(
-        "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({name})"
+        "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({status})"
     )
 }
 
 fn fault(e: &Fault) -> String {
-    let name = fault_name(e.kind);
+    let kind = name(e.kind);
     match e.until_us {
-        None => format!("{name} begins; seen {} times since start-up", e.count),
+        None => format!("{kind} begins; seen {} times since start-up", e.count),
         Some(until_us) => {
             let length_s = seconds(until_us) - seconds(e.from_us);
-            format!("{name} is over; {length_s:.3} s since {:.3} s; seen {} times", seconds(e.from_us), e.count)
+            format!("{kind} is over; {length_s:.3} s since {:.3} s; seen {} times", seconds(e.from_us), e.count)
         }
     }
 }
@@ -183,7 +182,7 @@ fn health(e: &Health) -> String {
         bytes => format!(", stack {} of {bytes} bytes", e.stack_used_bytes),
     };
     let seen = FaultKind::ALL.into_iter().zip(e.faults).filter(|(_, count)| *count > 0);
-    let faults: String = seen.map(|(kind, count)| format!(", {} {count} times", fault_name(kind))).collect();
+    let faults: String = seen.map(|(kind, count)| format!(", {} {count} times", name(kind))).collect();
     format!(
         "{} frames at {:.3} Hz; conversions: {} lost, {} doubtful; {} hops skipped, {} messages dropped, {} restarts of the ADC{faults}{load}{stack}; supply {:.3} V, reference {:.4} V, {:.1} C, offset {:.1} uV, gain {:.6}",
         e.frames,

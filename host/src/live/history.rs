@@ -1,8 +1,6 @@
 //! Estimates one after the other: what a chart of the frequency shows.
 
-use crate::names::{direction_name, span_name, status_name, verdict_name};
-use crate::tone::abscissa_name;
-use ridgetone_proto::telemetry::Estimate;
+use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Span, Status, TravelStatus};
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -16,20 +14,20 @@ pub struct Point {
     pub t_s: f64,
     /// Length of the window, seconds.
     pub window_s: f32,
-    /// `window`, or `slide` for the whole of it.
-    pub span: &'static str,
-    /// What the frequency counts its cycles in: `time` or `place`.
-    pub abscissa: &'static str,
+    /// What the window covers.
+    pub span: Span,
+    /// Unit in which the frequency counts its cycles.
+    pub abscissa: Abscissa,
     /// The estimate's status, as with `--json`.
-    pub status: &'static str,
+    pub status: Status,
     /// Hertz, or by place cycles per millimetre.
     pub frequency: Option<f32>,
     /// Its standard deviation, in the same unit.
     pub sigma: Option<f32>,
     /// Whether period and speed are known, as with `--json`.
-    pub travel: &'static str,
-    /// `forward` or `backward`.
-    pub direction: Option<&'static str>,
+    pub travel: TravelStatus,
+    /// Direction of the grating.
+    pub direction: Option<Direction>,
     /// Spatial period, millimetres.
     pub spatial_period_mm: Option<f32>,
     /// Its standard deviation, millimetres.
@@ -48,13 +46,13 @@ impl Point {
         Self {
             t_s: estimate.t_us as f64 / 1e6,
             window_s: estimate.window_s,
-            span: span_name(estimate.span),
-            abscissa: abscissa_name(estimate.abscissa),
-            status: status_name(estimate.status),
+            span: estimate.span,
+            abscissa: estimate.abscissa,
+            status: estimate.status,
             frequency: tone(estimate.frequency),
             sigma: tone(estimate.sigma),
-            travel: verdict_name(estimate.travel.verdict),
-            direction: direction_name(estimate.travel.direction),
+            travel: estimate.travel.status,
+            direction: estimate.travel.direction.known(),
             spatial_period_mm: known(estimate.travel.spatial_period_mm),
             spatial_period_sigma_mm: known(estimate.travel.spatial_period_sigma_mm),
             speed_mm_s: known(estimate.travel.speed_mm_s),

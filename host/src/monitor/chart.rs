@@ -8,6 +8,7 @@ use ratatui::layout::Rect;
 use ratatui::style::Style;
 use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
+use ridgetone_proto::telemetry::{Abscissa, Status};
 
 /// Least height of the chart, as a share of the frequency: a millionth looks like noise and is none.
 const LEAST_SHARE: f64 = 1e-4;
@@ -20,10 +21,12 @@ const BAR_DOTS: usize = 96;
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let by_place = live.history.points().next_back().is_some_and(|point| point.abscissa == "place");
-    let (what, unit) = if by_place { ("cycles per mm", "/mm") } else { ("frequency", "Hz") };
+    let abscissa = live.history.points().next_back().map_or(Abscissa::Time, |point| point.abscissa);
+    let (what, unit) = match abscissa {
+        Abscissa::Time => ("frequency", "Hz"),
+        Abscissa::Place => ("cycles per mm", "/mm"),
+    };
     let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
-    let abscissa = if by_place { "place" } else { "time" };
     let last_s = live.history.points().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
     let end_s = live.now_s.unwrap_or(last_s).max(last_s);
     // The axis is as long from the beginning on.
@@ -37,7 +40,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
         return;
     };
     let place = |good: bool| -> Vec<(f64, f64)> {
-        let fits = |point: &&&Point| (point.status == "good") == good;
+        let fits = |point: &&&Point| (point.status == Status::Good) == good;
         shown.iter().filter(fits).filter_map(|point| Some((point.t_s, point.frequency?.into()))).collect()
     };
     let (good, others, bars) = (place(true), place(false), bars(&shown));

@@ -3,7 +3,7 @@
 use super::screen::{alarm, boxed};
 use super::view::View;
 use crate::live::Live;
-use crate::names::fault_name;
+use crate::names::name;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
@@ -14,7 +14,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let (title, style) = match live.faults() {
         [] => (format!("health: nothing is wrong; {} packets", live.counts.received), Default::default()),
         faults => {
-            let names: Vec<_> = faults.iter().map(|fault| fault_name(fault.kind)).collect();
+            let names: Vec<_> = faults.iter().map(|fault| name(fault.kind)).collect();
             (format!("health: FAULT: {}", names.join(", ")), alarm(view))
         }
     };

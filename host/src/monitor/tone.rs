@@ -4,12 +4,12 @@ use super::screen::{alarm, bold, boxed, phase_name};
 use super::view::View;
 use crate::fit_report::{decimals, with_sigma};
 use crate::live::Live;
-use crate::names::{direction_name, fault_name, status_name, verdict_name};
+use crate::names::name;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
-use ridgetone_proto::telemetry::{Abscissa, Estimate, Status, Travel, TravelStatus};
+use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Status, Travel, TravelStatus};
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
@@ -29,12 +29,12 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     };
     let mut lines = vec![Line::styled(frequency(estimate), bold())];
     let until_s = estimate.t_us as f64 / 1e6;
-    let status = format!("{}, {:.2} s until {until_s:.2} s", status_name(estimate.status), estimate.window_s);
+    let status = format!("{}, {:.2} s until {until_s:.2} s", name(estimate.status), estimate.window_s);
     let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
     lines.push(Line::styled(status, style));
     lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
     if !estimate.faults.is_none() {
-        let names: Vec<_> = estimate.faults.iter().map(fault_name).collect();
+        let names: Vec<_> = estimate.faults.iter().map(name).collect();
         lines.push(Line::styled(format!("faults: {}", names.join(", ")), alarm(view)));
     }
     if let Some(whole) = live.whole_slide() {
@@ -46,7 +46,7 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
 /// A frequency with its uncertainty, or that there is none.
 pub fn frequency(estimate: &Estimate) -> String {
     if !estimate.status.has_tone() {
-        return format!("- ({})", status_name(estimate.status));
+        return format!("- ({})", name(estimate.status));
     }
     let (value, sigma) = with_sigma(estimate.frequency.into(), estimate.sigma.into());
     let unit = match estimate.abscissa {
@@ -58,9 +58,9 @@ pub fn frequency(estimate: &Estimate) -> String {
 
 fn travel(travel: &Travel) -> [String; 2] {
     if !travel.is_known() {
-        let why = match travel.verdict {
+        let why = match travel.status {
             TravelStatus::Nothing => "not known",
-            verdict => verdict_name(verdict),
+            status => name(status),
         };
         return [format!("period {why}"), format!("speed  {why}")];
     }
@@ -72,10 +72,10 @@ fn travel(travel: &Travel) -> [String; 2] {
     };
     let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
     let speed = short(speed_mm_s, speed_sigma_mm_s, 1);
-    let arrow = match direction_name(travel.direction) {
-        Some("forward") => " ->",
-        Some("backward") => " <-",
-        _ => "",
+    let arrow = match travel.direction {
+        Direction::Forward => " ->",
+        Direction::Backward => " <-",
+        Direction::Unknown => "",
     };
     [format!("period {period} mm"), format!("speed  {speed} mm/s{arrow}")]
 }

@@ -1,0 +1,176 @@
+//! An estimate: one frequency for all channels of a window, with its uncertainty, and what follows from the phases.
+
+use crate::fault::FaultSet;
+use crate::settings::TAXELS;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// One fit over all valid channels of a window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Device time of the window's end, microseconds.
+    pub t_us: u64,
+    /// Length of the window, seconds.
+    pub window_s: f32,
+    /// What the window covers.
+    pub span: Span,
+    /// How far the estimate can be trusted.
+    pub status: Status,
+    /// Unit in which the frequency counts its cycles.
+    pub abscissa: Abscissa,
+    /// The common frequency, hertz, or by place cycles per millimetre; zero without a tone ([`Status::has_tone`]).
+    pub frequency: f32,
+    /// Its standard deviation, in the same unit; zero without a tone.
+    pub sigma: f32,
+    /// Harmonics fitted, the fundamental included.
+    pub harmonics: u8,
+    /// Frames of the window that were left out: missing, or without a valid value of a taxel that is valid otherwise.
+    pub frames_missing: u16,
+    /// Faults during the window that may have changed the frequency.
+    pub faults: FaultSet,
+    /// Spatial period, speed and direction.
+    pub travel: Travel,
+    /// The valid channels.
+    pub channels: Vec<Channel, TAXELS>,
+}
+
+/// How far an estimate can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// A common tone, with its uncertainty.
+    Good,
+    /// The channels share no tone that stands out of their noise.
+    NoTone,
+    /// The window holds too little of a cycle, or too few frames.
+    TooShort,
+    /// No valid channel or no valid frame.
+    Nothing,
+    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well.
+    Ambiguous,
+    /// A common tone, but [`Estimate::faults`] may have changed it.
+    Doubtful,
+}
+
+impl Status {
+    /// Whether an estimate of this status has a frequency.
+    pub const fn has_tone(self) -> bool {
+        matches!(self, Self::Good | Self::Ambiguous | Self::Doubtful)
+    }
+}
+
+/// One channel of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// Taxel, 0 to 15.
+    pub taxel: u8,
+    /// Offset in the window, volts.
+    pub offset_v: f32,
+    /// Amplitude of the fundamental, volts.
+    pub amplitude_v: f32,
+    /// Phase of the fundamental as a cosine at the window's centre, radians, -pi to pi. By place the centre is half way
+    /// between the window's ends on the surface.
+    pub phase_rad: f32,
+    /// Standard deviation of the residual, volts.
+    pub residual_v: f32,
+}
+
+/// What a window covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Span {
+    /// One hop of the sliding window.
+    Window,
+    /// The whole sliding phase.
+    Slide,
+}
+
+/// Unit in which a frequency counts its cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Abscissa {
+    /// Time: cycles per second.
+    Time,
+    /// Place on the surface, by the PC's speed profile: cycles per millimetre.
+    Place,
+}
+
+/// Spatial period, speed and direction; zeros where they are not known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Travel {
+    /// How far the rest can be trusted.
+    pub status: TravelStatus,
+    /// Direction of the grating.
+    pub direction: Direction,
+    /// Spatial period of the grating, millimetres.
+    pub spatial_period_mm: f32,
+    /// Its standard deviation, millimetres.
+    pub spatial_period_sigma_mm: f32,
+    /// Speed over the surface, millimetres per second, not negative.
+    pub speed_mm_s: f32,
+    /// Its standard deviation, millimetres per second; zero where the PC gives the speed.
+    pub speed_sigma_mm_s: f32,
+}
+
+impl Travel {
+    /// Nothing is known.
+    pub const NONE: Self = Self {
+        status: TravelStatus::Nothing,
+        direction: Direction::Unknown,
+        spatial_period_mm: 0.0,
+        spatial_period_sigma_mm: 0.0,
+        speed_mm_s: 0.0,
+        speed_sigma_mm_s: 0.0,
+    };
+
+    /// Whether there are a period and a speed.
+    pub const fn is_known(&self) -> bool {
+        matches!(self.status, TravelStatus::Unique | TravelStatus::Given | TravelStatus::Contradicted)
+    }
+}
+
+/// Whether spatial period, speed and direction are known, and from what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TravelStatus {
+    /// There is no tone, or no two channels that respond alike in both columns of units have it.
+    Nothing,
+    /// The phases allow one answer within the possible periods.
+    Unique,
+    /// They allow more than one, or one at the edge of the possible periods.
+    Ambiguous,
+    /// They allow none.
+    OutOfRange,
+    /// The PC gives the speed, and with it the period; the phases agree.
+    Given,
+    /// The PC gives the speed, and with it the period; the phases disagree.
+    Contradicted,
+}
+
+/// Direction in which the grating moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Not known.
+    Unknown,
+    /// Along +x: towards the column in front ([`crate::settings::Array::front`]).
+    Forward,
+    /// Against +x.
+    Backward,
+}
+
+impl Direction {
+    /// The direction, if it is known.
+    pub fn known(self) -> Option<Self> {
+        (self != Self::Unknown).then_some(self)
+    }
+
+    /// The opposite direction.
+    pub const fn reversed(self) -> Self {
+        match self {
+            Self::Unknown => Self::Unknown,
+            Self::Forward => Self::Backward,
+            Self::Backward => Self::Forward,
+        }
+    }
+}

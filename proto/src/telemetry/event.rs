@@ -1,0 +1,161 @@
+//! The events, and those of them that are small.
+
+use super::estimate::Estimate;
+use super::image::Image;
+use crate::boot::{Boot, SettingsSource};
+use crate::command::Reply;
+use crate::fault::{self, Fault, KINDS};
+use crate::settings::{Settings, TAXELS};
+use crate::text_form;
+use serde::{Deserialize, Serialize};
+
+/// What the board reports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)]
+pub enum Event {
+    /// The board has started, or answers a greeting.
+    Hello(Hello),
+    /// The contact spike.
+    Contact(Contact),
+    /// The sliding phase begins or ends.
+    Slide(Slide),
+    /// One fit.
+    Estimate(Estimate),
+    /// The finger is off the stimulus.
+    Release(Release),
+    /// Counters and readings.
+    Health(Health),
+    /// What a hold does to the taxels.
+    Image(Image),
+    /// A fault begins or ends.
+    Fault(Fault),
+    /// The answer to a request.
+    Reply(Reply),
+    /// A frame as it was read.
+    Raw(Raw),
+}
+
+/// First event after start-up, and again about every ten seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// [`PROTOCOL`](super::PROTOCOL).
+    pub protocol: u8,
+    /// Firmware version: major, minor, patch.
+    pub version: [u8; 3],
+    /// Nominal frames per second, from the chip's registers and its nominal clock.
+    pub frame_rate_hz: f32,
+    /// Settings in force.
+    pub settings: Settings,
+    /// Where they come from.
+    pub source: SettingsSource,
+    /// Why the board started.
+    pub boot: Boot,
+}
+
+/// The contact spike (paper, equations 2 and 3).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Device time of the spike, microseconds.
+    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
+    pub t_us: u64,
+    /// Taxel with the best defined spike, 0 to 15.
+    pub taxel: u8,
+    /// Its height over the idle level, volts, signed.
+    pub height_v: f32,
+}
+
+/// The sliding phase begins or ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slide {
+    /// Device time of its start, microseconds.
+    #[serde(rename = "start_s", serialize_with = "text_form::seconds")]
+    pub start_us: u64,
+    /// Device time of its end, microseconds; none while it lasts.
+    #[serde(rename = "end_s", serialize_with = "text_form::optional_seconds")]
+    pub end_us: Option<u64>,
+}
+
+/// The finger is off the stimulus.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Release {
+    /// Device time, microseconds.
+    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
+    pub t_us: u64,
+}
+
+/// Counters and readings, about once a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Device time, microseconds.
+    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
+    pub t_us: u64,
+    /// Frames since start-up; wraps after 206 days.
+    pub frames: u32,
+    /// Conversions lost: overruns of the queue and gaps in the scan. A chip that ran with other registers may have been
+    /// faster: then as many more as it can have made at most.
+    pub conversions_lost: u32,
+    /// Conversions with OVF or SUPPLY set, with NEW missing, or of a channel outside the scan.
+    pub conversions_doubtful: u32,
+    /// Windows that were not fitted because the fit was busy.
+    pub hops_skipped: u32,
+    /// Events that were dropped because the line was slow.
+    pub messages_dropped: u32,
+    /// Times that the ADC was set up again because its registers were wrong, or could not be set up.
+    pub chip_restarts: u32,
+    /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
+    #[serde(serialize_with = "fault::by_kind")]
+    pub faults: [u32; KINDS],
+    /// Requests of the PC that arrived damaged.
+    pub requests_damaged: u32,
+    /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
+    pub stack_used_bytes: u32,
+    /// Size of the stack, bytes; zero where nothing measures it.
+    pub stack_bytes: u32,
+    /// True frame rate by the board's clock, hertz; zero until measured.
+    pub frame_rate_hz: f32,
+    /// Share of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    pub load: f32,
+    /// Analogue supply by the chip's own reading, volts.
+    pub supply_v: f32,
+    /// Reference by the chip's own reading, volts.
+    pub reference_v: f32,
+    /// Temperature by the chip's own reading, degrees Celsius.
+    pub temperature_c: f32,
+    /// Offset by the chip's own reading, volts.
+    pub offset_v: f32,
+    /// Gain by the chip's own reading, ideally 1.
+    pub gain: f32,
+}
+
+/// One frame as it was read, on request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Raw {
+    /// Device time of its first slot, microseconds.
+    #[serde(rename = "t_s", serialize_with = "text_form::seconds")]
+    pub t_us: u64,
+    /// Its number since start-up; lost frames count.
+    pub number: u32,
+    /// Bit k: taxel k was converted and read.
+    pub present: u16,
+    /// Bit k: the conversion of taxel k can be trusted.
+    pub good: u16,
+    /// Codes of the taxels; those that are not present hold any value.
+    pub codes: [i32; TAXELS],
+}
+
+impl Event {
+    /// Device time of the event, microseconds: its end, if it has lasted. A greeting and a reply have none.
+    pub fn t_us(&self) -> Option<u64> {
+        Some(match self {
+            Self::Hello(_) | Self::Reply(_) => return None,
+            Self::Contact(e) => e.t_us,
+            Self::Slide(e) => e.end_us.unwrap_or(e.start_us),
+            Self::Estimate(e) => e.t_us,
+            Self::Release(e) => e.t_us,
+            Self::Health(e) => e.t_us,
+            Self::Image(e) => e.end_us,
+            Self::Fault(e) => e.until_us.unwrap_or(e.from_us),
+            Self::Raw(e) => e.t_us,
+        })
+    }
+}

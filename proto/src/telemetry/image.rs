@@ -1,0 +1,45 @@
+//! The static image: what a hold does to every taxel.
+
+use crate::settings::TAXELS;
+use crate::text_form;
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Which hold of a touch (paper, section 3.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Phase B: between the contact spike and the first slide.
+    BeforeSlide,
+    /// Phase D: after a slide.
+    AfterSlide,
+}
+
+/// What a hold does to one taxel.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pressed {
+    /// Taxel, 0 to 15.
+    pub taxel: u8,
+    /// Mean over the hold less the level before the touch, volts.
+    pub level_v: f32,
+    /// Its standard deviation by the noise of the taxel in the hold and before the touch, volts.
+    pub sigma_v: f32,
+}
+
+/// The static image. It is sent when the hold is over. A hold without 0.1 s of rest at a stretch has none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Image {
+    /// Device time of the first frame of the mean, microseconds.
+    #[serde(rename = "start_s", serialize_with = "text_form::seconds")]
+    pub start_us: u64,
+    /// Device time of the end of its last frame, microseconds.
+    #[serde(rename = "end_s", serialize_with = "text_form::seconds")]
+    pub end_us: u64,
+    /// Frames in the mean, without those that are missing.
+    pub frames: u32,
+    /// Which hold it is.
+    pub hold: Hold,
+    /// The taxels that are alive. A dead one had a conversion in the hold that cannot be trusted, or has no noise and
+    /// the code that it had before the touch.
+    pub taxels: Vec<Pressed, TAXELS>,
+}

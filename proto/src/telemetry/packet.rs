@@ -1,0 +1,56 @@
+//! The packet: an event with its number.
+
+use super::estimate::{Abscissa, Channel, Direction, Estimate, Span, Status, Travel, TravelStatus};
+use super::event::Event;
+use crate::fault::FaultSet;
+use crate::framing::{self, TooLong, WIRE_MAX};
+use crate::settings::TAXELS;
+use serde::{Deserialize, Serialize};
+
+/// Version of the wire contract; a reader refuses another one.
+pub const PROTOCOL: u8 = 5;
+
+/// An event with its number, so that a reader notices every loss.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Packet {
+    /// Number of the packet since start-up, wrapping.
+    pub sequence: u16,
+    /// The event.
+    pub event: Event,
+}
+
+/// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`.
+///
+/// # Errors
+/// The packet is longer than [`WIRE_MAX`]; no event makes such a packet.
+#[inline(never)]
+pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
+    framing::encode(packet, wire)
+}
+
+/// A packet whose every field takes as many bytes as it can, for tests of buffers.
+pub fn longest_packet() -> Packet {
+    let channel = |taxel| Channel { taxel, offset_v: 2.5, amplitude_v: 1e-3, phase_rad: -3.1, residual_v: 5e-6 };
+    let estimate = Estimate {
+        t_us: u64::MAX,
+        window_s: 1.0,
+        span: Span::Slide,
+        status: Status::Good,
+        abscissa: Abscissa::Place,
+        frequency: 8.333_333,
+        sigma: 1e-3,
+        harmonics: 5,
+        frames_missing: u16::MAX,
+        faults: FaultSet::NONE,
+        travel: Travel {
+            status: TravelStatus::Contradicted,
+            direction: Direction::Backward,
+            spatial_period_mm: 3.6,
+            spatial_period_sigma_mm: 1e-3,
+            speed_mm_s: 30.0,
+            speed_sigma_mm_s: 1e-2,
+        },
+        channels: (0..TAXELS as u8).map(channel).collect(),
+    };
+    Packet { sequence: u16::MAX, event: Event::Estimate(estimate) }
+}
