@@ -4,9 +4,10 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
+use ridgetone::detector::Detector;
+use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::{Detector, Estimator};
 use ridgetone::ring::Ring;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
@@ -41,8 +42,10 @@ impl Board {
             None => self.detector.finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
-            let estimate = self.estimator.run(&window, &mut &self.ring, None).expect("its frames are there");
-            self.estimates.extend(estimate.map(|estimate| (self.is_changed, estimate)));
+            match self.estimator.run(&window, &mut &self.ring, None).expect("its frames are there") {
+                WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),
+                WindowFit::Growing => {}
+            }
         }
     }
 }

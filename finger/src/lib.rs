@@ -43,6 +43,7 @@ pub mod abscissa;
 pub mod acquire;
 pub mod assembler;
 pub mod detector;
+pub mod estimator;
 pub(crate) mod event_builder;
 pub mod faults;
 pub mod frame;

@@ -1,8 +1,29 @@
-//! What the tasks of the firmware do, and what they share.
+//! What each task does, written once. The firmware binds the tasks to interrupts; the PC and the fault campaigns call them
+//! in turn.
+//!
+//! | task | priority | starts with | does |
+//! |---|---|---|---|
+//! | [`drdy`] | 5 | DRDY's falling edge | reads one conversion, queues it; checks the chip on request |
+//! | [`line`] | 4 | a byte sent or received | sends one byte of telemetry, takes one of a request |
+//! | [`detect`] | 3 | `drdy` | frames, contact, windows |
+//! | [`report`] | 2 | an event | encodes packets |
+//! | [`watch`] | 2 | twice a second | requests a check of the chip, decides about the watchdog |
+//! | [`fit`] | 1 | a window, a request | spectrum and sine fit; requests when no window is due |
+//! | [`idle`] | 0 | | measures load and stack, ends the run |
+//!
+//! A task's resources are behind [`rtic_core::Mutex`] where a task of higher priority uses them too.
 
 pub mod commands;
+pub mod detect;
+pub mod drdy;
+pub mod fit;
+pub mod idle;
+pub mod line;
 pub mod liveness;
 pub mod load;
 pub mod outbox;
-pub mod queues;
+pub mod report;
+pub mod requests;
+pub mod shared;
 pub mod stack_depth;
+pub mod watch;

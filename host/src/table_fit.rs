@@ -152,7 +152,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         window_s: grid.slots() as f64 / grid.rate_hz,
         rows: end - first,
         rows_missing: grid.missing(),
-        status: ridgetone::pipeline::reported_status(found.status),
+        status: ridgetone::estimator::reported_status(found.status),
         abscissa,
         tone: has_tone.then(|| (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit)),
         harmonics: found.harmonics,

@@ -6,12 +6,13 @@
 //! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
 use super::semihost::{self, Exit};
-use super::{Board, Line, SettingsFlash, crash, kept::Kept, link};
+use super::{Board, SerialLine, SettingsFlash, crash, kept::Kept, link};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
+use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
@@ -119,27 +120,23 @@ impl OutputPin for Pin {
 /// The falling edge of DRDY.
 pub struct Drdy;
 
-impl Drdy {
-    /// Whether it has fallen, and if so, whether there is data to read.
+impl DrdyPin for Drdy {
     #[inline(always)]
-    pub fn acknowledge(&mut self) -> Option<bool> {
+    fn acknowledge(&mut self) -> Option<bool> {
         link::take_edge().then_some(true)
     }
 
-    /// No more interrupts until [`Drdy::unmute`].
-    pub fn mute(&mut self) {
+    /// The chip's own time of the edge: it does not depend on the speed of the emulated processor.
+    fn edge_us(&self) -> u32 {
+        link::edge_us()
+    }
+
+    fn mute(&mut self) {
         link::mute(true);
     }
 
-    /// Edges from now on are served again.
-    pub fn unmute(&mut self) {
+    fn unmute(&mut self) {
         link::mute(false);
-    }
-
-    /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping: the
-    /// chip's own, so that it does not depend on how fast the emulated processor got here.
-    pub fn edge_us(&self) -> u32 {
-        link::edge_us()
     }
 }
 
@@ -154,7 +151,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
-    let line = Line::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
+    let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
     let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
     let boot = Boot { cause, record: crash::take_record() };
@@ -198,7 +195,7 @@ pub fn restart() -> ! {
 
 /// Ends the emulator: all is done. Tells how deep the stack has been.
 pub fn leave() {
-    let (deepest, size) = (super::stack::use_bytes(), super::stack_bytes());
+    let (deepest, size) = (super::stack::used_bytes(), 4 * super::stack_words());
     semihost::say(format_args!("stack: {deepest} of {size} bytes used at most"));
     semihost::exit(Exit::Done)
 }

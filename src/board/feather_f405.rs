@@ -8,7 +8,7 @@
 //! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip; wiring
 //! DRDY to D6 (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
-use super::{Board, Line, SettingsFlash, stm32f4};
+use super::{Board, SerialLine, SettingsFlash, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
@@ -41,7 +41,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
         reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: Line::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
+        line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
         boot,
         flash: SettingsFlash::new(device.FLASH),
     }

@@ -12,7 +12,7 @@
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
 //! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
-//! | `Board::line` | [`Line`]: telemetry out and orders in, byte by byte |
+//! | `Board::line` | [`SerialLine`]: telemetry out and requests in, byte by byte |
 //! | `Board::flash` | [`SettingsFlash`]: a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
 //! | the types `Spi`, `Start`, `Reset`, `Drdy` | of these four |
 //! | the type `Usart` | what the line is on |
@@ -48,7 +48,7 @@ mod clock;
 mod crash;
 #[cfg(not(feature = "emulated"))]
 mod flash;
-mod line;
+mod serial_line;
 mod stack;
 
 #[cfg(feature = "emulated")]
@@ -80,10 +80,10 @@ pub use nucleo_f446re::*;
 pub use clock::{acknowledge_heartbeat, now_us};
 #[cfg(not(feature = "emulated"))]
 pub use flash::SettingsFlash;
-pub use line::Line;
 #[cfg(feature = "emulated")]
 pub use memory::SettingsFlash;
-pub use stack::{look as look_at_stack, size_bytes as stack_bytes};
+pub use serial_line::SerialLine;
+pub use stack::{word as stack_word, words as stack_words};
 
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::boot::Boot;
@@ -99,7 +99,7 @@ pub struct Board {
     /// DRDY.
     pub drdy: Drdy,
     /// Telemetry and orders.
-    pub line: Line,
+    pub line: SerialLine,
     /// How this run began.
     pub boot: Boot,
     /// Where settings are kept.

@@ -7,7 +7,7 @@
 //! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered
 //! (UM1724).
 
-use super::{Board, Line, SettingsFlash, stm32f4};
+use super::{Board, SerialLine, SettingsFlash, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
@@ -42,7 +42,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
-        line: Line::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
+        line: SerialLine::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
         boot,
         flash: SettingsFlash::new(device.FLASH),
     };

@@ -1,5 +1,6 @@
 //! The stack's place in memory: start-up fills it with a pattern (cortex-m-rt's `paint-stack`).
 
+#[cfg(feature = "emulated")]
 use ridgetone::tasks::stack_depth::DepthMeter;
 
 unsafe extern "C" {
@@ -14,17 +15,19 @@ fn bounds() -> (usize, usize) {
     (&raw const _stack_end as usize, &raw const _stack_start as usize)
 }
 
-/// The stack's size, bytes.
-pub fn size_bytes() -> u32 {
+/// The stack's size in words.
+pub fn words() -> usize {
     let (low, high) = bounds();
-    high.saturating_sub(low) as u32
+    high.saturating_sub(low) / 4
 }
 
-/// Looks at a few more words of it; gives the most that was in use since start-up, bytes, as far as it is known.
-pub fn look(meter: &mut DepthMeter) -> u32 {
-    let words = size_bytes() as usize / 4;
-    // SAFETY: `at` is less than `words`, and from `_stack_end` on that many words are RAM, aligned; they are read only.
-    meter.step(words, |at| unsafe { (&raw const _stack_end).add(at).read_volatile() })
+/// A word of the stack, by its number from the lowest address; zero beyond the stack.
+pub fn word(at: usize) -> u32 {
+    if at >= words() {
+        return 0;
+    }
+    // SAFETY: from `_stack_end` on that many words are RAM, aligned; they are read only.
+    unsafe { (&raw const _stack_end).add(at).read_volatile() }
 }
 
 /// Whether all of what `place` points to lies in it.
@@ -33,9 +36,9 @@ pub fn holds<T>(place: *const T) -> bool {
     (low..=high.saturating_sub(size_of::<T>())).contains(&(place as usize)) && place.is_aligned()
 }
 
-/// The most that was in use since start-up, bytes: all of it looked at, at once.
+/// The most that was in use since start-up, bytes.
 #[cfg(feature = "emulated")]
-pub fn use_bytes() -> u32 {
+pub fn used_bytes() -> u32 {
     let mut meter = DepthMeter::new();
-    (0..size_bytes()).fold(0, |_, _| look(&mut meter))
+    (0..words()).fold(0, |_, _| meter.step(words(), word))
 }

@@ -9,6 +9,7 @@ use core::convert::Infallible;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::{Boot, Record, ResetCause};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed};
@@ -72,35 +73,32 @@ impl<const PORT: char> Drdy<PORT> {
         pin.enable_interrupt(&mut exti);
         Self { pin, exti, edge_us: 0 }
     }
+}
 
-    /// Notes the time and clears the interrupt; call it first thing. Whether DRDY has fallen, and if so, whether there
-    /// is data to read.
+impl<const PORT: char> DrdyPin for Drdy<PORT> {
     #[inline(always)]
-    pub fn acknowledge(&mut self) -> Option<bool> {
+    fn acknowledge(&mut self) -> Option<bool> {
         self.edge_us = super::now_us();
         let has_fallen = self.pin.check_interrupt();
         self.pin.clear_interrupt_pending_bit();
-        // The write must have reached EXTI before the handler returns, or the interrupt fires twice.
+        // The write must reach EXTI before the handler returns, or the interrupt fires twice.
         cortex_m::asm::dsb();
         let is_low = self.pin.is_low();
         (has_fallen || is_low).then_some(is_low)
     }
 
-    /// No more interrupts until [`Drdy::unmute`].
-    pub fn mute(&mut self) {
+    fn edge_us(&self) -> u32 {
+        self.edge_us
+    }
+
+    fn mute(&mut self) {
         self.pin.disable_interrupt(&mut self.exti);
     }
 
-    /// Edges from now on are served again; those meanwhile are forgotten (RM0090: a masked line's pending bit is set all
-    /// the same).
-    pub fn unmute(&mut self) {
+    fn unmute(&mut self) {
+        // A masked line's pending bit is set all the same (RM0090).
         self.pin.clear_interrupt_pending_bit();
         self.pin.enable_interrupt(&mut self.exti);
-    }
-
-    /// Time of the edge whose data was read after [`Drdy::acknowledge`], microseconds, wrapping.
-    pub fn edge_us(&self) -> u32 {
-        self.edge_us
     }
 }
 

@@ -1,7 +1,7 @@
-//! The firmware's task_sim on this PC, run as its tasks run them, behind the simulated chip and its faults.
+//! The firmware's tasks on this PC, behind the simulated chip and its faults.
 //!
-//! What `main.rs` does by interrupts happens here by virtual time: DRDY's edges as they arrive at the pin, the watch
-//! twice a second, then whatever they left to do. The processor takes no time, the bus takes the board's.
+//! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch twice a second, then the
+//! tasks that these start. The processor takes no time, the bus takes as long as the board's.
 
 use super::scan_order::Order;
 
@@ -9,248 +9,258 @@ use ads1258::Ads1258;
 use anyhow::{Result, ensure};
 use embedded_hal::delay::DelayNs;
 use hal_mock::board::{ChipSpi, ResetPin, StartPin};
+use hal_mock::chip::REGISTERS;
 use hal_mock::{Counters, Injected, SimulatedBoard};
-use heapless::spsc::{Consumer, Producer, Queue};
-use ridgetone::acquire::{Acquisition, Drdy};
-use ridgetone::faults::diagnostics::Diagnostics;
-use ridgetone::faults::qualify::qualify;
+use heapless::spsc::{Consumer, Queue};
+use ridgetone::acquire::Acquisition;
+use ridgetone::detector::Detector;
+use ridgetone::estimator::Estimator;
 use ridgetone::frame::TimedConversion;
-use ridgetone::pipeline::{Detector, Estimator};
 use ridgetone::ring::Ring;
+use ridgetone::tasks::detect::Detect;
+use ridgetone::tasks::drdy::{Drdy, DrdyPin};
+use ridgetone::tasks::fit::Fit;
+use ridgetone::tasks::liveness::WatchdogPolicy;
 use ridgetone::tasks::outbox::Outbox;
-use ridgetone::tasks::queues::{PACKETS, SAMPLES, WINDOWS};
-use ridgetone::window::Window;
+use ridgetone::tasks::report::Report;
+use ridgetone::tasks::requests::Requests;
+use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+use ridgetone::tasks::watch;
 use ridgetone_host::input::Opened;
+use ridgetone_host::requests::power_cuts::CutFlash;
+use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Event, Packet, Span, WIRE_MAX, encode};
-use std::collections::VecDeque;
+use ridgetone_proto::store::FlashStore;
+use ridgetone_proto::telemetry::{Decoder, Packet};
+use rtic_core::Exclusive;
+use std::cell::{Cell, RefCell};
 
 /// SCLK of the board, hertz.
 const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// What came of a run.
+/// The results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
     /// Telemetry, decoded.
     pub packets: Vec<Packet>,
-    /// Packets that never came, and damaged ones.
+    /// Packets that were lost, and damaged ones.
     pub line: (u32, u32),
     /// What the chip has done.
     pub chip: Counters,
-    /// When each injection acted, nanoseconds of the rig.
+    /// When each injection acted, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
     /// Conversions that came out of the queue with NEW set.
     pub delivered: u64,
     /// Those among them that are not what the chip had converted.
     pub altered: u64,
-    /// Times of the rig, nanoseconds, at which a scan had come without a flaw while the registers were right.
+    /// Times of the simulated board, nanoseconds, at which a scan was complete without a flaw while the registers were right.
     pub whole_ns: Vec<u64>,
-    /// Zero of the device time, nanoseconds of the rig.
+    /// Zero of the device time, nanoseconds of the simulated board.
     pub zero_ns: u64,
-    /// End of the run, nanoseconds of the rig.
+    /// End of the run, nanoseconds of the simulated board.
     pub end_ns: u64,
     /// Whether the registers were right at the end.
     pub registers_right: bool,
 }
 
-/// Runs `input` through the task_sim.
+/// Runs `input` through the firmware's tasks.
 ///
 /// # Errors
-/// An event that does not fit the wire format; the simulated chip does not let itself be set up.
+/// The simulated chip cannot be set up.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
-    let rig = SimulatedBoard::new(input.scene, input.options);
-    rig.set_sclk_hz(SCLK_HZ);
-    let mut wait = rig.delay();
-    let mut chip = Acquisition::new(Ads1258::new(rig.spi()), rig.start_pin(), rig.reset_pin());
+    let board = SimulatedBoard::new(input.scene, input.options);
+    board.set_sclk_hz(SCLK_HZ);
+    let mut wait = board.delay();
+    let mut acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin());
     wait.delay_us(ridgetone_host::replay::START_US);
-    ensure!(chip.set_up(&mut wait), "the simulated chip cannot be set up");
+    ensure!(acquisition.set_up(&mut wait), "the simulated chip cannot be set up");
 
-    let mut samples: Queue<TimedConversion, SAMPLES> = Queue::new();
-    let (samples_in, samples_out) = samples.split();
-    let registers = rig.with_chip(|chip| chip.registers());
-    let diagnostics = Diagnostics::new();
-    let mut tasks = Tasks::new(settings, samples_out, &diagnostics, registers);
-    tasks.greet()?;
-    let mut drdy = Interrupt {
-        rig: &rig,
-        chip,
-        samples: samples_in,
-        diagnostics: &diagnostics,
-        muted: false,
-        check: false,
-        pending: false,
-        ended: false,
+    let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
+    let (samples_in, samples_out) = queues.0.split();
+    let (windows_in, windows_out) = queues.1.split();
+    let (bytes_in, bytes_out) = queues.2.split();
+    let interrupt = Interrupt::default();
+    let pin = Pin { board: &board, interrupt: &interrupt, edge_us: 0 };
+    let drdy = RefCell::new(Drdy { acquisition, pin, samples: samples_in });
+    let shared = Shared::new(Simulated { board: &board, interrupt: &interrupt, drdy });
+    let mut estimator = Box::new(Estimator::new(settings));
+    let mut tasks = Tasks {
+        detect: Detect::new(samples_out, windows_in),
+        fit: Fit {
+            estimator: &mut estimator,
+            windows: windows_out,
+            requests: Requests::new(FlashStore::new(CutFlash::new(1))),
+        },
+        report: Report::new(bytes_in),
+        detector: Box::new(Detector::new(settings)),
+        ring: Box::new(Ring::new()),
+        inbox: Inbox::new(),
+        outbox: Outbox::new(),
+        line: bytes_out,
+        decoder: Decoder::new(),
+        ran: Ran::default(),
+        registers: board.with_chip(|chip| chip.registers()),
+        order: Order::default(),
+        begun: false,
     };
-    let mut watch_ns = rig.now_ns() + WATCH_NS;
+    tasks.run(&shared);
+    let mut policy = WatchdogPolicy::new();
+    let mut watch_ns = board.now_ns() + WATCH_NS;
     loop {
-        let (edge_ns, event_ns) = rig.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
-        let edge_ns = edge_ns.filter(|_| !drdy.muted);
+        let (edge_ns, event_ns) = board.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
+        let edge_ns = edge_ns.filter(|_| !interrupt.is_muted.get());
         let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
-        rig.advance_ns(next_ns.saturating_sub(rig.now_ns()));
-        drdy.pending |= edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns);
+        board.advance_ns(next_ns.saturating_sub(board.now_ns()));
+        if edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns) {
+            interrupt.is_pending.set(true);
+        }
         if next_ns >= watch_ns {
             watch_ns += WATCH_NS;
-            drdy.check = true;
-            let edge = std::mem::take(&mut drdy.pending);
-            drdy.serve(edge, false);
-            tasks.run(&mut drdy)?;
-            tasks.look(&rig)?;
+            // The watchdog's policy has tests of its own.
+            let _ = watch::run(&mut policy, &shared);
+            tasks.run(&shared);
         }
-        // An edge that falls while one is served makes it run again.
-        while std::mem::take(&mut drdy.pending) {
-            drdy.serve(true, false);
-            tasks.run(&mut drdy)?;
+        // An edge that falls while `drdy` runs makes it run again.
+        while interrupt.is_pending.get() {
+            Simulated::pend(&shared, Task::Drdy);
+            tasks.run(&shared);
         }
-        if rig.with_chip(|chip| chip.ended()) {
-            drdy.ended = true;
-            return tasks.finish(&mut drdy);
+        if board.with_chip(|chip| chip.ended()) {
+            interrupt.has_ended.set(true);
+            tasks.run(&shared);
+            return Ok(tasks.into_ran(&board));
         }
     }
 }
 
-/// The task `drdy`.
-struct Interrupt<'a> {
-    rig: &'a SimulatedBoard,
-    chip: Acquisition<ChipSpi, StartPin, ResetPin>,
-    samples: Producer<'a, TimedConversion>,
-    diagnostics: &'a Diagnostics,
-    muted: bool,
-    /// The chip is to be checked.
-    check: bool,
-    /// An edge fell while this ran.
-    pending: bool,
+/// The state of DRDY's interrupt.
+#[derive(Default)]
+struct Interrupt {
+    /// An edge has fallen, and `drdy` has not run since.
+    is_pending: Cell<bool>,
+    is_muted: Cell<bool>,
     /// The scene is over: the chip is left alone.
-    ended: bool,
+    has_ended: Cell<bool>,
 }
 
-impl Interrupt<'_> {
-    /// The check is made if it is `urgent`, or behind an edge, or if no conversion is likely to come.
-    fn serve(&mut self, edge: bool, urgent: bool) {
-        let ahead_ns = self.rig.with_chip(|chip| chip.next_drdy_fall_ns());
-        self.once(edge, urgent);
-        self.pending |= !self.muted && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= self.rig.now_ns());
-    }
+/// DRDY's pin.
+struct Pin<'a> {
+    board: &'a SimulatedBoard,
+    interrupt: &'a Interrupt,
+    edge_us: u32,
+}
 
-    fn once(&mut self, edge: bool, urgent: bool) {
-        let Self { rig, chip, samples, diagnostics, .. } = self;
-        let now_us = || (rig.now_ns() / 1000) as u32;
+impl DrdyPin for Pin<'_> {
+    fn acknowledge(&mut self) -> Option<bool> {
         // The board's own clock, read first thing.
-        let edge_us = now_us();
-        let is_low = || rig.with_chip(|chip| !chip.drdy_high(0));
-        let verdict = match edge.then(is_low) {
-            Some(true) => chip.edge(|| edge_us, samples, diagnostics),
-            Some(false) => chip.nothing(edge_us, diagnostics),
-            None => Drdy::Listen,
-        };
-        match verdict {
-            Drdy::Listen => {}
-            Drdy::Watch => self.check = true,
-            Drdy::Mute => self.muted = true,
-        }
-        if self.check && !self.ended && (edge || urgent || chip.is_quiet(now_us())) {
-            self.check = false;
-            chip.watch(now_us(), diagnostics, &mut rig.delay());
-            self.muted = false;
-        }
+        self.edge_us = now_us(self.board);
+        self.interrupt.is_pending.take().then(|| self.board.with_chip(|chip| !chip.drdy_high(0)))
+    }
+
+    fn edge_us(&self) -> u32 {
+        self.edge_us
+    }
+
+    fn mute(&mut self) {
+        self.interrupt.is_muted.set(true);
+    }
+
+    fn unmute(&mut self) {
+        self.interrupt.is_muted.set(false);
     }
 }
 
-/// What the other interrupts do.
+fn now_us(board: &SimulatedBoard) -> u32 {
+    (board.now_ns() / 1000) as u32
+}
+
+/// Runs `drdy` at once, and leaves the other tasks to [`Tasks::run`].
+struct Simulated<'a> {
+    board: &'a SimulatedBoard,
+    interrupt: &'a Interrupt,
+    drdy: RefCell<Drdy<'a, ChipSpi, StartPin, ResetPin, Pin<'a>>>,
+}
+
+impl Platform for Simulated<'_> {
+    fn pend(shared: &Shared<Self>, task: Task) {
+        if task != Task::Drdy {
+            return;
+        }
+        let Self { board, interrupt, drdy } = &shared.platform;
+        let ahead_ns = board.with_chip(|chip| chip.next_drdy_fall_ns());
+        drdy.borrow_mut().run(shared, &mut board.delay());
+        if !interrupt.is_muted.get() && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
+            interrupt.is_pending.set(true);
+        }
+    }
+
+    fn now_us(&self) -> u32 {
+        now_us(self.board)
+    }
+
+    fn has_ended(&self) -> bool {
+        self.interrupt.has_ended.get()
+    }
+}
+
+/// The tasks below `drdy`, and what the campaign observes.
 struct Tasks<'a> {
-    samples: Consumer<'a, TimedConversion>,
-    diagnostics: &'a Diagnostics,
+    detect: Detect<'a>,
+    fit: Fit<'a, FlashStore<CutFlash<1024>>>,
+    report: Report<'a>,
     detector: Box<Detector>,
-    estimator: Box<Estimator>,
     ring: Box<Ring>,
-    windows: VecDeque<Window>,
+    inbox: Inbox<{ ridgetone_proto::command::REQUEST_WIRE_MAX }>,
     outbox: Outbox<PACKETS>,
+    line: Consumer<'a, u8>,
     decoder: Decoder,
     ran: Ran,
-    /// The registers as they were written at first.
-    registers: [u8; hal_mock::chip::REGISTERS],
+    /// The registers after set-up.
+    registers: [u8; REGISTERS],
     order: Order,
     begun: bool,
 }
 
-impl<'a> Tasks<'a> {
-    fn new(
-        settings: Settings,
-        samples: Consumer<'a, TimedConversion>,
-        diagnostics: &'a Diagnostics,
-        registers: [u8; hal_mock::chip::REGISTERS],
-    ) -> Self {
-        Self {
-            samples,
-            diagnostics,
-            detector: Box::new(Detector::new(settings)),
-            estimator: Box::new(Estimator::new(settings)),
-            ring: Box::new(Ring::new()),
-            windows: VecDeque::new(),
-            outbox: Outbox::new(),
-            decoder: Decoder::new(),
-            ran: Ran::default(),
-            registers,
-            order: Order::default(),
-            begun: false,
+impl Tasks<'_> {
+    /// Runs every task once, and the line until it is silent.
+    fn run(&mut self, shared: &Shared<Simulated>) {
+        if let Some(conversion) = self.detect.next().copied() {
+            self.observe(&conversion, shared.platform.board);
+        }
+        let Self { detect, fit, report, detector, ring, inbox, outbox, .. } = self;
+        detect.run(detector, ring, outbox, shared);
+        let outbox = &mut Exclusive(outbox);
+        fit.run(&mut Exclusive(ring), &mut Exclusive(detector), &mut Exclusive(inbox), outbox, shared);
+        while !outbox.is_empty() {
+            report.run(outbox, shared);
+            while let Some(byte) = self.line.dequeue() {
+                self.ran.packets.extend(self.decoder.push(byte));
+            }
         }
     }
 
-    fn greet(&mut self) -> Result<()> {
-        let hello = self.detector.hello().into();
-        self.post(hello);
-        self.report()
-    }
-
-    /// `detect`, `fit` and `report`, until nothing is left.
-    fn run(&mut self, drdy: &mut Interrupt) -> Result<()> {
-        while let Some(conversion) = self.samples.dequeue() {
-            self.look_at(&conversion, drdy.rig);
-            let Self { detector, ring, outbox, windows, diagnostics, .. } = self;
-            detector.push(
-                conversion,
-                ring,
-                diagnostics,
-                &mut poster(outbox, diagnostics),
-                &mut queue(windows, diagnostics),
-            );
-            self.fit_and_report(drdy)?;
-        }
-        Ok(())
-    }
-
-    /// What `watch` has `detect` do besides.
-    fn look(&mut self, rig: &SimulatedBoard) -> Result<()> {
-        let Self { detector, outbox, diagnostics, .. } = self;
-        detector.look((rig.now_ns() / 1000) as u32, diagnostics, &mut poster(outbox, diagnostics));
-        self.report()
-    }
-
-    fn finish(mut self, drdy: &mut Interrupt) -> Result<Ran> {
-        let Self { detector, ring, outbox, windows, diagnostics, .. } = &mut self;
-        detector.finish(ring, diagnostics, &mut poster(outbox, diagnostics), &mut queue(windows, diagnostics));
-        self.fit_and_report(drdy)?;
-        let rig = drdy.rig;
-        let mut ran = self.ran;
-        ran.line = (self.decoder.missing, self.decoder.damaged);
-        ran.end_ns = rig.now_ns();
-        rig.with_chip(|chip| {
-            ran.chip = chip.counters();
-            ran.injected = chip.injected().to_vec();
-            ran.registers_right = chip.registers() == self.registers;
-        });
-        Ok(ran)
+    fn into_ran(self, board: &SimulatedBoard) -> Ran {
+        let line = (self.decoder.missing, self.decoder.damaged);
+        let registers_right = board.with_chip(|chip| chip.registers()) == self.registers;
+        board.with_chip(|chip| Ran {
+            line,
+            chip: chip.counters(),
+            injected: chip.injected().to_vec(),
+            registers_right,
+            ..self.ran
+        })
     }
 
     /// Compares a conversion with what the chip knows of it.
-    fn look_at(&mut self, timed: &TimedConversion, rig: &SimulatedBoard) {
+    fn observe(&mut self, timed: &TimedConversion, board: &SimulatedBoard) {
         let status = timed.conversion.status;
         if !status.is_new() {
             return;
         }
         let (truth, registers, edge_ns) =
-            rig.with_chip(|chip| (chip.latest_results(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
+            board.with_chip(|chip| (chip.latest_results(), chip.registers(), chip.latest_drdy_fall_ns().unwrap_or(0)));
         let ran = &mut self.ran;
         if !std::mem::replace(&mut self.begun, true) {
             ran.zero_ns = edge_ns;
@@ -259,59 +269,7 @@ impl<'a> Tasks<'a> {
         ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.conversion.code)));
         let is_whole = self.order.take(&timed.conversion);
         if is_whole && registers == self.registers {
-            ran.whole_ns.push(rig.now_ns());
-        }
-    }
-
-    fn fit_and_report(&mut self, drdy: &mut Interrupt) -> Result<()> {
-        while let Some(window) = self.windows.pop_front() {
-            match self.estimator.run(&window, &mut &*self.ring, None) {
-                Ok(Some(mut estimate)) => {
-                    // Checked after the window's end, before it is told.
-                    drdy.check = true;
-                    drdy.serve(false, true);
-                    qualify(&mut estimate, &window, self.diagnostics);
-                    self.post(Event::Estimate(estimate));
-                }
-                Ok(None) => {}
-                Err(_) => self.diagnostics.hop_skipped(),
-            }
-        }
-        self.report()
-    }
-
-    fn post(&mut self, event: Event) {
-        poster_of(&mut self.outbox, self.diagnostics, event);
-    }
-
-    fn report(&mut self) -> Result<()> {
-        let mut wire = [0; WIRE_MAX];
-        while let Some(packet) = self.outbox.take() {
-            let length = encode(&packet, &mut wire)?;
-            self.ran.packets.extend(wire[..length].iter().filter_map(|byte| self.decoder.push(*byte)));
-        }
-        Ok(())
-    }
-}
-
-fn poster_of(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics, event: Event) {
-    if outbox.post(event) {
-        diagnostics.message_dropped();
-    }
-}
-
-fn poster(outbox: &mut Outbox<PACKETS>, diagnostics: &Diagnostics) -> impl FnMut(Event) {
-    move |event| poster_of(outbox, diagnostics, event)
-}
-
-fn queue(windows: &mut VecDeque<Window>, diagnostics: &Diagnostics) -> impl FnMut(Window) {
-    move |window| {
-        let wanted = window.span == Span::Slide || windows.is_empty();
-        // A queue holds one less than its places.
-        if wanted && windows.len() < WINDOWS - 1 {
-            windows.push_back(window);
-        } else {
-            diagnostics.hop_skipped();
+            ran.whole_ns.push(board.now_ns());
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Carries out what a PC orders: checked first, then in force from the next window on.
 
 use crate::detector::Detector;
-use crate::pipeline::Estimator;
+use crate::estimator::Estimator;
 use crate::surface::profile::Profile;
 use heapless::{String, Vec};
 use ridgetone_proto::boot::SettingsSource;
@@ -64,7 +64,7 @@ impl CommandExecutor {
     /// answered. `touched`: the finger is on something, so the flash must not be erased now, which takes a second or two
     /// and stops the processor.
     #[inline(never)]
-    pub fn settle(&mut self, request: &Request, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
+    pub fn decide(&mut self, request: &Request, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
         let again = self.latest.as_ref().filter(|reply| reply.number == request.number);
         if let Some(reply) = again {
             return (Effect::None, reply.clone());
@@ -213,7 +213,7 @@ mod tests {
         }
 
         fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
-            let (effect, reply) = self.executor.settle(&Request { number, command }, touched, &mut self.store);
+            let (effect, reply) = self.executor.decide(&Request { number, command }, touched, &mut self.store);
             assert_eq!(reply.number, number);
             self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |event| match event {
                 Event::Hello(hello) => self.greeted.push(hello),

@@ -1,5 +1,6 @@
-//! Events waiting for the line. A slow line costs the oldest, never the newest.
+//! Events that wait for the line. A slow line costs the oldest, never the newest.
 
+use super::shared::{PACKETS, Platform, Shared, Task};
 use heapless::Deque;
 use ridgetone_proto::telemetry::{Event, Packet};
 
@@ -16,12 +17,12 @@ impl<const N: usize> Outbox<N> {
         Self { waiting: Deque::new(), sequence: 0 }
     }
 
-    /// Numbers an event and queues it. Returns whether the oldest had to make room.
+    /// Numbers an event and queues it. Returns whether an event was dropped for it.
     pub fn post(&mut self, event: Event) -> bool {
         let dropped = self.waiting.is_full() && self.waiting.pop_front().is_some();
         let packet = Packet { sequence: self.sequence, event };
         self.sequence = self.sequence.wrapping_add(1);
-        // Cannot fail: room was made. A capacity of zero would drop everything.
+        // Fails only with a capacity of zero.
         self.waiting.push_back(packet).is_err() || dropped
     }
 
@@ -34,6 +35,15 @@ impl<const N: usize> Outbox<N> {
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }
+}
+
+/// Hands an event to `report`. A dropped event is counted.
+#[inline(never)]
+pub fn post<P: Platform>(outbox: &mut Outbox<PACKETS>, event: Event, shared: &Shared<P>) {
+    if outbox.post(event) {
+        shared.diagnostics.message_dropped();
+    }
+    P::pend(shared, Task::Report);
 }
 
 impl<const N: usize> Default for Outbox<N> {

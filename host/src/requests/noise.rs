@@ -61,10 +61,10 @@ impl Subject {
     }
 
     fn conclude(mut self) -> Result<Heard> {
-        let mut heard = Heard { damaged: self.board.damaged, answered: self.board.answered, ..self.heard };
+        let mut heard = Heard { damaged: self.board.damaged(), answered: self.board.answered, ..self.heard };
         heard.changed = self.board.in_force() != (settings(STORED), SettingsSource::Stored)
-            || self.board.executor().profile().is_some()
-            || self.board.executor().is_restarting();
+            || self.board.profile().is_some()
+            || self.board.is_restarting();
         // A zero ends whatever was on the line.
         self.board.push(0);
         self.board.obey();
@@ -184,7 +184,7 @@ mod tests {
                 taken += u64::from(board.push(byte));
             }
         }
-        assert_eq!((taken, board.damaged), (1, u64::from(flood) - 1));
+        assert_eq!((taken, board.damaged()), (1, u64::from(flood) - 1));
         assert_eq!(board.obey(), Some(Reply { number: 0, outcome: Outcome::Done }));
         assert_eq!(board.in_force().0, settings(0));
         let next = request(9, Command::Greet).expect("an order");

@@ -1,29 +1,48 @@
-//! The board's receiver on this PC: bytes in, replies out, by the same rooms as the firmware's tasks `line` and `fit`.
+//! The board's receiver on this PC: bytes in, replies out, through the code of the firmware's tasks `line` and `fit`.
 
 use embedded_storage::nor_flash::NorFlash;
-use ridgetone::pipeline::{Detector, Estimator};
-use ridgetone::tasks::commands::CommandExecutor;
+use ridgetone::detector::Detector;
+use ridgetone::estimator::Estimator;
+use ridgetone::surface::profile::Profile;
+use ridgetone::tasks::line;
+use ridgetone::tasks::outbox::Outbox;
+use ridgetone::tasks::requests::Requests;
+use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::{Boot, SettingsSource};
-use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply, Request};
-use ridgetone_proto::framing as wire;
-use ridgetone_proto::framing::{Inbox, Pushed};
+use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply};
+use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 use ridgetone_proto::telemetry::Event;
+use rtic_core::Exclusive;
+use std::cell::Cell;
 
-/// What of a board has to do with orders.
+/// Remembers that `fit` is to run.
+#[derive(Debug, Default)]
+struct FitPended(Cell<bool>);
+
+impl Platform for FitPended {
+    fn pend(shared: &Shared<Self>, task: Task) {
+        if task == Task::Fit {
+            shared.platform.0.set(true);
+        }
+    }
+
+    fn now_us(&self) -> u32 {
+        0
+    }
+}
+
+/// The part of a board that handles requests.
 #[derive(Debug)]
 pub struct Receiver<F: NorFlash> {
     inbox: Inbox<REQUEST_WIRE_MAX>,
-    executor: CommandExecutor,
-    /// Frames, contact and windows.
-    pub detector: Box<Detector>,
-    /// The fit.
-    pub estimator: Box<Estimator>,
-    store: FlashStore<F>,
-    /// Orders that came damaged, as `health` has them.
-    pub damaged: u64,
-    /// Orders that were answered.
+    requests: Requests<FlashStore<F>>,
+    detector: Box<Detector>,
+    estimator: Box<Estimator>,
+    outbox: Outbox<PACKETS>,
+    shared: Shared<FitPended>,
+    /// Requests that were answered.
     pub answered: u64,
 }
 
@@ -34,52 +53,46 @@ impl<F: NorFlash> Receiver<F> {
         let (settings, source) = store.load();
         Self {
             inbox: Inbox::new(),
-            executor: CommandExecutor::new(),
+            requests: Requests::new(store),
             detector: Box::new(Detector::booted(settings, source, Boot::UNKNOWN)),
             estimator: Box::new(Estimator::new(settings)),
-            store,
-            damaged: 0,
+            outbox: Outbox::new(),
+            shared: Shared::new(FitPended::default()),
             answered: 0,
         }
     }
 
-    /// What the line's interrupt does with a byte. True if an order is to be taken.
+    /// The line's interrupt with a byte. True if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
-        match self.inbox.push(byte) {
-            Pushed::More => false,
-            Pushed::Whole => true,
-            Pushed::Damaged => {
-                self.damaged += 1;
-                false
-            }
-        }
+        line::receive(Ok(byte), &mut self.inbox, &self.shared);
+        self.shared.platform.0.take()
     }
 
-    /// What the task `fit` does when no window is due.
+    /// The task `fit` when no window is due.
     pub fn obey(&mut self) -> Option<Reply> {
-        let mut frame = self.inbox.take()?;
-        let Some(request) = wire::decode::<Request>(&mut frame) else {
-            self.damaged += 1;
-            return None;
-        };
-        let (effect, reply) = self.executor.settle(&request, self.detector.is_touched(), &mut self.store);
-        self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |_| {});
-        self.answered += 1;
-        Some(reply)
+        let Self { inbox, requests, detector, estimator, outbox, shared, .. } = self;
+        let (detector, inbox, outbox) = (&mut Exclusive(detector), &mut Exclusive(inbox), &mut Exclusive(outbox));
+        while requests.step(|| false, estimator, detector, inbox, outbox, shared) {}
+        let replies = std::iter::from_fn(|| outbox.take()).filter_map(|packet| match packet.event {
+            Event::Reply(reply) => Some(reply),
+            _ => None,
+        });
+        let reply = replies.last();
+        self.answered += u64::from(reply.is_some());
+        reply
     }
 
     /// Both at once.
     pub fn hear(&mut self, bytes: &[u8]) -> Vec<Reply> {
-        let mut replies = Vec::new();
-        for byte in bytes {
-            if self.push(*byte) {
-                replies.extend(self.obey());
-            }
-        }
-        replies
+        bytes.iter().filter_map(|byte| if self.push(*byte) { self.obey() } else { None }).collect()
     }
 
-    /// Settings in force, and where they come from.
+    /// Requests that were damaged, as `health` has them.
+    pub fn damaged(&self) -> u64 {
+        self.shared.diagnostics.counters().requests_damaged.into()
+    }
+
+    /// Settings in force, and their source.
     pub fn in_force(&self) -> (Settings, SettingsSource) {
         match self.detector.hello() {
             Event::Hello(hello) => (hello.settings, hello.source),
@@ -87,13 +100,18 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// What the orders have made of speed profiles and of a restart.
-    pub const fn executor(&self) -> &CommandExecutor {
-        &self.executor
+    /// The speed profile in force.
+    pub const fn profile(&self) -> Option<&Profile> {
+        self.requests.profile()
+    }
+
+    /// Whether the board resets as soon as the line is silent.
+    pub fn is_restarting(&self) -> bool {
+        self.shared.is_restarting()
     }
 
     /// The flash, as a loss of power leaves it.
     pub fn into_pages(self) -> F {
-        self.store.release()
+        self.requests.into_store().release()
     }
 }

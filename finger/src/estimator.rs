@@ -1,0 +1,177 @@
+//! The estimator: one window in, one estimate out.
+
+use crate::abscissa::{Fitted, by_place, in_time};
+use crate::ring::reached;
+use crate::schedule::GROWING_FRAMES_MIN;
+use crate::surface::lag::lag;
+use crate::surface::profile::Profile;
+use crate::surface::travel;
+use crate::window::Window;
+use ads1258::reading;
+use core::f32::consts::PI;
+use ridgetone_proto::fault::FaultSet;
+use ridgetone_proto::settings::{Array, Settings, SlideRule, TAXELS};
+use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Span, Status, Travel, TravelStatus};
+use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
+
+/// What became of a window.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "no allocation on the chip")]
+pub enum WindowFit {
+    /// An estimate to report.
+    Done(Estimate),
+    /// The window has to grow before it is as accurate as the settings require.
+    Growing,
+}
+
+/// Spectrum and sine fit, with their scratch memory.
+#[derive(Debug)]
+pub struct Estimator {
+    volts_per_code: f32,
+    fitter: Fitter,
+    accuracy: f32,
+    interferer_hz: f32,
+    window_s: f32,
+    array: Array,
+    /// Speed by the slide's protocol, millimetres per second.
+    speed_mm_s: Option<f32>,
+    /// Frame behind the latest estimate that was accurate enough.
+    reported_end: u32,
+}
+
+impl Estimator {
+    /// An estimator; `const`, so that its scratch memory can live in a static.
+    pub const fn new(settings: Settings) -> Self {
+        let Settings { accuracy, interferer_hz, window_s, array, .. } = settings;
+        let speed_mm_s = protocol_speed_mm_s(&settings.slide);
+        let fitter = Fitter::new(settings.harmonics);
+        let volts_per_code = reading::volts(1, settings.vref_v);
+        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, array, speed_mm_s, reported_end: 0 }
+    }
+
+    /// Puts settings into force. They must have passed [`Settings::validate`].
+    pub fn change(&mut self, settings: &Settings) {
+        let Settings { accuracy, interferer_hz, window_s, array, .. } = *settings;
+        (self.accuracy, self.interferer_hz, self.window_s, self.array) = (accuracy, interferer_hz, window_s, array);
+        self.speed_mm_s = protocol_speed_mm_s(&settings.slide);
+        self.volts_per_code = reading::volts(1, settings.vref_v);
+        self.fitter.set_harmonics(settings.harmonics);
+    }
+
+    /// Fits a window. With a speed profile the estimate is in cycles per millimetre, without one in hertz.
+    ///
+    /// # Errors
+    /// The window's frames were overwritten before they were read.
+    pub fn run(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        profile: Option<&Profile>,
+    ) -> Result<WindowFit, Overwritten> {
+        if !(self.accuracy > 0.0) || window.span == Span::Slide {
+            return self.fit(window, source, profile).map(WindowFit::Done);
+        }
+        // An estimate's frames are not reused.
+        let end = window.first.wrapping_add(window.frames);
+        let is_reported = reached(self.reported_end, window.first) && reached(end, self.reported_end);
+        let first = if is_reported { self.reported_end } else { window.first };
+        let window = Window { first, frames: end.wrapping_sub(first), ..*window };
+        if window.frames < GROWING_FRAMES_MIN {
+            return Ok(WindowFit::Growing);
+        }
+        let estimate = self.fit(&window, source, profile)?;
+        let is_accurate = estimate.status == Status::Good && estimate.sigma <= self.accuracy * estimate.frequency;
+        // A window that is half a frame short cannot grow any more.
+        if !is_accurate && estimate.window_s < self.window_s - 0.5 / window.frame_rate_hz {
+            return Ok(WindowFit::Growing);
+        }
+        self.reported_end = end;
+        Ok(WindowFit::Done(estimate))
+    }
+
+    fn fit(
+        &mut self,
+        window: &Window,
+        source: &mut dyn FrameSource,
+        profile: Option<&Profile>,
+    ) -> Result<Estimate, Overwritten> {
+        let (fitter, interferer_hz) = (&mut self.fitter, self.interferer_hz);
+        let fitted = match profile {
+            None => in_time(fitter, window, source, interferer_hz)?,
+            Some(profile) => by_place(fitter, window, source, interferer_hz, profile)?,
+        };
+        let fit = &fitted.fit;
+        let mut estimate = Estimate {
+            t_us: window.end_us,
+            window_s: window.frames as f32 / window.frame_rate_hz,
+            span: window.span,
+            status: reported_status(fit.status),
+            abscissa: fitted.abscissa,
+            frequency: fit.frequency * fitted.per_unit,
+            sigma: fit.sigma * fitted.per_unit,
+            harmonics: fit.harmonics,
+            frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
+            faults: FaultSet::NONE,
+            travel: self.travel(&fitted, window),
+            channels: heapless::Vec::new(),
+        };
+        for taxel in 0..TAXELS {
+            if fit.usable & 1 << taxel != 0 {
+                // The list holds all taxels.
+                let _ = estimate.channels.push(self.channel(&fitted, taxel, &window.reference));
+            }
+        }
+        Ok(estimate)
+    }
+
+    fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
+        let (fit, array) = (&fitted.fit, &self.array);
+        match reported_status(fit.status) {
+            Status::Good => {}
+            Status::Ambiguous => return Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
+            _ => return Travel::NONE,
+        }
+        let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
+        let frequency = fit.frequency * fitted.per_unit;
+        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.speed_mm_s) {
+            (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
+            (Abscissa::Time, Some(speed_mm_s)) => (speed_mm_s / frequency, speed_mm_s),
+            (Abscissa::Time, None) => return travel::by_phases(lag, array, (frequency, relative * frequency)),
+        };
+        let way = if speed_mm_s < 0.0 { Direction::Backward } else { Direction::Forward };
+        travel::by_speed(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
+    }
+
+    fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
+        let channel = &fitted.fit.channels[taxel];
+        let turns = fitted.turns(taxel);
+        let phase_rad = 2.0 * PI * (turns - libm::roundf(turns));
+        Channel {
+            taxel: taxel as u8,
+            offset_v: (reference[taxel] + channel.offset) * self.volts_per_code,
+            amplitude_v: channel.amplitude * self.volts_per_code,
+            phase_rad,
+            residual_v: channel.residual * self.volts_per_code,
+        }
+    }
+}
+
+/// A fit's status as an estimate has it.
+pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
+    use ridgetone_tone::Status as Of;
+    match status {
+        Of::Good => Status::Good,
+        Of::NoTone => Status::NoTone,
+        Of::TooShort => Status::TooShort,
+        Of::Nothing => Status::Nothing,
+        Of::Ambiguous => Status::Ambiguous,
+    }
+}
+
+/// Speed by the slide's protocol, millimetres per second. None if the slide is found by motion.
+const fn protocol_speed_mm_s(slide: &SlideRule) -> Option<f32> {
+    match slide {
+        SlideRule::Found => None,
+        SlideRule::Protocol { speed_mm_s, .. } => Some(*speed_mm_s),
+    }
+}

@@ -1,0 +1,66 @@
+//! `drdy`: reads a conversion, queues it, and checks the chip where that costs no conversion.
+
+use super::shared::{Platform, Shared, Task};
+use crate::acquire::{self, Acquisition};
+use crate::frame::TimedConversion;
+use core::sync::atomic::Ordering::Relaxed;
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+use heapless::spsc::Producer;
+
+/// DRDY's pin and its interrupt.
+pub trait DrdyPin {
+    /// Clears the interrupt. None if DRDY has not fallen, else whether it is low: there is data to read.
+    fn acknowledge(&mut self) -> Option<bool>;
+
+    /// Board time of the edge whose data was read after [`Self::acknowledge`], microseconds, wrapping.
+    fn edge_us(&self) -> u32;
+
+    /// No more interrupts until [`Self::unmute`].
+    fn mute(&mut self);
+
+    /// Edges from now on raise interrupts again. Edges before are ignored.
+    fn unmute(&mut self);
+}
+
+/// What the task owns.
+pub struct Drdy<'a, SPI, START, RESET, PIN> {
+    /// The chip.
+    pub acquisition: Acquisition<SPI, START, RESET>,
+    /// DRDY.
+    pub pin: PIN,
+    /// To `detect`.
+    pub samples: Producer<'a, TimedConversion>,
+}
+
+impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, SPI, START, RESET, PIN> {
+    /// Runs when DRDY has fallen, and when another task requests a check of the chip.
+    #[inline(always)]
+    pub fn run<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
+        let Self { acquisition, pin, samples } = self;
+        let Shared { platform, diagnostics, check, .. } = shared;
+        let edge = pin.acknowledge();
+        let next = match edge {
+            Some(true) => acquisition.edge(|| pin.edge_us(), samples, diagnostics),
+            Some(false) => acquisition.nothing(pin.edge_us(), diagnostics),
+            None => acquire::Drdy::Listen,
+        };
+        match next {
+            acquire::Drdy::Listen => {}
+            acquire::Drdy::Watch => check.store(true, Relaxed),
+            acquire::Drdy::Mute => pin.mute(),
+        }
+        // Right after a read the next conversion is furthest away.
+        let may_check = edge.is_some() || shared.urgent.swap(false, Relaxed) || acquisition.is_quiet(platform.now_us());
+        if may_check && check.load(Relaxed) {
+            check.store(false, Relaxed);
+            if !platform.has_ended() {
+                acquisition.watch(platform.now_us(), diagnostics, wait);
+                pin.unmute();
+            }
+        }
+        shared.liveness.acquired();
+        P::pend(shared, Task::Detect);
+    }
+}

@@ -1,0 +1,92 @@
+//! `fit`: windows in, estimates out; then requests, which change nothing before the windows that are due are fitted.
+
+use super::outbox::{Outbox, post};
+use super::requests::Requests;
+use super::shared::{PACKETS, Platform, Shared, Task};
+use crate::detector::Detector;
+use crate::estimator::{Estimator, WindowFit};
+use crate::faults::qualify::qualify;
+use crate::ring::Ring;
+use crate::surface::profile::Profile;
+use crate::window::Window;
+use core::ops::DerefMut;
+use core::sync::atomic::Ordering::Relaxed;
+use heapless::spsc::Consumer;
+use ridgetone_proto::command::REQUEST_WIRE_MAX;
+use ridgetone_proto::framing::Inbox;
+use ridgetone_proto::store::Store;
+use ridgetone_proto::telemetry::{Estimate, Event};
+use ridgetone_tone::{FrameSource, Overwritten, Values};
+use rtic_core::Mutex;
+
+/// What the task owns.
+pub struct Fit<'a, S> {
+    /// The fit.
+    pub estimator: &'a mut Estimator,
+    /// From `detect`.
+    pub windows: Consumer<'a, Window>,
+    /// From `line`.
+    pub requests: Requests<S>,
+}
+
+impl<S: Store> Fit<'_, S> {
+    /// Runs when a window is due, and when a request has arrived.
+    pub fn run<P: Platform>(
+        &mut self,
+        ring: &mut impl Mutex<T: DerefMut<Target = Ring>>,
+        detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
+        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+        shared: &Shared<P>,
+    ) {
+        let Self { estimator, windows, requests } = self;
+        loop {
+            while let Some(window) = windows.dequeue() {
+                let estimate = fit(&window, estimator, &mut Locked(&mut *ring), requests.profile(), shared);
+                if let Some(estimate) = estimate {
+                    outbox.lock(|outbox| post(outbox, Event::Estimate(estimate), shared));
+                }
+            }
+            if !requests.step(|| windows.ready(), estimator, detector, inbox, outbox, shared) {
+                break;
+            }
+        }
+    }
+}
+
+/// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
+/// None: nothing to report.
+pub fn fit<P: Platform>(
+    window: &Window,
+    estimator: &mut Estimator,
+    source: &mut dyn FrameSource,
+    profile: Option<&Profile>,
+    shared: &Shared<P>,
+) -> Option<Estimate> {
+    let outcome = estimator.run(window, source, profile);
+    shared.liveness.fit_done();
+    match outcome {
+        Ok(WindowFit::Done(mut estimate)) => {
+            if shared.check.load(Relaxed) {
+                shared.urgent.store(true, Relaxed);
+                P::pend(shared, Task::Drdy);
+            }
+            qualify(&mut estimate, window, &shared.diagnostics);
+            Some(estimate)
+        }
+        Ok(WindowFit::Growing) => None,
+        Err(Overwritten) => {
+            shared.diagnostics.hop_skipped();
+            None
+        }
+    }
+}
+
+/// The ring behind its lock: `detect` waits no longer than one read takes.
+struct Locked<M>(M);
+
+impl<M: Mutex<T: DerefMut<Target = Ring>>> FrameSource for Locked<M> {
+    fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
+        self.0.lock(|ring| ring.read(first, most, show).ok_or(Overwritten))
+    }
+}

@@ -1,0 +1,67 @@
+//! `line`: one byte of telemetry out, one byte of a request in.
+
+use super::shared::{LOW_WATER, Platform, Shared, Task};
+use core::sync::atomic::Ordering::Relaxed;
+use heapless::spsc::Consumer;
+use ridgetone_proto::command::REQUEST_WIRE_MAX;
+use ridgetone_proto::framing::{Inbox, Pushed};
+
+/// A byte was lost: it was too fast, or there was noise on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost;
+
+/// The line's hardware, with an interrupt for each byte.
+pub trait SerialPort {
+    /// The byte that has arrived, if there is one.
+    fn receive(&mut self) -> Option<Result<u8, Lost>>;
+
+    /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is still to come.
+    fn is_ready(&self) -> bool;
+
+    /// Sends a byte. Its interrupt comes when the next byte can be taken.
+    fn send(&mut self, byte: u8);
+
+    /// There is nothing to send: no more interrupts of the transmitter until the next byte.
+    fn rest(&mut self);
+}
+
+/// What the task owns.
+pub struct Line<'a, PORT> {
+    /// The hardware.
+    pub port: PORT,
+    /// From `report`.
+    pub bytes: Consumer<'a, u8>,
+}
+
+impl<PORT: SerialPort> Line<'_, PORT> {
+    /// Runs when a byte has arrived, when the next can be sent, and when `report` has queued some.
+    pub fn run<P: Platform>(&mut self, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
+        let Self { port, bytes } = self;
+        if let Some(byte) = port.receive() {
+            receive(byte, inbox, shared);
+        }
+        if !port.is_ready() {
+            return;
+        }
+        match bytes.dequeue() {
+            Some(byte) => port.send(byte),
+            None => {
+                port.rest();
+                shared.sending.store(false, Relaxed);
+            }
+        }
+        if bytes.len() == LOW_WATER {
+            P::pend(shared, Task::Report);
+        }
+    }
+}
+
+/// Takes a byte of a request. A whole request starts `fit`; a damaged one is counted.
+pub fn receive<P: Platform>(byte: Result<u8, Lost>, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
+    match byte.map(|byte| inbox.push(byte)) {
+        Ok(Pushed::More) => {}
+        Ok(Pushed::Whole) => P::pend(shared, Task::Fit),
+        Ok(Pushed::Damaged) => shared.diagnostics.request_damaged(),
+        Err(Lost) => inbox.spoil(),
+    }
+}

@@ -1,0 +1,40 @@
+//! `report`: encodes packets while the line has place for them.
+
+use super::outbox::Outbox;
+use super::shared::{LOW_WATER, PACKETS, Platform, Shared, Task};
+use core::sync::atomic::Ordering::Relaxed;
+use heapless::spsc::Producer;
+use ridgetone_proto::telemetry::{WIRE_MAX, encode};
+use rtic_core::Mutex;
+
+/// What the task owns.
+pub struct Report<'a> {
+    bytes: Producer<'a, u8>,
+    wire: [u8; WIRE_MAX],
+}
+
+impl<'a> Report<'a> {
+    /// `bytes`: to `line`.
+    pub const fn new(bytes: Producer<'a, u8>) -> Self {
+        Self { bytes, wire: [0; WIRE_MAX] }
+    }
+
+    /// Runs when an event was posted, and when the queue of bytes is nearly empty.
+    pub fn run<P: Platform>(&mut self, outbox: &mut impl Mutex<T = Outbox<PACKETS>>, shared: &Shared<P>) {
+        while self.bytes.len() <= LOW_WATER {
+            let Some(packet) = outbox.lock(|outbox| outbox.take()) else { break };
+            let length = encode(&packet, &mut self.wire).ok();
+            let Some(encoded) = length.and_then(|length| self.wire.get(..length)) else {
+                shared.diagnostics.message_dropped();
+                continue;
+            };
+            for byte in encoded {
+                // Never full: see `LOW_WATER`.
+                let _ = self.bytes.enqueue(*byte);
+            }
+            // After the bytes: `line` clears it when it finds none.
+            shared.sending.store(true, Relaxed);
+            P::pend(shared, Task::Line);
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Requests take turns with windows: a request changes nothing before the windows that were due before it are fitted.
+
+use super::commands::{CommandExecutor, Effect};
+use super::outbox::{Outbox, post};
+use super::shared::{PACKETS, Platform, Shared};
+use crate::detector::Detector;
+use crate::estimator::Estimator;
+use crate::surface::profile::Profile;
+use core::ops::DerefMut;
+use core::sync::atomic::Ordering::Relaxed;
+use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply, Request};
+use ridgetone_proto::framing::Inbox;
+use ridgetone_proto::store::Store;
+use ridgetone_proto::telemetry::Event;
+use rtic_core::Mutex;
+
+/// Takes requests from the inbox, one after the other.
+#[derive(Debug)]
+pub struct Requests<S> {
+    executor: CommandExecutor,
+    store: S,
+    /// Decided, but not in effect yet.
+    decided: Option<(Effect, Reply)>,
+}
+
+impl<S: Store> Requests<S> {
+    /// No request yet. `store` keeps settings.
+    pub const fn new(store: S) -> Self {
+        Self { executor: CommandExecutor::new(), store, decided: None }
+    }
+
+    /// The speed profile in force.
+    pub const fn profile(&self) -> Option<&Profile> {
+        self.executor.profile()
+    }
+
+    /// What keeps the settings.
+    pub fn into_store(self) -> S {
+        self.store
+    }
+
+    /// Carries out a request, if there is one and `is_window_due` says no. False if there is none; else windows that are due
+    /// go first, then this is to be called again.
+    pub fn step<P: Platform>(
+        &mut self,
+        is_window_due: impl Fn() -> bool,
+        estimator: &mut Estimator,
+        detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
+        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+        shared: &Shared<P>,
+    ) -> bool {
+        let Self { executor, store, decided } = self;
+        if decided.is_none() {
+            *decided = take(inbox, shared).map(|request| {
+                let is_touched = detector.lock(|detector| detector.is_touched());
+                executor.decide(&request, is_touched, store)
+            });
+        }
+        let Some((effect, reply)) = decided else { return false };
+        let mut emit = |event: Event| outbox.lock(|outbox| post(outbox, event, shared));
+        let is_carried_out = detector.lock(|detector| {
+            // A window may have fallen due while the request was decided.
+            let may = !is_window_due();
+            if may {
+                executor.carry_out(effect, detector, estimator, &mut emit);
+            }
+            may
+        });
+        if is_carried_out {
+            let reply = Event::Reply(reply.clone());
+            outbox.lock(|outbox| post(outbox, reply, shared));
+            shared.restarting.store(executor.is_restarting(), Relaxed);
+            *decided = None;
+        }
+        true
+    }
+}
+
+/// The request in the inbox, if it is as it was sent.
+#[inline(never)]
+fn take<P>(inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>, shared: &Shared<P>) -> Option<Request> {
+    let mut frame = inbox.lock(|inbox| inbox.take())?;
+    let request = Request::decode(&mut frame);
+    if request.is_none() {
+        shared.diagnostics.request_damaged();
+    }
+    request
+}

@@ -1,0 +1,95 @@
+//! What the tasks share without a lock, and what they need from the platform that they run on.
+
+use super::liveness::Liveness;
+use crate::faults::diagnostics::Diagnostics;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use ridgetone_proto::telemetry::WIRE_MAX;
+
+/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 conversions a second. This queue and the
+/// next two hold one item less than they have places.
+pub const SAMPLES: usize = 128;
+
+/// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are for whole slides.
+pub const WINDOWS: usize = 4;
+
+/// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is encoded.
+pub const BYTES: usize = 640;
+
+/// With no more than this many bytes in their queue the longest packet still fits.
+pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
+
+/// Packets from `detect` and `fit` to `report`.
+pub const PACKETS: usize = 8;
+
+/// A task that another task starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// See [`super::drdy`].
+    Drdy,
+    /// See [`super::line`].
+    Line,
+    /// See [`super::detect`].
+    Detect,
+    /// See [`super::report`].
+    Report,
+    /// See [`super::fit`].
+    Fit,
+}
+
+/// What runs the tasks: RTIC on a board, virtual time in a simulation.
+pub trait Platform: Sized {
+    /// Makes a task run: at once if it has a higher priority than the caller.
+    fn pend(shared: &Shared<Self>, task: Task);
+
+    /// Board time, microseconds, wrapping.
+    fn now_us(&self) -> u32;
+
+    /// Whether the signal is over. The signal of a real board never is.
+    fn has_ended(&self) -> bool {
+        false
+    }
+}
+
+/// What the tasks share without a lock.
+#[derive(Debug)]
+pub struct Shared<P> {
+    /// What runs the tasks.
+    pub platform: P,
+    /// Counters and faults.
+    pub diagnostics: Diagnostics,
+    pub(super) liveness: Liveness,
+    /// `drdy` checks the chip's registers after the next conversion.
+    pub(super) check: AtomicBool,
+    /// `drdy` does not wait for a conversion before this check.
+    pub(super) urgent: AtomicBool,
+    /// Half a second is over: `detect` reports what changed without a conversion.
+    pub(super) look: AtomicBool,
+    /// The signal is over, and the last window is in its queue.
+    pub(super) finished: AtomicBool,
+    /// Bytes wait for the line.
+    pub(super) sending: AtomicBool,
+    /// The board resets as soon as the line is silent.
+    pub(super) restarting: AtomicBool,
+}
+
+impl<P> Shared<P> {
+    /// Nothing counted, nothing to do.
+    pub const fn new(platform: P) -> Self {
+        Self {
+            platform,
+            diagnostics: Diagnostics::new(),
+            liveness: Liveness::new(),
+            check: AtomicBool::new(false),
+            urgent: AtomicBool::new(false),
+            look: AtomicBool::new(false),
+            finished: AtomicBool::new(false),
+            sending: AtomicBool::new(false),
+            restarting: AtomicBool::new(false),
+        }
+    }
+
+    /// Whether a request has made the board reset as soon as the line is silent.
+    pub fn is_restarting(&self) -> bool {
+        self.restarting.load(Relaxed)
+    }
+}

@@ -1,0 +1,16 @@
+//! `watch`: twice a second, above `fit`, so that a busy fit does not delay it.
+
+use super::liveness::WatchdogPolicy;
+use super::shared::{Platform, Shared, Task};
+use core::sync::atomic::Ordering::Relaxed;
+
+/// Requests a check of the chip, with the next conversion or at once if none is likely to come. Returns whether the
+/// watchdog is to be fed.
+#[must_use]
+pub fn run<P: Platform>(policy: &mut WatchdogPolicy, shared: &Shared<P>) -> bool {
+    let is_alive = policy.feeds(&shared.liveness);
+    shared.check.store(true, Relaxed);
+    shared.look.store(true, Relaxed);
+    P::pend(shared, Task::Drdy);
+    is_alive
+}
