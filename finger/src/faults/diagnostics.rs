@@ -1,6 +1,5 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
-use crate::detector::Counters;
 use crate::faults::log::{FaultLog, raise};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
