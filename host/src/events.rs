@@ -1,4 +1,4 @@
-//! What came over the wire, as lines for people and as JSON for programs.
+//! Packets as lines of text for people and as JSON for programs.
 
 mod json;
 mod text;

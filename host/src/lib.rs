@@ -24,14 +24,14 @@
 //! | faults injected into all of it, and what became of them | [`faults`] |
 //! | the paper's experiment, figure for figure | [`reproduce`] |
 //! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
-//! | settings as TOML and `name=value`; a board that is asked, and answers | [`settings_form`], [`asked`] |
+//! | settings as TOML and `name=value`; requests to a board and its replies | [`settings_form`], [`client`] |
 //! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
 #![forbid(unsafe_code)]
 
-pub mod asked;
 pub mod axis;
 pub mod calibrate;
 pub mod cli;
+pub mod client;
 pub mod commands;
 pub mod demo;
 pub mod emulator;

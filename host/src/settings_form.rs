@@ -1,4 +1,4 @@
-//! Settings as people and programs write them: TOML in files, the same names in JSON, `name=value` on the command line.
+//! Settings as text: TOML in files, the same names in JSON, `name=value` on the command line.
 //!
 //! ```toml
 //! window_s = 0.5
@@ -12,7 +12,8 @@
 //! period_most_mm = 3.5
 //! ```
 //!
-//! What is left out is as it was: in a file the default ([`Settings::DEFAULT`]), on the command line what the board has.
+//! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on the command line the
+//! board's.
 
 use crate::cli::Senseless;
 use anyhow::{Context, Result, anyhow};
@@ -55,7 +56,7 @@ enum SlideForm {
 #[serde(transparent)]
 struct Written(#[serde(with = "SettingsForm")] Settings);
 
-/// The paper's protocol: a second of hold, then 55 of its 60 mm.
+/// The paper's protocol: a second of hold, then 55 of the 60 mm.
 const fn delay_s() -> f32 {
     1.0
 }
@@ -64,10 +65,10 @@ const fn length_mm() -> f32 {
     55.0
 }
 
-/// Settings as TOML, with what each means behind it.
+/// Settings as TOML, each with its meaning as a comment.
 ///
 /// # Errors
-/// Those of the serializer; there are none.
+/// Those of the serializer; no settings cause one.
 pub fn toml(settings: &Settings) -> Result<String> {
     let bare = toml::to_string(&Written(*settings))?;
     let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
@@ -77,36 +78,36 @@ pub fn toml(settings: &Settings) -> Result<String> {
     Ok(bare.lines().map(line).collect())
 }
 
-/// What a setting means, with its unit.
+/// Meaning of a setting, with its unit.
 fn meaning(name: &str) -> Option<&'static str> {
     Some(match name {
         "window_s" => "length of a window, s",
-        "hop_s" => "from the start of one window to that of the next, s",
-        "harmonics" => "most to fit, the fundamental included",
-        "accuracy" => "asked for, a share of the frequency; 0: windows of one length",
+        "hop_s" => "from the start of one window to the start of the next, s",
+        "harmonics" => "most harmonics to fit, the fundamental included",
+        "accuracy" => "required, as a share of the frequency; 0: windows of one length",
         "interferer_hz" => "known hum in all channels, Hz; 0: none",
         "vref_v" => "the ADS1258's reference, V",
         "rule" => "\"found\" in the signal, or by \"protocol\": delay_s, speed_mm_s, length_mm",
         "delay_s" => "from contact to slide, s",
         "speed_mm_s" => "of the stimulus, mm/s",
         "length_mm" => "of the slide to use, mm",
-        "pitch_mm" => "from one column of units to the other, mm: `ridgetone calibrate` finds it, and the next two",
-        "edge_phase_rad" => "by how much the contact's ends pull the columns' phases together, rad",
-        "edge_phase_sigma_rad" => "standard deviation of what these leave of the lag, rad",
-        "period_least_mm" => "shortest period that is possible, mm",
-        "period_most_mm" => "longest one, mm",
-        "may_go_forward" => "whether the grating may go along +x",
-        "may_go_backward" => "whether it may go back",
-        "front" => "taxels of the column in front: bit k is taxel k",
-        "alike" => "taxels that respond alike, as such bits: the same sensor of every unit",
+        "pitch_mm" => "between the columns of units, mm: `ridgetone calibrate` finds it, and the next two",
+        "edge_phase_rad" => "phase by which the contact's ends reduce the lag between the columns, rad",
+        "edge_phase_sigma_rad" => "standard deviation of true lags around these, rad",
+        "period_least_mm" => "shortest possible period, mm",
+        "period_most_mm" => "longest possible period, mm",
+        "may_go_forward" => "whether the grating may move along +x",
+        "may_go_backward" => "whether it may move against +x",
+        "front" => "taxels of the front column: bit k is taxel k",
+        "alike" => "taxels that respond alike, as bits: the same sensor of every unit",
         _ => return None,
     })
 }
 
-/// Settings of a file; what it leaves out has its default.
+/// Settings of a file, with defaults for those it leaves out.
 ///
 /// # Errors
-/// The file cannot be read, is no TOML, has a name that no setting has, or a value out of its bounds.
+/// The file cannot be read, is no TOML, has an unknown name, or a value out of its bounds.
 pub fn load(path: &Path) -> Result<Settings> {
     let named = || path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(named)?;
@@ -117,22 +118,22 @@ pub fn load(path: &Path) -> Result<Settings> {
 /// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
 ///
 /// # Errors
-/// [`Senseless`]: no such name, no such value, or one that is out of its bounds.
+/// [`Senseless`]: an unknown name, a value of the wrong type, or one out of its bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut settings = *settings;
     for change in changes {
-        let wrong = |why: String| anyhow!(Senseless(format!("{change}: {why}")));
-        let (name, value) = change.split_once('=').ok_or_else(|| wrong("write NAME=VALUE".into()))?;
-        // A word needs no quotes here: the shell would take them away.
+        let refuse = |why: String| anyhow!(Senseless(format!("{change}: {why}")));
+        let (name, value) = change.split_once('=').ok_or_else(|| refuse("write NAME=VALUE".into()))?;
+        // A word needs no quotes here, because the shell would remove them.
         let given = format!("{name}={value}").parse::<Table>();
         let given = given.or_else(|_| format!("{name}=\"{value}\"").parse::<Table>());
-        let given = given.map_err(|error| wrong(error.message().to_owned()))?;
-        settings = over(&settings, given).map_err(|error| wrong(format!("{error:#}")))?;
+        let given = given.map_err(|error| refuse(error.message().to_owned()))?;
+        settings = over(&settings, given).map_err(|error| refuse(format!("{error:#}")))?;
     }
     Ok(settings)
 }
 
-/// Settings with those of a table over them.
+/// Settings with those of a table in place of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut all = Table::try_from(Written(*settings))?;
     // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
@@ -155,28 +156,26 @@ fn merge(all: &mut Table, given: Table) {
     }
 }
 
-/// A value out of its bounds, and why they are where they are.
+/// A value out of its bounds, with the reason for the bounds.
 pub fn explained(error: &SettingsError) -> String {
     explain(error.field, &error.to_string())
 }
 
-/// `told` with the reason for the bounds of a setting behind it.
-pub fn explain(field: &str, told: &str) -> String {
+/// `text` with the reason for the bounds of a setting.
+pub fn explain(field: &str, text: &str) -> String {
     let why = match field {
-        "window_s" => {
-            "0.1 s are 24 frames, the fewest that hold four harmonics; 3.9 s is what the board has memory for"
-        }
-        "hop_s" => "0.02 s are five frames; longer than the longest window frames would be left out",
+        "window_s" => "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for",
+        "hop_s" => "0.02 s are five frames; a hop longer than a window leaves frames out",
         "harmonics" => "the fundamental counts as one",
-        "accuracy" => "a share of the frequency, 0 for windows of one length; finer than a millionth is no crystal",
-        "interferer_hz" => "0 for none; slower than 5 Hz it could not be told from a drift",
+        "accuracy" => "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth",
+        "interferer_hz" => "0 for none; below 5 Hz it cannot be distinguished from drift",
         "vref_v" => "the ADS1258 takes a reference of 0.5 V up to its supply",
-        "delay_s" | "speed_mm_s" | "length_mm" => "of the protocol that the stimulus follows",
+        "delay_s" | "speed_mm_s" | "length_mm" => "the protocol that the stimulus follows",
         "pitch_mm" | "edge_phase_rad" | "edge_phase_sigma_rad" => "`ridgetone calibrate` finds them",
         "period_least_mm" | "period_most_mm" => "the longest possible period is not below the shortest",
-        _ => return told.to_owned(),
+        _ => return text.to_owned(),
     };
-    format!("{told} ({why})")
+    format!("{text} ({why})")
 }
 
 #[cfg(test)]
@@ -211,11 +210,11 @@ mod tests {
         let found = changed(&["window_s=0.5", "array.period_most_mm=3", "interferer_hz = 50"]).unwrap();
         let array = Array { period_most_mm: 3.0, ..Array::DEFAULT };
         assert_eq!(found, Settings { window_s: 0.5, interferer_hz: 50.0, array, ..Settings::DEFAULT });
-        let told = changed(&["slide={rule=\"protocol\", speed_mm_s=20}"]).unwrap();
+        let by_protocol = changed(&["slide={rule=\"protocol\", speed_mm_s=20}"]).unwrap();
         let protocol = |speed_mm_s| SlideRule::Protocol { delay_s: 1.0, speed_mm_s, length_mm: 55.0 };
-        assert_eq!(told.slide, protocol(20.0));
-        assert_eq!(change(&told, &["slide.speed_mm_s=25".into()]).unwrap().slide, protocol(25.0));
-        assert_eq!(change(&told, &["slide.rule=found".into()]).unwrap(), Settings::DEFAULT);
+        assert_eq!(by_protocol.slide, protocol(20.0));
+        assert_eq!(change(&by_protocol, &["slide.speed_mm_s=25".into()]).unwrap().slide, protocol(25.0));
+        assert_eq!(change(&by_protocol, &["slide.rule=found".into()]).unwrap(), Settings::DEFAULT);
     }
 
     #[test]
@@ -233,13 +232,13 @@ mod tests {
         ] {
             let error = changed(&[change]).unwrap_err();
             assert!(error.is::<Senseless>(), "{change}");
-            let told = error.to_string();
-            assert!(parts.iter().all(|part| told.contains(part)), "{change}: {told}");
+            let text = error.to_string();
+            assert!(parts.iter().all(|part| text.contains(part)), "{change}: {text}");
         }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("wrong.toml");
         std::fs::write(&path, "window_s = 0.5\nhop_s = \n").unwrap();
-        let told = format!("{:#}", load(&path).unwrap_err());
-        assert!(told.contains("wrong.toml") && told.contains("line 2"), "{told}");
+        let text = format!("{:#}", load(&path).unwrap_err());
+        assert!(text.contains("wrong.toml") && text.contains("line 2"), "{text}");
     }
 }

@@ -1,4 +1,4 @@
-//! A frequency and its uncertainty in the words of its unit, the same in every output.
+//! A frequency and its uncertainty in JSON, with names by their unit.
 
 use ridgetone_proto::telemetry::Abscissa;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What a user may set, with units, bounds and where each default comes from.
+//! Settings, with units, bounds and the source of each default.
 
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
 use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 /// Where the sliding phase comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SlideRule {
-    /// From the signal itself: it starts when the held signals begin to change together and ends when they stop.
+    /// From the signal: the slide starts when the held signals begin to change together, and ends when they stop.
     Found,
-    /// From the protocol (paper, equations 4 and 5): `delay_s` after the spike, `length_mm` at `speed_mm_s`.
+    /// From the stimulus's protocol (paper, equations 4 and 5): `delay_s` after the spike, `length_mm` at `speed_mm_s`.
     Protocol {
         /// Hold time between the contact spike and the slide, seconds.
         delay_s: f32,
@@ -21,39 +21,39 @@ pub enum SlideRule {
     },
 }
 
-/// Where the piezoresistors are, and what is known of the gratings: what turns phases into a spatial period.
+/// Positions of the piezoresistors, and what is known of the gratings. With it phases give a spatial period.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Array {
-    /// From one column of units to the other along the motion, millimetres, as the phases have it: turns of lag over
-    /// cycles per millimetre. That is the units' pitch under a contact much longer than it. See
+    /// Distance between the two columns of units along the motion, millimetres, as it appears in the phases: turns of
+    /// lag over cycles per millimetre. It equals the units' pitch if the contact is much longer. See
     /// [`Self::edge_phase_rad`].
     pub pitch_mm: f32,
-    /// By how much the contact's ends pull the columns' phases together, radians. The lag is 2 pi `pitch_mm` / period -
-    /// `edge_phase_rad`; both come from gratings of known period.
+    /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2 pi `pitch_mm` /
+    /// period - `edge_phase_rad`; both are measured with gratings of known period.
     pub edge_phase_rad: f32,
-    /// Standard deviation of what that straight line leaves of true lags, radians.
+    /// Standard deviation of true lags around that straight line, radians.
     pub edge_phase_sigma_rad: f32,
-    /// Shortest spatial period that is possible, millimetres.
+    /// Shortest possible spatial period, millimetres.
     pub period_least_mm: f32,
-    /// Longest spatial period that is possible, millimetres.
+    /// Longest possible spatial period, millimetres.
     pub period_most_mm: f32,
-    /// Whether the grating may go along +x.
+    /// Whether the grating may move along +x.
     pub may_go_forward: bool,
-    /// Whether it may go back. Where only one way is possible, every period from one pitch on has an answer of its own.
+    /// Whether it may move against +x. If only one direction is possible, every period above one pitch is unique.
     pub may_go_backward: bool,
-    /// Bit k: taxel k is in the column in front, the one further along +x.
+    /// Bit k: taxel k is in the front column, further along +x.
     pub front: u16,
-    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in none has no say.
+    /// Masks of taxels that respond alike: the same piezoresistor of every unit. A taxel in no mask is not used.
     pub alike: [u16; 4],
 }
 
 impl Array {
     /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
-    /// 2 and 4 are in front. The units' pitch is 2.3 mm; what a contact 8 mm long makes of it was measured on the
-    /// simulated finger, with gratings that are not the paper's (`host/tests/calibrate.rs`). **Measure it on your own
-    /// finger**: it changes with the contact's length, hence with the force. Periods are those of the paper's gratings
-    /// and a little more, as far as there is but one answer.
+    /// 2 and 4 are in front. The units' pitch is 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated
+    /// finger with a contact 8 mm long, and with gratings that are not the paper's (`host/tests/calibrate.rs`).
+    /// **Measure them on your own finger**: they change with the contact's length, hence with the force. The possible
+    /// periods are those of the paper's gratings with a margin, as far as the answer is unique.
     pub const DEFAULT: Self = Self {
         pitch_mm: 2.364,
         edge_phase_rad: 0.41,
@@ -67,7 +67,7 @@ impl Array {
     };
 }
 
-/// Everything a user may set.
+/// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// Length of a window, seconds.
@@ -76,17 +76,16 @@ pub struct Settings {
     pub hop_s: f32,
     /// Most harmonics of the tone that are fitted, the fundamental included.
     pub harmonics: u8,
-    /// Accuracy asked for: standard deviation over frequency. Windows then grow hop by hop, and an estimate is
-    /// told as soon as, and no sooner than, its uncertainty meets this, or when the window has grown to
-    /// `window_s`. Zero: every window has `window_s`.
+    /// Required accuracy: standard deviation over frequency. Windows then grow hop by hop until the estimate meets it or
+    /// the window has `window_s`; only this last estimate is sent. Zero: every window has `window_s`.
     pub accuracy: f32,
     /// Frequency of a known interferer in all channels (mains hum), hertz; zero: none.
     pub interferer_hz: f32,
     /// Reference voltage of the ADC, volts.
     pub vref_v: f32,
-    /// Where the sliding phase comes from. By the protocol its speed gives the spatial period too.
+    /// Where the sliding phase comes from. The protocol's speed gives the spatial period too.
     pub slide: SlideRule,
-    /// Where the piezoresistors are.
+    /// Positions of the piezoresistors.
     pub array: Array,
 }
 
@@ -101,7 +100,7 @@ impl Default for Settings {
 pub struct SettingsError {
     /// Name of the field, with its unit.
     pub field: &'static str,
-    /// What was asked for.
+    /// The requested value.
     pub value: f32,
     /// Least allowed value.
     pub least: f32,
@@ -119,9 +118,8 @@ impl core::fmt::Display for SettingsError {
 impl core::error::Error for SettingsError {}
 
 impl Settings {
-    /// What the firmware starts with. A window of one second is the paper's longest; the fundamental
-    /// and three overtones are what it saw in its gratings (section 5); 4.096 V is the usual
-    /// reference for a chip on 5 V.
+    /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental and three overtones in
+    /// its gratings (section 5). 4.096 V is the usual reference for a chip on 5 V.
     pub const DEFAULT: Self = Self {
         window_s: 1.0,
         hop_s: 0.25,
@@ -133,16 +131,18 @@ impl Settings {
         array: Array::DEFAULT,
     };
 
-    /// Checks every bound; the first field outside is told.
-    // Compiled where it is called, for size and not for speed.
+    /// Checks every bound.
+    ///
+    /// # Errors
+    /// The first field outside its bounds.
+    // Inlined where it is called once: smaller than a call.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
         let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
-        // Of the front column any taxels may be.
-        let Array { may_go_forward, may_go_backward, front: _, alike, .. } = self.array;
-        // A taxel in two masks would count twice. What is told is the mask of these taxels.
+        let Array { may_go_forward, may_go_backward, alike, .. } = self.array;
+        // A taxel in two masks would count twice. The error reports the mask of such taxels.
         let (_, twice) = alike.iter().fold((0, 0), |(seen, twice), mask| (seen | mask, twice | seen & mask));
-        // What is not used is put within its bounds.
+        // Fields that are not used get a value within their bounds.
         let unless_zero = |value: f32, least: f32| if value == 0.0 { least } else { value };
         let (delay_s, speed_mm_s, length_mm) = match self.slide {
             SlideRule::Found => (0.0, 1.0, 1.0),
@@ -167,7 +167,7 @@ impl Settings {
             twice as f32,
         ];
         for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values) {
-            // A NaN is within no bounds.
+            // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {
                 return Err(SettingsError { field, value, least, greatest });
             }
@@ -180,18 +180,18 @@ impl Settings {
     }
 }
 
-/// Greatest spatial period that may be set, millimetres.
+/// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of [`Settings::validate`]'s values: a table, for calls, one for each, take
-/// a kilobyte of flash.
+/// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
+/// each field takes a kilobyte of flash more.
 const BOUNDS: [(&str, f32, f32); 16] = [
     ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
     ("hop_s", 0.02, WINDOW_MOST_S),
     ("harmonics", 1.0, 5.0),
-    // A tenth is what the fit calls too short; a millionth is beyond any crystal.
+    // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),
-    // Mains are 50 or 60 Hz; slower than 5 Hz it could not be told from a drift.
+    // Mains are 50 or 60 Hz; below 5 Hz an interferer cannot be distinguished from drift.
     ("interferer_hz", 5.0, 1000.0),
     ("vref_v", 0.5, 5.5),
     ("delay_s", 0.0, 60.0),
@@ -202,7 +202,7 @@ const BOUNDS: [(&str, f32, f32); 16] = [
     ("edge_phase_sigma_rad", 0.0, PI),
     ("period_least_mm", 0.1, PERIOD_GREATEST_MM),
     ("period_most_mm", 0.1, PERIOD_GREATEST_MM),
-    // Going neither way nothing would ever be told.
+    // With neither direction possible no travel has an answer.
     ("may_go_forward", 1.0, 1.0),
     ("alike", 0.0, 0.0),
 ];
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_is_named() {
+    fn the_field_outside_its_bounds_is_named() {
         let with = |array| Settings { array, ..Settings::DEFAULT };
         for (settings, field) in [
             (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),

@@ -1,9 +1,9 @@
-//! Options that turn phases into a spatial period.
+//! Options of the array: with them phases give a spatial period.
 
 use clap::{Args, ValueEnum};
 use ridgetone_proto::settings::Array;
 
-/// Which ways are possible.
+/// Possible directions of the grating.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Way {
     /// Either.
@@ -17,28 +17,28 @@ pub enum Way {
 /// What is known of the units and of the gratings.
 #[derive(Args, Clone, Debug)]
 pub struct ArrayOptions {
-    /// From one column of units to the other along the motion, mm, as `calibrate` finds it [default: 2.364].
+    /// Distance between the two columns of units along the motion, mm, as `calibrate` finds it [default: 2.364].
     #[arg(long, value_name = "MM")]
     pub pitch: Option<f32>,
-    /// By how much the contact's ends pull the columns' phases together, rad, as `calibrate` finds it [default: 0.41].
+    /// Phase by which the contact's ends reduce the lag between the columns, rad, as `calibrate` finds it [default: 0.41].
     #[arg(long, value_name = "RAD", allow_negative_numbers = true)]
     pub edge_phase: Option<f32>,
-    /// Standard deviation of the pull, rad, as `calibrate` finds it [default: 0.01].
+    /// Standard deviation of that phase, rad, as `calibrate` finds it [default: 0.01].
     #[arg(long, value_name = "RAD")]
     pub edge_phase_sigma: Option<f32>,
-    /// Shortest spatial period that is possible, mm [default: 2.3].
+    /// Shortest possible spatial period, mm [default: 2.3].
     #[arg(long, value_name = "MM")]
     pub period_least: Option<f32>,
-    /// Longest spatial period that is possible, mm; between one pitch and two the answer is unique [default: 4.2].
+    /// Longest possible spatial period, mm; between one pitch and two the answer is unique [default: 4.2].
     #[arg(long, value_name = "MM")]
     pub period_most: Option<f32>,
-    /// Which way the grating can go. Where that is known, every period from one pitch on has an answer of its own [default: either].
+    /// Possible directions of the grating; if only one, every period above one pitch is unique [default: either].
     #[arg(long, value_enum, value_name = "WAY")]
     pub direction: Option<Way>,
 }
 
 impl ArrayOptions {
-    /// The settings, over those of `array` where they are not given.
+    /// `array` with the given options.
     pub fn array(&self, array: Array) -> Array {
         Array {
             pitch_mm: self.pitch.unwrap_or(array.pitch_mm),

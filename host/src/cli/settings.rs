@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Settings of the library.
 #[derive(Args, Clone, Debug)]
 pub struct SettingsOptions {
-    /// Settings to begin with, as `settings get` prints them; the options below go over them [default: the library's].
+    /// Settings to start from, as `settings get` prints them; the options below replace single ones [default: the library's].
     #[arg(long = "settings", value_name = "FILE.toml")]
     pub settings_file: Option<PathBuf>,
     /// Length of a window, seconds, 0.1 to 3.9 [default: 1].
@@ -22,14 +22,14 @@ pub struct SettingsOptions {
     /// Most harmonics to fit, 1 to 5 [default: 4].
     #[arg(long, value_name = "N")]
     pub harmonics: Option<u8>,
-    /// Accuracy asked for, percent of the frequency (one standard deviation): an estimate comes as soon as it
-    /// is met, checked every --hop, or with a window of --window [default: windows of fixed length].
+    /// Required accuracy, percent of the frequency (one standard deviation): a window grows by --hop until its estimate
+    /// meets it, or up to --window [default: windows of fixed length].
     #[arg(long, value_name = "PERCENT")]
     pub accuracy: Option<f32>,
     /// Known interferer in all channels, hertz, such as mains of 50 or 60 [default: none].
     #[arg(long, value_name = "HZ")]
     pub mains: Option<f32>,
-    /// Speed of the stimulus, mm/s: the slide goes by the protocol [default: it is found in the signal].
+    /// Speed of the stimulus, mm/s: the slide follows the protocol [default: it is found in the signal].
     #[arg(long, value_name = "MM_S")]
     pub speed: Option<f32>,
     /// By the protocol: from contact to slide, seconds.
@@ -47,17 +47,17 @@ impl SettingsOptions {
     /// The settings.
     ///
     /// # Errors
-    /// [`Senseless`]: one is out of its bounds.
+    /// The file cannot be read, or a setting is out of its bounds ([`Senseless`]).
     pub fn settings(&self) -> Result<Settings> {
         let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
-        // Asked for with zero they would be switched off: that is out of bounds.
-        let asked = |value: f32| if value == 0.0 { f32::NAN } else { value };
+        // A zero would switch the setting off; as an option it is out of bounds.
+        let not_zero = |value: f32| if value == 0.0 { f32::NAN } else { value };
         let settings = Settings {
             window_s: self.window.unwrap_or(base.window_s),
             hop_s: self.hop.unwrap_or(base.hop_s),
             harmonics: self.harmonics.unwrap_or(base.harmonics),
-            accuracy: self.accuracy.map_or(base.accuracy, |percent| asked(percent) / 100.0),
-            interferer_hz: self.mains.map_or(base.interferer_hz, asked),
+            accuracy: self.accuracy.map_or(base.accuracy, |percent| not_zero(percent) / 100.0),
+            interferer_hz: self.mains.map_or(base.interferer_hz, not_zero),
             slide: self.speed.map_or(base.slide, |speed_mm_s| SlideRule::Protocol {
                 delay_s: self.delay,
                 speed_mm_s,

@@ -1,10 +1,10 @@
 //! The commands that have to do with a board, real or emulated, and with what was recorded of one.
 
-use crate::asked::Asked;
 use crate::cli::{
     BoardCommand, BoardOptions, ExportArgs, LineOptions, ListenArgs, MonitorArgs, PortsArgs, RecordArgs, ReplayArgs,
     Senseless, SettingsCommand, SettingsGetArgs, SettingsSetArgs, ViewArgs,
 };
+use crate::client::Client;
 use crate::export::{Format, Kind};
 use crate::feed::{Asking, Feed, Source};
 use crate::live::Counts;
@@ -128,7 +128,7 @@ pub fn settings(command: &SettingsCommand) -> Result<()> {
         SettingsCommand::Set(args) => set(args),
         SettingsCommand::Forget(args) => {
             let mut feed = args.board.open(None, Some(1.0), true)?;
-            let erased = Asked::new(&mut feed).forget()?;
+            let erased = Client::new(&mut feed).request(Command::Forget)?;
             told_done("forgotten: the defaults are in force", erased)
         }
     }
@@ -136,7 +136,7 @@ pub fn settings(command: &SettingsCommand) -> Result<()> {
 
 fn get(args: &SettingsGetArgs) -> Result<()> {
     let mut feed = args.board.open(None, Some(1.0), true)?;
-    let hello = Asked::new(&mut feed).hello()?;
+    let hello = Client::new(&mut feed).hello()?;
     eprintln!("ridgetone: {}: settings {}", feed.name(), names::name(hello.source));
     output::line(settings_form::toml(&hello.settings)?.trim_end())
 }
@@ -146,13 +146,13 @@ fn set(args: &SettingsSetArgs) -> Result<()> {
     // Without a file what is wrong shows before a board is asked, too.
     settings_form::change(&from_file.unwrap_or_default(), &args.changes)?;
     let mut feed = args.board.open(None, Some(1.0), true)?;
-    let mut board = Asked::new(&mut feed);
+    let mut board = Client::new(&mut feed);
     let base = match from_file {
         Some(settings) => settings,
         None => board.hello()?.settings,
     };
     let settings = settings_form::change(&base, &args.changes)?;
-    let erased = board.set(settings, args.keep)?;
+    let erased = board.request(Command::Set { settings, keep: args.keep })?;
     told_done(if args.keep { "in force and stored" } else { "in force until the next start" }, erased)
 }
 
@@ -168,13 +168,13 @@ pub fn command(command: &BoardCommand) -> Result<()> {
             let after = speed::after(args.repeats);
             let knots = speed::knots(&args.file, after)?;
             let mut feed = open(&args.board)?;
-            Asked::new(&mut feed).follow(&knots, after)?;
+            Client::new(&mut feed).follow(&knots, after)?;
             eprintln!("ridgetone: {}: estimates come by place, in cycles per mm", feed.name());
             return Ok(());
         }
     };
     let mut feed = open(board)?;
-    Asked::new(&mut feed).request(request)?;
+    Client::new(&mut feed).request(request)?;
     eprintln!("ridgetone: {}: {done}", feed.name());
     Ok(())
 }

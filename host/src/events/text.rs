@@ -1,4 +1,4 @@
-//! One line a packet: time, what, and its values with units. A static image has its map behind it.
+//! One line a packet: time, type, and values with units. A static image has its map below.
 
 use crate::fit_report::with_sigma;
 use crate::names::name;
@@ -40,8 +40,8 @@ fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
 }
 
-fn line(t_us: u64, what: &str, values: &str) -> String {
-    format!("{:>8.3} s  {what:<8}  {values}", seconds(t_us))
+fn line(t_us: u64, name: &str, values: &str) -> String {
+    format!("{:>8.3} s  {name:<8}  {values}", seconds(t_us))
 }
 
 fn hello(e: &Hello) -> String {
@@ -55,7 +55,7 @@ fn hello(e: &Hello) -> String {
     };
     let accuracy = match s.accuracy {
         0.0 => String::new(),
-        accuracy => format!(", told at {} %", 100.0 * accuracy),
+        accuracy => format!(", to {} %", 100.0 * accuracy),
     };
     let interferer = match s.interferer_hz {
         0.0 => String::new(),
@@ -79,7 +79,7 @@ fn hello(e: &Hello) -> String {
 }
 
 fn estimate(e: &Estimate) -> String {
-    let over = match e.span {
+    let span = match e.span {
         Span::Window => "window",
         Span::Slide => "SLIDE",
     };
@@ -93,7 +93,7 @@ fn estimate(e: &Estimate) -> String {
     } else {
         format!("{:>9} {unit}", "-")
     };
-    let mut out = format!("{over:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
+    let mut out = format!("{span:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
     if e.status.has_tone() {
         out += &format!(", harmonics {}", e.harmonics);
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);
@@ -115,7 +115,7 @@ fn estimate(e: &Estimate) -> String {
 }
 
 fn image(e: &Image) -> String {
-    let when = match e.hold {
+    let hold = match e.hold {
         Hold::BeforeSlide => "before the slide",
         Hold::AfterSlide => "after the slide",
     };
@@ -125,7 +125,7 @@ fn image(e: &Image) -> String {
     };
     let length_s = seconds(e.end_us) - seconds(e.start_us);
     let map = static_image::text(e, &format!("{:22}", ""));
-    format!("{when}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}", seconds(e.start_us), map.trim_end())
+    format!("{hold}, mean of {length_s:.3} s since {:.3} s; {sigma}\n{}", seconds(e.start_us), map.trim_end())
 }
 
 fn travel(e: &Travel) -> String {
@@ -153,10 +153,10 @@ fn fault(e: &Fault) -> String {
 }
 
 fn reply(e: &Reply) -> String {
-    format!("order {}: {}", e.number, outcome(&e.outcome))
+    format!("request {}: {}", e.number, outcome(&e.outcome))
 }
 
-/// What became of an order.
+/// Result of a request.
 pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),
@@ -164,14 +164,13 @@ pub fn outcome(outcome: &Outcome) -> String {
             format!("refused: {field} = {value}: choose a value from {least} to {greatest}")
         }
         Outcome::Profile => {
-            "refused: the speed profile's knots are out of order, too many, too fast, or some miss".into()
+            "refused: the speed profile's knots are out of order, too many, too fast, or incomplete".into()
         }
         Outcome::NotStored => {
-            "in force, but not stored: order it again while nothing is touched; if that does not help the flash is worn"
-                .into()
+            "in force, but not stored: repeat it while nothing is touched; if it fails again the flash is worn".into()
         }
-        Outcome::Busy => "refused: busy with another order; ask again".into(),
-        Outcome::DoneErased => "done; the flash was erased for it, which cost a second or two of conversions".into(),
+        Outcome::Busy => "refused: busy with another request; repeat it".into(),
+        Outcome::DoneErased => "done; the flash was erased for it, which cost one or two seconds of conversions".into(),
     }
 }
 

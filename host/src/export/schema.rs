@@ -1,9 +1,9 @@
-//! JSON schemas by content: what every message of a kind in a recording holds.
+//! JSON schemas from content: the fields and types of all messages of one kind in a recording.
 
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
-/// What a value was seen to be.
+/// Types of the values seen so far.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Schema {
     types: BTreeSet<&'static str>,
@@ -12,12 +12,12 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// Takes a value.
+    /// Adds a value.
     pub fn see(&mut self, value: &Value) {
         let name = match value {
             Value::Null => "null",
             Value::Bool(_) => "boolean",
-            // Whole numbers are numbers too: the next one may not be whole.
+            // Never "integer": the next value may have a fraction.
             Value::Number(_) => "number",
             Value::String(_) => "string",
             Value::Array(items) => {
@@ -39,7 +39,7 @@ impl Schema {
         self.types.insert(name);
     }
 
-    /// As JSON schema. A type of its own is what readers expect: that it may be null is said only where it is nothing else.
+    /// The JSON schema. Null is listed only where it is the only type, because readers expect one type.
     pub fn json(&self) -> Value {
         let mut fields = Map::new();
         let types: Vec<_> = self.types.iter().filter(|name| **name != "null").collect();

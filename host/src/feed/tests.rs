@@ -98,12 +98,13 @@ fn what_is_asked_is_sent_answered_and_raw_frames_only_while_they_are_wanted() {
 #[test]
 fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
     let mut feed = Feed::new(Obedient::new());
-    let mut asked = crate::asked::Asked::new(&mut feed);
-    assert!(!asked.set(Settings { hop_s: 0.5, ..Settings::DEFAULT }, true).unwrap());
-    let refused = asked.set(Settings { harmonics: 9, ..Settings::DEFAULT }, true).unwrap_err();
+    let mut client = crate::client::Client::new(&mut feed);
+    let mut set = |settings| client.request(Command::Set { settings, keep: true });
+    assert!(!set(Settings { hop_s: 0.5, ..Settings::DEFAULT }).unwrap());
+    let refused = set(Settings { harmonics: 9, ..Settings::DEFAULT }).unwrap_err();
     assert!(refused.is::<crate::cli::Senseless>());
     assert!(refused.to_string().contains("harmonics = 9") && refused.to_string().contains("from 1 to 5"), "{refused}");
-    assert!(!asked.forget().unwrap());
+    assert!(!client.request(Command::Forget).unwrap());
     assert_eq!(feed.source().board.in_force().0, Settings::DEFAULT);
 }
 

@@ -1,0 +1,81 @@
+//! `settings` and `command`: requests to a board over its line, and its replies.
+
+use crate::cli::Senseless;
+use crate::events;
+use crate::feed::{Feed, Happening, Source, new_orders};
+use crate::requests::{PATIENCE, Requests, ask};
+use crate::settings_form;
+use anyhow::{Context, Result, bail};
+use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
+use ridgetone_proto::profile::{After, Knot};
+use ridgetone_proto::telemetry::{Event, Hello, Packet};
+
+/// Packets after the reply among which the greeting is expected.
+const PACKETS_MAX: usize = 20;
+
+/// The PC's end of the conversation with a board.
+pub struct Client<'a, S: Source> {
+    feed: &'a mut Feed<S>,
+    requests: Requests,
+}
+
+impl<'a, S: Source> Client<'a, S> {
+    /// A client of the board behind a feed.
+    pub fn new(feed: &'a mut Feed<S>) -> Self {
+        Self { feed, requests: new_orders() }
+    }
+
+    /// The board's greeting.
+    ///
+    /// # Errors
+    /// The board does not answer.
+    pub fn hello(&mut self) -> Result<Hello> {
+        let mut hello = None;
+        let keep = |packet: &Packet, hello: &mut Option<Hello>| {
+            if let Event::Hello(greeting) = &packet.event {
+                *hello = Some(greeting.clone());
+            }
+        };
+        ask(self.feed, &mut self.requests, Command::Greet, &mut |packet| keep(packet, &mut hello))?;
+        // The reply may overtake the greeting.
+        for _ in 0..PACKETS_MAX {
+            if hello.is_some() {
+                break;
+            }
+            if let Some(Happening::Packet(packet)) = self.feed.next(PATIENCE)? {
+                keep(&packet, &mut hello);
+            }
+        }
+        hello.context("the board did not send its settings")
+    }
+
+    /// Sends a speed profile: estimates follow by place.
+    ///
+    /// # Errors
+    /// The board refuses the profile, or does not answer.
+    pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
+        let mut first = 0;
+        for part in knots.chunks(KNOTS_A_COMMAND) {
+            let last = (first + part.len() == knots.len()).then_some(after);
+            let knots = heapless::Vec::from_slice(part).context("a part of the profile is too long")?;
+            self.request(Command::Follow(Part { first: first as u8, knots, last }))?;
+            first += part.len();
+        }
+        Ok(())
+    }
+
+    /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
+    ///
+    /// # Errors
+    /// The board refuses the command, with the reason ([`Senseless`] for a setting), or does not answer.
+    pub fn request(&mut self, command: Command) -> Result<bool> {
+        let outcome = ask(self.feed, &mut self.requests, command, &mut |_| {})?;
+        let text = events::outcome(&outcome);
+        match outcome {
+            Outcome::Done => Ok(false),
+            Outcome::DoneErased => Ok(true),
+            Outcome::Setting { field, .. } => Err(Senseless(settings_form::explain(&field, &text)).into()),
+            Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
+        }
+    }
+}
