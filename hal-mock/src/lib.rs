@@ -123,8 +123,6 @@ pub use scene::{Constant, Noisy, Scene};
 #[cfg(feature = "simulator")]
 pub use scene_file::{load_scene, parse_scene};
 #[cfg(feature = "simulator")]
-pub use sliding::{
-    Finger, Hand, Kelvin, KelvinBody, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth,
-};
+pub use sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth};
 #[cfg(feature = "simulator")]
 pub use trace::{Table, Trace, write_csv};

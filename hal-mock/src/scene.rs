@@ -69,11 +69,6 @@ impl<S: Scene> Noisy<S> {
     pub fn new(scene: S, sigma_v: f64, seed: u64) -> Self {
         Self { scene, sigma_v, random: Random::new(seed, Stream::SceneNoise) }
     }
-
-    /// The scene without its noise.
-    pub fn get_ref(&self) -> &S {
-        &self.scene
-    }
 }
 
 impl<S: Scene> Scene for Noisy<S> {

@@ -1,8 +1,8 @@
 //! The paper's protocol as a scene: a grating is pressed on the finger, slides, and is lifted.
 //!
-//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. What the channels look like is either
-//! drawn at random around plausible values, so that tests know the tone exactly, or comes out of geometry, elasticity
-//! and friction ([`Finger`]); then creep and the bridge's filter follow, and the noise of both.
+//! Protocol, periods and speeds: Oddo et al. 2009, section 3.1 and tables 1 to 3. The channels' responses are either
+//! drawn at random around plausible values, so that tests know the tone exactly, or follow from geometry, elasticity
+//! and friction ([`Finger`]). Behind a [`Finger`] are creep and the bridge's filter. Both kinds have noise.
 
 mod channel;
 mod drawn;
@@ -11,17 +11,17 @@ mod kelvin;
 mod line_load;
 mod motion;
 mod parameters;
+mod range;
 
 pub use channel::{Channel, Harmonic, Pattern};
-pub use drawn::HARMONICS;
 pub use finger::Finger;
-pub use kelvin::{Kelvin, KelvinBody};
 pub use motion::{Hand, Stimulator};
-pub use parameters::{Converter, ParameterError, Sliding};
+pub use parameters::{Converter, Sliding};
+pub use range::ParameterError;
 
 use crate::random::{Random, Stream};
 use crate::scene::{INPUTS, Scene};
-use kelvin::Lag;
+use kelvin::{KelvinBody, Lag};
 use motion::Motion;
 
 /// Speed in mm/s and spatial period in mm of the paper's ten combinations C1 to C10, in the order of its table 3.
@@ -38,8 +38,6 @@ pub const TABLE_2: [(f64, f64); 10] = [
     (48.0, 2.6),
 ];
 
-/// Pitch of the units along the sliding direction in mm (paper, section 2.1).
-const PITCH_MM: f64 = 2.3;
 /// Seconds from touch to the full load and the spike's peak, and from the beginning of the release to its end.
 const RISE_S: f64 = 0.010;
 /// Seconds in which the spike decays to 1/e.
@@ -50,7 +48,7 @@ const SLIP_MM_S: f64 = 1.0;
 /// is off by 0.03 % for it.
 const STEP_S: f64 = 1e-4;
 
-/// What a scene's signals were made from.
+/// The known answer of a scene: when what happens, and the tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
     /// Time of the contact spike's peak in seconds.
@@ -76,13 +74,13 @@ pub struct SlidingScene {
     truth: Truth,
     motion: Motion,
     channels: [Channel; INPUTS],
-    /// What comes after the skin's elasticity; drawn channels have none.
+    /// Creep and filter behind the elastic skin; drawn channels have none.
     delays: Option<[Delay; INPUTS]>,
     noise_v: f64,
     random: Random,
 }
 
-/// Creep and filter of one channel, and how far they have come.
+/// Creep and filter of one channel, and the time up to which they have advanced.
 #[derive(Clone, Copy, Debug)]
 struct Delay {
     at_s: f64,
@@ -95,7 +93,7 @@ impl SlidingScene {
     /// Builds the scene.
     ///
     /// # Errors
-    /// Names the first parameter that is not finite or out of the range its documentation gives.
+    /// Names the first parameter that is not finite or outside the range in its documentation.
     pub fn new(parameters: Sliding) -> Result<Self, ParameterError> {
         parameters.check()?;
         let Sliding { speed_mm_s, slide_mm, stimulator, finger, seed, .. } = parameters;
@@ -120,11 +118,11 @@ impl SlidingScene {
             end_s: release_s + parameters.release_idle_s,
         };
         let channels = match &finger {
-            Some(finger) => finger.channels(&parameters),
+            Some(finger) => finger.channels(parameters.grating()),
             None => drawn::channels(parameters.period_mm, parameters.overtones, seed),
         };
         let delays = finger.map(|finger| {
-            let (skin, filter) = (finger.skin().body(), Lag::new(finger.filter_s()));
+            let (skin, filter) = (finger.skin(), Lag::new(finger.filter_s()));
             [Delay { at_s: 0.0, skin, filter, filtered_v: 0.0 }; INPUTS]
         });
         let power = channels.iter().map(|c| c.amplitude_v() * c.amplitude_v() / 2.0).sum::<f64>() / INPUTS as f64;
@@ -134,7 +132,7 @@ impl SlidingScene {
         Ok(Self { parameters, truth, motion, channels, delays, noise_v, random })
     }
 
-    /// What the signals were made from.
+    /// When what happens, and the tone.
     pub fn truth(&self) -> Truth {
         self.truth
     }
@@ -144,7 +142,7 @@ impl SlidingScene {
         &self.parameters
     }
 
-    /// What each channel looks like.
+    /// How each channel responds.
     pub fn channels(&self) -> &[Channel; INPUTS] {
         &self.channels
     }
@@ -189,7 +187,7 @@ impl SlidingScene {
         pressed_v + channel.spike_v * self.spike(t_s)
     }
 
-    /// Lets a channel's creep and filter go on to `t_s` and gives the volts over the offset.
+    /// Advances a channel's creep and filter to `t_s`.
     fn delayed_v(&self, channel: &Channel, mut delay: Delay, t_s: f64) -> Delay {
         let steps = libm::ceil((t_s - delay.at_s) / STEP_S);
         if steps < 1.0 {

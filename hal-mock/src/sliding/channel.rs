@@ -1,6 +1,9 @@
-//! What one channel makes of load and grating: a constant and a Fourier series in the grating's place.
+//! A channel's response to load and grating: a constant and a Fourier series in the grating's place.
 
 use core::f64::consts::TAU;
+
+/// Pitch of the units along the sliding direction in mm (paper, section 2.1).
+pub(crate) const PITCH_MM: f64 = 2.3;
 
 /// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), with x the grating's place and k one
 /// turn per spatial period.
@@ -30,7 +33,7 @@ impl Harmonic {
     }
 }
 
-/// What a load of full strength makes in a channel, by the grating's place.
+/// The voltage that the full load makes in a channel, as a function of the grating's place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pattern {
     /// Mean over a period, in volts.
@@ -61,7 +64,7 @@ impl Pattern {
     }
 }
 
-/// One channel's view of the world.
+/// How one channel responds to the touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Voltage without contact, in volts.

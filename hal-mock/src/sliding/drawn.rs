@@ -4,20 +4,19 @@
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Piezoresistors 1 and 3 lie along the sliding direction: they feel
 //! it most, with opposite sign. Units 2 and 4 lie one pitch further along it.
 
-use super::PITCH_MM;
-use super::channel::{Channel, Harmonic, Pattern};
+use super::channel::{Channel, Harmonic, PITCH_MM, Pattern};
 use crate::random::{Random, Stream};
 use crate::scene::INPUTS;
 use core::f64::consts::{PI, TAU};
 
-/// The fundamental and three overtones.
-pub const HARMONICS: usize = 4;
+/// Overtones of a drawn channel: harmonics 2 to 4.
+pub(crate) const OVERTONES: usize = 3;
 
 /// A quarter bridge of equal resistances at 5 V.
 const BRIDGE_V: f64 = 2.5;
 
 /// Draws all channels.
-pub(crate) fn channels(period_mm: f64, overtones: [f64; HARMONICS - 1], seed: u64) -> [Channel; INPUTS] {
+pub(crate) fn channels(period_mm: f64, overtones: [f64; OVERTONES], seed: u64) -> [Channel; INPUTS] {
     // Millivolts of tone and load per piezoresistor, relative heights of its spike, and how strongly a unit feels it.
     const TONE_MV: [f64; 4] = [6.0, 2.4, -5.2, 1.9];
     const LOAD_MV: [f64; 4] = [14.0, 8.0, -11.0, -6.0];

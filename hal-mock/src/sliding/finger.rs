@@ -1,4 +1,4 @@
-//! The fingertip as a physical thing: what a grating on its cover makes of its sixteen channels.
+//! The fingertip as a physical thing: how its sixteen channels respond to a grating on its cover.
 //!
 //! Each ridge presses evenly on the cover over its width, under a contact of finite length, and friction drags along
 //! with it. The strain at a sensor is the sum of the ridges' line loads ([`line_load`](super::line_load)). For a
@@ -12,17 +12,16 @@
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the middle of the contact,
 //! 2 and 4 half a pitch ahead, seen along +x: the direction of the slide unless `reverse`.
 
-use super::channel::{Channel, Harmonic, Pattern};
-use super::kelvin::Kelvin;
+use super::channel::{Channel, Harmonic, PITCH_MM, Pattern};
+use super::kelvin::KelvinBody;
 use super::line_load::{Material, Strain};
-use super::parameters::Range;
-use super::{PITCH_MM, Sliding};
+use super::range::{Range, Rule};
 use crate::random::{Random, Stream};
 use crate::scene::INPUTS;
 use core::f64::consts::{PI, TAU};
 
-/// The fingertip, its load and its circuit. The defaults are the paper's where it has them; what it does not tell is
-/// plausible, and said to be so.
+/// The fingertip, its load and its circuit. The defaults are the paper's where it has them; those that it lacks are
+/// marked as plausible.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Finger {
@@ -34,7 +33,7 @@ pub struct Finger {
     pub modulus_mpa: f64,
     /// Poisson's ratio of the cover, 0 to 0.5. Default 0.5: rubber.
     pub poisson: f64,
-    /// Time constants of the cover as a [`Kelvin`] body in seconds, > 0, relaxation <= creep. Default 2.85 and 3:
+    /// Time constants of the cover as a Kelvin body in seconds, > 0, relaxation <= creep. Default 2.85 and 3:
     /// the "very small viscoelastic effect" of a rubber layer (Moy et al., figure 29); plausible. Their human fingers
     /// (table 5) creep by a third.
     pub relaxation_s: f64,
@@ -100,6 +99,15 @@ impl Default for Finger {
     }
 }
 
+/// What slides over the finger, with the meanings and units of [`Sliding`](crate::Sliding).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grating {
+    pub(crate) period_mm: f64,
+    pub(crate) ridge_mm: f64,
+    pub(crate) start_mm: f64,
+    pub(crate) reverse: bool,
+}
+
 /// Harmonics of a channel. What is left out is less than a thousandth of the fundamental for the paper's gratings.
 const HARMONICS: usize = 24;
 
@@ -110,9 +118,9 @@ const POINTS: u32 = 2000;
 type Series = [(Strain, Strain); HARMONICS + 1];
 
 impl Finger {
-    /// The skin as a viscoelastic body.
-    pub(crate) fn skin(&self) -> Kelvin {
-        Kelvin { relaxation_s: self.relaxation_s, creep_s: self.creep_s }
+    /// The skin as a viscoelastic body at rest.
+    pub(crate) fn skin(&self) -> KelvinBody {
+        KelvinBody::new(self.relaxation_s, self.creep_s)
     }
 
     /// Time constant of the bridge and its capacitor in seconds: both resistances are parallel for it.
@@ -120,7 +128,7 @@ impl Finger {
         0.5 * self.resistor_ohm * self.capacitor_uf * 1e-6
     }
 
-    pub(super) fn rules(&self) -> [(&'static str, f64, Range); 19] {
+    pub(crate) fn rules(&self) -> [Rule; 19] {
         [
             ("depth_mm", self.depth_mm, Range::Positive),
             ("modulus_mpa", self.modulus_mpa, Range::Positive),
@@ -144,13 +152,13 @@ impl Finger {
         ]
     }
 
-    /// All channels under a scene's grating.
-    pub(crate) fn channels(&self, scene: &Sliding) -> [Channel; INPUTS] {
+    /// All channels under a grating.
+    pub(crate) fn channels(&self, grating: Grating) -> [Channel; INPUTS] {
         let (slip, lean_mm) =
-            if scene.reverse { (-self.friction, -self.lean_mm) } else { (self.friction, self.lean_mm) };
+            if grating.reverse { (-self.friction, -self.lean_mm) } else { (self.friction, self.lean_mm) };
         let columns = [-0.5, 0.5].map(|pitches| {
             let at_mm = pitches * PITCH_MM;
-            [self.series(scene, at_mm, 0.0, 0.0), self.series(scene, at_mm, slip, lean_mm)]
+            [self.series(grating, at_mm, 0.0, 0.0), self.series(grating, at_mm, slip, lean_mm)]
         });
         let mut random = Random::new(self.finger_seed, Stream::Skin);
         std::array::from_fn(|input| {
@@ -165,19 +173,19 @@ impl Finger {
             let felt = |strain: Strain| volts * (tilt * strain.shear + self.normal_share * strain.normal);
             let [resting, sliding] = columns[(input / 4) % 2].each_ref().map(|series| pattern(series, felt));
             let mut channel = Channel { offset_v, drag: sliding.less(&resting), sliding, spike_v: 0.0 };
-            channel.spike_v = self.overshoot * channel.loaded_v(scene.start_mm / scene.period_mm, 0.0);
+            channel.spike_v = self.overshoot * channel.loaded_v(grating.start_mm / grating.period_mm, 0.0);
             channel
         })
     }
 
     /// The series of strain at a sensor `at_mm` ahead of the middle of the array, under a pressure whose middle is at
     /// `lean_mm` and which drags by `slip` times its strength.
-    fn series(&self, scene: &Sliding, at_mm: f64, slip: f64, lean_mm: f64) -> Series {
+    fn series(&self, grating: Grating, at_mm: f64, slip: f64, lean_mm: f64) -> Series {
         let material = Material { modulus_mpa: self.modulus_mpa, poisson: self.poisson };
         let (half_mm, step_mm) = (0.5 * self.contact_mm, self.contact_mm / f64::from(POINTS));
         // A round contact as Hertz has it, summed up across: a parabola along, and as wide on the average as a circle.
         let peak_n_mm = 1.5 * self.force_n / (self.contact_mm * (0.25 * PI * self.contact_mm));
-        let turn = TAU / scene.period_mm;
+        let turn = TAU / grating.period_mm;
         let mut series = Series::default();
         for point in 0..POINTS {
             let off_mm = (f64::from(point) + 0.5) * step_mm - half_mm;
@@ -188,7 +196,8 @@ impl Finger {
             let normal = load * (pressed.normal + slip * dragged.normal);
             let shear = load * (pressed.shear + slip * dragged.shear);
             for (h, (real, imaginary)) in series.iter_mut().enumerate() {
-                let profile = if h == 0 { 1.0 } else { 2.0 * sinc(h as f64 * PI * scene.ridge_mm / scene.period_mm) };
+                let profile =
+                    if h == 0 { 1.0 } else { 2.0 * sinc(h as f64 * PI * grating.ridge_mm / grating.period_mm) };
                 let (sin, cos) = libm::sincos(h as f64 * turn * s_mm);
                 real.normal += profile * cos * normal;
                 real.shear += profile * cos * shear;
@@ -200,7 +209,7 @@ impl Finger {
     }
 }
 
-/// A channel's pattern: what it makes of the strain's series. The real part of c exp(-i h k x) is that of c with the
+/// A channel's pattern from the strain's series. The real part of c exp(-i h k x) is that of c with the
 /// cosine and its imaginary part with the sine.
 fn pattern(series: &Series, felt: impl Fn(Strain) -> f64) -> Pattern {
     let [mean, tone @ ..] = series;

@@ -1,4 +1,4 @@
-//! What follows with a delay: a first-order lag, and the Kelvin body made of one.
+//! Delayed responses: a first-order lag, and the Kelvin body made of one.
 
 /// A first-order lag: its value approaches its input with a time constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,7 @@ impl Lag {
 
     /// Lets `dt_s` > 0 seconds pass in which the input goes along a straight line, for which this is exact.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
-        // After long, the value trails a ramp by the time constant.
+        // In the end the value trails a ramp by the time constant.
         let behind = (to - from) / dt_s * self.time_s;
         self.value = to - behind + (self.value - from + behind) * libm::exp(-dt_s / self.time_s);
         self.value
@@ -24,49 +24,33 @@ impl Lag {
 
 /// A viscoelastic solid: a spring beside a spring and a damper in series (Fung; Moy et al., equations 5 to 8).
 ///
-/// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of what it comes to, and creeps on with
-/// the time constant `creep_s`; when the force is gone it creeps back as slowly.
-///
-/// ```
-/// use hal_mock::Kelvin;
-/// let mut body = Kelvin { relaxation_s: 1.42, creep_s: 2.14 }.body();
-/// assert!((body.advance(1e-9, 1.0, 1.0) - 1.42 / 2.14).abs() < 1e-6);
-/// assert!((body.advance(30.0, 1.0, 1.0) - 1.0).abs() < 1e-5);
-/// ```
+/// Under a constant force its deformation jumps to `relaxation_s` / `creep_s` of its final value and creeps on with the
+/// time constant `creep_s`. When the force is gone it creeps back as slowly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kelvin {
-    /// Time constant of the force at constant deformation, in seconds, > 0.
-    pub relaxation_s: f64,
-    /// Time constant of the deformation at constant force, in seconds, at least `relaxation_s`.
-    pub creep_s: f64,
-}
-
-impl Kelvin {
-    /// A body at rest.
-    pub fn body(self) -> KelvinBody {
-        KelvinBody { at_once: self.relaxation_s / self.creep_s, delayed: Lag::new(self.creep_s), deformation: 0.0 }
-    }
-}
-
-/// A [`Kelvin`] solid and its deformation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KelvinBody {
+pub(crate) struct KelvinBody {
+    /// The part of the deformation that follows the force without delay.
     at_once: f64,
     delayed: Lag,
     deformation: f64,
 }
 
 impl KelvinBody {
-    /// Lets `dt_s` > 0 seconds pass in which the force goes from `from` to `to` along a straight line, and returns the
-    /// deformation, relative to what the same force brings about in the long run.
-    pub fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
+    /// At rest. Time constants in seconds: of the force at constant deformation, and of the deformation at constant
+    /// force, which is at least as long.
+    pub(crate) fn new(relaxation_s: f64, creep_s: f64) -> Self {
+        Self { at_once: relaxation_s / creep_s, delayed: Lag::new(creep_s), deformation: 0.0 }
+    }
+
+    /// Lets `dt_s` > 0 seconds pass in which the force goes from `from` to `to` along a straight line. Returns the
+    /// deformation, relative to the final one under the same force.
+    pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
         let delayed = self.delayed.advance(dt_s, from, to);
         self.deformation = self.at_once * to + (1.0 - self.at_once) * delayed;
         self.deformation
     }
 
-    /// The deformation that [`advance`](Self::advance) came to.
-    pub fn deformation(&self) -> f64 {
+    /// The deformation after the latest [`advance`](Self::advance).
+    pub(crate) fn deformation(&self) -> f64 {
         self.deformation
     }
 }
@@ -89,7 +73,7 @@ mod tests {
     #[test]
     fn the_parameters_of_table_5_give_the_retained_deformations_of_table_6() {
         for (subject, (_, [relaxation_s, creep_s], retained)) in SUBJECTS.into_iter().enumerate() {
-            let mut body = Kelvin { relaxation_s, creep_s }.body();
+            let mut body = KelvinBody::new(relaxation_s, creep_s);
             body.advance(3.0, 1.0, 1.0);
             // What springs back at once is left out of account there.
             let released = body.advance(1e-9, 0.0, 0.0);
@@ -106,13 +90,20 @@ mod tests {
             // Subject 3's printed c contradicts his printed time constant, which table 6 bears out.
             assert!(subject == 2 || (c * relaxation_s - 1.0).abs() < 0.02, "subject {}", subject + 1);
             let force = |t_s: f64| (a + b * (-t_s / relaxation_s).exp()) / a;
-            let mut body = Kelvin { relaxation_s, creep_s: relaxation_s * (1.0 + b / a) }.body();
+            let mut body = KelvinBody::new(relaxation_s, relaxation_s * (1.0 + b / a));
             for step in 0..10_000 {
                 let t_s = f64::from(step) * 1e-3;
                 let deformation = body.advance(1e-3, force(t_s), force(t_s + 1e-3));
                 assert!((deformation - 1.0).abs() < 1e-6, "subject {}: {deformation} at {t_s} s", subject + 1);
             }
         }
+    }
+
+    #[test]
+    fn a_step_of_force_jumps_and_creeps() {
+        let mut body = KelvinBody::new(1.42, 2.14);
+        assert!((body.advance(1e-9, 1.0, 1.0) - 1.42 / 2.14).abs() < 1e-6);
+        assert!((body.advance(30.0, 1.0, 1.0) - 1.0).abs() < 1e-5);
     }
 
     #[test]

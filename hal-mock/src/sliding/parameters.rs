@@ -1,8 +1,9 @@
-//! Parameters of a scene, and what is impossible among them.
+//! Parameters of a scene, and which of them exclude each other.
 
-use super::drawn::HARMONICS;
-use super::finger::Finger;
+use super::drawn::OVERTONES;
+use super::finger::{Finger, Grating};
 use super::motion::{Hand, Stimulator};
+use super::range::{ParameterError, Range, check};
 
 /// Parameters of a [`SlidingScene`](super::SlidingScene); the defaults are the paper's protocol at 30 mm/s and 3.6 mm,
 /// on drawn channels with 20 dB. A scene file begins with [`physical`](Self::physical) instead.
@@ -35,20 +36,20 @@ pub struct Sliding {
     /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0 leaves one out. A
     /// `finger` has those of its geometry.
     #[serde(skip)]
-    pub overtones: [f64; HARMONICS - 1],
-    /// Of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains, phases and offsets too.
+    pub overtones: [f64; OVERTONES],
+    /// Seed of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains, phases and offsets too.
     pub seed: u64,
-    /// What the stimulator makes of speed and time.
+    /// How the stimulator deviates from speed and time.
     pub stimulator: Stimulator,
     /// A hand in the stimulator's place: `speed_mm_s`, `slide_mm` and `stimulator` do not count.
     pub hand: Option<Hand>,
     /// The fingertip as a physical thing. `None`: drawn channels, without creep and filter.
     pub finger: Option<Finger>,
-    /// The chip behind the scene; it is for whoever builds that.
+    /// The chip that reads the scene. The scene itself does not use it.
     pub converter: Converter,
 }
 
-/// How the chip is to be built that reads a scene.
+/// The chip that reads a scene.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Converter {
@@ -94,7 +95,13 @@ impl Sliding {
         Self { snr_db: None, stimulator: Stimulator::default(), finger: Some(Finger::default()), ..Self::default() }
     }
 
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
+    /// What slides over the finger.
+    pub(crate) fn grating(&self) -> Grating {
+        let Self { period_mm, ridge_mm, start_mm, reverse, .. } = *self;
+        Grating { period_mm, ridge_mm, start_mm, reverse }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
         let rules = [
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
@@ -114,78 +121,29 @@ impl Sliding {
             ("ripple_hz", s.ripple_hz, Range::Positive),
             ("clock_error_ppm", self.converter.clock_error_ppm, Range::Between(-1e4, 1e4)),
         ];
-        check_all(&rules)?;
-        // These compare with what was found sound above.
-        let told_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
-        check_all(&[
+        check(&rules)?;
+        // The limits of these two are valid by the checks above.
+        let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
+        check(&[
             ("onset_jitter_s", s.onset_jitter_s, Range::UpTo(self.hold_before_s, "hold_before_s")),
-            ("ramp_s", s.ramp_s, Range::UpTo(self.slide_mm / told_mm_s, "slide_mm / speed_mm_s")),
+            ("ramp_s", s.ramp_s, Range::UpTo(self.slide_mm / speed_mm_s, "slide_mm / speed_mm_s")),
         ])?;
         if let Some(hand) = self.hand {
-            check_all(&[
+            check(&[
                 ("peak_mm_s", hand.peak_mm_s, Range::Positive),
                 ("swing_hz", hand.swing_hz, Range::Positive),
                 ("swings", hand.swings, Range::Positive),
             ])?;
         }
         self.finger.map_or(Ok(()), |finger| {
-            check_all(&[
+            check(&[
                 ("ridge_mm", self.ridge_mm, Range::Positive),
                 ("ridge_mm", self.ridge_mm, Range::Below(self.period_mm, "period_mm")),
             ])?;
-            check_all(&finger.rules())?;
+            check(&finger.rules())?;
             // Otherwise there are moments in which no ridge carries the load.
             let most_mm = finger.contact_mm + self.ridge_mm;
-            check_all(&[("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm"))])
+            check(&[("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm"))])
         })
-    }
-}
-
-/// What a parameter may be; all have to be finite.
-pub(super) enum Range {
-    Any,
-    Positive,
-    NotNegative,
-    Between(f64, f64),
-    /// From 0 to a limit, which has a name.
-    UpTo(f64, &'static str),
-    /// Below a limit, which has a name.
-    Below(f64, &'static str),
-}
-
-fn check_all(rules: &[(&'static str, f64, Range)]) -> Result<(), ParameterError> {
-    let broken = rules.iter().find_map(|&(name, value, ref range)| {
-        let (fits, wanted, limit) = match *range {
-            Range::Any => (true, "a number".into(), ""),
-            Range::Positive => (value > 0.0, "greater than 0".into(), ""),
-            Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
-            Range::Between(low, high) => ((low..=high).contains(&value), format!("from {low} to {high}"), ""),
-            Range::UpTo(limit, what) => {
-                ((0.0..=limit).contains(&value), format!("from 0 to {limit:.4} = {what}"), what)
-            }
-            Range::Below(limit, what) => (value < limit, format!("less than {limit} = {what}"), what),
-        };
-        (!(fits && value.is_finite())).then_some(ParameterError { name, value, wanted, limit })
-    });
-    broken.map_or(Ok(()), Err)
-}
-
-/// A parameter of [`Sliding`] that is out of its range.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{name} = {value}: must be finite and {wanted}")]
-pub struct ParameterError {
-    /// Field of [`Sliding`] or of a part of it.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    wanted: String,
-    /// The expression of other fields that limits it, or nothing.
-    limit: &'static str,
-}
-
-impl ParameterError {
-    /// The fields that it is about: the one out of its range, then those that limit it.
-    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
-        [self.name].into_iter().chain(self.limit.split(' '))
     }
 }

@@ -1,0 +1,54 @@
+//! The ranges of a scene's parameters.
+
+/// What a parameter may be; all have to be finite.
+pub(crate) enum Range {
+    Any,
+    Positive,
+    NotNegative,
+    Between(f64, f64),
+    /// From 0 to a limit, which has a name.
+    UpTo(f64, &'static str),
+    /// Below a limit, which has a name.
+    Below(f64, &'static str),
+}
+
+/// A parameter's name, its value, and what it may be.
+pub(crate) type Rule = (&'static str, f64, Range);
+
+/// The first parameter that is out of its range.
+pub(crate) fn check(rules: &[Rule]) -> Result<(), ParameterError> {
+    let broken = rules.iter().find_map(|&(name, value, ref range)| {
+        let (fits, wanted, limit) = match *range {
+            Range::Any => (true, "a number".into(), ""),
+            Range::Positive => (value > 0.0, "greater than 0".into(), ""),
+            Range::NotNegative => (value >= 0.0, "not negative".into(), ""),
+            Range::Between(low, high) => ((low..=high).contains(&value), format!("from {low} to {high}"), ""),
+            Range::UpTo(limit, what) => {
+                ((0.0..=limit).contains(&value), format!("from 0 to {limit:.4} = {what}"), what)
+            }
+            Range::Below(limit, what) => (value < limit, format!("less than {limit} = {what}"), what),
+        };
+        (!(fits && value.is_finite())).then_some(ParameterError { name, value, wanted, limit })
+    });
+    broken.map_or(Ok(()), Err)
+}
+
+/// A parameter of [`Sliding`](crate::Sliding) that is out of its range.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value}: must be finite and {wanted}")]
+pub struct ParameterError {
+    /// Field of [`Sliding`](crate::Sliding) or of a part of it.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    wanted: String,
+    /// The expression of other fields that limits it, or nothing.
+    limit: &'static str,
+}
+
+impl ParameterError {
+    /// The fields that it is about: the one out of its range, then those that limit it.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = &'static str> {
+        [self.name].into_iter().chain(self.limit.split(' '))
+    }
+}
