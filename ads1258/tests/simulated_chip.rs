@@ -6,7 +6,7 @@ use ads1258::{
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::InputPin;
 use hal_mock::board::ChipSpi;
-use hal_mock::{Analog, Constant, Fault, Options, Poison, SimulatedBoard};
+use hal_mock::{Analog, Constant, Fault, Options, SimulatedBoard};
 
 mod common;
 use common::SCAN;
@@ -364,9 +364,9 @@ fn a_garbled_channel_id_is_no_channel() {
 #[test]
 fn nothing_relies_on_what_the_datasheet_leaves_open() {
     let variants = [
-        Options { poison: Poison::Byte(0x00), ..options() },
-        Options { poison: Poison::Byte(0xFF), ..options() },
-        Options { poison: Poison::Byte(0x88), ..options() },
+        Options { poison: Some(0x00), ..options() },
+        Options { poison: Some(0xFF), ..options() },
+        Options { poison: Some(0x88), ..options() },
         Options { first_conversion_with_delay: true, ..options() },
         Options { sleep_wake_cycles: 100_000, ..options() },
         Options { id: 0x00, ..options() },

@@ -1,11 +1,10 @@
-//! The wire between the emulated board and the simulated chip on the PC.
+//! The bridge between the emulated board and the simulated chip on the PC.
 //!
-//! On a board the firmware talks to the ADS1258 over SPI and three pins. In the emulator the same
-//! transactions travel as records through two FIFOs, each with the virtual time at which it
-//! happens, so the simulated chip can move on exactly as the real one would have.
+//! On a board the firmware uses SPI and three pins. In the emulator the same transactions travel as records through two
+//! FIFOs, each with its virtual time, so that the simulated chip advances exactly as the real one would.
 //!
-//! A record is a fixed header followed by `length` payload bytes; all numbers are little endian.
-//! Every request is answered by one reply of the same payload length.
+//! A record is a fixed header and then `length` payload bytes; all numbers are little endian. Each [`Request`] gets one
+//! [`Reply`] of the same payload length.
 
 /// Longest payload of one record, in bytes: the longest SPI transaction of the driver fits.
 pub const PAYLOAD_MAX: usize = 32;
@@ -16,16 +15,16 @@ pub const REQUEST_BYTES: usize = 8;
 /// Bytes of a [`Reply`] header.
 pub const REPLY_BYTES: usize = 12;
 
-/// "No falling edge of DRDY in sight" in [`Reply::next_drdy_us`].
+/// No falling edge of DRDY will come, in [`Reply::next_drdy_us`].
 pub const NEVER: u32 = u32::MAX;
 
 /// What the emulated board does to the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Operation {
-    /// Nothing but let time pass: asks for the state of DRDY.
+    /// Time passes; the reply has the state of DRDY.
     Poll = 0,
-    /// One SPI transaction, CS low around the payload; the reply carries what DOUT said.
+    /// One SPI transaction, CS low around the payload; the reply carries the bytes of DOUT.
     Transfer = 1,
     /// Drive START to `level`.
     Start = 2,
@@ -33,19 +32,19 @@ pub enum Operation {
     Reset = 3,
 }
 
-/// What the PC may have happen to the emulated board, for a test of what comes after. After any of them it starts anew.
+/// What the PC may make happen to the emulated board, for a test of how it recovers. The board starts anew after each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Crash {
     /// A panic.
     Panic = 1,
-    /// An instruction that is none: a HardFault.
+    /// An undefined instruction: a HardFault.
     HardFault = 2,
     /// The stack overflows: a HardFault without a stack.
     StackOverflow = 3,
-    /// Detection is not served any more, until the watchdog bites.
+    /// Detection stands still until the watchdog resets the board.
     Hang = 4,
-    /// A reset by software, nothing having gone wrong.
+    /// A reset by software, without an error.
     Restart = 5,
 }
 
@@ -57,7 +56,7 @@ impl Crash {
 /// From the emulated board to the PC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// What is done.
+    /// What the board does.
     pub operation: Operation,
     /// Pin level for [`Operation::Start`] and [`Operation::Reset`].
     pub level: bool,
@@ -70,16 +69,15 @@ pub struct Request {
 /// From the PC to the emulated board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reply {
-    /// Level of DRDY after the operation (active low: `true` is "no data"); `true` too if the pin is stuck, which makes
-    /// no edge.
+    /// Level of DRDY after the operation: `true` without data (active low), and if the pin is stuck, which makes no edge.
     pub drdy_high: bool,
-    /// The scene has ended: the firmware finishes, flushes its telemetry and leaves the emulator.
+    /// The scene has ended: the firmware finishes, flushes its telemetry and stops the emulator.
     pub ended: bool,
     /// The telemetry line takes no more bytes: a cable that is blocked at its other end.
     pub line_blocked: bool,
     /// Payload bytes that follow: the request's own length.
     pub length: u8,
-    /// What is to happen to the board now.
+    /// What happens to the board now.
     pub crash: Option<Crash>,
     /// Board time of the latest falling edge of DRDY, microseconds, wrapping; zero before the first.
     pub drdy_us: u32,
@@ -90,8 +88,9 @@ pub struct Reply {
 impl Request {
     /// The header's bytes.
     pub fn encode(&self) -> [u8; REQUEST_BYTES] {
-        let t = self.now_us.to_le_bytes();
-        [self.operation as u8, self.level as u8, self.length, 0, t[0], t[1], t[2], t[3]]
+        let mut bytes = [self.operation as u8, self.level as u8, self.length, 0, 0, 0, 0, 0];
+        bytes[4..].copy_from_slice(&self.now_us.to_le_bytes());
+        bytes
     }
 
     /// Reads a header back; `None` if the operation is unknown or the payload too long.
@@ -115,26 +114,16 @@ impl Request {
 impl Reply {
     /// The header's bytes.
     pub fn encode(&self) -> [u8; REPLY_BYTES] {
-        let d = self.drdy_us.to_le_bytes();
-        let n = self.next_drdy_us.to_le_bytes();
-        let flags = self.drdy_high as u8 | (self.ended as u8) << 1 | (self.line_blocked as u8) << 2;
-        [
-            flags,
-            self.length,
-            self.crash.map_or(0, |crash| crash as u8),
-            0,
-            d[0],
-            d[1],
-            d[2],
-            d[3],
-            n[0],
-            n[1],
-            n[2],
-            n[3],
-        ]
+        let mut bytes = [0; REPLY_BYTES];
+        bytes[0] = self.drdy_high as u8 | (self.ended as u8) << 1 | (self.line_blocked as u8) << 2;
+        bytes[1] = self.length;
+        bytes[2] = self.crash.map_or(0, |crash| crash as u8);
+        bytes[4..8].copy_from_slice(&self.drdy_us.to_le_bytes());
+        bytes[8..].copy_from_slice(&self.next_drdy_us.to_le_bytes());
+        bytes
     }
 
-    /// Reads a header back; `None` if the payload is too long or the mishap unknown.
+    /// Reads a header back; `None` if the payload is too long or the crash unknown.
     pub fn decode(b: &[u8; REPLY_BYTES]) -> Option<Self> {
         let crash = match b[2] {
             0 => None,

@@ -15,7 +15,7 @@ mod slot;
 mod timing;
 
 pub use faults::Fault;
-pub use options::{Analog, ChopInternal, Counters, Options, Poison};
+pub use options::{Analog, Counters, Options};
 pub use registers::REGISTERS;
 pub use schedule::{Injected, Injection};
 
@@ -175,7 +175,7 @@ impl Ads1258 {
     /// CHID without NEW, and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
-        self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code() << 8 >> 8))
+        self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))
     }
 
     /// What the chip has done so far.
@@ -204,9 +204,6 @@ impl Ads1258 {
     }
 
     fn poison_byte(&mut self) -> u8 {
-        match self.options.poison {
-            Poison::Random => self.poison.byte(),
-            Poison::Byte(byte) => byte,
-        }
+        self.options.poison.unwrap_or_else(|| self.poison.byte())
     }
 }

@@ -1,16 +1,17 @@
 //! Simulated hardware for a PC, so that firmware code can be tested without a board: an ADS1258 that answers SPI byte
-//! for byte in virtual time, scenes (what the finger feels) and traces (CSV).
+//! for byte in virtual time, scenes (the voltages that a finger gives) and traces (CSV).
 //!
 //! The crate has its own register map and depends on neither the driver nor the firmware: driver and simulator check
 //! each other. Everything is deterministic for a seed, on every platform.
 //!
 //! # The modules, in the order of a signal
 //! - [`scene`]: volts as a function of input and time; constants and added noise.
-//! - [`sliding`]: the scene of the paper's protocol, with its truth: plain channels, or a physical finger.
+//! - [`sliding`]: the scene of the paper's protocol, with its truth: drawn channels, or a physical finger.
 //! - [`scene_file`]: such a scene from a short TOML file.
 //! - [`trace`]: scenes from and to CSV.
-//! - [`chip`]: the ADS1258.
-//! - [`board`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock.
+//! - [`chip`]: the ADS1258, with faults to inject.
+//! - [`board`]: the chip's pins as embedded-hal 1.0 traits on one virtual clock; async with the feature `async`.
+//! - [`bridge`]: how the firmware in an emulator reaches the chip. All that is left without the feature `simulator`.
 //!
 //! ```
 //! use embedded_hal::{digital::OutputPin, spi::SpiDevice};
@@ -29,8 +30,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What is modelled, and where it comes from
-//! From the datasheet SBAS297G unless said otherwise:
+//! # What is modelled, and its sources
+//! From the datasheet SBAS297G unless stated otherwise:
 //! - registers with reset values, read-only and reserved bits; GPIO levels;
 //! - commands, single and multiple register access ending after 09h, read by command (safe across DRDY, repeatable
 //!   with NEW = 0) and direct read (3 or 4 bytes by STAT; a DRDY edge in its middle mixes old and new bytes; zeros
@@ -43,7 +44,7 @@
 //! - code width VREF / 780000h, clipping, OVF beyond 1.06 VREF, SUPPLY below 4.3 V, BYPAS with nothing connected;
 //! - noise of the data rate, white and Gaussian; offset, gain and clock error.
 //!
-//! A conversion uses the settings it began with; a register write acts on the next one.
+//! A conversion uses the settings that it began with; a register write acts on the next one.
 //!
 //! A [`Finger`] is modelled after Oddo et al., *Artificial Roughness Encoding with a Bio-inspired MEMS-based Tactile
 //! Sensor Array*, Sensors 9 (2009), and Moy et al., *Human Psychophysics for Teletaction System Design*:
@@ -53,20 +54,19 @@
 //! - creep as a Kelvin body; friction, and with it the stronger leading edge;
 //! - the bridge's offset, its RC pole of 388 Hz, its thermal noise. What is faster than half the frame rate aliases.
 //!
-//! Between units the phase is that of the pitch only under a long contact. The load falls off towards its ends and
-//! pulls the units' views together. That is no artefact: pressure p(s) cos(k s) is a wave whose number has an imaginary
-//! part, -p'/p, of which the cover's low-pass makes a phase; the ends add to it what they let through themselves. It
-//! vanishes as the contact gets long, where the units see the sinusoidal load's closed form. It is 0.24 to 0.32 rad for
-//! periods of 2.6 to 4.1 mm under 8 mm with friction, and up to 1.13 rad under 5 mm.
+//! The phase between the units is that of the pitch only under a long contact. The load falls off towards its ends and
+//! pulls the units' phases together: pressure p(s) cos(k s) is a wave whose number has an imaginary part, -p'/p, of
+//! which the cover's low-pass makes a phase. The effect is physical. It is 0.24 to 0.32 rad for periods of 2.6 to
+//! 4.1 mm under 8 mm with friction, and up to 1.13 rad under 5 mm.
 //!
-//! # Where the sources do not say
-//! A driver must not rely on these; they can be chosen: DOUT where it is undefined ([`Poison`]), CHID in fixed-channel
-//! mode, what CHOP does to the readings it excludes ([`ChopInternal`]), whether DLY delays the first conversion, how
-//! long waking from sleep takes, power-up time, all but bit 4 of ID; see [`Options`].
+//! # Where the sources leave it open
+//! A driver must not rely on these. [`Options`] choose: DOUT where it is undefined, CHID in fixed-channel mode, what CHOP
+//! does to the readings that it excludes, whether DLY delays the first conversion, the time to wake from sleep, the
+//! power-up time, all but bit 4 of ID.
 //!
-//! These are not to be chosen and could be otherwise: an unread result keeps DRDY low across START; reading registers
+//! These cannot be chosen and could be otherwise: an unread result keeps DRDY low across START; reading registers
 //! does not move DRDY; reserved bits read as 0; pulse convert while converting does nothing; a direct read of a result
-//! already read gives it again with NEW = 0 if CS was toggled; data before the first conversion are zero.
+//! that was read before gives it again with NEW = 0 if CS was toggled; data before the first conversion are zero.
 //!
 //! # Not modelled
 //! - The filter's frequency response: each conversion is one sample at the middle of the aperture, so everything up to
@@ -79,15 +79,15 @@
 //!   time-out strikes within a byte).
 //! - Power: PWDN, supply ramps, currents; CLKSEL and CLKENB pins and crystal start-up; jitter and drift of the clock.
 //! - The ADS1158 (16 bits).
-//! - In plain sliding scenes (drawn channels): everything but the protocol. The numbers of their channels are
-//!   plausible, not measured, as are those of the [`Finger`] that say so.
+//! - In scenes of drawn channels: everything but the protocol. The numbers of their channels are plausible, not measured,
+//!   as are those of the [`Finger`] that are marked so.
 //! - Of the [`Finger`]: whatever is not linear (large strain, a contact that grows with the load, ridges that sink in
 //!   up to the groove's floor, the bridge's 0.5 % of distortion); the stiff chip under the cover (it is a half plane),
 //!   the thin film on it, its end; the round shape but for the contact's length and lean; anything that varies across
-//!   the motion; stick and slip, waves, fingerprints; temperature, wear. A ridge presses evenly over its width,
-//!   and what it carries depends on its place in the contact alone: the force's control does not follow the ridges that
-//!   come and go, which changes the whole force by some percent. Friction follows the speed at once, and
-//!   what it makes on the way back is the opposite of what it makes on the way out.
+//!   the motion; stick and slip, waves, fingerprints; temperature, wear. A ridge presses evenly over its width, and its
+//!   load depends on its place in the contact alone: the force's control does not follow the ridges that enter and
+//!   leave, which changes the whole force by some percent. Friction follows the speed without delay, and its effect is
+//!   reversed with the motion.
 //! - Of the stimulator: errors of place, vibration, a tilted grating. Its ripple is a single sine in time.
 
 #![cfg_attr(not(feature = "simulator"), no_std)]
@@ -113,16 +113,12 @@ pub mod sliding;
 pub mod trace;
 
 #[cfg(feature = "simulator")]
-pub use board::SimulatedBoard;
-#[cfg(feature = "simulator")]
-pub use chip::{Ads1258, Analog, ChopInternal, Counters, Fault, Injected, Injection, Options, Poison};
-#[cfg(feature = "simulator")]
-pub use file_error::FileError;
-#[cfg(feature = "simulator")]
-pub use scene::{Constant, Noisy, Scene};
-#[cfg(feature = "simulator")]
-pub use scene_file::{load_scene, parse_scene};
-#[cfg(feature = "simulator")]
-pub use sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth};
-#[cfg(feature = "simulator")]
-pub use trace::{Table, Trace, write_csv};
+pub use self::{
+    board::SimulatedBoard,
+    chip::{Ads1258, Analog, Counters, Fault, Injected, Injection, Options},
+    file_error::FileError,
+    scene::{Constant, Noisy, Scene},
+    scene_file::{load_scene, parse_scene},
+    sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},
+    trace::{Table, Trace, write_csv},
+};

@@ -137,11 +137,6 @@ impl SlidingScene {
         self.truth
     }
 
-    /// The parameters as given.
-    pub fn parameters(&self) -> &Sliding {
-        &self.parameters
-    }
-
     /// How each channel responds.
     pub fn channels(&self) -> &[Channel; INPUTS] {
         &self.channels

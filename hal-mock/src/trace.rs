@@ -17,10 +17,10 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     table: Table,
-    scan_rate_hz: f64,
+    /// Times of the rows, from 0, and the end of the last.
+    times_s: Vec<f64>,
+    end_s: f64,
     scale: f64,
-    /// The row looked up last: time only goes forward, so the next one is near.
-    at: usize,
 }
 
 impl Trace {
@@ -46,7 +46,13 @@ impl Trace {
             let message = format!("scan rate {scan_rate_hz} Hz: must be greater than 0");
             return Err(FileError::new(table.file(), None, message));
         }
-        Ok(Self { table, scan_rate_hz, scale: 1.0, at: 0 })
+        let times_s: Vec<f64> = match table.time_s() {
+            Some(times) => times.iter().map(|time_s| time_s - times[0]).collect(),
+            None => (0..table.rows().len()).map(|row| row as f64 / scan_rate_hz).collect(),
+        };
+        let last_s = times_s[times_s.len() - 1];
+        let lasts_s = times_s.iter().rev().nth(1).map_or(1.0 / scan_rate_hz, |before_s| last_s - before_s);
+        Ok(Self { table, times_s, end_s: last_s + lasts_s, scale: 1.0 })
     }
 
     /// Volts per unit of the table, default 1.
@@ -60,12 +66,9 @@ impl Trace {
         &self.table
     }
 
-    /// Time of a row in seconds after the first row.
-    pub fn row_time_s(&self, row: usize) -> f64 {
-        match self.table.time_s() {
-            Some(times) => times[row] - times[0],
-            None => row as f64 / self.scan_rate_hz,
-        }
+    /// Times of the rows in seconds after the first row.
+    pub fn times_s(&self) -> &[f64] {
+        &self.times_s
     }
 }
 
@@ -76,19 +79,12 @@ impl Scene for Trace {
         if column >= self.table.names().len() {
             return 0.0;
         }
-        // `at` becomes the last row not later than t_s (or the first row).
-        let mut at = self.at;
-        while at > 0 && self.row_time_s(at) > t_s {
-            at -= 1;
-        }
-        while at + 1 < rows.len() && self.row_time_s(at + 1) <= t_s {
-            at += 1;
-        }
-        self.at = at;
+        // The last row not later than t_s, or the first row.
+        let at = self.times_s.partition_point(|row_s| *row_s <= t_s).saturating_sub(1);
         let here = rows[at][column];
         let value = match rows.get(at + 1) {
             Some(next) => {
-                let (from_s, to_s) = (self.row_time_s(at), self.row_time_s(at + 1));
+                let (from_s, to_s) = (self.times_s[at], self.times_s[at + 1]);
                 here + (next[column] - here) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
             }
             None => here,
@@ -97,11 +93,6 @@ impl Scene for Trace {
     }
 
     fn end_s(&self) -> f64 {
-        let last = self.table.rows().len() - 1;
-        let lasts_s = match last.checked_sub(1) {
-            Some(before) => self.row_time_s(last) - self.row_time_s(before),
-            None => 1.0 / self.scan_rate_hz,
-        };
-        self.row_time_s(last) + lasts_s
+        self.end_s
     }
 }

@@ -2,10 +2,10 @@
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal::spi::{Operation, SpiDevice};
-use hal_mock::{Constant, Options, Poison, SimulatedBoard, Sliding, SlidingScene};
+use hal_mock::{Constant, Options, SimulatedBoard, Sliding, SlidingScene};
 
 fn board(end_s: f64) -> SimulatedBoard {
-    let options = Options { noise: false, poison: Poison::Byte(0xA5), ..Options::default() };
+    let options = Options { noise: false, poison: Some(0xA5), ..Options::default() };
     SimulatedBoard::new(Constant { volts: [1.0; 16], end_s }, options)
 }
 

@@ -1,7 +1,7 @@
 //! Order, timing, codes and flags of conversions.
 mod common;
 use common::{chip, next, read, write};
-use hal_mock::{Ads1258, ChopInternal, Constant, Fault, Options, Scene};
+use hal_mock::{Ads1258, Constant, Fault, Options, Scene};
 
 /// The project's default scan: DRATE 1, DLY 3, AIN0-15 and five internal readings.
 fn scan_setup(chip: &mut Ads1258) {
@@ -153,10 +153,8 @@ fn a_low_supply_sets_its_flag_and_spoils_the_data() {
 
 #[test]
 fn chopping_spoils_or_skips_the_readings_it_excludes() {
-    for (choice, expected) in
-        [(ChopInternal::Poisoned, vec![0x98, 0x9A, 0x9B, 0x9C, 0x9D]), (ChopInternal::Skipped, vec![0x98; 5])]
-    {
-        let mut chip = chip(|o| o.chop_internal = choice);
+    for (choice, expected) in [(false, vec![0x98, 0x9A, 0x9B, 0x9C, 0x9D]), (true, vec![0x98; 5])] {
+        let mut chip = chip(|o| o.chop_skips_internal = choice);
         write(&mut chip, 0, 0, &[0x06, 0x03, 0, 0, 0, 0, 0x3D]);
         chip.set_start(0, true);
         let scan: Vec<_> = (0..5).map(|_| next(&mut chip)).collect();

@@ -1,7 +1,7 @@
 //! SPI bytes against the datasheet.
 mod common;
 use common::{chip, code, next, read, write};
-use hal_mock::{Ads1258, Constant, Fault, Options, Poison};
+use hal_mock::{Ads1258, Constant, Fault, Options};
 
 /// 6 us per conversion at DRATE 3 is 663 cycles or more: late enough for one, too early for two.
 const ONE: u64 = 60_000;
@@ -149,7 +149,7 @@ fn a_direct_read_behind_a_command_reads_nothing() {
 fn a_command_read_survives_a_drdy_edge_and_a_direct_read_does_not() {
     let volts = std::array::from_fn(|n| if n == 1 { -1.0 } else { 1.00001 });
     for direct in [false, true] {
-        let options = Options { noise: false, poison: Poison::Byte(0), ..Options::default() };
+        let options = Options { noise: false, poison: Some(0), ..Options::default() };
         let mut chip = Ads1258::new(Box::new(Constant { volts, end_s: 1.0 }), options);
         chip.set_start(0, true);
         let first = chip.next_drdy_fall_ns().unwrap();
@@ -207,7 +207,7 @@ fn after_the_time_out_the_zeros_of_a_direct_read_end() {
 #[test]
 fn random_poison_is_unlike_what_was_sent_and_repeats_with_the_seed() {
     let dout = |seed| {
-        let mut chip = chip(|o| (o.poison, o.seed) = (Poison::Random, seed));
+        let mut chip = chip(|o| (o.poison, o.seed) = (None, seed));
         let mut bytes = [0x70, 0x02, 0x83, 0, 0, 0xFF, 0xFF, 0, 0xFF, 0, 0x8B];
         chip.transfer(0, &mut bytes);
         bytes

@@ -32,7 +32,7 @@ fn time_counts_from_the_first_row_and_values_are_interpolated() {
 #[test]
 fn without_time_a_row_is_a_scan() {
     let mut trace = Trace::from_table(table("a\n0\n1\n2\n"), 4.0).unwrap();
-    assert_eq!((trace.end_s(), trace.row_time_s(2)), (0.75, 0.5));
+    assert_eq!((trace.end_s(), trace.times_s()[2]), (0.75, 0.5));
     assert_eq!(trace.volts(0, 0.375), 1.5);
     assert_eq!(Trace::from_table(table("a\n7\n"), 4.0).unwrap().end_s(), 0.25);
 }

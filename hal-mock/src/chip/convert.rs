@@ -3,6 +3,7 @@
 use super::Ads1258;
 use super::clock::Clock;
 use super::code;
+use super::registers::{BYPAS, CHOP, IDLMOD};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
@@ -44,14 +45,10 @@ pub(crate) struct Outcome {
     overflow: bool,
     supply: bool,
     chid: u8,
-    code: i32,
+    pub(crate) code: i32,
 }
 
 impl Outcome {
-    pub(crate) fn code(self) -> i32 {
-        self.code
-    }
-
     /// Status byte and the three data bytes.
     pub(crate) fn bytes(self) -> [u8; 4] {
         let [_, high, mid, low] = self.code.to_be_bytes();
@@ -73,13 +70,13 @@ impl Ads1258 {
         // A start during power-up takes effect at its end.
         let epoch_ns = self.now_ns.max(self.clock.ns(self.options.power_up_cycles));
         let timing = Timing::of(&self.registers);
-        let wake = if self.registers.idlmod() { self.options.sleep_wake_cycles } else { 0 };
+        let wake = if self.registers.bit(IDLMOD) { self.options.sleep_wake_cycles } else { 0 };
         self.zero_ns.get_or_insert(epoch_ns);
         self.begin(epoch_ns, wake + timing.first_cycles(self.options.first_conversion_with_delay));
     }
 
     fn begin(&mut self, epoch_ns: u64, end_cycle: u64) {
-        self.conversion = next_slot(&self.registers, self.last_chid, self.options.chop_internal).map(|slot| {
+        self.conversion = next_slot(&self.registers, self.last_chid, self.options.chop_skips_internal).map(|slot| {
             if slot.chid().is_some() {
                 self.last_chid = slot.chid();
             }
@@ -89,8 +86,8 @@ impl Ads1258 {
                 sample_cycle: end_cycle.saturating_sub(Timing::of(&self.registers).sample_delay_cycles()),
                 slot,
                 drate: self.registers.drate(),
-                chop: self.registers.chop(),
-                bypas: self.registers.bypas(),
+                chop: self.registers.bit(CHOP),
+                bypas: self.registers.bit(BYPAS),
             }
         });
     }

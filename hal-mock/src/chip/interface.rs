@@ -1,7 +1,7 @@
 //! The SPI interface: command decoding, byte for byte.
 
 use super::Ads1258;
-use super::registers::{MUXDIF, MUXSG0, MUXSG1, REGISTERS, SYSRED};
+use super::registers::{MUXDIF, MUXSG0, MUXSG1, REGISTERS, SPIRST, STAT, SYSRED};
 
 /// Where in a frame the decoder is.
 #[derive(Clone, Copy, Debug, Default)]
@@ -74,7 +74,7 @@ impl Ads1258 {
     }
 
     fn time_out(&mut self, now_ns: u64) {
-        let limit_ns = self.clock.ns(if self.registers.spirst() { 256 } else { 4096 });
+        let limit_ns = self.clock.ns(if self.registers.bit(SPIRST) { 256 } else { 4096 });
         if self.interface.idle_since_ns.is_some_and(|since_ns| now_ns.saturating_sub(since_ns) >= limit_ns) {
             self.interface = Interface::default();
         }
@@ -86,7 +86,7 @@ impl Ads1258 {
                 // C[2:0] = 000 and 111 are no command: a direct read, whose data come at once.
                 0b000 | 0b111 => {
                     self.result_read_begins();
-                    let at = if self.registers.stat() { 0 } else { 1 };
+                    let at = if self.registers.bit(STAT) { 0 } else { 1 };
                     let dout = self.outcome.bytes()[at];
                     self.outcome.new = false;
                     (dout, State::Direct { at: at + 1 })

@@ -1,5 +1,4 @@
-//! What can be chosen about the simulated chip: its clock, its surroundings, and which way it goes where the datasheet
-//! does not say.
+//! Options of the simulated chip: its clock, its surroundings, and its behaviour where the datasheet leaves it open.
 
 use super::schedule::Injection;
 
@@ -37,26 +36,6 @@ impl Default for Analog {
     }
 }
 
-/// What DOUT carries where the datasheet leaves it undefined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Poison {
-    /// Seeded random bytes: what relies on them fails.
-    #[default]
-    Random,
-    /// Always this byte, e.g. 0x00 or 0xFF.
-    Byte(u8),
-}
-
-/// What CHOP = 1 does to the readings it excludes: VCC, TEMP, GAIN and REF.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum ChopInternal {
-    /// They stay in the scan and their data are poison.
-    #[default]
-    Poisoned,
-    /// The scan skips them.
-    Skipped,
-}
-
 /// Choices at construction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -71,22 +50,24 @@ pub struct Options {
     pub noise: bool,
     /// Seed of noise and poison, default 1.
     pub seed: u64,
-    /// What undefined DOUT carries, default random.
-    pub poison: Poison,
+    /// The byte that DOUT carries where the datasheet leaves it undefined. `None`, the default: seeded random bytes, so
+    /// that what relies on them fails.
+    pub poison: Option<u8>,
     /// The ID register, default 8Bh. Only bit 4 (0 = ADS1258) is guaranteed by the datasheet.
     pub id: u8,
     /// CHID in the status byte in fixed-channel mode. `None`, the default: poison, as it is not specified.
     pub fixed_channel_chid: Option<u8>,
-    /// What CHOP does to internal readings; not specified.
-    pub chop_internal: ChopInternal,
+    /// Whether the scan skips the readings that CHOP excludes (VCC, TEMP, GAIN and REF) or, the default, converts them
+    /// to poison; not specified.
+    pub chop_skips_internal: bool,
     /// Whether the first conversion after START contains the switching delay DLY too; not specified. Default no.
     pub first_conversion_with_delay: bool,
     /// Clock cycles by which the first result is later when the chip idled in sleep (IDLMOD = 1) instead of standby.
-    /// Not in our sources; default 0.
+    /// Not in the sources; default 0.
     pub sleep_wake_cycles: u64,
     /// Faults to inject while it runs, by scene time. Default none.
     pub injections: Vec<Injection>,
-    /// Clock cycles after construction during which the chip is not there yet. Default 0; 2^18 (16.4 ms) after
+    /// Clock cycles after construction during which the chip does not answer. Default 0; 2^18 (16.4 ms) after
     /// power-up in the datasheet.
     pub power_up_cycles: u64,
 }
@@ -99,10 +80,10 @@ impl Default for Options {
             analog: Analog::default(),
             noise: true,
             seed: 1,
-            poison: Poison::default(),
+            poison: None,
             id: 0x8B,
             fixed_channel_chid: None,
-            chop_internal: ChopInternal::default(),
+            chop_skips_internal: false,
             first_conversion_with_delay: false,
             sleep_wake_cycles: 0,
             injections: Vec::new(),
@@ -122,7 +103,7 @@ pub struct Counters {
     pub lost: u64,
     /// Register bytes written over SPI.
     pub register_writes: u64,
-    /// Command bytes the datasheet does not define or that had no effect: reserved, read by command without MUL, pulse
+    /// Command bytes that the datasheet does not define or that had no effect: reserved, read by command without MUL, pulse
     /// convert while converting, a direct read or padding behind another command.
     pub odd_commands: u64,
 }

@@ -14,6 +14,18 @@ pub(crate) const GPIOC: u8 = 0x07;
 pub(crate) const GPIOD: u8 = 0x08;
 pub(crate) const ID: u8 = 0x09;
 
+/// SPI interface time-out of 256 tCLK instead of 4096.
+pub(crate) const SPIRST: (u8, u8) = (CONFIG0, 6);
+/// Fixed channel instead of auto-scan.
+pub(crate) const MUXMOD: (u8, u8) = (CONFIG0, 5);
+/// External ADC inputs instead of the multiplexer's.
+pub(crate) const BYPAS: (u8, u8) = (CONFIG0, 4);
+pub(crate) const CHOP: (u8, u8) = (CONFIG0, 2);
+/// Status byte in front of a direct read.
+pub(crate) const STAT: (u8, u8) = (CONFIG0, 1);
+/// Sleep instead of standby while idle.
+pub(crate) const IDLMOD: (u8, u8) = (CONFIG1, 7);
+
 const RESET: [u8; REGISTERS] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
 /// Bits that a write can change. Reserved bits read as 0 and ID is read-only.
@@ -66,37 +78,9 @@ impl Registers {
         self.bytes[usize::from(address)]
     }
 
-    fn bit(&self, address: u8, bit: u8) -> bool {
+    /// A bit by its register and its number.
+    pub(crate) fn bit(&self, (address, bit): (u8, u8)) -> bool {
         self.byte(address) & (1 << bit) != 0
-    }
-
-    /// SPI interface time-out of 256 tCLK instead of 4096.
-    pub(crate) fn spirst(&self) -> bool {
-        self.bit(CONFIG0, 6)
-    }
-
-    /// Fixed channel instead of auto-scan.
-    pub(crate) fn muxmod(&self) -> bool {
-        self.bit(CONFIG0, 5)
-    }
-
-    /// External ADC inputs instead of the multiplexer's.
-    pub(crate) fn bypas(&self) -> bool {
-        self.bit(CONFIG0, 4)
-    }
-
-    pub(crate) fn chop(&self) -> bool {
-        self.bit(CONFIG0, 2)
-    }
-
-    /// Status byte in front of a direct read.
-    pub(crate) fn stat(&self) -> bool {
-        self.bit(CONFIG0, 1)
-    }
-
-    /// Sleep instead of standby while idle.
-    pub(crate) fn idlmod(&self) -> bool {
-        self.bit(CONFIG1, 7)
     }
 
     /// DLY[2:0], 0 to 7.

@@ -1,7 +1,6 @@
 //! What a conversion measures, and the order of the scan.
 
-use super::options::ChopInternal;
-use super::registers::{MUXDIF, MUXSCH, MUXSG0, MUXSG1, Registers, SYSRED};
+use super::registers::{CHOP, MUXDIF, MUXMOD, MUXSCH, MUXSG0, MUXSG1, Registers, SYSRED};
 
 /// One measurement of the multiplexer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,8 +39,8 @@ impl Slot {
 
 /// What follows CHID `last` (`None`: at the top): ascending, wrapping, skipping what is not selected. `None` when
 /// nothing is.
-pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_internal: ChopInternal) -> Option<Slot> {
-    if registers.muxmod() {
+pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_skips_internal: bool) -> Option<Slot> {
+    if registers.bit(MUXMOD) {
         let muxsch = registers.byte(MUXSCH);
         return Some(Slot::Fixed { ainp: muxsch >> 4, ainn: muxsch & 0x0F });
     }
@@ -49,7 +48,7 @@ pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_internal: 
     let mut selected = u32::from_le_bytes([MUXDIF, MUXSG0, MUXSG1, SYSRED].map(|address| registers.byte(address)));
     // Bits of SYSRED that are reserved select nothing, also where a fault has set them.
     selected &= 0x3DFF_FFFF;
-    if registers.chop() && chop_internal == ChopInternal::Skipped {
+    if registers.bit(CHOP) && chop_skips_internal {
         selected &= !EXCLUDED_BY_CHOP;
     }
     let first = last.map_or(0, |chid| (chid + 1) & 0x1F);

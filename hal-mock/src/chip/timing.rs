@@ -1,6 +1,6 @@
 //! How long a conversion takes and where in it the input is sampled, in clock cycles (tCLK).
 
-use super::registers::Registers;
+use super::registers::{CHOP, MUXMOD, Registers};
 
 /// Settings of the filter that decide on time, as they were when the conversion began.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +22,8 @@ impl Timing {
     pub(crate) fn of(registers: &Registers) -> Self {
         const TD: [u64; 8] = [0, 1, 2, 4, 8, 16, 32, 48];
         Self {
-            fixed: registers.muxmod(),
-            chop: registers.chop(),
+            fixed: registers.bit(MUXMOD),
+            chop: registers.bit(CHOP),
             n: 1 << (2 * (3 - registers.drate())),
             td: TD[usize::from(registers.dly())],
         }

@@ -103,7 +103,9 @@ impl Sliding {
 
     pub(crate) fn check(&self) -> Result<(), ParameterError> {
         let s = self.stimulator;
-        let rules = [
+        let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
+        // A limit that depends on other parameters stands behind the rules for those.
+        let mut rules = vec![
             ("speed_mm_s", self.speed_mm_s, Range::Positive),
             ("period_mm", self.period_mm, Range::Positive),
             ("slide_mm", self.slide_mm, Range::Positive),
@@ -120,30 +122,24 @@ impl Sliding {
             ("ripple_percent", s.ripple_percent, Range::Between(0.0, 99.0)),
             ("ripple_hz", s.ripple_hz, Range::Positive),
             ("clock_error_ppm", self.converter.clock_error_ppm, Range::Between(-1e4, 1e4)),
-        ];
-        check(&rules)?;
-        // The limits of these two are valid by the checks above.
-        let speed_mm_s = self.speed_mm_s * (1.0 + 0.01 * s.speed_error_percent);
-        check(&[
             ("onset_jitter_s", s.onset_jitter_s, Range::UpTo(self.hold_before_s, "hold_before_s")),
             ("ramp_s", s.ramp_s, Range::UpTo(self.slide_mm / speed_mm_s, "slide_mm / speed_mm_s")),
-        ])?;
+        ];
         if let Some(hand) = self.hand {
-            check(&[
+            rules.extend([
                 ("peak_mm_s", hand.peak_mm_s, Range::Positive),
                 ("swing_hz", hand.swing_hz, Range::Positive),
                 ("swings", hand.swings, Range::Positive),
-            ])?;
+            ]);
         }
-        self.finger.map_or(Ok(()), |finger| {
-            check(&[
-                ("ridge_mm", self.ridge_mm, Range::Positive),
-                ("ridge_mm", self.ridge_mm, Range::Below(self.period_mm, "period_mm")),
-            ])?;
-            check(&finger.rules())?;
+        if let Some(finger) = self.finger {
+            rules.push(("ridge_mm", self.ridge_mm, Range::Positive));
+            rules.push(("ridge_mm", self.ridge_mm, Range::Below(self.period_mm, "period_mm")));
+            rules.extend(finger.rules());
             // Otherwise there are moments in which no ridge carries the load.
             let most_mm = finger.contact_mm + self.ridge_mm;
-            check(&[("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm"))])
-        })
+            rules.push(("period_mm", self.period_mm, Range::UpTo(most_mm, "contact_mm + ridge_mm")));
+        }
+        check(&rules)
     }
 }
