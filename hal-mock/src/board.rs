@@ -229,7 +229,7 @@ impl embedded_hal_async::spi::SpiDevice for ChipSpi {
     }
 }
 
-/// A wait for a falling edge moves virtual time to it. What cannot come stays pending; no driver waits for DRDY to rise.
+/// A wait for a falling edge moves virtual time to it. Other waits stay pending: no driver waits for DRDY to rise.
 #[cfg(feature = "async")]
 impl embedded_hal_async::digital::Wait for DrdyPin {
     async fn wait_for_high(&mut self) -> Result<(), Infallible> {

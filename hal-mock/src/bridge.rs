@@ -15,7 +15,7 @@ pub const REQUEST_BYTES: usize = 8;
 /// Bytes of a [`Reply`] header.
 pub const REPLY_BYTES: usize = 12;
 
-/// No falling edge of DRDY will come, in [`Reply::next_drdy_us`].
+/// No falling edge of DRDY follows, in [`Reply::next_drdy_us`].
 pub const NEVER: u32 = u32::MAX;
 
 /// What the emulated board does to the chip.

@@ -1,6 +1,6 @@
 //! A behavioural ADS1258: SPI bytes and pin levels in, SPI bytes and DRDY out, in virtual nanoseconds.
 //!
-//! Source of every fact: the TI datasheet SBAS297G, unless an item says otherwise.
+//! Source of every fact: the TI datasheet SBAS297G, unless an item names another.
 
 mod clock;
 mod code;
@@ -50,7 +50,7 @@ pub struct Ads1258 {
     reset_low: bool,
     /// Time of scene zero.
     zero_ns: Option<u64>,
-    /// The conversion under way.
+    /// The running conversion.
     conversion: Option<Conversion>,
     /// CHID of the slot begun last; `None`: the scan begins at the top.
     last_chid: Option<u8>,
@@ -103,7 +103,7 @@ impl Ads1258 {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
-    /// The START pin. High converts continuously; low finishes the running conversion, then idles. The scan goes on
+    /// The START pin. High converts continuously; low finishes the running conversion, then idles. The scan resumes
     /// where it stopped.
     pub fn set_start(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
@@ -125,7 +125,7 @@ impl Ads1258 {
         }
     }
 
-    /// Registers and interface to their defaults; what was converted, and is being converted, is gone.
+    /// Registers and interface to their defaults. The result and the running conversion are lost.
     fn forget(&mut self) {
         self.registers.reset();
         self.interface = Interface::default();
@@ -140,7 +140,7 @@ impl Ads1258 {
         self.conversion.as_ref().map(|c| c.at_ns(self.clock, c.end_cycle))
     }
 
-    /// True when the scene is over at the time advanced to. The chip goes on converting what the scene gives then.
+    /// Whether the scene has ended at the time advanced to. The chip still converts its voltages.
     pub fn ended(&self) -> bool {
         self.scene_time_s().is_some_and(|t_s| t_s >= self.scene.end_s())
     }
@@ -171,8 +171,8 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest two results as they were converted, the latest first, whatever became of them on the bus: flags and
-    /// CHID without NEW, and the code.
+    /// The latest two results as converted, the latest first, without faults of the bus: flags and CHID without NEW, and
+    /// the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
         self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))

@@ -1,4 +1,4 @@
-//! What the chip's inputs feel: volts as a function of input and time.
+//! The voltages at the chip's inputs as a function of input and time.
 
 use crate::random::{Random, Stream};
 
@@ -11,10 +11,10 @@ pub trait Scene: Send {
     ///
     /// The simulated chip calls this once per conversion (twice for a differential one) with `t_s` never
     /// decreasing, so a scene may draw its noise here. Times before 0 and after [`end_s`](Self::end_s) must be
-    /// answered too, with whatever the scene is at its ends.
+    /// valid too: the scene is then as at its ends.
     fn volts(&mut self, input: u8, t_s: f64) -> f64;
 
-    /// Scene time in seconds at which there is nothing more to feel.
+    /// Scene time in seconds at which the scene ends.
     fn end_s(&self) -> f64;
 }
 

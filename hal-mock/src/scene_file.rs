@@ -18,7 +18,7 @@ use toml::de::{DeTable, DeValue};
 /// Reads a scene file; `frame_rate_hz` is how often each channel is read.
 ///
 /// # Errors
-/// Names the file, the line and the key of what makes no scene, or of a grating that is too fine for the scan.
+/// Names the file, the line and the key that is not valid; also where a grating is too fine for the scan.
 pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let file = path.as_ref().display().to_string();
     let text = std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;

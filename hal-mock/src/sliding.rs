@@ -48,7 +48,7 @@ const SLIP_MM_S: f64 = 1.0;
 /// is off by 0.03 % for it.
 const STEP_S: f64 = 1e-4;
 
-/// The known answer of a scene: when what happens, and the tone.
+/// The truth of a scene: the times of its events, and the tone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth {
     /// Time of the contact spike's peak in seconds.
@@ -132,7 +132,7 @@ impl SlidingScene {
         Ok(Self { parameters, truth, motion, channels, delays, noise_v, random })
     }
 
-    /// When what happens, and the tone.
+    /// The times of the events, and the tone.
     pub fn truth(&self) -> Truth {
         self.truth
     }
@@ -163,8 +163,8 @@ impl SlidingScene {
         if self.parameters.reverse { -1.0 } else { 1.0 }
     }
 
-    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter: what an elastic skin in
-    /// front of an ideal bridge would give. Inputs above 15 are at 0 V.
+    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter, as of an elastic skin in
+    /// front of an ideal bridge. Inputs above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
         self.channels.get(usize::from(input)).map_or(0.0, |channel| channel.offset_v + self.elastic_v(channel, t_s))
     }

@@ -14,7 +14,7 @@ const OVERFLOW: f64 = 1.06;
 /// TEMP reading in microvolts at 25 degrees Celsius.
 const TEMP_UV_AT_25_C: f64 = 168_000.0;
 
-/// Ideal code, not rounded and not clipped, of what the multiplexer offers. `input` gives an external input's volts.
+/// Ideal code of a slot, neither rounded nor clipped. `input` returns an external input's volts.
 pub(crate) fn ideal(slot: Slot, analog: &Analog, chop: bool, mut input: impl FnMut(u8) -> f64) -> f64 {
     let per_volt = VREF_CODE / analog.reference_v;
     let offset = if chop { 0.0 } else { analog.offset_v * per_volt };

@@ -7,7 +7,7 @@ use super::registers::{BYPAS, CHOP, IDLMOD};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
-/// A conversion under way, with the settings it began with: a register write acts on the next one.
+/// A running conversion, with the settings that it began with: a register write acts on the next one.
 #[derive(Clone, Debug)]
 pub(crate) struct Conversion {
     /// Time of this run's cycle 0, its start condition.
@@ -26,7 +26,7 @@ impl Conversion {
         self.epoch_ns + clock.ns(cycle)
     }
 
-    /// The same conversion with what remains of it counted from `now_ns` on: the clock may then be another.
+    /// The same conversion with its rest counted from `now_ns` on, so that the clock may change.
     pub(crate) fn rebased(self, clock: Clock, now_ns: u64) -> Self {
         let passed = clock.cycles(now_ns.saturating_sub(self.epoch_ns));
         Self {
@@ -38,7 +38,7 @@ impl Conversion {
     }
 }
 
-/// The latest result: what a data read gives.
+/// The latest result, as a data read gives it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outcome {
     pub(crate) new: bool,
@@ -62,7 +62,7 @@ impl Outcome {
 const SUPPLY_V: f64 = 4.3;
 
 impl Ads1258 {
-    /// Rising START, pulse convert, or the end of whatever held a high START back.
+    /// Rising START, pulse convert, or the end of a reset or stall while START is high.
     pub(crate) fn start_condition(&mut self) {
         if self.reset_low || self.faults.stalled {
             return;

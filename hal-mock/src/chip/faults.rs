@@ -1,9 +1,9 @@
-//! Faults of the chip, its bus and DRDY, for tests of what notices them: what each does while it is in force.
+//! Faults of the chip, its bus and DRDY, and the effect of each while it is in force.
 
 use super::Ads1258;
 use super::clock::Clock;
 
-/// What goes wrong: from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by a schedule of
+/// A fault, in force from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by a schedule of
 /// [`Injection`](super::Injection)s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
@@ -18,7 +18,7 @@ pub enum Fault {
     /// The bits of `mask` flip in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
     /// the next byte is the command of a read, and the four that follow are its result.
     DoutFlip { bytes_ahead: u64, mask: u8 },
-    /// The same in a byte to the chip, which obeys what arrives: a read may become a write of registers.
+    /// The same in a byte to the chip, which obeys the changed byte: a read may become a write of registers.
     DinFlip { bytes_ahead: u64, mask: u8 },
     /// DOUT is stuck, at ones if `high`. The chip still receives.
     DoutStuck { high: bool },
@@ -38,7 +38,7 @@ pub enum Fault {
     Reference { volts: f64 },
     /// Another error of the clock in parts per million; positive is fast.
     Clock { error_ppm: f64 },
-    /// AIN`input` is held at a voltage, whatever the scene gives.
+    /// AIN`input` is held at a voltage in place of that of the scene.
     Input { input: u8, volts: f64 },
 }
 
@@ -49,12 +49,12 @@ pub(crate) struct Faults {
     /// An input and its voltage.
     pub(crate) held: Option<(u8, f64)>,
     bus: Bus,
-    /// Flips of bytes still to come, by the count of bytes exchanged since construction.
+    /// Flips of later bytes, by the count of bytes exchanged since construction.
     bit_errors: Vec<(u64, BitErrors)>,
     exchanged: u64,
     /// The level of DRDY, true for high.
     pub(crate) drdy_stuck: Option<bool>,
-    /// So many of the chip's next edges do not arrive.
+    /// Number of the chip's next edges that do not arrive.
     pub(crate) edges_lost: u32,
     pub(crate) edge_repeated_ns: Option<u64>,
     /// Beginning and period of a storm.
@@ -63,7 +63,7 @@ pub(crate) struct Faults {
     before: Option<(f64, f64, f64)>,
 }
 
-/// Which way the SPI bus is broken.
+/// State of the SPI bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Bus {
     #[default]
@@ -82,7 +82,7 @@ pub(crate) struct BitErrors {
 }
 
 impl Faults {
-    /// What flips of the next byte.
+    /// The bits that flip in the next byte.
     pub(crate) fn next(&mut self) -> BitErrors {
         let at = self.exchanged;
         self.exchanged += 1;
@@ -100,7 +100,7 @@ impl Faults {
         self.bit_errors.push((self.exchanged + bytes_ahead, bit_errors));
     }
 
-    /// What arrives of a DOUT byte.
+    /// The byte that arrives in place of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
         match self.bus {
             Bus::Whole => dout,
@@ -141,12 +141,12 @@ impl Ads1258 {
         }
     }
 
-    /// A fault ends at the time advanced to. Supply, reference and clock are again what they were before the first.
+    /// A fault ends at the time advanced to. Supply, reference and clock return to their values before the first fault.
     pub fn end_fault(&mut self, fault: Fault) {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
         match fault {
-            // They happen once.
+            // These happen once and do not last.
             Fault::RegisterFlip { .. }
             | Fault::Reset
             | Fault::DoutFlip { .. }

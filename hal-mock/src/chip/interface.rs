@@ -25,7 +25,7 @@ enum State {
     Write { address: u8, several: bool },
 }
 
-/// The decoder and what its time-out needs.
+/// The decoder and the state of its time-out.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Interface {
     state: State,
@@ -55,7 +55,7 @@ impl Ads1258 {
     }
 
     /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the last at
-    /// `last_sclk_ns`; what the byte does, it does at the first. SCLK idle since the byte before for 4096 tCLK
+    /// `last_sclk_ns`; the byte acts at the first. SCLK idle since the byte before for 4096 tCLK
     /// (SPIRST = 0) or 256 tCLK (SPIRST = 1) resets the interface.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
@@ -164,7 +164,7 @@ impl Ads1258 {
         }
         self.counters.register_writes += 1;
         self.registers.write(address, value);
-        // Writing what the scan selects puts the scan back to its top; also for a START that found nothing to do.
+        // A write to the selection of channels puts the scan back to its top, and starts one that had no channel.
         if matches!(address, MUXDIF | MUXSG0 | MUXSG1 | SYSRED) {
             self.last_chid = None;
         }

@@ -1,4 +1,5 @@
-//! The DRDY pin as it arrives at the processor: the chip's own edges, less and more what a fault takes and adds.
+//! The DRDY pin as it arrives at the processor: the chip's own edges without those that a fault removes, and those that
+//! it adds.
 
 use super::Ads1258;
 use super::timing::Timing;

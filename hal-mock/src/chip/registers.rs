@@ -67,7 +67,7 @@ impl Registers {
         }
     }
 
-    /// Flips bits whatever their kind: a fault, not a write.
+    /// Flips bits of any kind: a fault, not a write.
     pub(crate) fn flip(&mut self, address: u8, mask: u8) {
         if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
             *byte ^= mask;

@@ -1,4 +1,4 @@
-//! Faults by a schedule, in the chip's virtual time: whatever drives the chip, they act at the same moments.
+//! Faults by a schedule, in the chip's virtual time, so that they act at the same moments under every driver.
 //!
 //! A fault acts right behind an edge of DRDY, before its result is read, so the time of an edge that was announced does
 //! not change. While nothing is converted the fault acts at its own time.
@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 pub struct Injection {
     /// When it begins, seconds of scene time.
     pub at_s: f64,
-    /// How long it lasts, seconds; does not matter for what happens once.
+    /// How long it lasts, seconds; no matter for what happens once.
     pub lasts_s: f64,
     /// What it is.
     pub fault: Fault,
@@ -27,7 +27,7 @@ pub struct Injected {
     pub over_ns: Option<u64>,
 }
 
-/// What is still to come, and what has been.
+/// The injections that follow, and a log of those that have acted.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Schedule {
     /// Nanoseconds of scene time, the injection's number, whether it begins.
@@ -55,7 +55,7 @@ impl Ads1258 {
         &self.schedule.log
     }
 
-    /// Time of the next moment at which anything happens by itself: a result, or without one under way an injection.
+    /// Time of the next moment at which anything happens by itself: a result, or while nothing is converted an injection.
     pub fn next_event_ns(&self) -> Option<u64> {
         self.next_result_ns().or_else(|| Some(self.next_step_ns()?.max(self.now_ns)))
     }
@@ -64,7 +64,7 @@ impl Ads1258 {
         self.schedule.steps.front().and_then(|step| Some(self.zero_ns?.saturating_add(step.0)))
     }
 
-    /// Begins and ends what is due.
+    /// Begins and ends the injections whose time has come.
     pub(crate) fn inject(&mut self) {
         while self.next_step_ns().is_some_and(|step_ns| step_ns <= self.now_ns) {
             let Some((_, number, begins)) = self.schedule.steps.pop_front() else { return };

@@ -52,7 +52,7 @@ impl Pattern {
 
     /// Volts at a place, which is given in turns: millimetres over the spatial period.
     pub(crate) fn volts(&self, turns: f64) -> f64 {
-        // Whole turns taken off first: sines of small arguments, whatever the distance.
+        // Without whole turns the argument of the sine is small at any distance.
         let (sin, cos) = libm::sincos(TAU * (turns - libm::floor(turns)));
         let (mut sin_h, mut cos_h) = (sin, cos);
         let mut sum_v = self.mean_v;

@@ -7,7 +7,7 @@
 //! > c_h integral of strain(sensor - s) pressure(s) exp(i h k s) ds,
 //!
 //! c_h being those of the ridges' profile: overtones, the cover's low-pass and the phase between the units are all in
-//! them. Where the contact is long they come down to the strain of a sinusoidal load, which fades as exp(-h k depth).
+//! them. Under a long contact they approach the strain of a sinusoidal load, which fades as exp(-h k depth).
 //!
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 are half a pitch behind the middle of the contact,
 //! 2 and 4 half a pitch ahead, seen along +x: the direction of the slide unless `reverse`.
@@ -68,8 +68,8 @@ pub struct Finger {
     pub resistance_spread: f64,
     /// Capacitor beside it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
     pub capacitor_uf: f64,
-    /// White noise of the bridge in uV RMS on every reading, >= 0, where `snr_db` is not given. Default 0.064: what
-    /// heat makes, (k T / C)^1/2; the converter's own is much more.
+    /// White noise of the bridge in uV RMS on every reading, >= 0, where `snr_db` is not given. Default 0.064:
+    /// thermal noise, (k T / C)^1/2; that of the converter is much larger.
     pub noise_uv: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-/// What a real stimulator does to the speed it is told; [`IDEAL`](Self::IDEAL) does nothing.
+/// The deviations of a real stimulator from its speed; [`IDEAL`](Self::IDEAL) has none.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stimulator {
@@ -15,12 +15,13 @@ pub struct Stimulator {
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
-    /// The slide begins up to so many seconds early or late, as the seed has it; 0 to `hold_before_s`. Default 0.
+    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`; the seed draws it.
+    /// Default 0.
     pub onset_jitter_s: f64,
 }
 
 impl Stimulator {
-    /// At speed at once, and exact.
+    /// At its exact speed from the start.
     pub const IDEAL: Self =
         Self { ramp_s: 0.0, speed_error_percent: 0.0, ripple_percent: 0.0, ripple_hz: 5.0, onset_jitter_s: 0.0 };
 }

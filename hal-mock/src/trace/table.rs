@@ -19,7 +19,7 @@ impl Table {
     /// Reads a CSV file: a header, then one row per scan. `time_s` may be any of the columns, blank lines are skipped.
     ///
     /// # Errors
-    /// Names the file and the line of what is no such table.
+    /// Names the file and the line that is not valid.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let file = path.as_ref().display().to_string();
         let bytes = std::fs::read(path).map_err(|error| FileError::new(&file, None, error))?;
