@@ -101,18 +101,18 @@ pub fn run_watched(
 /// # Errors
 /// Those of `take`; the driver and the simulated chip do not agree.
 pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
-    let rig = SimulatedBoard::new(input.scene, input.options);
-    rig.set_sclk_hz(0); // as over the bridge: a transfer takes no time
+    let board = SimulatedBoard::new(input.scene, input.options);
+    board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
-    let mut chip = Ads1258::new(rig.spi());
-    let (mut start, mut reset) = (rig.start_pin(), rig.reset_pin());
-    rig.delay().delay_us(START_US - ads1258::RESET_LOW_US);
+    let mut chip = Ads1258::new(board.spi());
+    let (mut start, mut reset) = (board.start_pin(), board.reset_pin());
+    board.delay().delay_us(START_US - ads1258::RESET_LOW_US);
     chip.stop(&mut start)?;
-    chip.reset_by_pin(&mut reset, &mut rig.delay())?;
+    chip.reset_by_pin(&mut reset, &mut board.delay())?;
     chip.configure(&SCAN).context("the simulated chip")?;
     chip.start(&mut start)?;
 
-    while let Some(edge_ns) = rig.wait_for_drdy() {
+    while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
         // The board's counter wraps after 71 minutes, and the library expects that.
         take(TimedConversion { t_us: (edge_ns / 1000) as u32, conversion })?;

@@ -19,7 +19,7 @@ const MUXSG0: u8 = 4;
 /// The bus: before every transaction some time may pass, and it may be dead.
 struct Wire {
     spi: ChipSpi,
-    rig: SimulatedBoard,
+    board: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
 }
 
@@ -39,7 +39,7 @@ impl SpiDevice for Wire {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let mut trouble = self.trouble.borrow_mut();
         if !trouble.waits_ns.is_empty() {
-            self.rig.advance_ns(trouble.waits_ns.remove(0));
+            self.board.advance_ns(trouble.waits_ns.remove(0));
         }
         self.spi.transaction(operations)?;
         if let (Some(stuck), [Operation::TransferInPlace(bytes)]) = (trouble.stuck, operations) {
@@ -50,7 +50,7 @@ impl SpiDevice for Wire {
 }
 
 struct Bench {
-    rig: SimulatedBoard,
+    board: SimulatedBoard,
     trouble: Rc<RefCell<Trouble>>,
     acquisition: Acquisition<Wire, StartPin, ResetPin>,
     queue: Queue<TimedConversion, 64>,
@@ -61,16 +61,16 @@ impl Bench {
     /// A chip that was set up.
     fn new() -> Self {
         // Every code another one, by the noise.
-        let rig = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
+        let board = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
         let trouble = Rc::<RefCell<Trouble>>::default();
-        let wire = Wire { spi: rig.spi(), rig: rig.clone(), trouble: trouble.clone() };
-        let mut acquisition = Acquisition::new(Ads1258::new(wire), rig.start_pin(), rig.reset_pin());
-        assert!(acquisition.set_up(&mut rig.delay()));
-        Self { rig, trouble, acquisition, queue: Queue::new(), diagnostics: Diagnostics::new() }
+        let wire = Wire { spi: board.spi(), board: board.clone(), trouble: trouble.clone() };
+        let mut acquisition = Acquisition::new(Ads1258::new(wire), board.start_pin(), board.reset_pin());
+        assert!(acquisition.set_up(&mut board.delay()));
+        Self { board, trouble, acquisition, queue: Queue::new(), diagnostics: Diagnostics::new() }
     }
 
     fn now_us(&self) -> u32 {
-        (self.rig.now_ns() / 1000) as u32
+        (self.board.now_ns() / 1000) as u32
     }
 
     /// Serves the interrupt of an edge, whose time the board takes as it gets there.
@@ -81,7 +81,7 @@ impl Bench {
 
     /// The next conversion, served at its edge.
     fn next(&mut self) -> Drdy {
-        self.rig.wait_for_drdy().expect("a conversion");
+        self.board.wait_for_drdy().expect("a conversion");
         self.serve()
     }
 
@@ -94,7 +94,7 @@ impl Bench {
 
     fn watch(&mut self) {
         let now_us = self.now_us();
-        self.acquisition.watch(now_us, &self.diagnostics, &mut self.rig.delay());
+        self.acquisition.watch(now_us, &self.diagnostics, &mut self.board.delay());
     }
 
     /// The ids queued so far.
@@ -117,7 +117,7 @@ impl Bench {
 
     /// Counts of the simulated chip.
     fn read_and_lost(&self) -> (u64, u64) {
-        self.rig.with_chip(|chip| (chip.counters().read, chip.counters().lost))
+        self.board.with_chip(|chip| (chip.counters().read, chip.counters().lost))
     }
 }
 
@@ -140,7 +140,9 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
             for n in 0..30 {
                 plain.pass(1);
                 if n == 7 {
-                    bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << bit }));
+                    bench
+                        .board
+                        .with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << bit }));
                 }
                 assert_eq!(bench.next() == Drdy::Watch, n == 7, "byte {byte}, bit {bit}");
             }
@@ -154,7 +156,7 @@ fn a_bit_that_falls_over_is_mended_wherever_it_is() {
 fn what_no_two_reads_agree_on_is_dropped_and_counted() {
     let mut bench = Bench::new();
     for byte in [2, 8, 14] {
-        bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << (byte / 5) }));
+        bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask: 1 << (byte / 5) }));
     }
     assert_eq!([bench.next(), bench.next(), bench.next()], [Drdy::Watch, Drdy::Listen, Drdy::Listen]);
     assert_eq!(bench.ids(), [9, 10]);
@@ -167,7 +169,7 @@ fn a_conversion_that_ends_between_two_reads_is_taken_once_and_none_is_lost_in_si
     for late_ns in [period_ns - 1, period_ns - 1000, 1000] {
         let mut bench = Bench::new();
         bench.pass(1);
-        bench.rig.wait_for_drdy();
+        bench.board.wait_for_drdy();
         // The board is late: the next edge is between the first read and the second, or (the last time) behind both.
         bench.trouble.borrow_mut().waits_ns = std::vec![late_ns, 2000];
         assert_eq!(bench.serve(), Drdy::Listen);
@@ -195,7 +197,7 @@ fn what_does_not_fit_the_queue_is_counted() {
 fn an_edge_without_a_conversion_is_counted_and_gives_none() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.rig.advance_ns(50_000);
+    bench.board.advance_ns(50_000);
     assert_eq!(bench.serve(), Drdy::Watch);
     assert_eq!(bench.acquisition.nothing(0, &bench.diagnostics), Drdy::Listen);
     assert_eq!((bench.count(Repeated), bench.faults()), (2, 2));
@@ -211,7 +213,7 @@ fn a_storm_is_muted_until_the_next_watch() {
     assert_eq!(served, Some(STORM_EDGES));
     assert!(bench.acquisition.is_quiet(bench.now_us()) && bench.count(Storm) == 1);
     // As long as it likes: nothing could come, so the chip is not taken for silent.
-    bench.rig.advance_ns(500_000_000);
+    bench.board.advance_ns(500_000_000);
     bench.watch();
     assert!(bench.next() == Drdy::Listen || bench.next() == Drdy::Listen);
     assert_eq!((bench.count(Silent), bench.diagnostics.counters().chip_restarts), (0, 0));
@@ -221,10 +223,10 @@ fn a_storm_is_muted_until_the_next_watch() {
 fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     let mut bench = Bench::new();
     bench.pass(5);
-    bench.rig.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 }));
+    bench.board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 }));
     bench.watch();
     assert_eq!((bench.count(Registers), bench.faults(), bench.diagnostics.counters().chip_restarts), (1, 1, 1));
-    let registers = bench.rig.with_chip(|chip| chip.registers());
+    let registers = bench.board.with_chip(|chip| chip.registers());
     assert_eq!(registers[..9], SCAN.registers().unwrap());
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
@@ -234,7 +236,7 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
 fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.rig.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 3, mask: 0x10 }));
+    bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: 3, mask: 0x10 }));
     bench.watch();
     assert_eq!((bench.faults(), bench.diagnostics.counters().chip_restarts), (0, 0));
 }
@@ -243,8 +245,8 @@ fn one_wrong_look_at_the_registers_is_no_reason_to_restart() {
 fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
     let mut bench = Bench::new();
     bench.pass(30);
-    let now_ns = bench.rig.now_ns();
-    bench.rig.with_chip(|chip| {
+    let now_ns = bench.board.now_ns();
+    bench.board.with_chip(|chip| {
         chip.set_reset(now_ns, false);
         chip.set_reset(now_ns, true);
     });
@@ -262,10 +264,10 @@ fn a_chip_that_resets_itself_is_noticed_by_its_ids_within_one_scan() {
 fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     let mut bench = Bench::new();
     bench.pass(1);
-    bench.rig.with_chip(|chip| chip.begin_fault(Fault::Stall));
+    bench.board.with_chip(|chip| chip.begin_fault(Fault::Stall));
     let mut restarts_ms = Vec::new();
     for half in 1..=60 {
-        bench.rig.advance_ns(500_000_000);
+        bench.board.advance_ns(500_000_000);
         bench.watch();
         if bench.diagnostics.counters().chip_restarts as usize > restarts_ms.len() {
             restarts_ms.push(half * 500);
@@ -274,14 +276,14 @@ fn a_silent_chip_is_restarted_again_and_again_with_pauses_that_grow() {
     // At once, then as soon as pauses of 125 ms, 250 ms, ... 4 s are over at one of the looks twice a second.
     assert_eq!(restarts_ms, [500, 1000, 1500, 2000, 3000, 5000, 9000, 13000, 17000, 21000, 25000, 29000]);
     assert_eq!((bench.count(Silent), bench.faults()), (60, 60));
-    bench.rig.with_chip(|chip| chip.end_fault(Fault::Stall));
+    bench.board.with_chip(|chip| chip.end_fault(Fault::Stall));
     // It goes on by itself as soon as it can; after a while trouble is mended at once again.
     for _ in 0..5 * 5064 {
         bench.pass(1);
         bench.ids();
     }
     bench.watch();
-    bench.rig.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: MUXSG0, mask: 0x01 }));
+    bench.board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: MUXSG0, mask: 0x01 }));
     bench.watch();
     assert_eq!((bench.count(Registers), bench.diagnostics.counters().chip_restarts), (1, 13));
 }
@@ -295,11 +297,11 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         assert_eq!(bench.next(), Drdy::Watch);
         bench.watch();
         // It cannot be set up, so it is not started either.
-        assert_eq!(bench.rig.wait_for_drdy().and(bench.rig.wait_for_drdy()), None);
+        assert_eq!(bench.board.wait_for_drdy().and(bench.board.wait_for_drdy()), None);
         assert_eq!((bench.count(BusDead), bench.count(NoAnswer), bench.faults()), (1, 1, 2), "{stuck:#x}");
         assert_eq!(bench.ids(), [8, 9, 10]);
         bench.trouble.borrow_mut().stuck = None;
-        bench.rig.advance_ns(500_000_000);
+        bench.board.advance_ns(500_000_000);
         bench.watch();
         assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
         assert_eq!(bench.diagnostics.counters().chip_restarts, 2);
