@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::ring::Ring;
-use ridgetone::touch::contact::{Change, ContactDetector};
+use ridgetone::touch::{change::Change, contact::ContactDetector};
 use ridgetone_proto::settings::{FRAME_RATE_HZ, SlideRule};
 use std::f64::consts::TAU;
 
@@ -17,10 +17,11 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
     let mut ring = Box::new(Ring::new());
     let mut detector = ContactDetector::new(SlideRule::Found);
     let mut found = Vec::new();
-    let mut tell = |change| {
+    let mut tell = |change: Change| {
         let at = |frame: u32| frame as f64 / rate;
         match change {
             Change::Contact { frame, .. } => found.push(("contact", at(frame))),
+            Change::HoldEnd { .. } => {}
             Change::SlideStart(frame) => found.push(("start", at(frame))),
             Change::SlideEnd(_, frame) => found.push(("end", at(frame))),
             Change::Release(frame) => found.push(("release", at(frame))),
@@ -36,7 +37,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
         ring.push(&values, u16::MAX, 0);
         detector.push(n, &values, &ring, &mut tell);
     }
-    detector.finish(frames, &ring, &mut tell);
+    detector.finish(frames, &mut tell);
     found
 }
 

@@ -1,6 +1,5 @@
 //! The first half of the pipeline: conversions in, events and due windows out.
 
-mod image;
 mod tracker;
 
 use crate::assembler::Assembler;
@@ -10,7 +9,6 @@ use crate::frame::{Frame, TimedConversion};
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
-use image::Imaging;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::scan::FRAME_RATE_HZ;
 use ridgetone_proto::settings::Settings;
@@ -28,7 +26,6 @@ pub struct Detector {
     boot: Boot,
     assembler: Assembler,
     tracker: Tracker,
-    imaging: Imaging,
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
     /// Nothing is reported but `health`, faults and raw frames.
@@ -51,7 +48,6 @@ impl Detector {
             boot,
             assembler: Assembler::new(settings.vref_v),
             tracker: Tracker::new(&settings),
-            imaging: Imaging::new(),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(),
             is_stopped: false,
@@ -77,7 +73,7 @@ impl Detector {
         })
     }
 
-    /// Whether the finger is on something, or was until just now.
+    /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
         self.tracker.contact.is_touched()
     }
@@ -115,9 +111,6 @@ impl Detector {
             if self.health_reporter.is_greeting_due() {
                 emit(self.hello());
             }
-        }
-        if self.tracker.contact.has_time_for_image() {
-            self.picture(ring, emit);
         }
     }
 
@@ -192,7 +185,6 @@ impl Detector {
     ) {
         self.assemble(true, ring, diagnostics, emit, due);
         self.tracker.finish(ring, emit, due);
-        while self.tracker.contact.has_image() && self.picture(ring, emit) {}
         self.report_health(self.assembler.now_us(), diagnostics, emit);
     }
 
@@ -212,7 +204,6 @@ impl Detector {
     pub fn restart(&mut self, is_going: bool) {
         self.is_stopped = !is_going;
         self.tracker.restart(&self.settings);
-        self.imaging = Imaging::new();
     }
 
     /// Reports the next `frames` frames raw too.

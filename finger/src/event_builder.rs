@@ -2,7 +2,8 @@
 
 use crate::frame_clock::FrameClock;
 use crate::ring::Ring;
-use crate::touch::contact::Change;
+use crate::touch::change::Change;
+use crate::touch::image::image;
 use ads1258::reading;
 use ridgetone_proto::telemetry::{Contact, Event, Release, Slide};
 
@@ -35,6 +36,10 @@ impl EventBuilder {
                 taxel,
                 height_v: height * self.volts_per_code,
             }),
+            Change::HoldEnd { held, idle, weights } => {
+                let span_us = (clock.time_us(held.from, ring), clock.time_us(held.until, ring));
+                Event::Image(image(held, idle, weights, self.volts_per_code, span_us))
+            }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);
                 Event::Slide(Slide { start_us: self.slide_start_us, end_us: None })

@@ -2,7 +2,7 @@
 
 use crate::frame_clock::FrameClock;
 use crate::ring::{Ring, reached};
-use crate::touch::contact::Change;
+use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::scan::{RING_FRAMES, TAXELS, frames_in};
 use ridgetone_proto::settings::Settings;
@@ -95,7 +95,7 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { .. } | Change::Release(_) => {}
+            Change::Contact { .. } | Change::HoldEnd { .. } | Change::Release(_) => {}
         }
     }
 

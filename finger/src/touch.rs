@@ -1,5 +1,13 @@
-//! Is anything moving; idle, contact spike, hold, slide, release; since when.
+//! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go; and since when.
 
+pub mod change;
+mod chi_square;
 pub mod contact;
+mod held;
+pub mod image;
 pub mod motion;
-pub mod onset;
+mod noise;
+mod onset;
+mod past;
+mod slide_end;
+mod spike;

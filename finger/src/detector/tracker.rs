@@ -68,7 +68,7 @@ impl Tracker {
         // A value that is not good stays what it was, for touch detection.
         frame.put(&scheduler.reference, &mut self.values);
         if is_complete && frame.good != SCANNED {
-            contact.doubt_all_but(frame.good);
+            contact.note_good(frame.good);
         }
         // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
         let valid = if is_complete { frame.good } else { 0 };
@@ -90,7 +90,7 @@ impl Tracker {
     /// The signal has ended: a slide that still lasts is over.
     pub fn finish(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
         let Self { contact, clock, scheduler, events, .. } = self;
-        contact.finish(clock.latest.0.wrapping_add(1), ring, &mut |change| {
+        contact.finish(clock.latest.0.wrapping_add(1), &mut |change| {
             scheduler.follow(&change, ring);
             emit(events.event(&change, clock, ring));
         });

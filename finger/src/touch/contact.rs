@@ -1,82 +1,78 @@
 //! Phases of a touch: idle (A), contact spike and hold (B), slide (C), hold (D), release (E).
 //!
-//! The spike is found as in the paper's equations 2 and 3, over all taxels and as the data come: the
-//! taxel whose deviation from its idle level is the greatest tells the time. The slide comes either
-//! from the protocol (equations 4 and 5) or from the signal itself: it starts when the held levels
-//! begin to change and ends when they stop, both dated back to the frame where it happened: the end along the creep of
-//! the skin, which goes on when nothing moves any more.
-//!
-//! A block of frames is dealt with while the next one comes, a share of the taxels with each frame; what a decision
-//! needs is summed up in the same way, with the block after it. What is to be dated is told when it is: a slide's
-//! end and a release up to a quarter of a second later.
+//! The spike is found as in the paper's equations 2 and 3, over all taxels: the taxel whose deviation from its idle level
+//! is the greatest gives the time. The slide comes either from the protocol (equations 4 and 5) or from the signal: it
+//! starts when the held levels begin to change and ends when they stop. Both dates are searched for in the ring, as soon
+//! as a block of frames shows that there is something to date.
 
-mod aftermath;
-mod hold;
-mod pending_onset;
-mod slide;
-mod spike;
-
-use crate::ring::Ring;
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
-use crate::touch::onset::Search;
-use aftermath::After;
-pub use hold::{Held, Imprint};
-use pending_onset::PendingOnset;
-use ridgetone_proto::settings::{SlideRule, TAXELS};
+use crate::ring::{Ring, reached};
+use crate::touch::change::Change;
+use crate::touch::chi_square::limit;
+use crate::touch::held::{HELD_BACK, HeldLevel};
+use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, approach};
+use crate::touch::onset::Frames;
+use crate::touch::slide_end::slide_end;
+use crate::touch::spike::Spike;
+use ridgetone_proto::scan::{TAXELS, frames_in};
+use ridgetone_proto::settings::SlideRule;
+use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
-use spike::Spike;
 
 /// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.
 const LEARN_BLOCKS: u32 = 8;
-/// A block's mean this far from the idle level is contact: as [`crate::touch::motion`]'s own limit, with
-/// room for the uncertainty of the level.
-const TOUCHED: f32 = 100.0;
-/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper
-/// looks for it in the first 0.8 s of a record that contains it.
+/// Share by which the idle level follows each block.
+const IDLE_SHARE: f32 = 1.0 / 16.0;
+/// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
+/// [`crate::touch::motion`], with a margin for the uncertainty of the level.
+const TOUCHED: f32 = limit(1.0, 84.0);
+/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
+/// first 0.8 s of a record that contains it.
 const SPIKE_FRAMES: u32 = 72;
+/// Blocks in a row without a quick change after which the spike is over: 100 ms.
+const SPIKE_STILL_BLOCKS: u32 = 6;
+/// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
+/// deviations in every taxel. Less is a vibration.
+const TAP: f32 = limit(900.0, 0.0);
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
-/// Latest blocks that are no part of the level that was held: that in which a motion is noticed, and the one before it,
-/// which may hold the first of it already.
-const HELD_BACK: usize = 2;
-/// Levels are back at idle within this share of the way to the loaded ones, squared (about a third).
+/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
+const LASTING_BLOCKS: u32 = 11;
+/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
+const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with any changes after which it is one.
+const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
+/// A level is back at idle within this share of the way to the held one, squared: about a third.
 const BACK_AT_IDLE: f32 = 0.1;
-
-/// What happened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Change {
-    /// The contact spike.
-    Contact {
-        /// Frame of its peak.
-        frame: u32,
-        /// Taxel with the greatest deviation.
-        taxel: u8,
-        /// That deviation from the idle level, codes.
-        height: f32,
-    },
-    /// A slide began at this frame.
-    SlideStart(u32),
-    /// The slide has ended: first frame and the one behind its last.
-    SlideEnd(u32, u32),
-    /// The finger is off since this frame.
-    Release(u32),
-}
+/// A level is a load beyond this share of the way, squared: a half. Less is a skin on its way back.
+const IS_LOAD: f32 = 0.25;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    Learning,
+    /// Blocks that have taught the idle level.
+    Learning(u32),
     Idle,
-    /// Since this frame; the spike's peak is being looked for.
+    /// The skin creeps back to where it was before the latest touch: the next block's mean is the idle level.
+    CreepingBack,
+    /// Touched since the block that ends with this frame; the spike's peak is looked for.
     Spike(u32),
-    /// Something was over at this frame; where the taxels are by then is being summed up.
-    Settling(After, u32),
     Hold,
-    /// Something moves; a slide or only a step. Blocks with quick changes, and with any.
+    /// Something moves since this frame, a slide or only a step. Blocks with quick changes, and with any.
     Moving {
+        since: u32,
         quick: u32,
         any: u32,
     },
     /// Since this frame.
+    Slide(u32),
+}
+
+/// What was over when the levels came to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Ended {
+    Spike,
+    /// A hold: the levels are back at idle.
+    Hold,
+    /// The slide that began at this frame.
     Slide(u32),
 }
 
@@ -85,46 +81,23 @@ enum Phase {
 pub struct ContactDetector {
     rule: SlideRule,
     phase: Phase,
+    /// The next block may hold the last of what has ended: it is not judged.
+    skips_block: bool,
     motion: Motion,
-    /// Number of the last frame of the latest block.
-    block_end: u32,
-    /// What is known and not told yet.
-    news: Option<Change>,
-    /// The latest block's end when something was told last, low byte: by a chance repeat an image waits for one block.
-    told: u8,
-    /// What is being dated, and how.
-    pending_onset: Option<PendingOnset>,
-    search: Search,
-    /// What is to be dated next, from which frame on, and at which level.
-    waiting: Option<(PendingOnset, u32)>,
-    level: Values,
-    /// Whether the level is that of the hold before a motion, and still being summed up.
-    level_due: bool,
-    /// Squared distance of that level from idle, as far as it is summed up.
-    off: f32,
-    idle: Values,
-    /// How far the idle level is to follow the latest block.
-    idle_follows: f32,
-    idle_blocks: u32,
-    /// Idle level before the last touch, if there was one: where the skin creeps back to.
-    before: Option<Values>,
-    /// By how much nearer to it the idle level is than the block of the first touch, as far as it is summed up.
-    crept: f32,
-    /// Mean over the latest hold, or where the taxels came to before there was one.
-    loaded: Values,
-    /// How far the loaded level is to follow the block that is [`HELD_BACK`] back.
-    loaded_follows: f32,
-    held: Held,
-    /// Whether that hold is over and its image not told yet.
-    image_due: bool,
-    /// Squared distance of the loaded level from idle, in units of the latest noise.
-    load: f32,
-    spike: Spike,
-    /// Frame of the touch's spike: no slide begins before it.
-    touched: u32,
-    /// Blocks in a row without a quick, and without any, change.
+    /// Blocks in a row without a quick change, and without any.
     still_quick: u32,
     still: u32,
+    idle: Values,
+    /// Idle level before the latest touch, if there was one: the skin creeps back to it.
+    idle_before: Option<Values>,
+    spike: Spike,
+    /// Frame of the touch's spike: no slide begins before it.
+    contact: u32,
+    held: HeldLevel,
+    /// Squared distance of the held level from idle, in units of the noise.
+    load: f32,
+    /// Level at which the taxels were still before the latest motion.
+    still_level: Values,
     /// Slide by protocol: first frame and the one behind its last, until it is over.
     planned: Option<(u32, u32)>,
     /// Frame up to which the slide is known to have lasted.
@@ -132,180 +105,303 @@ pub struct ContactDetector {
 }
 
 impl ContactDetector {
-    /// At rest, having seen nothing.
+    /// At rest, before the first frame.
     pub const fn new(rule: SlideRule) -> Self {
         Self {
             rule,
-            phase: Phase::Learning,
+            phase: Phase::Learning(0),
+            skips_block: false,
             motion: Motion::new(),
-            block_end: 0,
-            news: None,
-            told: 0,
-            pending_onset: None,
-            search: Search::new(),
-            waiting: None,
-            level: [0.0; TAXELS],
-            level_due: false,
-            off: 0.0,
-            idle: [0.0; TAXELS],
-            idle_follows: 0.0,
-            idle_blocks: 0,
-            before: None,
-            crept: 0.0,
-            loaded: [0.0; TAXELS],
-            loaded_follows: 0.0,
-            held: Held::new(false),
-            image_due: false,
-            load: 0.0,
-            spike: Spike::new(),
-            touched: 0,
             still_quick: 0,
             still: 0,
+            idle: [0.0; TAXELS],
+            idle_before: None,
+            spike: Spike::new(),
+            contact: 0,
+            held: HeldLevel::new(),
+            load: 0.0,
+            still_level: [0.0; TAXELS],
             planned: None,
             moving_until: 0,
         }
     }
 
-    /// From the next touch on, and for what of this one has not begun yet, slides come from here.
+    /// From the next touch on, and for the part of this one that has not begun, slides come from here.
     pub const fn set_rule(&mut self, rule: SlideRule) {
         self.rule = rule;
     }
 
-    /// Whether the finger is on something, or was until just now.
+    /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
-        !matches!(self.phase, Phase::Learning | Phase::Idle)
+        !matches!(self.phase, Phase::Learning(_) | Phase::Idle)
     }
 
-    /// While a slide lasts, from when its start is told: its first frame, and the frame up to which it is known to have
-    /// lasted.
+    /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
     pub const fn sliding(&self) -> Option<(u32, u32)> {
         match self.phase {
-            Phase::Slide(start) if self.news.is_none() => Some((start, self.moving_until)),
+            Phase::Slide(start) => Some((start, self.moving_until)),
             _ => None,
         }
     }
 
-    /// Takes frame `number`, the latest one in `ring`; tells what changed.
-    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, changed: &mut dyn FnMut(Change)) {
-        let turn = self.motion.turn() % BLOCK_FRAMES as usize;
-        // First, so that what this frame finds out is told with the next.
-        self.seek(turn, ring, changed);
-        self.evaluate(turn, ring, changed);
-        self.follow_plan(number, ring, changed);
-        if self.motion.push(values) {
-            self.block_end = number;
+    /// Only these taxels of the next frame are good.
+    pub fn note_good(&mut self, good: u16) {
+        if self.phase == Phase::Hold {
+            self.held.good &= good;
         }
     }
 
-    /// The data has ended with the frame before `number`: a slide that still runs is over.
-    pub fn finish(&mut self, number: u32, ring: &Ring, changed: &mut dyn FnMut(Change)) {
-        for turn in self.motion.turn()..BLOCK_FRAMES as usize {
-            self.evaluate(turn, ring, changed);
+    /// Takes frame `number`, the latest one in `ring`; reports what changed.
+    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        self.follow_plan(number, report);
+        if matches!(self.phase, Phase::Spike(_)) {
+            self.spike.follow(number, values, &self.idle, self.motion.weights());
         }
-        if matches!(self.phase, Phase::Hold | Phase::Moving { .. }) {
-            self.end_hold();
-        }
-        if let Phase::Slide(start) = self.phase {
-            let end = if self.planned.is_some() { number } else { self.moving_until };
-            self.enter(Phase::Hold);
-            self.tell(Change::SlideEnd(start, end), ring, changed);
-        }
-        self.settle_now(ring, changed);
-        self.settle(ring, changed);
-    }
-
-    /// Deals with a share of the latest block.
-    #[inline(never)]
-    fn evaluate(&mut self, turn: usize, ring: &Ring, changed: &mut dyn FnMut(Change)) {
-        if self.idle_follows > 0.0 {
-            self.motion.approach(&mut self.idle, turn, self.idle_follows, 0);
-        }
-        match self.phase {
-            Phase::Spike(since) => self.follow_spike(turn, since, ring),
-            Phase::Settling(after, over) => self.sum_up(turn, after, over, ring),
-            Phase::Moving { .. } if self.level_due => self.sum_up_held(turn),
-            _ => {}
-        }
-        if self.loaded_follows > 0.0 {
-            self.motion.approach(&mut self.loaded, turn, self.loaded_follows, HELD_BACK);
-        }
-        // While something slides the noise is not learned, and the load stays what it is.
-        let holding = matches!(self.phase, Phase::Hold | Phase::Moving { .. });
-        let (other, sliding) = (holding.then_some(&self.loaded), matches!(self.phase, Phase::Slide(_)));
-        let Some(block) = self.motion.evaluate(turn, &self.idle, other, sliding) else { return };
-        (self.idle_follows, self.loaded_follows) = (0.0, 0.0);
-        if holding {
-            self.load = block.other;
-        }
+        let Some(block) = self.motion.push(values) else { return };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
-        // Not while something is searched for: that is work enough.
-        if self.step(self.block_end, &block, ring, changed) && self.pending_onset.is_none() && self.waiting.is_none() {
+        if core::mem::take(&mut self.skips_block) {
+            if self.phase == Phase::Idle {
+                self.enter(Phase::Idle);
+            }
+        } else if self.step(number, block, ring, report) {
             self.motion.learn();
         }
     }
 
-    /// One block further. True if the finger was still, so that the noise can be learned from it.
-    fn step(&mut self, number: u32, block: &Block, ring: &Ring, changed: &mut dyn FnMut(Change)) -> bool {
+    /// The data has ended with the frame before `number`: a slide that still runs is over.
+    pub fn finish(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
         match self.phase {
-            Phase::Learning => {
-                self.idle_blocks += 1;
-                self.idle_follows = 1.0 / self.idle_blocks as f32;
-                if self.idle_blocks == LEARN_BLOCKS {
+            Phase::Hold | Phase::Moving { .. } => self.end_hold(report),
+            Phase::Slide(start) => {
+                self.phase = Phase::Hold;
+                report(Change::SlideEnd(start, if self.planned.is_some() { number } else { self.moving_until }));
+            }
+            _ => {}
+        }
+    }
+
+    /// One block further, which ends with frame `number`. True if the finger was still, so that the noise can be learned
+    /// from it.
+    fn step(&mut self, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) -> bool {
+        let mean = *self.motion.past().back(0);
+        match self.phase {
+            Phase::Learning(blocks) => {
+                approach(&mut self.idle, &mean, 1.0 / (blocks + 1) as f32);
+                self.phase = Phase::Learning(blocks + 1);
+                if blocks + 1 == LEARN_BLOCKS {
                     self.enter(Phase::Idle);
                 }
                 true
+            }
+            Phase::Idle if self.motion.distance(&mean, &self.idle) * BLOCK_FRAMES as f32 > TOUCHED => {
+                let is_nearer = |before| self.motion.distance(&mean, before) < self.motion.distance(&self.idle, before);
+                if self.idle_before.as_ref().is_some_and(is_nearer) {
+                    self.enter(Phase::CreepingBack);
+                } else {
+                    self.spike = Spike::begin(number, &self.idle, self.motion.weights(), ring);
+                    self.enter(Phase::Spike(number));
+                }
+                false
             }
             Phase::Idle => {
-                if block.off * BLOCK_FRAMES as f32 > TOUCHED {
-                    self.begin_spike(number);
-                    return false;
-                }
-                self.idle_follows = 1.0 / 16.0;
+                approach(&mut self.idle, &mean, IDLE_SHARE);
                 true
             }
+            Phase::CreepingBack => {
+                self.idle = mean;
+                self.enter(Phase::Idle);
+                false
+            }
             Phase::Spike(since) => {
-                if self.crept < 0.0 {
-                    // The skin creeps back after a touch.
-                    self.idle = *self.motion.mean();
-                    self.enter(Phase::Idle);
-                } else if number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= 6 {
-                    self.settle_after(After::Spike, number, ring, changed);
+                if number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= SPIKE_STILL_BLOCKS {
+                    self.settle(Ended::Spike, number, ring, report);
                 }
                 false
             }
-            Phase::Settling(after, over) => {
-                self.settled(after, over, ring, changed);
-                false
-            }
-            Phase::Hold => self.hold(number, block, ring, changed),
-            Phase::Moving { quick, any } => {
-                self.moving((quick, any), number, block, ring, changed);
-                false
+            Phase::Hold | Phase::Moving { .. } => {
+                self.load = self.motion.distance(&self.held.level, &self.idle);
+                let off = self.motion.distance(&mean, &self.idle);
+                if self.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
+                    self.end_hold(report);
+                    self.settle(Ended::Hold, number, ring, report);
+                    return false;
+                }
+                if let Phase::Moving { since, quick, any } = self.phase {
+                    self.moving(since, quick, any, block, ring, report);
+                    return false;
+                }
+                self.hold(number, off, block)
             }
             Phase::Slide(start) => {
-                self.slide(start, number, block, ring, changed);
+                self.slide(start, number, block, ring, report);
                 false
             }
         }
     }
 
-    #[inline]
+    /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
+    fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
+        let moves = block.quick || block.slow;
+        if moves && self.rule == SlideRule::Found {
+            // Right after something else it is the level at which that ended.
+            if self.motion.past().count > HELD_BACK {
+                self.still_level = self.motion.past().mean_of_four(HELD_BACK);
+            }
+            let since = number.wrapping_sub(BLOCK_FRAMES - 1);
+            self.phase = Phase::Moving { since, quick: block.quick as u32, any: 1 };
+        } else if !moves && self.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
+            self.held.extend(number, &self.motion);
+        } else if !moves {
+            self.held.restart();
+        }
+        !moves
+    }
+
+    /// One block further while something moves: it becomes a slide, or is still again. Before it so many blocks had quick
+    /// changes, and any.
+    fn moving(&mut self, since: u32, quick: u32, any: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        let quick = quick + block.quick as u32;
+        let any = any + (block.quick || block.slow) as u32;
+        if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
+            let left = self.frames(ring).departure(&self.still_level, since, self.contact);
+            self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
+        } else if self.still >= STILL_BLOCKS {
+            self.enter(Phase::Hold);
+        } else {
+            self.phase = Phase::Moving { since, quick, any };
+        }
+    }
+
+    /// One block further in the slide that began at frame `start`.
+    fn slide(&mut self, start: u32, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        if self.planned.is_some() {
+            return;
+        }
+        // A comparison shows a change somewhere in its reach: that something moves since then is sure only of a change
+        // right now.
+        let reach = match block {
+            Block { now: true, .. } => Some(0),
+            Block { quick: true, .. } => Some(SHORT_BLOCKS),
+            Block { slow: true, .. } => Some(LONG_BLOCKS),
+            _ => None,
+        };
+        if let Some(reach) = reach {
+            let sure = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1);
+            if reached(sure, self.moving_until) {
+                self.moving_until = sure;
+            }
+        }
+        // Still, or in the air: there a slide is over even if something goes on shaking the finger.
+        let off = self.motion.distance(&self.motion.recent_mean(), &self.idle);
+        if self.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
+            self.settle(Ended::Slide(start), number, ring, report);
+        }
+    }
+
+    /// Something was over with the block that ends with frame `over`, the latest one: where the taxels are now decides
+    /// what it was and what comes next.
+    #[inline(never)]
+    fn settle(&mut self, ended: Ended, over: u32, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        let level = self.motion.past().mean_of_four(0);
+        let off = self.motion.distance(&level, &self.idle);
+        self.still_level = level;
+        self.skips_block = true;
+        let mut arrived = None;
+        let is_released = match ended {
+            Ended::Spike => {
+                let height = self.spike.height(self.motion.weights());
+                let is_released = off < BACK_AT_IDLE * height;
+                if is_released && height < TAP {
+                    self.enter(Phase::Idle);
+                    return;
+                }
+                self.report_contact(report);
+                is_released
+            }
+            Ended::Hold => true,
+            Ended::Slide(start) => {
+                // Of a finger that is shaken in the air only that is known.
+                let end = if self.still_quick >= STILL_BLOCKS {
+                    let end = slide_end(&self.frames(ring), &self.motion, &level, self.moving_until, over);
+                    arrived = Some(end);
+                    end
+                } else {
+                    self.moving_until
+                };
+                report(Change::SlideEnd(start, end));
+                off < BACK_AT_IDLE * self.load
+            }
+        };
+        if is_released {
+            report(Change::Release(arrived.unwrap_or_else(|| self.frames(ring).arrival(&level, over))));
+            self.idle_before = Some(self.idle);
+            self.idle = level;
+            self.planned = None;
+            self.enter(Phase::Idle);
+            return;
+        }
+        if ended == Ended::Spike || off > IS_LOAD * self.load {
+            (self.held.level, self.load) = (level, off);
+        }
+        self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
+    }
+
+    /// The taxel with the highest spike gives the time.
+    fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
+        let (frame, taxel, height) = self.spike.highest();
+        self.contact = frame;
+        self.planned = match self.rule {
+            SlideRule::Found => None,
+            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
+                let start = frame.wrapping_add(frames_in(delay_s));
+                Some((start, start.wrapping_add(frames_in(length_mm / speed_mm_s))))
+            }
+        };
+        report(Change::Contact { frame, taxel, height });
+    }
+
+    /// Starts and ends the slide by protocol.
+    fn follow_plan(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
+        let Some((start, end)) = self.planned else { return };
+        match self.phase {
+            Phase::Hold if reached(number, start) => self.begin_slide(start, report),
+            Phase::Slide(_) if reached(number, end) => {
+                self.planned = None;
+                self.begin_hold(Hold::AfterSlide);
+                report(Change::SlideEnd(start, end));
+            }
+            Phase::Slide(_) => self.moving_until = number.wrapping_add(1),
+            _ => {}
+        }
+    }
+
+    fn begin_slide(&mut self, start: u32, report: &mut dyn FnMut(Change)) {
+        self.end_hold(report);
+        self.moving_until = start;
+        self.phase = Phase::Slide(start);
+        report(Change::SlideStart(start));
+    }
+
+    fn begin_hold(&mut self, hold: Hold) {
+        self.held.restart();
+        self.held.hold = hold;
+        self.enter(Phase::Hold);
+    }
+
+    fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
+        if self.held.is_long_enough() {
+            report(Change::HoldEnd { held: &self.held, idle: &self.idle, weights: self.motion.weights() });
+        }
+    }
+
+    fn frames<'a>(&'a self, ring: &'a Ring) -> Frames<'a> {
+        Frames { ring, weights: self.motion.weights() }
+    }
+
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
-        self.still = 0;
-        self.still_quick = 0;
+        (self.still, self.still_quick) = (0, 0);
     }
-}
-
-/// Whether a level so far from idle is back at it, the loaded one being so far from it; both squared.
-fn back_at_idle(off: f32, loaded: f32) -> bool {
-    off < BACK_AT_IDLE * loaded
-}
-
-/// Whether a level so far from idle is a load, the loaded one being so far from it; both squared. Less than half
-/// of that is a skin on its way back.
-fn is_load(off: f32, loaded: f32) -> bool {
-    off > 0.25 * loaded
 }

@@ -1,0 +1,33 @@
+//! What the contact detector reports.
+
+use crate::touch::held::HeldLevel;
+use ridgetone_tone::Values;
+
+/// A change of the touch's phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change<'a> {
+    /// The contact spike.
+    Contact {
+        /// Frame of its peak.
+        frame: u32,
+        /// Taxel with the greatest deviation.
+        taxel: u8,
+        /// That deviation from the idle level, codes.
+        height: f32,
+    },
+    /// A hold is over that was long enough for an image.
+    HoldEnd {
+        /// The level that was held.
+        held: &'a HeldLevel,
+        /// Level before the touch, codes.
+        idle: &'a Values,
+        /// One over the variance of each taxel's frames.
+        weights: &'a Values,
+    },
+    /// A slide began at this frame.
+    SlideStart(u32),
+    /// The slide has ended: first frame and the one behind its last.
+    SlideEnd(u32, u32),
+    /// The finger is in the air since this frame.
+    Release(u32),
+}

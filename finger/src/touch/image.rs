@@ -1,0 +1,37 @@
+//! The static image: what a hold does to every taxel.
+
+use crate::touch::held::HeldLevel;
+use heapless::Vec;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_proto::telemetry::{Image, Pressed};
+use ridgetone_tone::Values;
+
+/// Frames that the level before a touch is the mean of, by its variance: it follows each block of four by a sixteenth, so
+/// its variance is (1/16) / (2 - 1/16) of a block's.
+const IDLE_FRAMES: f32 = 4.0 * 31.0;
+/// A taxel whose frames vary by less than this has no noise, squared codes: a tenth more than rounding makes of any
+/// (1/12), which is the least that the detector takes for noise.
+const DEAD_VARIANCE: f32 = 1.1 / 12.0;
+
+/// The image of a hold, beside the level before the touch; `weights` are one over the variance of each taxel's frames.
+/// The mean over the hold began and ended at `span_us`, device time in microseconds.
+pub fn image(
+    held: &HeldLevel,
+    idle: &Values,
+    weights: &Values,
+    volts_per_code: f32,
+    (start_us, end_us): (u64, u64),
+) -> Image {
+    let of_mean = 1.0 / held.frames() as f32 + 1.0 / IDLE_FRAMES;
+    let mut taxels = Vec::new();
+    for c in 0..TAXELS {
+        let (pressed, variance) = (held.level[c] - idle[c], 1.0 / weights[c]);
+        let is_dead = pressed.abs() < 1.0 && variance < DEAD_VARIANCE;
+        if held.good >> c & 1 == 1 && !is_dead {
+            let sigma_v = libm::sqrtf(variance * of_mean) * volts_per_code;
+            // There is space for every taxel.
+            let _ = taxels.push(Pressed { taxel: c as u8, level_v: pressed * volts_per_code, sigma_v });
+        }
+    }
+    Image { start_us, end_us, frames: held.frames(), hold: held.hold, taxels }
+}

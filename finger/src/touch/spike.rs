@@ -1,0 +1,74 @@
+//! The contact spike: the paper's equations 2 and 3.
+
+use crate::ring::Ring;
+use crate::touch::past::BLOCK_FRAMES;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// Frames after a peak in which any higher frame is a better one: 20 ms.
+const PEAK_FRAMES: u32 = 5;
+/// Standard deviations by which a later one must be higher.
+const CLEAR: f32 = 4.0;
+/// Frames before the block of the first touch where the spike may have begun.
+const LOOK_BACK: u32 = 4;
+
+/// The highest deviation of every taxel so far.
+#[derive(Clone, Debug)]
+pub struct Spike {
+    /// That deviation from the idle level, codes.
+    peak: Values,
+    /// Its frame.
+    frame: [u32; TAXELS],
+}
+
+impl Spike {
+    pub const fn new() -> Self {
+        Self { peak: [0.0; TAXELS], frame: [0; TAXELS] }
+    }
+
+    /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
+    #[inline(never)]
+    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: &Ring) -> Self {
+        let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
+        let mut spike = Self { peak: [0.0; TAXELS], frame: [first; TAXELS] };
+        for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
+            if let Some((values, _)) = ring.frame(number) {
+                spike.follow(number, values, idle, weights);
+            }
+        }
+        spike
+    }
+
+    /// Equation 3: takes the next frame.
+    #[inline(never)]
+    pub fn follow(&mut self, number: u32, values: &Values, idle: &Values, weights: &Values) {
+        for c in 0..TAXELS {
+            let off = values[c] - idle[c];
+            let higher = off.abs() - self.peak[c].abs();
+            if higher > 0.0 {
+                // A touch without a spike is a step, whose highest frame is any: long after a peak only what stands
+                // clear of the noise is a higher one.
+                let late = number.wrapping_sub(self.frame[c]) > PEAK_FRAMES;
+                if !late || higher * higher * weights[c] > CLEAR * CLEAR {
+                    (self.peak[c], self.frame[c]) = (off, number);
+                }
+            }
+        }
+    }
+
+    /// Squared height over all taxels, in units of the noise.
+    pub fn height(&self, weights: &Values) -> f32 {
+        self.peak.iter().zip(weights).fold(0.0, |sum, (peak, weight)| sum + peak * peak * weight)
+    }
+
+    /// Equation 2: frame, taxel and height of the highest peak.
+    pub fn highest(&self) -> (u32, u8, f32) {
+        let mut best = 0;
+        for c in 1..TAXELS {
+            if self.peak[c].abs() > self.peak[best].abs() {
+                best = c;
+            }
+        }
+        (self.frame[best], best as u8, self.peak[best])
+    }
+}
