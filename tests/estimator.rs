@@ -9,7 +9,7 @@ use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 fn fit(values: &[[f32; 16]], valid: &[u16], harmonics: u8) -> Fit {
     let mut table = Table { values, valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    fitter.fit(&mut FrameSpan::new(&mut table, 0, values.len() as u32)).unwrap()
+    fitter.fit(&mut FrameSpan::new(&mut table, 0, values.len() as u32).with_quantization(1.0)).unwrap()
 }
 
 fn fit_whole(values: &[[f32; 16]], harmonics: u8) -> Fit {

@@ -103,8 +103,12 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         let values = &values[first..first + window];
         let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
         let mut table = Table { values, valid: &valid };
-        let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32).along(&place) else { continue };
-        let cycles = 2.0 * span.half() as f64 / wavelength_mm;
+        let Some(mut span) = FrameSpan::new(&mut table, 0, window as u32).with_quantization(1.0).along(&place) else {
+            continue;
+        };
+        let places = || (0..window as u32).map(place);
+        let range_mm = places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min);
+        let cycles = range_mm as f64 / wavelength_mm;
         let fit = fitter.fit(&mut span).unwrap();
         if fit.status != Status::Good {
             continue;

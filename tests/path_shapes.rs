@@ -47,7 +47,7 @@ fn fit(values: &[Values], places: &[f64], harmonics: u8) -> Fit {
     let valid = vec![u16::MAX; values.len()];
     let mut table = Table { values, valid: &valid };
     let place = |frame: u32| places[frame as usize] as f32;
-    let mut span = FrameSpan::new(&mut table, 0, values.len() as u32).along(&place).unwrap();
+    let mut span = FrameSpan::new(&mut table, 0, values.len() as u32).with_quantization(1.0).along(&place).unwrap();
     let mut fitter = Box::new(Fitter::new(harmonics));
     fitter.fit(&mut span).unwrap()
 }

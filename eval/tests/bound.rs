@@ -13,7 +13,9 @@ fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, f64, u64) {
         let window = Simulated::new(&scene, window_s).expect("a window");
         let valid = vec![u16::MAX; window.values.len()];
         let mut table = Table { values: &window.values, valid: &valid };
-        let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32)).expect("all frames are there");
+        let fit = fitter
+            .fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0))
+            .expect("all frames are there");
         if fit.status != Status::Good {
             lost += 1;
             continue;

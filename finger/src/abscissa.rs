@@ -46,7 +46,8 @@ impl Fitted {
 
 /// A window's frames, with the interferer's frequency, hertz; zero: none.
 fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> FrameSpan<'a> {
-    let span = FrameSpan::new(source, window.first, window.frames);
+    // Frames hold codes.
+    let span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
     if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
 }
 

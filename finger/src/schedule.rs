@@ -7,8 +7,7 @@ use crate::window::Window;
 use ridgetone_proto::scan::{RING_FRAMES, TAXELS, frames_in};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Span;
-use ridgetone_tone::FRAMES_MIN;
-use ridgetone_tone::Values;
+use ridgetone_tone::{FRAMES_MIN, Values};
 
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
 pub const TRIM_FRAMES: u32 = 5;

@@ -6,11 +6,10 @@ use anyhow::{Result, bail, ensure};
 use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
-use ridgetone_tone::spectrum::POINTS_MAX;
-use ridgetone_tone::{Fitter, FrameSpan, HARMONICS_MAX, Table};
+use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
 
-/// The library takes its frames for ADC codes: quantized to 1, with a floor of residuals that comes from it. Channels
-/// are scaled to this span, about that of a real one, so that the floor is far below whatever the file holds.
+/// Channels are scaled to this span, about that of a real one in codes, and fitted as if quantized to 1: that floor of the
+/// residuals is far below those of any file.
 const SPAN_CODES: f64 = 1e6;
 
 /// Which rows and columns to fit, and how.
@@ -98,8 +97,8 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
     };
     ensure!(
-        grid.slots() <= POINTS_MAX,
-        "{file}: {} rows in the window, at most {POINTS_MAX} can be fitted: choose a part with --from and --to",
+        grid.slots() <= FRAMES_MAX,
+        "{file}: {} rows in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
         grid.slots()
     );
 
@@ -117,7 +116,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         None => Vec::new(),
     };
     let place = |frame: u32| places.get(frame as usize).copied().unwrap_or(f32::NAN);
-    let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32);
+    let mut span = FrameSpan::new(&mut source, 0, grid.slots() as u32).with_quantization(1.0);
     if let Some(interferer_hz) = selection.interferer_hz {
         span = span.with_interferer((interferer_hz / grid.rate_hz) as f32);
     }

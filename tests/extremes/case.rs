@@ -28,7 +28,7 @@ impl Case {
 
     pub fn fit(&self) -> Fit {
         let mut table = Table { values: &self.values, valid: &self.valid };
-        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32);
+        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32).with_quantization(1.0);
         if let Some(cycles) = self.interferer {
             span = span.with_interferer(cycles);
         }

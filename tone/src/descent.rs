@@ -1,172 +1,156 @@
-//! Gauss-Newton in the frequency: from a guess to the maximum of the likelihood.
+//! Gauss-Newton steps in the frequency: from a guess to the maximum of the likelihood.
 
-use crate::frame_span::FrameSpan;
-use crate::levels::Levels;
-use crate::moments::Moments;
+use crate::equations::Shape;
+use crate::likelihood::{is_misfit, noise_ratio};
 use crate::nuisance::Nuisances;
-use crate::solve::{Shape, Solution, is_misfit, over_noise};
+use crate::solution::Solution;
+use crate::source::Overwritten;
+use crate::window::{Window, Work};
 use core::f32::consts::PI;
 
-/// Cycles in the window below which there is too little of a wave to tell its frequency
-/// (a periodogram is off by more than 1 Hz there; the bound itself still holds at 0.73 cycles).
+/// Cycles in the window below which its frequency cannot be estimated (a periodogram is off by more than 1 Hz there; the
+/// bound itself still holds at 0.73 cycles).
 pub const CYCLES_MIN: f32 = 0.6;
-/// Cycles in the window from which a slope can be told from the wave and is always fitted too.
+/// Cycles in the window from which a slope can be separated from the wave and is always fitted too.
 pub const CYCLES_FOR_SLOPE: f32 = 2.0;
-/// Gauss-Newton steps at the most; two do from a guess of the search.
+/// Most Gauss-Newton steps; from a guess of the search two are enough.
 const STEPS_MAX: usize = 16;
-/// An error of the last step this small against the uncertainty is none.
-const STEP_DONE: f32 = 0.05;
-/// The same of a guess, in standard deviations: the fit goes on from there.
-pub const LINE_CLOSE: f32 = 2.0;
-/// Steps of the highest harmonic, in cycles per half window, from which on two of them tell how the likelihood bends.
-const CREEP_MAX: f32 = 0.03;
-/// Half a bin of a periodogram: further away the slope of the likelihood misleads.
+/// Error of the last step from which on the descent has converged, standard deviations.
+const CONVERGED_SIGMAS: f32 = 0.05;
+/// The same of a guess, which the fit refines.
+pub const GUESS_SIGMAS: f32 = 2.0;
+/// Longest step of the highest harmonic, in cycles per half window, from which a secant follows.
+const SECANT_STEP_MAX: f32 = 0.03;
+/// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood misleads.
 const STEP_MAX: f32 = 0.25;
+/// Smallest change of `nu` that f32 resolves well, as a share of it.
+const STEP_SHARE_MIN: f32 = 1e-6;
 
-/// A stretch and all that is known of it but its tone.
-pub struct Problem<'p, 'a> {
-    /// The frames.
-    pub span: &'p mut FrameSpan<'a>,
-    /// Their levels.
-    pub levels: &'p Levels,
-    /// What else the channels hold.
+/// A window whose content is known but for its tone.
+pub struct Problem<'p, 'w> {
+    /// The window; its work has sums and solution of the latest pass.
+    pub window: &'p mut Window<'w>,
+    /// Other components of the channels.
     pub nuisances: &'p Nuisances,
-    /// Sums and solution of the latest pass.
-    pub work: &'p mut Work,
-    /// Frequency of that pass.
+    /// Frequency of the latest pass.
     pub nu: f32,
 }
 
-/// What a pass gives, and the solution from it: too large to be handed around.
-#[derive(Clone, Debug, Default)]
-pub struct Work {
-    /// Sums of the latest pass.
-    pub sums: Moments,
-    /// Solution, which has taken its step.
-    pub solution: Solution,
-}
-
-impl Work {
-    /// Nothing yet. A constant of zeros: in its place that is emptied, where what a function makes would be copied.
-    pub const NONE: Self = Self { sums: Moments::new(), solution: Solution::NONE };
-}
-
-impl<'p, 'a> Problem<'p, 'a> {
-    /// A problem of which no sums are known yet; they will be kept in `work`.
-    pub fn new(span: &'p mut FrameSpan<'a>, levels: &'p Levels, nuisances: &'p Nuisances, work: &'p mut Work) -> Self {
-        Self { span, levels, nuisances, work, nu: 0.0 }
+impl<'p, 'w> Problem<'p, 'w> {
+    /// A problem before its first pass.
+    pub fn new(window: &'p mut Window<'w>, nuisances: &'p Nuisances) -> Self {
+        Self { window, nuisances, nu: 0.0 }
     }
 
-    /// One pass at `nu`. None if the frames were overwritten.
-    pub fn pass(&mut self, nu: f32, harmonics: usize) -> Option<()> {
+    /// One pass at `nu`.
+    pub fn pass(&mut self, nu: f32, harmonics: usize) -> Result<(), Overwritten> {
         self.nu = nu;
-        self.work.sums.collect(self.span, self.levels, self.nuisances, nu, harmonics)
+        let Window { span, levels, work, .. } = &mut *self.window;
+        work.sums.collect(span, levels, self.nuisances, nu, harmonics)
     }
 
     /// The latest solution.
     pub fn solution(&self) -> &Solution {
-        &self.work.solution
+        &self.window.work.solution
     }
 
-    /// Solves for `shape` with the sums of the latest pass and takes its step. None if the unknowns cannot be
-    /// told apart.
+    /// Solves for `shape` with the sums of the latest pass, and takes the step. None if the equations are singular.
     pub fn step(&mut self, shape: Shape) -> Option<()> {
-        let Work { sums, solution } = &mut *self.work;
-        solution.solve(sums, self.levels, self.nuisances, self.nu, shape)?;
-        solution.nu = stepped(self.nu, solution.step, self.span.nu_most());
+        let Work { sums, solution } = &mut *self.window.work;
+        solution.solve(sums, self.window.levels, self.nuisances, self.nu, shape)?;
+        solution.nu = stepped(self.nu, solution.step, self.window.span.nu_max());
         Some(())
     }
 
-    /// Gauss-Newton from `nu`, at most `steps` of them, until the error left is `close` standard deviations. False
-    /// if the unknowns cannot be told apart. None if the frames were overwritten.
+    /// Gauss-Newton from `nu`, at most `steps` of them, until the remaining error is within `sigmas` standard deviations.
+    /// False if the equations are singular.
     #[inline(never)]
-    pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize, close: f32) -> Option<bool> {
+    pub fn descend(&mut self, nu: f32, shape: Shape, steps: usize, sigmas: f32) -> Result<bool, Overwritten> {
         let (mut nu, mut before) = (nu, None);
-        for left in (0..steps.clamp(1, STEPS_MAX)).rev() {
+        for remaining in (0..steps.clamp(1, STEPS_MAX)).rev() {
             self.pass(nu, shape.harmonics)?;
             if self.step(shape).is_none() {
-                return Some(false);
+                return Ok(false);
             }
-            let arrived = match close <= STEP_DONE && self.is_misfit() {
-                true => self.creep(nu, close, &mut before),
-                false => self.arrives(nu, close),
+            let converged = match sigmas <= CONVERGED_SIGMAS && is_misfit(self.noise_ratio()) {
+                true => self.secant_step(nu, sigmas, &mut before),
+                false => self.converges(nu, sigmas),
             };
-            if left == 0 || arrived {
+            if remaining == 0 || converged {
                 break;
             }
             nu = self.solution().nu;
         }
-        Some(true)
+        Ok(true)
     }
 
-    /// What the latest solution leaves over the channels' noise ([`over_noise`]), where its step leads.
-    pub fn over_noise(&self) -> Option<f32> {
-        let solution = self.solution();
+    /// Residuals of the latest solution over the noise ([`noise_ratio`]), where its step leads.
+    pub fn noise_ratio(&self) -> Option<f32> {
+        let (solution, levels) = (self.solution(), self.window.levels);
         let unknowns = solution.shape.unknowns();
-        let samples = self.levels.channels() * (self.levels.frames as f32 - unknowns as f32).max(1.0);
-        let ahead = solution.step * solution.step * solution.information / samples;
-        over_noise(self.levels, &solution.residual_sum_of_squares, unknowns).map(|over| over * (1.0 - ahead.min(1.0)))
+        let samples = levels.channels() * (levels.frames as f32 - unknowns as f32).max(1.0);
+        let removed = solution.step * solution.step * solution.information / samples;
+        let ratio = noise_ratio(levels, &solution.residual_sum_of_squares, unknowns);
+        ratio.map(|ratio| ratio * (1.0 - removed.min(1.0)))
     }
 
-    /// Whether that is more than noise.
-    fn is_misfit(&self) -> bool {
-        is_misfit(self.over_noise())
-    }
-
-    /// Where the model is wrong a Gauss-Newton step is but a part of the way, down to a fiftieth of it: the
-    /// likelihood bends less than the model would have it. How much less is known from two steps (a secant); that
-    /// leads on, and is the information there really is. Whether it has arrived.
-    fn creep(&mut self, nu: f32, close: f32, before: &mut Option<(f32, f32)>) -> bool {
-        let most = self.span.nu_most();
-        let solution = &mut self.work.solution;
+    /// Where the model is wrong, a Gauss-Newton step is too short, down to a fiftieth of what it should be: the likelihood
+    /// curves less than the model's. Two steps give its curvature (a secant), which gives the next step and the real
+    /// information. Returns whether the descent has converged.
+    fn secant_step(&mut self, nu: f32, sigmas: f32, before: &mut Option<(f32, f32)>) -> bool {
+        let most = self.window.span.nu_max();
+        let solution = &mut self.window.work.solution;
         let step = solution.nu - nu;
         // Far from the maximum the likelihood is no parabola.
-        if step.abs() * solution.shape.harmonics as f32 > CREEP_MAX {
+        if step.abs() * solution.shape.harmonics as f32 > SECANT_STEP_MAX {
             *before = None;
             return false;
         }
-        let bend = before.replace((nu, step)).map(|(nu_before, step_before)| (step_before - step) / (nu - nu_before));
-        let Some(bend) = bend.filter(|bend| *bend > 0.02 && *bend < 2.0) else { return step.abs() < 1e-6 * nu };
-        let way = (step / bend).clamp(-STEP_MAX, STEP_MAX);
-        solution.nu = stepped(nu, way, most);
-        let arrived = way.abs() <= close / libm::sqrtf(solution.information) || way.abs() < 1e-6 * nu;
-        if arrived {
-            solution.information *= bend.min(1.0);
+        let curvature = before.replace((nu, step)).map(|(nu_before, before)| (before - step) / (nu - nu_before));
+        let Some(curvature) = curvature.filter(|curvature| *curvature > 0.02 && *curvature < 2.0) else {
+            return step.abs() < STEP_SHARE_MIN * nu;
+        };
+        let step = (step / curvature).clamp(-STEP_MAX, STEP_MAX);
+        solution.nu = stepped(nu, step, most);
+        let converged = step.abs() <= sigmas / libm::sqrtf(solution.information) || step.abs() < STEP_SHARE_MIN * nu;
+        if converged {
+            solution.information *= curvature.min(1.0);
         }
-        arrived
+        converged
     }
 
-    /// All the steps it takes.
-    pub fn converge(&mut self, nu: f32, shape: Shape) -> Option<bool> {
-        self.descend(nu, shape, STEPS_MAX, STEP_DONE)
+    /// As many steps as it takes.
+    pub fn converge(&mut self, nu: f32, shape: Shape) -> Result<bool, Overwritten> {
+        self.descend(nu, shape, STEPS_MAX, CONVERGED_SIGMAS)
     }
 
-    /// Whether the latest step, of a pass that was made for another shape perhaps, leads to the maximum.
-    pub fn has_arrived(&self) -> bool {
-        !self.is_misfit() && self.arrives(self.nu, STEP_DONE)
+    /// Whether the latest step leads to the maximum; its pass may have been made for another shape.
+    pub fn has_converged(&self) -> bool {
+        !is_misfit(self.noise_ratio()) && self.converges(self.nu, CONVERGED_SIGMAS)
     }
 
-    /// Whether the step from `nu` leads to the maximum, so that nothing has to be solved again there.
-    fn arrives(&self, nu: f32, close: f32) -> bool {
+    /// Whether the step from `nu` leads to the maximum, so that no further pass is needed there.
+    fn converges(&self, nu: f32, sigmas: f32) -> bool {
         let solution = self.solution();
         let step = (solution.nu - nu).abs();
-        let done = close / libm::sqrtf(solution.information);
-        // A step turns the ends of the window by `angle`; what a Gauss-Newton step is wrong by goes
-        // with its cube (the waves' third-order terms).
+        let tolerance = sigmas / libm::sqrtf(solution.information);
+        // A step turns the ends of the window by `angle`; the error of a Gauss-Newton step grows with its cube (the waves'
+        // third-order terms).
         let angle = 2.0 * PI * solution.shape.harmonics as f32 * step;
-        // Below two cycles the waves lean on offset and slope too, and as close to half the frame rate on their own
-        // images: a step errs by more than that.
+        // Below two cycles the waves correlate with offset and slope too, and as close to half the frame rate with their
+        // own images: a step errs by more than that.
         let highest = solution.shape.harmonics as f32 * nu;
-        if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.span.nu_most() - highest) < CYCLES_FOR_SLOPE {
-            return step <= done || step < 1e-6 * nu;
+        let is_tiny = step < STEP_SHARE_MIN * nu;
+        if 2.0 * nu < CYCLES_FOR_SLOPE || 2.0 * (self.window.span.nu_max() - highest) < CYCLES_FOR_SLOPE {
+            return step <= tolerance || is_tiny;
         }
         // The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.
-        let freedom = self.levels.frames as f32 - solution.shape.unknowns() as f32;
-        (0.1 * angle * angle * step <= done && 2.5 * step <= done * (freedom - 8.0)) || step < 1e-6 * nu
+        let freedom = self.window.levels.frames as f32 - solution.shape.unknowns() as f32;
+        (0.1 * angle * angle * step <= tolerance && 2.5 * step <= tolerance * (freedom - 8.0)) || is_tiny
     }
 }
 
-/// Where a step from `nu` ends: below a quarter of a cycle per window there is nothing, and nothing above `most`.
+/// The end of a step from `nu`: at least 0.3 cycles in the window, at most `most`.
 fn stepped(nu: f32, step: f32, most: f32) -> f32 {
     // Not `clamp`: its assertion would bring all of float formatting into the image.
     (nu + step.clamp(-STEP_MAX, STEP_MAX)).min(most).max(0.15)

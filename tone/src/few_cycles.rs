@@ -1,195 +1,184 @@
-//! Few cycles, or a drift: what a window holds below four cycles.
+//! A window of few cycles, or of a drift alone: what it holds below four cycles.
 //!
-//! Lines of few cycles lean on each other too much for a periodogram to tell them; a baseline that drifts looks like a
-//! part of a wave, and a slow wave with its overtones like a drift with a faster tone. So all that there may be - a level,
-//! a slope, a bend or a relaxation, with nothing or a tone of up to so many harmonics on it - are compared by
-//! their likelihoods, and where two tones are about as likely it is left open which of them it is.
+//! Lines of few cycles overlap too much for a periodogram to separate them. A baseline that drifts resembles a part of a
+//! wave, and a slow wave with its overtones a drift with a faster tone. So all candidates - a level, a slope, a bend or a
+//! relaxation, without a tone or with one of one to five harmonics - are compared by their likelihoods, and where two
+//! tones are about as likely the result is ambiguous.
 
-use crate::descent::{CYCLES_FOR_SLOPE, Problem, Work};
-use crate::frame_span::FrameSpan;
-use crate::fundamental::harmonics_below_nyquist;
-use crate::levels::Levels;
-use crate::model::{Model, expected_gain};
-use crate::nuisance::{Curve, Nuisances};
+use crate::descent::{CYCLES_FOR_SLOPE, Problem};
+use crate::equations::Shape;
+use crate::guess::SpectralLine;
+use crate::likelihood::{expected_gain, gain, noise_ratio};
+use crate::model::Model;
+use crate::nuisance::Curve;
 use crate::relaxing::relax;
-use crate::search::{Place, SpectralLine};
 use crate::significance::{ONE_IN_A_THOUSAND, significant_gain, significant_search_gain};
-use crate::solve::{Shape, gain, over_noise};
+use crate::source::Overwritten;
+use crate::spectrum::TransformMemory;
 use crate::survey::Survey;
+use crate::window::{Window, Work};
 
-/// Cycles from which on harmonics may be missing below a line.
-const MANY: f32 = 5.0;
+/// Cycles from which the line may be a harmonic of a tone below it.
+const CYCLES_FOR_SUBHARMONIC: f32 = 5.0;
 /// Two tones are different if their frequencies are, by this share.
-const DIFFERENT: f32 = 0.1;
-/// Normal deviate up to which what more unknowns gain is chance.
-const PLAIN: f32 = 2.0;
-/// Odds that leave it open which of two tones it is, as a logarithm.
-const OPEN: f32 = 8.0;
+const DIFFERENT_SHARE: f32 = 0.1;
+/// Normal deviate up to which noise explains what more unknowns gain.
+const NOISE_DEVIATE: f32 = 2.0;
+/// Difference of log-likelihoods up to which two tones are about as likely.
+const AMBIGUOUS_LOG_ODDS: f32 = 8.0;
 
-/// Gauss-Newton steps to the summit of a model's likelihood at the most.
-const STEPS: usize = 6;
-/// How often all that there may be is looked at at the likeliest summits.
+/// Most Gauss-Newton steps to the maximum of a model's likelihood.
+const STEPS_MAX: usize = 6;
+/// How often all models are surveyed at the maxima of the likeliest.
 const ROUNDS: usize = 2;
-/// Of baselines without a curve.
-const PLAIN_KINDS: usize = 2;
-/// Share of a frequency by which summits of several models are one.
-const SAME: f32 = 0.02;
-/// Log-likelihood that is not worth another one.
-const ARRIVED: f32 = 1.0;
-/// What a step promises may be less than there is, by this factor.
-const OPTIMISM: f32 = 4.0;
-/// What the likeliest model leaves over the frames' own noise, which few of them do not tell better, from which on the
-/// truth is none of them.
-const MISFIT: f32 = 3.0;
+/// Kinds of baselines without a curve.
+const STRAIGHT_KINDS: usize = 2;
+/// Share of a frequency within which maxima of several models are the same.
+const SAME_MAXIMUM_SHARE: f32 = 0.02;
+/// Log-likelihood that is not worth another step.
+const GAIN_MIN: f32 = 1.0;
+/// A step may gain more than is expected, by this factor.
+const UNDERESTIMATE_MAX: f32 = 4.0;
+/// Noise ratio of the likeliest model, not well known from few frames, from which on none of the models is right.
+const MISFIT_NOISE_RATIO: f32 = 3.0;
 
-/// The strongest line where the periodogram's peak is a low one, or where there is nothing but a drift. The
-/// inner None says that there is none. `line` is that peak, or another line that there may be. None if frames were
-/// overwritten.
+/// The strongest line where the periodogram's peak `line` is a low one, or where there may be a drift alone; None if there
+/// is no line. With `memory` the periodogram is also taken again, without the drift.
 pub fn few_cycles(
-    span: &mut FrameSpan,
-    levels: &Levels,
-    work: &mut Work,
-    most: usize,
-    place: Option<Place>,
+    window: &mut Window,
+    memory: Option<TransformMemory>,
     line: f32,
-) -> Option<Option<SpectralLine>> {
+) -> Result<Option<SpectralLine>, Overwritten> {
+    let levels = window.levels;
     let mut survey = Survey::default();
-    survey.look_around(span, levels, work, most, line)?;
+    survey.add_few_cycles(window, line)?;
     let mut drift = None;
-    survey.without.iter().flatten().for_each(|without| Model::keep(&mut drift, levels, without));
+    survey.without.iter().flatten().for_each(|without| Model::replace_if_better(&mut drift, levels, without));
     for without in survey.without.iter().flatten() {
-        refine(span, levels, work, without, &mut drift)?;
+        refine(window, without, &mut drift)?;
     }
-    let Some(drift) = drift else { return Some(None) };
-    if let Some(place) = place {
-        survey.look_on_drift(span, levels, work, most, place, drift.curve)?;
+    let Some(drift) = drift else { return Ok(None) };
+    if let Some(memory) = memory {
+        survey.add_on_drift(window, memory, drift.curve)?;
     }
-    // From the likeliest on, so that most others are seen not to be worth the way.
-    let mut first = None;
-    survey.tones.as_flattened().iter().flatten().for_each(|tone| Model::keep(&mut first, levels, tone));
-    let mut best = None;
+    // The likeliest first: most others are then not worth refining.
+    let (mut first, mut best) = (None, None);
+    survey.tones.as_flattened().iter().flatten().for_each(|tone| Model::replace_if_better(&mut first, levels, tone));
     if let Some(first) = first {
-        refine(span, levels, work, &first, &mut best)?;
+        refine(window, &first, &mut best)?;
     }
-    // What is at another summit there has not been compared with the rest at this one.
-    let mut known = [0.0; 1 + PLAIN_KINDS];
+    // A model at another maximum has not been compared with the others at this one.
+    let mut known = [0.0; 1 + STRAIGHT_KINDS];
     for _ in 0..ROUNDS {
         for (k, known) in known.iter_mut().enumerate() {
             let mut likeliest = best;
-            if let Some(plain) = k.checked_sub(1).and_then(|plain| survey.tones.get(plain)) {
+            if let Some(straight) = k.checked_sub(1).and_then(|kind| survey.tones.get(kind)) {
                 likeliest = None;
-                plain
-                    .iter()
-                    .flatten()
-                    .filter(|tone| tone.refined)
-                    .for_each(|tone| Model::keep(&mut likeliest, levels, tone));
+                let refined = straight.iter().flatten().filter(|tone| tone.refined);
+                refined.for_each(|tone| Model::replace_if_better(&mut likeliest, levels, tone));
             }
             let Some(Model { nu, .. }) = likeliest else { continue };
-            if (nu - *known).abs() > SAME * nu {
+            if (nu - *known).abs() > SAME_MAXIMUM_SHARE * nu {
                 *known = nu;
-                survey.look_at_summit(span, levels, work, most, nu)?;
+                survey.add_at_maximum(window, nu)?;
             }
         }
         for place in survey.tones.as_flattened_mut() {
             if let Some(tone) = place.filter(|tone| !tone.refined) {
-                *place = refine(span, levels, work, &tone, &mut best)?;
+                *place = refine(window, &tone, &mut best)?;
             }
         }
     }
-    let Some(best) = best else { return Some(None) };
-    let gained = gain(levels, &drift.residual_sum_of_squares, &best.residual_sum_of_squares, best.shape.unknowns());
-    // A drift of more unknowns has to pay for them.
-    let by_chance = match best.shape.unknowns() > drift.shape.unknowns() {
+    let Some(best) = best else { return Ok(None) };
+    let unknowns = best.shape.unknowns();
+    let gained = gain(levels, &drift.residual_sum_of_squares, &best.residual_sum_of_squares, unknowns);
+    // A drift of more unknowns has a penalty for them.
+    let threshold = match unknowns > drift.shape.unknowns() {
         true => significant_search_gain(2.0 * levels.channels(), levels.frames),
-        false => gained - drift.odds(levels, &best),
+        false => gained - drift.log_odds(levels, &best),
     };
-    if !(gained > by_chance) {
-        return Some(None);
+    if !(gained > threshold) {
+        return Ok(None);
     }
     let competitor = |tone: &&Model| {
-        let apart = (tone.nu - best.nu).abs() > DIFFERENT * best.nu;
-        let more = tone.shape.unknowns().saturating_sub(best.shape.unknowns());
-        let by_chance = if more > 0 { significant_gain(levels, more, PLAIN) } else { f32::NEG_INFINITY };
-        let gained =
-            gain(levels, &best.residual_sum_of_squares, &tone.residual_sum_of_squares, best.shape.unknowns() + more);
-        apart && gained > by_chance && best.odds(levels, tone) > -OPEN
+        let differs = (tone.nu - best.nu).abs() > DIFFERENT_SHARE * best.nu;
+        let more = tone.shape.unknowns().saturating_sub(unknowns);
+        let threshold = if more > 0 { significant_gain(levels, more, NOISE_DEVIATE) } else { f32::NEG_INFINITY };
+        let gained = gain(levels, &best.residual_sum_of_squares, &tone.residual_sum_of_squares, unknowns + more);
+        differs && gained > threshold && best.log_odds(levels, tone) > -AMBIGUOUS_LOG_ODDS
     };
-    let few = 2.0 * best.nu < CYCLES_FOR_SLOPE;
-    let over_noise = over_noise(levels, &best.residual_sum_of_squares, best.shape.unknowns());
-    let misfit = few && over_noise.is_some_and(|over| over > MISFIT);
+    let without_slope = 2.0 * best.nu < CYCLES_FOR_SLOPE;
+    let noise_ratio = noise_ratio(levels, &best.residual_sum_of_squares, unknowns);
+    let misfit = without_slope && noise_ratio.is_some_and(|ratio| ratio > MISFIT_NOISE_RATIO);
     let ambiguous = misfit || survey.tones.as_flattened().iter().flatten().find(competitor).is_some();
-    let harmonics = if few { carried(span, levels, work, &best, most)? } else { 0 };
-    Some(Some(SpectralLine {
+    let harmonics = if without_slope { significant_harmonics(window, &best)? } else { 0 };
+    Ok(Some(SpectralLine {
         nu: best.nu,
-        slope: best.shape.slope || !few,
+        slope: best.shape.slope || !without_slope,
         curve: best.curve,
-        suspects: [2.0 * best.nu >= MANY; 2],
+        suspects: [2.0 * best.nu >= CYCLES_FOR_SUBHARMONIC; 2],
         harmonics,
         ambiguous,
     }))
 }
 
-/// Harmonics of the likeliest model, and above them as many as stand out of the noise: those have not to
-/// pay for telling it from another.
-fn carried(span: &mut FrameSpan, levels: &Levels, work: &mut Work, best: &Model, most: usize) -> Option<usize> {
-    let nuisances = Nuisances::new(span, levels, best.curve)?;
-    let shape = Shape { harmonics: harmonics_below_nyquist(span, best.nu, most), ..best.shape };
-    work.sums.collect(span, levels, &nuisances, best.nu, shape.harmonics)?;
-    let (mut carried, mut least) = (best.shape.harmonics, best.residual_sum_of_squares);
-    let Work { sums, solution } = work;
+/// Harmonics of the likeliest model, and above them as many as are significant: those need not distinguish it from another
+/// model.
+fn significant_harmonics(window: &mut Window, best: &Model) -> Result<usize, Overwritten> {
+    let nuisances = window.nuisances(best.curve)?;
+    let shape = Shape { harmonics: window.harmonics(best.nu), ..best.shape };
+    let Window { span, levels, work: Work { sums, solution }, .. } = window;
+    sums.collect(span, levels, &nuisances, best.nu, shape.harmonics)?;
+    let (mut significant, mut least) = (best.shape.harmonics, best.residual_sum_of_squares);
     solution.residual_sums(sums, levels, &nuisances, &shape, &mut |harmonics, residual_sum_of_squares| {
-        let more = 2 * harmonics.saturating_sub(carried);
+        let more = 2 * harmonics.saturating_sub(significant);
         let unknowns = Shape { harmonics, ..shape }.unknowns();
         if more > 0
             && gain(levels, &least, residual_sum_of_squares, unknowns)
                 > significant_gain(levels, more, ONE_IN_A_THOUSAND)
         {
-            (carried, least) = (harmonics, *residual_sum_of_squares);
+            (significant, least) = (harmonics, *residual_sum_of_squares);
         }
     });
-    Some(carried)
+    Ok(significant)
 }
 
-/// A model at the summit of its likelihood, which is `best` if it is likelier; None if that cannot be, or if its unknowns
-/// cannot be told apart. The outer None if frames were overwritten.
+/// A model at the maximum of its likelihood, which replaces `best` if it is likelier; None if there is no maximum, or if
+/// its equations are singular.
 #[inline(never)]
-fn refine(
-    span: &mut FrameSpan,
-    levels: &Levels,
-    work: &mut Work,
-    from: &Model,
-    best: &mut Option<Model>,
-) -> Option<Option<Model>> {
+fn refine(window: &mut Window, from: &Model, best: &mut Option<Model>) -> Result<Option<Model>, Overwritten> {
+    let levels = window.levels;
     let (mut top, mut model) = (None, Model { refined: true, ..*from });
     let straight = matches!(from.curve, Curve::Relaxing(_)) || from.nu == 0.0;
-    let nuisances = Nuisances::new(span, levels, if straight { Curve::None } else { from.curve })?;
-    for _ in 0..STEPS {
-        let ahead = match model.curve {
-            Curve::Relaxing(_) => relax(span, levels, work, &mut model)?,
-            _ if model.nu > 0.0 => step(&mut Problem::new(span, levels, &nuisances, work), &mut model)?,
+    let nuisances = window.nuisances(if straight { Curve::None } else { from.curve })?;
+    for _ in 0..STEPS_MAX {
+        let next = match model.curve {
+            Curve::Relaxing(_) => relax(window, &mut model)?,
+            _ if model.nu > 0.0 => step(&mut Problem::new(window, &nuisances), &mut model)?,
             _ => Some((model, 0.0)),
         };
-        let Some((next, expected_gain)) = ahead else { break };
-        Model::keep(&mut top, levels, &model);
-        let behind = best.as_ref().map_or(0.0, |best| best.odds(levels, &model));
-        if expected_gain < ARRIVED || behind + OPTIMISM * expected_gain < -OPEN {
+        let Some((next, expected_gain)) = next else { break };
+        Model::replace_if_better(&mut top, levels, &model);
+        let log_odds = best.as_ref().map_or(0.0, |best| best.log_odds(levels, &model));
+        if expected_gain < GAIN_MIN || log_odds + UNDERESTIMATE_MAX * expected_gain < -AMBIGUOUS_LOG_ODDS {
             break;
         }
         (model.nu, model.curve) = (next.nu, next.curve);
     }
     if let Some(top) = &top {
-        Model::keep(best, levels, top);
+        Model::replace_if_better(best, levels, top);
     }
-    Some(top)
+    Ok(top)
 }
 
-/// What a model leaves where it is, and where a step leads, with the log-likelihood that is promised there.
-fn step(problem: &mut Problem, model: &mut Model) -> Option<Option<(Model, f32)>> {
+/// Finds the residuals of a model, and where a step leads, with the log-likelihood that is expected there; None if the
+/// equations are singular.
+fn step(problem: &mut Problem, model: &mut Model) -> Result<Option<(Model, f32)>, Overwritten> {
     problem.pass(model.nu, model.shape.harmonics)?;
     if problem.step(model.shape).is_none() {
-        return Some(None);
+        return Ok(None);
     }
     let solution = problem.solution();
     model.residual_sum_of_squares = solution.residual_sum_of_squares;
-    Some(Some((Model { nu: solution.nu, ..*model }, expected_gain(problem.levels, solution))))
+    Ok(Some((Model { nu: solution.nu, ..*model }, expected_gain(problem.window.levels, solution))))
 }

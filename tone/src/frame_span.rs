@@ -1,251 +1,201 @@
-//! A stretch of frames as the fit goes over it, a block at a time.
-//!
-//! The abscissa is `u`, -1 at the stretch's start and 1 at its end: the frame's place in time, or, where
-//! the speed varies, the finger's place on the surface. A frequency is `nu`, cycles per unit of `u`, that
-//! is half the cycles in the stretch. Frames that do not count are left out of every sum.
+//! The frames of a window as the fit visits them, a block at a time. Frames without a valid value in every channel that
+//! is used are left out of every sum.
 
-use crate::source::{FrameSource, Values};
+use crate::abscissa::Abscissa;
+pub use crate::abscissa::BLOCK;
+use crate::source::{FrameSource, Overwritten, Values};
 
-/// Frames read at a time: the time the ring is locked, and the stretch over which the harmonics are taken
-/// from one table.
-pub const BLOCK: usize = 16;
-
-/// Frames from one place to the next that count for the length of a path.
-const STRIDE: u32 = 8;
-
-/// Frames and how to read them.
+/// Consecutive frames of a source, and what is known of them beforehand.
 pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
     first: u32,
-    /// Frames in it.
-    pub frames: u32,
-    /// Taxels that a frame must have valid values of to count; found by [`crate::levels::levels`].
-    pub taxels: u16,
+    pub(crate) frames: u32,
+    /// Channels of which a frame must have valid values to count; the first pass finds them.
+    pub(crate) channels: u16,
     /// An interferer's cycles per frame.
-    pub interferer: Option<f32>,
+    pub(crate) interferer: Option<f32>,
+    /// Step of quantization in the frames' unit; 0: none.
+    pub(crate) quantization_step: f32,
+    /// Frames per unit of time.
+    rate: f32,
     abscissa: Abscissa<'a>,
 }
 
-/// `u` of the frames of a stretch.
-#[derive(Clone, Copy)]
-pub(crate) enum Abscissa<'a> {
-    /// In time: that of frame 0, and from one frame to the next.
-    Time { start: f32, step: f32 },
-    /// By place; `travel` is the way there and back, in `u`.
-    Place { of: &'a dyn Fn(u32) -> f32, centre: f32, half: f32, travel: f32 },
-}
-
-impl Abscissa<'_> {
-    fn time(frames: u32) -> Self {
-        let step = 2.0 / frames.max(1) as f32;
-        Self::Time { start: -0.5 * (frames as f32 - 1.0) * step, step }
-    }
-
-    /// From one frame to the next, in time.
-    pub fn step(&self) -> Option<f32> {
-        match self {
-            Self::Time { step, .. } => Some(*step),
-            Self::Place { .. } => None,
-        }
-    }
-
-    /// `u` of a frame.
-    pub fn u(&self, frame: u32) -> f32 {
-        match self {
-            Self::Time { start, step } => start + step * frame as f32,
-            Self::Place { of, centre, half, .. } => (of(frame) - centre) / half,
-        }
-    }
-
-    /// `u` of the frames of a block that begins with frame `at`; behind the last of so many `frames` it means
-    /// nothing.
-    pub fn block(&self, at: u32, frames: u32) -> [f32; BLOCK] {
-        let mut u = [0.0; BLOCK];
-        match self {
-            Self::Time { start, step } => {
-                for (i, u) in u.iter_mut().enumerate() {
-                    *u = start + step * (at + i as u32) as f32;
-                }
-            }
-            Self::Place { .. } => {
-                for (u, frame) in u.iter_mut().zip(at..frames) {
-                    *u = self.u(frame);
-                }
-            }
-        }
-        u
-    }
-}
-
-/// Some frames of a stretch, always as many as fit, so that loops over them have a fixed length.
+/// Some frames of a span, always as many, so that loops over them have a fixed length.
 pub(crate) struct Block<'a> {
-    /// Number of its first frame in the stretch.
-    pub at: u32,
-    /// The frames; those that do not count, or are not there, have the values asked for.
+    /// Number of its first frame in the span.
+    pub first: u32,
+    /// The frames; those that do not count, or are not there, have the substitute's values.
     pub values: &'a [Values; BLOCK],
-    /// Mask of valid taxels per frame; 0 is a frame that is missing, not there, or does not count.
+    /// Mask of valid channels of each frame; 0 is a frame that is missing, not there, or does not count.
     pub valid: &'a [u16; BLOCK],
     /// All of them count.
-    pub whole: bool,
+    pub complete: bool,
 }
 
-/// Whether a frame with valid values of the taxels in `valid` counts.
-fn counts(valid: u16, taxels: u16) -> bool {
-    valid & taxels == taxels && valid != 0
+/// Whether a frame with valid values of the channels in `valid` counts.
+fn counts(valid: u16, channels: u16) -> bool {
+    valid & channels == channels && valid != 0
 }
 
-/// Whether all frames of a block do, and have a valid taxel in common: if not, each is looked at.
+/// Whether all frames of a block count, and have a valid channel in common; if not, each frame is examined.
 #[inline(always)]
-fn all_count(valid: &[u16; BLOCK], taxels: u16) -> bool {
-    counts(valid.iter().fold(u16::MAX, |common, valid| common & valid), taxels)
+fn all_count(valid: &[u16; BLOCK], channels: u16) -> bool {
+    counts(valid.iter().fold(u16::MAX, |common, valid| common & valid), channels)
 }
 
 impl<'a> FrameSpan<'a> {
     /// The `frames` frames of `source` from frame number `first` on.
     pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
-        Self { source, first, frames, taxels: 0, interferer: None, abscissa: Abscissa::time(frames) }
+        let abscissa = Abscissa::time(frames);
+        Self { source, first, frames, channels: 0, interferer: None, quantization_step: 0.0, rate: 1.0, abscissa }
     }
 
-    /// The same with a known interferer in all channels, cycles per frame (an aliased one may have more
-    /// than half a cycle): mains hum. Its amplitude and phase are unknowns of the fit.
+    /// The same at so many frames per second: the fit then gives hertz, and without it cycles per frame.
+    pub fn with_frame_rate(self, frames_per_s: f32) -> Self {
+        Self { rate: frames_per_s, ..self }
+    }
+
+    /// The same with a known interferer in all channels, cycles per frame (an aliased one may have more than half a
+    /// cycle): mains hum. Its amplitude and phase are unknowns of the fit.
     pub fn with_interferer(self, cycles_per_frame: f32) -> Self {
         Self { interferer: Some(cycles_per_frame), ..self }
     }
 
-    /// The same along a path: `place` gives a frame's place on the surface, by the frame's number in the
-    /// stretch, in any unit; frequencies are then cycles per that unit. The path may turn back. None if it
-    /// does not move, or a place is not finite.
+    /// The same where values are rounded to multiples of `step`: no residual is taken to be smaller than that rounding.
+    pub fn with_quantization(self, step: f32) -> Self {
+        Self { quantization_step: step, ..self }
+    }
+
+    /// The same along a path: `place` gives a frame's place, by the frame's number in the span, in any unit; frequencies
+    /// are then cycles per that unit. The path may turn back. None if it does not move, or a place is not finite.
     pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
-        let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
-        let (mut way, mut from) = (0.0, place(0));
-        for frame in 0..self.frames {
-            let at = place(frame);
-            if !at.is_finite() {
-                return None;
-            }
-            (least, most) = (least.min(at), most.max(at));
-            // In strides, so that the grains of an encoder do not make the way longer.
-            if frame.is_multiple_of(STRIDE) || frame + 1 == self.frames {
-                way += (at - from).abs();
-                from = at;
-            }
-        }
-        let half = 0.5 * (most - least);
-        let abscissa = Abscissa::Place { of: place, centre: least + half, half, travel: way / half };
-        (half > 0.0).then_some(Self { abscissa, ..self })
+        Some(Self { abscissa: Abscissa::path(place, self.frames)?, ..self })
+    }
+
+    /// The same span, borrowed for a shorter time.
+    pub(crate) fn reborrow(&mut self) -> FrameSpan<'_> {
+        FrameSpan { source: &mut *self.source, ..*self }
     }
 
     /// The `frames` frames from its frame `from` on; in time only.
-    pub fn part(&mut self, from: u32, frames: u32) -> FrameSpan<'_> {
-        let Self { taxels, interferer, .. } = *self;
+    pub(crate) fn part(&mut self, from: u32, frames: u32) -> FrameSpan<'_> {
         let first = self.first.wrapping_add(from);
-        FrameSpan { source: &mut *self.source, first, frames, taxels, interferer, abscissa: Abscissa::time(frames) }
+        FrameSpan { first, frames, abscissa: Abscissa::time(frames), ..self.reborrow() }
     }
 
-    /// Means of every `by` frames of this stretch, in `source`.
-    pub fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> FrameSpan<'b> {
+    /// Means of every `by` frames of this span, in `source`.
+    pub(crate) fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> FrameSpan<'b> {
         let interferer = self.interferer.map(|cycles| cycles * by as f32);
-        FrameSpan { source, first: 0, frames: count, taxels: self.taxels, interferer, abscissa: Abscissa::time(count) }
+        FrameSpan { channels: self.channels, interferer, ..FrameSpan::new(source, 0, count) }
     }
 
-    /// The abscissa of its frames.
     pub(crate) fn abscissa(&self) -> Abscissa<'a> {
         self.abscissa
     }
 
     /// Whether `u` is the frame's place in time.
-    pub fn is_in_time(&self) -> bool {
+    pub(crate) fn is_in_time(&self) -> bool {
         matches!(self.abscissa, Abscissa::Time { .. })
     }
 
-    /// Shows every frame in blocks of [`BLOCK`], those that do not count with the values of `instead`. None if
-    /// frames were overwritten meanwhile.
-    pub(crate) fn blocks(&mut self, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        for at in (0..self.frames).step_by(BLOCK) {
-            let most = (self.frames - at).min(BLOCK as u32) as usize;
-            let (mut whole, taxels) = (false, self.taxels);
-            self.source
-                .read(self.first.wrapping_add(at), most, &mut |values, valid| {
-                    if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
-                        && all_count(valid, taxels)
-                    {
-                        whole = true;
-                        visit(Block { at, values, valid, whole });
-                    }
-                })
-                .ok()?;
-            if !whole {
-                self.broken_block(at, most, instead, visit)?;
+    /// Visits every frame in blocks of [`BLOCK`]; those that do not count have the values of `substitute`.
+    pub(crate) fn blocks(&mut self, substitute: &Values, visit: &mut dyn FnMut(Block)) -> Result<(), Overwritten> {
+        for first in (0..self.frames).step_by(BLOCK) {
+            let most = (self.frames - first).min(BLOCK as u32) as usize;
+            let (mut complete, channels) = (false, self.channels);
+            self.source.read(self.first.wrapping_add(first), most, &mut |values, valid| {
+                if let (Ok(values), Ok(valid)) = (values.try_into(), <&[u16; BLOCK]>::try_from(valid))
+                    && all_count(valid, channels)
+                {
+                    complete = true;
+                    visit(Block { first, values, valid, complete });
+                }
+            })?;
+            if !complete {
+                self.incomplete_block(first, most, substitute, visit)?;
             }
         }
-        Some(())
+        Ok(())
     }
 
-    /// A block with gaps, at the end of the stretch, or cut by the end of a ring.
+    /// A block with gaps, at the end of the span, or cut by the end of a ring.
     #[inline(never)]
-    fn broken_block(&mut self, at: u32, most: usize, instead: &Values, visit: &mut dyn FnMut(Block)) -> Option<()> {
-        let mut some = [*instead; BLOCK];
-        let (mut mask, mut shown) = ([0; BLOCK], 0);
-        let taxels = self.taxels;
-        while shown < most {
-            let from = shown;
-            let first = self.first.wrapping_add(at).wrapping_add(from as u32);
-            self.source
-                .read(first, most - from, &mut |values, valid| {
-                    let count = values.len().min(valid.len()).min(BLOCK - from);
-                    shown = from + count.max(1);
-                    some[from..from + count].copy_from_slice(&values[..count]);
-                    mask[from..from + count].copy_from_slice(&valid[..count]);
-                })
-                .ok()?;
+    fn incomplete_block(
+        &mut self,
+        first: u32,
+        most: usize,
+        substitute: &Values,
+        visit: &mut dyn FnMut(Block),
+    ) -> Result<(), Overwritten> {
+        let mut copies = [*substitute; BLOCK];
+        let (mut masks, mut copied) = ([0; BLOCK], 0);
+        while copied < most {
+            let from = copied;
+            let number = self.first.wrapping_add(first).wrapping_add(from as u32);
+            self.source.read(number, most - from, &mut |values, valid| {
+                let count = values.len().min(valid.len()).min(BLOCK - from);
+                copied = from + count.max(1);
+                copies[from..from + count].copy_from_slice(&values[..count]);
+                masks[from..from + count].copy_from_slice(&valid[..count]);
+            })?;
         }
-        for (place, mask) in some.iter_mut().zip(&mut mask).take(most) {
-            if !counts(*mask, taxels) {
-                (*place, *mask) = (*instead, 0);
+        for (copy, mask) in copies.iter_mut().zip(&mut masks).take(most) {
+            if !counts(*mask, self.channels) {
+                (*copy, *mask) = (*substitute, 0);
             }
         }
-        visit(Block { at, values: &some, valid: &mask, whole: false });
-        Some(())
+        visit(Block { first, values: &copies, valid: &masks, complete: false });
+        Ok(())
     }
 
-    /// Values of the first frame that counts; the inner None says that none does. None if frames were
-    /// overwritten meanwhile.
-    pub(crate) fn first_counted(&mut self) -> Option<Option<Values>> {
-        let (mut found, taxels) = (None, self.taxels);
-        for at in 0..self.frames {
-            self.source
-                .read(self.first.wrapping_add(at), 1, &mut |values, valid| {
-                    if let (Some(values), Some(valid)) = (values.first(), valid.first())
-                        && counts(*valid, taxels)
-                    {
-                        found = Some(*values);
-                    }
-                })
-                .ok()?;
+    /// Values of the first frame that counts; None if none does.
+    pub(crate) fn first_counted(&mut self) -> Result<Option<Values>, Overwritten> {
+        let (mut found, channels) = (None, self.channels);
+        for frame in 0..self.frames {
+            self.source.read(self.first.wrapping_add(frame), 1, &mut |values, valid| {
+                if let (Some(values), Some(valid)) = (values.first(), valid.first())
+                    && counts(*valid, channels)
+                {
+                    found = Some(*values);
+                }
+            })?;
             if found.is_some() {
                 break;
             }
         }
-        Some(found)
+        Ok(found)
     }
 
-    /// Half the stretch: one unit of `u`, in frames or in the unit of its places.
-    pub fn half(&self) -> f32 {
+    /// A frequency of `nu`, or its standard deviation, in the unit that the fit gives: hertz, or cycles per frame or per
+    /// unit of the path.
+    pub(crate) fn frequency(&self, nu: f32) -> f32 {
         match self.abscissa {
-            Abscissa::Time { .. } => 0.5 * self.frames as f32,
-            Abscissa::Place { half, .. } => half,
+            Abscissa::Time { .. } => nu / (0.5 * self.frames as f32) * self.rate,
+            Abscissa::Path { half, .. } => nu / half,
         }
     }
 
-    /// `nu` from which harmonics are too close to half the frame rate to be told from their images; along a
-    /// path, at its mean speed.
+    /// `nu` of half the frame rate, nearly: harmonics above it cannot be distinguished from their images. Along a path,
+    /// at its mean speed.
     #[inline(never)]
-    pub fn nu_most(&self) -> f32 {
-        let way = match self.abscissa {
+    pub(crate) fn nu_max(&self) -> f32 {
+        let travel = match self.abscissa {
             Abscissa::Time { .. } => 2.0,
-            // There and back is the path twice, and takes twice the frames.
-            Abscissa::Place { travel, .. } => travel.max(2.0),
+            // A path that turns back is longer than its range, and takes more frames.
+            Abscissa::Path { travel, .. } => travel.max(2.0),
         };
-        0.4999 * self.frames as f32 / way
+        0.4999 * self.frames as f32 / travel
+    }
+
+    /// As many of `harmonics` as stay clear of half the frame rate.
+    // Called from many places: one copy is enough.
+    #[inline(never)]
+    pub(crate) fn harmonics_below_nyquist(&self, nu: f32, harmonics: usize) -> usize {
+        let mut below = 1;
+        while below < harmonics && (below + 1) as f32 * nu < 0.96 * self.nu_max() {
+            below += 1;
+        }
+        below
     }
 }

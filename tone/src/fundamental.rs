@@ -1,93 +1,83 @@
-//! Whether the strongest line is the fundamental, or the second or third harmonic of one: an octave error is
-//! the worst answer.
+//! Whether the strongest line is the fundamental, or the second or third harmonic of one: an octave error is the worst
+//! answer.
 
-use crate::descent::{CYCLES_FOR_SLOPE, LINE_CLOSE, Problem};
-use crate::frame_span::FrameSpan;
-use crate::moments::HARMONICS_MAX;
+use crate::descent::{CYCLES_FOR_SLOPE, GUESS_SIGMAS, Problem};
+use crate::equations::Shape;
+use crate::guess::{InitialGuess, SpectralLine};
+use crate::likelihood::gain;
+use crate::limits::HARMONICS_MAX;
 use crate::nuisance::Curve;
-use crate::search::{SpectralLine, Start};
 use crate::significance::{ONE_IN_A_THOUSAND, significant_gain, significant_power};
-use crate::solve::{Shape, Solution, gain};
+use crate::solution::Solution;
+use crate::source::Overwritten;
 
-/// Share of the tone's power that the lines in between must have for a tone an octave (or a
-/// twelfth) below the strongest line.
-pub(crate) const SUBHARMONIC_SHARE: f32 = 0.1;
+/// Share of the tone's power that the lines in between must have for a tone an octave (or a twelfth) below the strongest
+/// line.
+const SUBHARMONIC_POWER_SHARE: f32 = 0.1;
 /// Share from which such lines leave it open which of the two it is.
-pub(crate) const AMBIGUOUS_SHARE: f32 = 0.04;
-/// A harmonic is a line where the fundamental says it is, within this many cycles per window: real
-/// combs in recordings keep to 0.01, the skirts of drifts and of other lines are off by 0.1 and more.
+pub const AMBIGUOUS_POWER_SHARE: f32 = 0.04;
+/// Largest offset of a line from its harmonic's place, cycles per window: real harmonic series in recordings keep to 0.01,
+/// the skirts of drifts and of other lines are off by 0.1 and more.
 const LINE_OFFSET_MAX: f32 = 0.06;
 
-/// As many of `harmonics` as stay clear of half the frame rate.
-// Called from many places: one copy is enough.
-#[inline(never)]
-pub fn harmonics_below_nyquist(span: &FrameSpan, nu: f32, harmonics: usize) -> usize {
-    let mut below = 1;
-    while below < harmonics && (below + 1) as f32 * nu < 0.96 * span.nu_most() {
-        below += 1;
-    }
-    below
-}
-
-/// Where to start: at the strongest line, or at the fundamental that it belongs to. None if frames were
-/// overwritten.
-pub fn fundamental(problem: &mut Problem, line: &SpectralLine, nuisances: usize) -> Option<Start> {
-    let mut start = Start::at(line);
-    let mut highest = AMBIGUOUS_SHARE;
+/// Where to start: at the strongest line, or at the fundamental that it belongs to.
+pub fn fundamental(problem: &mut Problem, line: &SpectralLine, nuisances: usize) -> Result<InitialGuess, Overwritten> {
+    let mut guess = InitialGuess::at(line);
+    let mut highest = AMBIGUOUS_POWER_SHARE;
     for (part, _) in [2usize, 3].into_iter().zip(line.suspects).filter(|(_, suspect)| *suspect) {
         let nu = line.nu / part as f32;
-        let harmonics = harmonics_below_nyquist(problem.span, nu, (part + 2).min(HARMONICS_MAX));
+        let harmonics = problem.window.span.harmonics_below_nyquist(nu, (part + 2).min(HARMONICS_MAX));
         if 2.0 * nu < 1.0 || harmonics < part {
             continue;
         }
         let slope = 2.0 * nu >= CYCLES_FOR_SLOPE || line.curve != Curve::None;
         let shape = Shape { harmonics, slope, nuisances };
-        // Most are seen not to be one at first sight.
-        if !problem.descend(nu, shape, 1, LINE_CLOSE)?
+        // One step excludes most of them.
+        if !problem.descend(nu, shape, 1, GUESS_SIGMAS)?
             || share_between(problem.solution(), part) < 0.5 * highest
             || !problem.converge(problem.solution().nu, shape)?
         {
             continue;
         }
-        let comb = problem.solution();
-        if (comb.nu - nu).abs() > 0.25 {
+        let series = problem.solution();
+        if (series.nu - nu).abs() > 0.25 {
             continue;
         }
-        let (share, nu) = (share_between(comb, part), comb.nu);
+        let (share, nu) = (share_between(series, part), series.nu);
         if share > highest
-            && lines_hold(comb, part, significant_power(problem.levels, comb.shape.unknowns()))
+            && has_own_lines(series, part, significant_power(problem.window.levels, series.shape.unknowns()))
             && better_than_overtones(problem, line)?
         {
-            (highest, start.below) = (share, nu);
-            start.ambiguous = share <= SUBHARMONIC_SHARE;
-            if !start.ambiguous {
-                (start.nu, start.slope) = (nu, slope);
+            (highest, guess.below) = (share, nu);
+            guess.ambiguous = share <= SUBHARMONIC_POWER_SHARE;
+            if !guess.ambiguous {
+                (guess.nu, guess.slope) = (nu, slope);
             }
         }
     }
-    Some(start)
+    Ok(guess)
 }
 
-/// Whether a comb, the latest solution, explains the window clearly better than the strongest line with
-/// overtones of its own: across a gap in the window the lines of a comb can be large and cancel each other,
-/// and they take up what those overtones leave.
-fn better_than_overtones(problem: &mut Problem, line: &SpectralLine) -> Option<bool> {
+/// Whether the latest solution, a harmonic series below the strongest line, explains the window clearly better than that
+/// line with overtones of its own. Across a gap in the window the lines of a series can be large and cancel each other,
+/// and they explain what those overtones do not.
+fn better_than_overtones(problem: &mut Problem, line: &SpectralLine) -> Result<bool, Overwritten> {
     let (shape, residual_sum_of_squares) = (problem.solution().shape, problem.solution().residual_sum_of_squares);
-    let harmonics = harmonics_below_nyquist(problem.span, line.nu, shape.harmonics);
+    let harmonics = problem.window.span.harmonics_below_nyquist(line.nu, shape.harmonics);
     if !problem.converge(line.nu, Shape { harmonics, slope: line.slope, ..shape })? {
-        return Some(true);
+        return Ok(true);
     }
-    let more = 2 * (shape.harmonics - harmonics).max(1);
-    let gained =
-        gain(problem.levels, &problem.solution().residual_sum_of_squares, &residual_sum_of_squares, shape.unknowns());
-    Some(gained > significant_gain(problem.levels, more, ONE_IN_A_THOUSAND))
+    let (levels, more) = (problem.window.levels, 2 * (shape.harmonics - harmonics).max(1));
+    let before = &problem.solution().residual_sum_of_squares;
+    let gained = gain(levels, before, &residual_sum_of_squares, shape.unknowns());
+    Ok(gained > significant_gain(levels, more, ONE_IN_A_THOUSAND))
 }
 
 /// Share of the power in harmonics that are no multiple of `part`.
 #[inline(never)]
-fn share_between(comb: &Solution, part: usize) -> f32 {
+fn share_between(series: &Solution, part: usize) -> f32 {
     let (mut between, mut all) = (0.0, 0.0);
-    for (h, power) in comb.power.iter().enumerate().take(comb.shape.harmonics) {
+    for (h, power) in series.power.iter().enumerate().take(series.shape.harmonics) {
         all += power;
         if !(h + 1).is_multiple_of(part) {
             between += power;
@@ -96,12 +86,11 @@ fn share_between(comb: &Solution, part: usize) -> f32 {
     if all > 0.0 { between / all } else { 0.0 }
 }
 
-/// Whether the lines of a comb below its strongest one, the `part`-th, are lines of their own: each
-/// stands out of the noise, and the first is at its place, so that it is not the skirt of a drift or
-/// of another line.
-fn lines_hold(comb: &Solution, part: usize, by_chance: f32) -> bool {
-    let off = comb.offset[0].abs();
+/// Whether the lines of a series below its strongest one, the `part`-th, are lines of their own: each has more than the
+/// noise's power, and the first is at its place, so that it is not the skirt of a drift or of another line.
+fn has_own_lines(series: &Solution, part: usize, noise_power: f32) -> bool {
+    let offset = series.offset[0].abs();
     // Offsets are in `nu`, half of what they are in cycles per window.
-    let at_its_place = off <= (0.5 * LINE_OFFSET_MAX).max(3.0 * comb.offset_sigma[0]).min(0.25);
-    at_its_place && comb.power.iter().take(part - 1).all(|power| *power > by_chance)
+    let at_its_place = offset <= (0.5 * LINE_OFFSET_MAX).max(3.0 * series.offset_sigma[0]).min(0.25);
+    at_its_place && series.power.iter().take(part - 1).all(|power| *power > noise_power)
 }

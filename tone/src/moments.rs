@@ -1,22 +1,20 @@
-//! Sums over a stretch: all that the fit needs to know of it at one frequency, one pass each.
+//! Sums over a span at one frequency, one pass each: all that the least-squares solution there needs of the frames.
 
 use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::groups::{GROUP, Part, Sums, group_of, part, products};
 use crate::levels::Levels;
-use crate::nuisance::{Columns, NUISANCES_MAX, Nuisances};
-use crate::source::CHANNELS_MAX;
-use crate::source::Values;
-use crate::waves::{Centre, Meets, Oscillator, Trigonometric, WING, Waves, Wings};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, NUISANCES_MAX};
+use crate::nuisance::{Columns, Nuisances};
+use crate::source::{Overwritten, Values};
+use crate::waves::{Centre, CentredWaves, Factors, HALF_BLOCK, Oscillator, Trigonometric, Waves};
 
-/// Most harmonics, the fundamental included.
-pub const HARMONICS_MAX: usize = 5;
-
-/// Columns that meet the waves: the taxels, and behind them the nuisances.
+/// Columns that are multiplied with the waves: the channels, and behind them the nuisances.
 const COLUMNS: usize = CHANNELS_MAX + NUISANCES_MAX;
 
-/// One sum for each taxel, and behind them one for each nuisance.
+/// One sum for each channel, and behind them one for each nuisance.
 pub type Row = [f32; COLUMNS];
 
-/// What one pass at one frequency gives. y is a channel less its [`Levels::offset`], or a nuisance.
+/// The sums of one pass. y is a channel less its [`Levels::offset`], or a nuisance.
 #[derive(Clone, Debug)]
 pub struct Moments {
     /// Sums of the harmonics alone.
@@ -39,8 +37,7 @@ impl Moments {
         Self { trigonometric: Trigonometric::new(), cos: rows, sin: rows, u_cos: rows, u_sin: rows }
     }
 
-    /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]). None if the
-    /// frames were overwritten.
+    /// One pass at frequency `nu` with `harmonics` harmonics (1 to [`HARMONICS_MAX`]).
     pub fn collect(
         &mut self,
         span: &mut FrameSpan,
@@ -48,11 +45,11 @@ impl Moments {
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
-    ) -> Option<()> {
+    ) -> Result<(), Overwritten> {
         self.collect_of(levels.usable, span, levels, nuisances, nu, harmonics)
     }
 
-    /// The sums of other nuisances in place of those that the latest pass had, at its `nu` and with its `harmonics`.
+    /// Replaces the sums of the nuisances of the latest pass, at its `nu` and with its `harmonics`.
     pub fn exchange(
         &mut self,
         span: &mut FrameSpan,
@@ -60,36 +57,36 @@ impl Moments {
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
-    ) -> Option<()> {
+    ) -> Result<(), Overwritten> {
         self.collect_of(0, span, levels, nuisances, nu, harmonics)
     }
 
-    /// The sums of some `taxels` and the nuisances.
+    /// The sums of some `channels` and the nuisances.
     #[inline(never)]
     fn collect_of(
         &mut self,
-        taxels: u16,
+        channels: u16,
         span: &mut FrameSpan,
         levels: &Levels,
         nuisances: &Nuisances,
         nu: f32,
         harmonics: usize,
-    ) -> Option<()> {
+    ) -> Result<(), Overwritten> {
         let mut oscillator = Oscillator::new(span, nu, harmonics);
-        oscillator.find_wings();
-        let first = if taxels == 0 { CHANNELS_MAX } else { 0 };
-        // Rows of harmonics that are not asked for are left as they were: nobody reads them.
+        oscillator.fill_centred();
+        let first = if channels == 0 { CHANNELS_MAX } else { 0 };
+        // Rows of other harmonics keep their values: nobody reads them.
         self.trigonometric.clear(oscillator.harmonics);
         for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
             rows.iter_mut().take(oscillator.harmonics).for_each(|row| row[first..].fill(0.0));
         }
         let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
-        let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; WING]);
+        let (mut centre, mut waves, mut folded) = (Centre::new(), Waves::new(), [[[0.0; GROUP]; 2]; HALF_BLOCK]);
         let mut halves = [[[[0.0; GROUP]; 2]; 2]; 2];
         let mut columns: Columns = [[0.0; NUISANCES_MAX]; BLOCK];
         span.blocks(&levels.offset, &mut |block| {
-            oscillator.centre(block.at, &mut centre);
-            if block.whole && in_time {
+            oscillator.centre(block.first, &mut centre);
+            if block.complete && in_time {
                 self.trigonometric.add_block(&centre, &oscillator);
             } else {
                 oscillator.fill(&block, &mut waves);
@@ -97,50 +94,50 @@ impl Moments {
             }
             for group in 0..CHANNELS_MAX / GROUP {
                 let first = GROUP * group;
-                if taxels >> first & ((1 << GROUP) - 1) == 0 {
+                if channels >> first & ((1 << GROUP) - 1) == 0 {
                     continue;
                 }
                 match in_time {
                     true if oscillator.harmonics == 1 => {
-                        let [even, odd] = fundamental(&block, &levels.offset, group, &oscillator.wings);
+                        let [even, odd] = fundamental(&block, &levels.offset, group, &oscillator.centred);
                         self.add_parts(first, 0, &even, &odd, &centre);
                     }
                     true => {
                         fold(&mut folded, &block, &levels.offset, group);
-                        self.add_folded(first, &folded, &mut halves, &oscillator.wings, &centre);
+                        self.add_folded(first, &folded, &mut halves, &oscillator.centred, &centre);
                     }
                     false => self.add_along(first, &part(&block, &levels.offset, group), &waves, oscillator.harmonics),
                 }
             }
             if nuisances.count() > 0 {
-                let u = abscissa.block(block.at, frames);
+                let u = abscissa.block(block.first, frames);
                 nuisances.fill(&block, &u, &mut columns);
                 match in_time {
                     true => {
                         fold_columns(&mut folded, &columns);
-                        self.add_folded(CHANNELS_MAX, &folded, &mut halves, &oscillator.wings, &centre);
+                        self.add_folded(CHANNELS_MAX, &folded, &mut halves, &oscillator.centred, &centre);
                     }
                     false => self.add_along(CHANNELS_MAX, &columns, &waves, oscillator.harmonics),
                 }
             }
         })?;
-        // A taxel that takes no part may hold anything, NaN too, and no weight takes that away.
+        // A channel that is not used may hold anything, NaN too, which no weight removes.
         for c in (0..CHANNELS_MAX).filter(|c| levels.usable & 1 << c == 0) {
             for rows in [&mut self.cos, &mut self.sin, &mut self.u_cos, &mut self.u_sin] {
                 rows.iter_mut().for_each(|row| row[c] = 0.0);
             }
         }
-        Some(())
+        Ok(())
     }
 
-    /// A block in time: what is even and odd about its centre meets the harmonics' halves that are, two of them at
-    /// a time: as many sums as there are registers for.
+    /// A block in time: its parts that are even and odd about its centre times the harmonics' even and odd parts, two
+    /// harmonics at a time: as many sums as there are registers for.
     fn add_folded(
         &mut self,
         first: usize,
         folded: &Folded,
         halves: &mut [[Halves; 2]; 2],
-        wings: &Wings,
+        centred: &CentredWaves,
         centre: &Centre,
     ) {
         let harmonics = centre.turns().len();
@@ -148,14 +145,14 @@ impl Moments {
             // Both kinds of halves, of two harmonics; filled before they are read.
             let [even, odd] = &mut *halves;
             if h + 1 < harmonics {
-                meet::<0, 2>(even, folded, h, &wings.even);
-                meet::<1, 2>(odd, folded, h, &wings.odd);
+                multiply::<0, 2>(even, folded, h, &centred.even);
+                multiply::<1, 2>(odd, folded, h, &centred.odd);
                 self.add_parts(first, h, &even[0], &odd[0], centre);
                 self.add_parts(first, h + 1, &even[1], &odd[1], centre);
             } else {
                 let ([even, _], [odd, _]) = (even, odd);
-                meet::<0, 1>(core::array::from_mut(even), folded, h, &wings.even);
-                meet::<1, 1>(core::array::from_mut(odd), folded, h, &wings.odd);
+                multiply::<0, 1>(core::array::from_mut(even), folded, h, &centred.even);
+                multiply::<1, 1>(core::array::from_mut(odd), folded, h, &centred.odd);
                 self.add_parts(first, h, even, odd, centre);
             }
         }
@@ -183,7 +180,7 @@ impl Moments {
         }
     }
 
-    /// A block along a path, where no two are alike.
+    /// A block along a path, where no two have the same waves.
     #[inline(never)]
     fn add_along(&mut self, first: usize, part: &Part, waves: &Waves, harmonics: usize) {
         for h in 0..harmonics.min(HARMONICS_MAX) {
@@ -209,41 +206,26 @@ impl Moments {
     }
 }
 
-/// Columns that are taken together.
-pub(crate) const GROUP: usize = 4;
+/// Sums and differences of values at the same distance before and behind a block's centre.
+type Folded = [[Sums; 2]; HALF_BLOCK];
 
-/// Some columns of a block.
-pub(crate) type Part = [[f32; GROUP]; BLOCK];
-
-/// A sum for each of them.
-pub(crate) type Sums = [f32; GROUP];
-
-/// Sums and differences of what lies as far before and behind a block's centre.
-type Folded = [[Sums; 2]; WING];
-
-/// What the even (or odd) parts of some columns have in common with one harmonic about the block's centre: with the
-/// cosine, and with the distance times the sine (or the other way round).
+/// Sums of the even (or odd) parts of some columns times one harmonic about the block's centre: times the cosine, and
+/// times the distance and the sine (or the other way round).
 type Halves = [Sums; 2];
 
-/// Some taxels of a frame.
-#[inline(always)]
-fn some(values: &Values, group: usize) -> &Sums {
-    &values.as_chunks().0[group % (CHANNELS_MAX / GROUP)]
-}
-
-/// Sum, less twice the offset, and difference of two values of a taxel. Offset first: it is next to both.
+/// Sum, less twice the offset, and difference of two values of a channel. Offset first: it is next to both.
 #[inline(always)]
 fn fold_two(before: f32, behind: f32, twice: f32) -> (f32, f32) {
     ((before - twice) + behind, behind - before)
 }
 
-/// Folds a group of taxels.
+/// Folds a group of channels.
 #[inline(never)]
 fn fold(folded: &mut Folded, block: &Block, offset: &Values, group: usize) {
-    let twice = some(offset, group).map(|offset| 2.0 * offset);
-    let (before, behind) = block.values.split_at(WING);
+    let twice = group_of(offset, group).map(|offset| 2.0 * offset);
+    let (before, behind) = block.values.split_at(HALF_BLOCK);
     for ((folded, before), behind) in folded.iter_mut().zip(before.iter().rev()).zip(behind) {
-        let (before, behind) = (some(before, group), some(behind, group));
+        let (before, behind) = (group_of(before, group), group_of(behind, group));
         for c in 0..GROUP {
             (folded[0][c], folded[1][c]) = fold_two(before[c], behind[c], twice[c]);
         }
@@ -253,7 +235,7 @@ fn fold(folded: &mut Folded, block: &Block, offset: &Values, group: usize) {
 /// Folds columns that have no offset.
 #[inline(never)]
 fn fold_columns(folded: &mut Folded, columns: &Part) {
-    let (before, behind) = columns.split_at(WING);
+    let (before, behind) = columns.split_at(HALF_BLOCK);
     for ((folded, before), behind) in folded.iter_mut().zip(before.iter().rev()).zip(behind) {
         for c in 0..GROUP {
             (folded[0][c], folded[1][c]) = fold_two(before[c], behind[c], 0.0);
@@ -261,16 +243,16 @@ fn fold_columns(folded: &mut Folded, columns: &Part) {
     }
 }
 
-/// What a group of taxels has in common with the first harmonic, folded on the way.
+/// Sums of a group of channels times the first harmonic, folded meanwhile.
 #[inline(never)]
-fn fundamental(block: &Block, offset: &Values, group: usize, wings: &Wings) -> [Halves; 2] {
-    let twice = some(offset, group).map(|offset| 2.0 * offset);
+fn fundamental(block: &Block, offset: &Values, group: usize, centred: &CentredWaves) -> [Halves; 2] {
+    let twice = group_of(offset, group).map(|offset| 2.0 * offset);
     let (mut with_cos, mut with_far_sin, mut with_sin, mut with_far_cos) =
         ([0.0; GROUP], [0.0; GROUP], [0.0; GROUP], [0.0; GROUP]);
-    let (before, behind) = block.values.split_at(WING);
-    let wings = wings.even.iter().zip(&wings.odd);
-    for ((before, behind), (with_even, with_odd)) in before.iter().rev().zip(behind).zip(wings) {
-        let (before, behind) = (some(before, group), some(behind, group));
+    let (before, behind) = block.values.split_at(HALF_BLOCK);
+    let factors = centred.even.iter().zip(&centred.odd);
+    for ((before, behind), (with_even, with_odd)) in before.iter().rev().zip(behind).zip(factors) {
+        let (before, behind) = (group_of(before, group), group_of(behind, group));
         let ([cos, far_sin], [sin, far_cos]) = (with_even[0], with_odd[0]);
         for c in 0..GROUP {
             let (even, odd) = fold_two(before[c], behind[c], twice[c]);
@@ -283,48 +265,31 @@ fn fundamental(block: &Block, offset: &Values, group: usize, wings: &Wings) -> [
     [[with_cos, with_far_sin], [with_sin, with_far_cos]]
 }
 
-/// Even (0) or odd (1) parts times what they meet of `N` harmonics from `h` on.
+/// Sums of even (0) or odd (1) parts times the factors of `N` harmonics from `h` on.
 #[inline(never)]
-fn meet<const PARITY: usize, const N: usize>(out: &mut [Halves; N], folded: &Folded, h: usize, meets: &[Meets; WING]) {
-    let of = |meets: &'_ Meets| meets.get(h..).and_then(|meets| meets.first_chunk::<N>()).copied();
-    let mut rows = folded.iter().zip(meets);
-    let Some((row, meets)) = rows.next() else { return };
-    let Some(meets) = of(meets) else { return };
+fn multiply<const PARITY: usize, const N: usize>(
+    out: &mut [Halves; N],
+    folded: &Folded,
+    h: usize,
+    factors: &[Factors; HALF_BLOCK],
+) {
+    let of = |factors: &'_ Factors| factors.get(h..).and_then(|factors| factors.first_chunk::<N>()).copied();
+    let mut rows = folded.iter().zip(factors);
+    let Some((row, factors)) = rows.next() else { return };
+    let Some(factors) = of(factors) else { return };
     // From the first row on, not from zero: the compiler would call for it.
     let mut sums: [Halves; N] =
-        core::array::from_fn(|n| meets[n].map(|meets| core::array::from_fn(|c| row[PARITY][c] * meets)));
-    for (row, meets) in rows {
-        let Some(meets) = of(meets) else { return };
+        core::array::from_fn(|n| factors[n].map(|factor| core::array::from_fn(|c| row[PARITY][c] * factor)));
+    for (row, factors) in rows {
+        let Some(factors) = of(factors) else { return };
         for n in 0..N {
             for c in 0..GROUP {
-                sums[n][0][c] += row[PARITY][c] * meets[n][0];
-                sums[n][1][c] += row[PARITY][c] * meets[n][1];
+                sums[n][0][c] += row[PARITY][c] * factors[n][0];
+                sums[n][1][c] += row[PARITY][c] * factors[n][1];
             }
         }
     }
     *out = sums;
-}
-
-/// All frames of a group of taxels, less their offsets.
-pub(crate) fn part(block: &Block, offset: &Values, group: usize) -> Part {
-    let zero = some(offset, group);
-    block.values.each_ref().map(|values| {
-        let values = some(values, group);
-        core::array::from_fn(|c| values[c] - zero[c])
-    })
-}
-
-/// Sums of columns times a function.
-// Of the slower ways, and called from several: one copy is enough.
-#[inline(never)]
-pub(crate) fn products(part: &Part, function: &[f32; BLOCK]) -> Sums {
-    let mut sums = [0.0; GROUP];
-    for (row, factor) in part.iter().zip(function) {
-        for c in 0..GROUP {
-            sums[c] += row[c] * factor;
-        }
-    }
-    sums
 }
 
 impl Default for Moments {

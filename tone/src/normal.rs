@@ -1,20 +1,16 @@
-//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all taxels at once.
+//! Normal equations of a handful of unknowns: the Cholesky factor, for one vector or for all channels at once.
 
-use crate::nuisance::NUISANCES_MAX;
-use crate::source::CHANNELS_MAX;
+use crate::limits::{CHANNELS_MAX, UNKNOWNS_MAX};
 use crate::source::Values;
 
-/// Most unknowns of a channel: offset, slope, nuisances, and cosine and sine of five harmonics.
-pub const UNKNOWNS: usize = 12 + NUISANCES_MAX;
-
 /// A symmetric matrix, of which the lower triangle of the first `size` rows counts.
-pub type Matrix = [[f32; UNKNOWNS]; UNKNOWNS];
+pub type Matrix = [[f32; UNKNOWNS_MAX]; UNKNOWNS_MAX];
 
 /// A vector of which the first `size` elements count.
-pub type Vector = [f32; UNKNOWNS];
+pub type Vector = [f32; UNKNOWNS_MAX];
 
-/// A vector for every taxel: one row for each unknown.
-pub type Rows = [Values; UNKNOWNS];
+/// A vector for every channel: one row for each unknown.
+pub type Rows = [Values; UNKNOWNS_MAX];
 
 /// A normal matrix, and its Cholesky factor in its place.
 #[derive(Clone, Debug)]
@@ -26,26 +22,26 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// An empty matrix of so many unknowns, at most [`UNKNOWNS`].
+    /// An empty matrix of so many unknowns, at most [`UNKNOWNS_MAX`].
     #[inline(always)]
     pub const fn new(size: usize) -> Self {
-        Self { size: if size < UNKNOWNS { size } else { UNKNOWNS }, lower: [[0.0; UNKNOWNS]; UNKNOWNS] }
+        Self { size: if size < UNKNOWNS_MAX { size } else { UNKNOWNS_MAX }, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }
     }
 
     /// Replaces the matrix by its factor. None if it is singular to working precision: a pivot fell below
-    /// a millionth of its diagonal element, so that the unknowns cannot be told apart in f32.
+    /// a millionth of its diagonal element, so that f32 cannot separate the unknowns.
     pub fn factor(&mut self) -> Option<()> {
         let size = self.size;
         self.factor_some();
         (self.size == size).then_some(())
     }
 
-    /// The same of as many unknowns, from the first on, as can be told apart: `size` is then their number.
+    /// The same for as many unknowns, from the first on, as can be separated: `size` is then their number.
     pub fn factor_some(&mut self) {
         let mut product = 1.0;
         for i in 0..self.size {
-            let (above, residual_sum_of_squares) = self.lower.split_at_mut(i);
-            let Some(row) = residual_sum_of_squares.first_mut() else { return };
+            let (above, below) = self.lower.split_at_mut(i);
+            let Some(row) = below.first_mut() else { return };
             for (j, other) in above.iter().enumerate() {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
             }
@@ -59,8 +55,8 @@ impl Normal {
         }
     }
 
-    /// Solves the factor's own equations for one right-hand side, in place: half way to the solution. Its
-    /// product with another such is that of the one's solution with the other.
+    /// Forward substitution of one right-hand side, in place. The product of two such is that of the one's solution with
+    /// the other's right-hand side.
     #[inline(never)]
     pub fn forward(&self, x: &mut Vector) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
@@ -68,11 +64,11 @@ impl Normal {
         }
     }
 
-    /// The same for every taxel.
+    /// The same for every channel.
     pub fn forward_rows(&self, x: &mut Rows) {
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
-            let (known, residual_sum_of_squares) = x.split_at_mut(i);
-            let Some(first) = residual_sum_of_squares.first_mut() else { return };
+            let (known, unknown) = x.split_at_mut(i);
+            let Some(first) = unknown.first_mut() else { return };
             let sum = less_products(first, row, known);
             for c in 0..CHANNELS_MAX {
                 first[c] = sum[c] * row[i];
@@ -80,11 +76,11 @@ impl Normal {
         }
     }
 
-    /// From half way to the solution, for every taxel.
+    /// Back substitution, for every channel: the solution.
     pub fn backward_rows(&self, x: &mut Rows) {
         for i in (0..self.size).rev() {
-            let (residual_sum_of_squares, known) = x.split_at_mut(i + 1);
-            let Some(last) = residual_sum_of_squares.last_mut() else { return };
+            let (unknown, known) = x.split_at_mut(i + 1);
+            let Some(last) = unknown.last_mut() else { return };
             let mut sum = *last;
             for (known, row) in known.iter().zip(&self.lower[i + 1..self.size]) {
                 for c in 0..CHANNELS_MAX {
@@ -99,7 +95,7 @@ impl Normal {
 }
 
 /// `from` less each of `rows` times its factor.
-// Apart: elsewhere the compiler has no registers left for all the sums.
+// Not inlined: elsewhere the compiler has no registers left for all the sums.
 #[inline(never)]
 pub fn less_products(from: &Values, factors: &[f32], rows: &[Values]) -> Values {
     let mut sum = *from;
@@ -137,8 +133,8 @@ mod tests {
 
     #[test]
     fn solves_what_it_is_given() {
-        let mut a = [[0.0; UNKNOWNS]; UNKNOWNS];
-        let mut b = [[0.0; CHANNELS_MAX]; UNKNOWNS];
+        let mut a = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
+        let mut b = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX];
         let x = |i: usize, c: usize| [1.0, -2.0, 3.0][i] * (c as f32 + 1.0);
         let m = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 5.0]];
         for i in 0..3 {
@@ -166,14 +162,14 @@ mod tests {
     }
 
     #[test]
-    fn refuses_unknowns_that_cannot_be_told_apart() {
-        let mut a = [[0.0; UNKNOWNS]; UNKNOWNS];
+    fn refuses_a_singular_matrix() {
+        let mut a = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
         a[0][0] = 1.0;
         a[1][0] = 1.0;
         a[0][1] = 1.0;
         a[1][1] = 1.0;
         assert!(Normal { size: 2, lower: a }.factor().is_none());
-        assert!(Normal { size: 1, lower: [[0.0; UNKNOWNS]; UNKNOWNS] }.factor().is_none());
+        assert!(Normal { size: 1, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }.factor().is_none());
         a[0][0] = f32::NAN;
         assert!(Normal { size: 2, lower: a }.factor().is_none());
     }

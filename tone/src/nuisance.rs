@@ -1,23 +1,18 @@
-//! What a channel holds besides its level, its slope and the tone: a baseline that relaxes, an interferer.
+//! Components of a channel besides its level, its slope and the tone: a curved baseline, an interferer.
 //!
 //! Each is a function of the frame, known but for its factor in every channel, and so one more linear
-//! unknown of the fit. A baseline that relaxes (skin creeps after a contact) is curved: within a window
-//! the second and third Legendre polynomials describe an exponential whose time constant is not much
+//! unknown of the fit. A baseline that relaxes (skin creeps after a contact) is curved: within a window the
+//! second and third Legendre polynomials describe an exponential whose time constant is not much
 //! shorter than the window. An interferer of known frequency is a cosine and a sine; sampled below twice
-//! its frequency it is their alias, without more ado.
+//! its frequency it is their alias, and needs no other treatment.
 
 use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::groups::{GROUP, part, products};
 use crate::levels::Levels;
-use crate::moments::{GROUP, part, products};
-use crate::normal::{Normal, UNKNOWNS};
+use crate::limits::{CHANNELS_MAX, CURVE_FUNCTIONS, NUISANCES_MAX, UNKNOWNS_MAX};
+use crate::normal::Normal;
 use crate::phase::{TURN, cos_sin, from_turns};
-use crate::source::CHANNELS_MAX;
-use crate::source::Values;
-
-/// Functions of a bent baseline.
-pub const CURVE: usize = 2;
-/// Most functions: two of an interferer, and behind them those of a curve.
-pub const NUISANCES_MAX: usize = 2 + CURVE;
+use crate::source::{Overwritten, Values};
 
 /// A baseline that is no straight line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,8 +22,8 @@ pub enum Curve {
     None,
     /// Second and third Legendre polynomial of `u`.
     Bent,
-    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`; and behind it what it changes
-    /// by with the rate, u times it. Both but for a line, so that there has to be a slope too.
+    /// exp(-rate (u + 1)), rate > 0: the time constant is half the window over `rate`; and behind it its
+    /// derivative by the rate. Both less a line, so that a slope must be fitted too.
     Relaxing(f32),
 }
 
@@ -36,21 +31,21 @@ impl Curve {
     fn functions(self) -> usize {
         match self {
             Self::None => 0,
-            Self::Bent | Self::Relaxing(_) => CURVE,
+            Self::Bent | Self::Relaxing(_) => CURVE_FUNCTIONS,
         }
     }
 }
 
-/// An interferer of fewer cycles in a stretch than this, once sampling has folded it, is a part of the baseline.
-const FOLDED_MIN: f32 = 0.5;
-/// A function whose mean square is less than this is none: folded onto half the frame rate, an interferer is
-/// its cosine or its sine alone.
-const NEXT_TO_NONE: f32 = 1e-3;
+/// An interferer of fewer cycles in a span than this, as sampling folds it, is a part of the baseline.
+const ALIAS_CYCLES_MIN: f32 = 0.5;
+/// A function whose mean square is less than this is zero but for rounding: folded onto half the frame rate, an
+/// interferer is its cosine or its sine alone.
+const MEAN_SQUARE_MIN: f32 = 1e-3;
 
-/// Offset, slope, and factors of the functions, for every taxel.
+/// Offset, slope, and factors of the functions, for every channel.
 pub type Baseline = [Values; 2 + NUISANCES_MAX];
 
-/// The functions of a stretch, and their sums over it.
+/// The functions of a span, and their sums over it.
 #[derive(Clone, Debug, Default)]
 pub struct Nuisances {
     /// Those of a curve; those of an interferer come first.
@@ -61,8 +56,8 @@ pub struct Nuisances {
     step: u32,
     phase_0: u32,
     turn: [(f32, f32); BLOCK],
-    /// Of its cosine and its sine, those that are nothing but rounding.
-    none: [bool; 2],
+    /// Whether its cosine, and its sine, is zero but for rounding.
+    zero: [bool; 2],
     /// Sums of y times the function, each channel less its [`Levels::offset`].
     pub y: [Values; NUISANCES_MAX],
     /// Sums of the function, of u times it, and of its products with each.
@@ -74,7 +69,7 @@ pub struct Nuisances {
 }
 
 /// Values of the functions over a block, zero where a frame does not count.
-pub(crate) type Columns = [[f32; NUISANCES_MAX]; BLOCK];
+pub type Columns = [[f32; NUISANCES_MAX]; BLOCK];
 
 impl Nuisances {
     /// How many there are.
@@ -82,16 +77,15 @@ impl Nuisances {
         self.curve.functions() + 2 * self.interferer as usize
     }
 
-    /// Of a stretch: those of its interferer, and those of a curve. One pass, unless there are
-    /// none. None if the frames were overwritten.
-    pub fn new(span: &mut FrameSpan, levels: &Levels, curve: Curve) -> Option<Self> {
+    /// Those of a span's interferer, and those of a curve. One pass, unless there are none.
+    pub fn new(span: &mut FrameSpan, levels: &Levels, curve: Curve) -> Result<Self, Overwritten> {
         let step = from_turns(span.interferer.unwrap_or(0.0));
         let folded = step.min(step.wrapping_neg()) as f32 / TURN;
-        let interferer = span.interferer.is_some() && folded * span.frames as f32 >= FOLDED_MIN;
+        let interferer = span.interferer.is_some() && folded * span.frames as f32 >= ALIAS_CYCLES_MIN;
         let mut out = Self { curve, interferer, ..Self::default() };
         let count = out.count();
         if count == 0 {
-            return Some(out);
+            return Ok(out);
         }
         let back = step as u64 * span.frames.saturating_sub(1) as u64 / 2;
         (out.step, out.phase_0) = (step, (back as u32).wrapping_neg());
@@ -100,7 +94,7 @@ impl Nuisances {
         }
         let (abscissa, frames) = (span.abscissa(), span.frames);
         span.blocks(&levels.offset, &mut |block| {
-            let u = abscissa.block(block.at, frames);
+            let u = abscissa.block(block.first, frames);
             let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
             out.fill(&block, &u, &mut columns);
             for (i, functions) in columns.iter().enumerate() {
@@ -118,7 +112,7 @@ impl Nuisances {
                     let function = core::array::from_fn(|i| columns[i][k]);
                     let sums = products(&part, &function);
                     for c in 0..GROUP {
-                        // A taxel that takes no part may hold NaN.
+                        // A channel that is not used may hold NaN.
                         if levels.usable & 1 << (GROUP * group + c) != 0 {
                             out.y[k][GROUP * group + c] += sums[c];
                         }
@@ -127,16 +121,16 @@ impl Nuisances {
             }
         })?;
         if out.interferer {
-            out.leave_out_none(levels.frames);
+            out.leave_out_zero(levels.frames);
         }
-        Some(out)
+        Ok(out)
     }
 
-    /// Takes what is nothing but rounding out of the interferer's functions: its factor is then zero.
-    fn leave_out_none(&mut self, frames: u32) {
+    /// Takes a function that is nothing but rounding out of the interferer's: its factor is then zero.
+    fn leave_out_zero(&mut self, frames: u32) {
         for k in 0..2 {
-            if self.each[k][k] < NEXT_TO_NONE * frames as f32 {
-                self.none[k] = true;
+            if self.each[k][k] < MEAN_SQUARE_MIN * frames as f32 {
+                self.zero[k] = true;
                 (self.y[k], self.one[k], self.u[k]) = ([0.0; CHANNELS_MAX], 0.0, 0.0);
                 self.each[k] = [0.0; NUISANCES_MAX];
                 self.each.iter_mut().for_each(|products| products[k] = 0.0);
@@ -146,18 +140,18 @@ impl Nuisances {
     }
 
     /// The functions over a block.
-    pub(crate) fn fill(&self, block: &Block, u: &[f32; BLOCK], columns: &mut Columns) {
+    pub fn fill(&self, block: &Block, u: &[f32; BLOCK], columns: &mut Columns) {
         if self.count() == 0 {
             return;
         }
         let first = 2 * self.interferer as usize;
-        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.at)));
+        let (c, s) = cos_sin(self.phase_0.wrapping_add(self.step.wrapping_mul(block.first)));
         let centre = if let Curve::Relaxing(rate) = self.curve { libm::expf(-rate) } else { 0.0 };
         for (i, functions) in columns.iter_mut().enumerate() {
             let counts = (block.valid[i] != 0) as u8 as f32;
             if self.interferer {
                 let (tc, ts) = self.turn[i];
-                let [cos, sin] = self.none.map(|none| if none { 0.0 } else { counts });
+                let [cos, sin] = self.zero.map(|zero| if zero { 0.0 } else { counts });
                 (functions[0], functions[1]) = ((c * tc - s * ts) * cos, (s * tc + c * ts) * sin);
             }
             match self.curve {
@@ -169,7 +163,7 @@ impl Nuisances {
                         *third = (2.5 * uu - 1.5) * u[i] * counts;
                     }
                 }
-                // Less the line that each is next to where the rate is small, which f32 could not tell them from.
+                // Less the line that each resembles where the rate is small: f32 could not separate them from the slope.
                 Curve::Relaxing(rate) => {
                     if let [relaxing, change, ..] = &mut functions[first..] {
                         let beyond = libm::expf(-rate * (u[i] + 1.0)) - centre;
@@ -182,12 +176,12 @@ impl Nuisances {
         }
     }
 
-    /// What each channel holds of all of them, behind its offset and its slope. None if they cannot be told apart.
-    // Apart: its normal equations are off the stack when it is done.
+    /// Each channel's factors of all of them, behind its offset and its slope. None if the equations are singular.
+    // Not inlined: its normal equations leave the stack when it is done.
     #[inline(never)]
     pub fn baseline(&self, levels: &Levels) -> Option<Baseline> {
         let size = 2 + self.count().min(NUISANCES_MAX);
-        let (mut normal, mut right) = (Normal::new(size), [[0.0; CHANNELS_MAX]; UNKNOWNS]);
+        let (mut normal, mut right) = (Normal::new(size), [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX]);
         normal.lower[0][0] = levels.frames as f32;
         (normal.lower[1][0], normal.lower[1][1]) = (levels.u, levels.uu);
         (right[0], right[1]) = (levels.y, levels.uy);

@@ -9,7 +9,7 @@ pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
-    // The whole turns go first, exactly, so that what is left keeps all its bits.
+    // Whole turns are subtracted first, exactly, so that the fraction keeps all its bits.
     let fraction = turns - (turns as i32) as f32;
     (fraction * TURN) as i64 as u32
 }
@@ -19,9 +19,9 @@ pub fn from_turns(turns: f32) -> u32 {
 /// Cephes' single-precision minimax polynomials on plus or minus an eighth of a turn.
 pub fn cos_sin(phase: u32) -> (f32, f32) {
     let quadrant = phase.wrapping_add(1 << 29) >> 30;
-    let residual_sum_of_squares = phase.wrapping_sub(quadrant << 30) as i32;
+    let within = phase.wrapping_sub(quadrant << 30) as i32;
     // 2 pi / 2^32 radians per unit.
-    let x = residual_sum_of_squares as f32 * 1.462_918_1e-9;
+    let x = within as f32 * 1.462_918_1e-9;
     let z = x * x;
     let sin = x + x * z * (-1.666_665_5e-1 + z * (8.332_161e-3 + z * -1.951_529_6e-4));
     let cos = 1.0 - 0.5 * z + z * z * (4.166_664_6e-2 + z * (-1.388_731_6e-3 + z * 2.443_315_7e-5));

@@ -1,5 +1,5 @@
-//! What noise alone reaches: the limits of every test in the fit. Called from many places, seldom: never inlined, for
-//! flash's sake.
+//! What noise alone reaches: the limits of every test in the fit. Many places call it, but seldom: it is not inlined, to
+//! save flash.
 
 use crate::levels::Levels;
 
@@ -7,7 +7,6 @@ use crate::levels::Levels;
 pub const ONE_IN_A_THOUSAND: f32 = 3.09;
 
 /// Natural logarithm.
-// Once in the image, and not where it is called.
 #[inline(never)]
 pub fn ln(x: f32) -> f32 {
     libm::logf(x)
@@ -21,10 +20,10 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
     degrees * cube * cube * cube
 }
 
-/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a
-/// thousand times: two degrees of freedom for each channel. The unit is measured itself, with what so many
-/// `unknowns` of a channel leave of its frames, and so each channel's share is a Fisher distribution's; its
-/// mean and variance are those of a chi-square of fewer degrees in a larger unit.
+/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a thousand times: two
+/// degrees of freedom for each channel. The unit is measured from the residuals of so many `unknowns` of a channel, so
+/// each channel's share has a Fisher distribution; its mean and variance are those of a chi-square of fewer degrees in a
+/// larger unit.
 #[inline(never)]
 pub fn significant_power(levels: &Levels, unknowns: usize) -> f32 {
     let freedom = (levels.frames as f32 - unknowns as f32).max(5.0);

@@ -1,25 +1,23 @@
-//! All that a window of few cycles may hold, at one frequency after the other: a baseline, with a tone or without.
+//! The candidates for a window of few cycles, at one frequency after the other: a baseline, with a tone or without.
 
-use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN, Work};
-use crate::frame_span::FrameSpan;
-use crate::fundamental::harmonics_below_nyquist;
+use crate::descent::{CYCLES_FOR_SLOPE, CYCLES_MIN};
+use crate::equations::Shape;
 use crate::levels::Levels;
+use crate::limits::{CURVE_FUNCTIONS, HARMONICS_MAX};
 use crate::model::Model;
-use crate::moments::HARMONICS_MAX;
-use crate::nuisance::{CURVE, Curve, Nuisances};
-use crate::search::Place;
-use crate::solve::Shape;
-use crate::spectrum::strongest;
+use crate::nuisance::{Curve, Nuisances};
+use crate::source::Overwritten;
+use crate::spectrum::TransformMemory;
+use crate::window::{Window, Work};
 
-/// Rates of a baseline that relaxes, per half window: time constants of a half of the window, and less by
-/// the factor from one to the next.
+/// Rates of a baseline that relaxes, per half window: the first, and the factor from one to the next.
 const RATE_FIRST: f32 = 1.5;
 const RATE_FACTOR: f32 = 3.0;
 const RATES: usize = 2;
-/// Cycles up to which a periodogram's peak is not to be relied on at all.
-const FEW: f32 = 2.6;
+/// Cycles below which all frequencies are surveyed, whatever the periodogram's peak is.
+const CYCLES_SURVEYED: f32 = 2.6;
 /// From one frequency to the next, cycles per half window.
-const NEXT: f32 = 0.1;
+const NU_STEP: f32 = 0.1;
 
 /// Kinds of baselines: level, slope, bend, relaxation.
 const KINDS: usize = 4;
@@ -45,117 +43,84 @@ impl Survey {
             None => self.without.get_mut(kind),
             Some(more) => self.tones.get_mut(kind).and_then(|tones| tones.get_mut(more)),
         };
-        // There always is one.
         if let Some(place) = place {
-            Model::keep(place, levels, model);
+            Model::replace_if_better(place, levels, model);
         }
     }
 
-    /// All models without a rate at a summit.
+    /// Adds the models without a rate at a maximum of one model's likelihood.
     #[inline(never)]
-    pub fn look_at_summit(
-        &mut self,
-        span: &mut FrameSpan,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        nu: f32,
-    ) -> Option<()> {
-        let bent = Nuisances::new(span, levels, Curve::Bent)?;
-        self.look_at(span, levels, work, core::slice::from_ref(&bent), nu, most)
+    pub fn add_at_maximum(&mut self, window: &mut Window, nu: f32) -> Result<(), Overwritten> {
+        let bent = window.nuisances(Curve::Bent)?;
+        self.add_all_at(window, core::slice::from_ref(&bent), nu)
     }
 
-    /// All models of few cycles.
-    // This and what follows are apart, so that their nuisances are off the stack when they are done.
+    /// Adds all models of few cycles, and those at `line`.
+    // Not inlined, as the next: their nuisances leave the stack when they are done.
     #[inline(never)]
-    pub fn look_around(
-        &mut self,
-        span: &mut FrameSpan,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        line: f32,
-    ) -> Option<()> {
+    pub fn add_few_cycles(&mut self, window: &mut Window, line: f32) -> Result<(), Overwritten> {
         let (mut nuisances, mut rate) = (<[Nuisances; 1 + RATES]>::default(), RATE_FIRST);
-        nuisances[0] = Nuisances::new(span, levels, Curve::Bent)?;
+        nuisances[0] = window.nuisances(Curve::Bent)?;
         for nuisances in &mut nuisances[1..] {
-            *nuisances = Nuisances::new(span, levels, Curve::Relaxing(rate))?;
+            *nuisances = window.nuisances(Curve::Relaxing(rate))?;
             rate *= RATE_FACTOR;
         }
         let mut nu = 0.5 * CYCLES_MIN;
-        while 2.0 * nu < FEW {
-            self.look_at(span, levels, work, &nuisances, nu, most)?;
-            nu += NEXT;
+        while 2.0 * nu < CYCLES_SURVEYED {
+            self.add_all_at(window, &nuisances, nu)?;
+            nu += NU_STEP;
         }
         if line > nu {
-            self.look_at(span, levels, work, &nuisances, line, most)?;
+            self.add_all_at(window, &nuisances, line)?;
         }
-        Some(())
+        Ok(())
     }
 
-    /// All models at the strongest line on a drift like `curve`.
+    /// Adds all models at the strongest line on a drift like `curve`.
     #[inline(never)]
-    pub fn look_on_drift(
+    pub fn add_on_drift(
         &mut self,
-        span: &mut FrameSpan,
-        levels: &Levels,
-        work: &mut Work,
-        most: usize,
-        place: Place,
+        window: &mut Window,
+        mut memory: TransformMemory,
         curve: Curve,
-    ) -> Option<()> {
+    ) -> Result<(), Overwritten> {
         let mut nuisances = <[Nuisances; 2]>::default();
         for (nuisances, curve) in nuisances.iter_mut().zip([Curve::Bent, curve]) {
-            *nuisances = Nuisances::new(span, levels, curve)?;
+            *nuisances = window.nuisances(curve)?;
         }
         let [bent, drift] = &nuisances;
-        let Place { channels, points, power } = place;
-        let peak = strongest(span, levels, drift, CYCLES_FOR_SLOPE, channels, points, power)?;
+        let peak = memory.strongest(&mut window.span, window.levels, drift, CYCLES_FOR_SLOPE)?;
         let likely = if matches!(curve, Curve::Relaxing(_)) { &nuisances[..] } else { core::slice::from_ref(bent) };
         match peak.filter(|peak| 2.0 * peak >= CYCLES_FOR_SLOPE) {
-            Some(peak) => self.look_at(span, levels, work, likely, peak, most),
-            None => Some(()),
+            Some(peak) => self.add_all_at(window, likely, peak),
+            None => Ok(()),
         }
     }
 
-    /// All models at `nu`.
-    fn look_at(
-        &mut self,
-        span: &mut FrameSpan,
-        levels: &Levels,
-        work: &mut Work,
-        nuisances: &[Nuisances],
-        nu: f32,
-        most: usize,
-    ) -> Option<()> {
-        let harmonics = harmonics_below_nyquist(span, nu, most);
+    /// Adds all models at `nu`.
+    fn add_all_at(&mut self, window: &mut Window, nuisances: &[Nuisances], nu: f32) -> Result<(), Overwritten> {
+        let harmonics = window.harmonics(nu);
+        let Window { span, levels, work: Work { sums, solution }, .. } = window;
         for (k, nuisances) in nuisances.iter().enumerate() {
-            let Work { sums, solution } = &mut *work;
             match k {
                 0 => sums.collect(span, levels, nuisances, nu, harmonics)?,
                 _ => sums.exchange(span, levels, nuisances, nu, harmonics)?,
             }
-            let straight = nuisances.count() - CURVE;
+            let straight = nuisances.count() - CURVE_FUNCTIONS;
             let shapes: &[_] = match nuisances.curve {
                 Curve::Relaxing(_) => &[(true, 1)],
-                _ => &[(false, 0), (true, 0), (true, CURVE)],
+                _ => &[(false, 0), (true, 0), (true, CURVE_FUNCTIONS)],
             };
-            for (slope, curve) in shapes {
-                let shape = Shape { harmonics, slope: *slope, nuisances: straight + curve };
-                let curve = if *curve > 0 { nuisances.curve } else { Curve::None };
+            for (slope, functions) in shapes {
+                let shape = Shape { harmonics, slope: *slope, nuisances: straight + functions };
+                let curve = if *functions > 0 { nuisances.curve } else { Curve::None };
                 solution.residual_sums(sums, levels, nuisances, &shape, &mut |harmonics, residual_sum_of_squares| {
                     let nu = if harmonics > 0 { nu } else { 0.0 };
-                    let model = Model {
-                        nu,
-                        curve,
-                        shape: Shape { harmonics, ..shape },
-                        residual_sum_of_squares: *residual_sum_of_squares,
-                        refined: false,
-                    };
-                    self.add(levels, &model);
+                    let (shape, residual_sum_of_squares) = (Shape { harmonics, ..shape }, *residual_sum_of_squares);
+                    self.add(levels, &Model { nu, curve, shape, residual_sum_of_squares, refined: false });
                 });
             }
         }
-        Some(())
+        Ok(())
     }
 }

@@ -1,13 +1,14 @@
-//! The harmonics of one frequency over a stretch, and sums of products of them.
+//! The harmonics of one frequency over a span, and sums of products of them.
 
-use crate::frame_span::{Abscissa, BLOCK, Block, FrameSpan};
-use crate::moments::HARMONICS_MAX;
+use crate::abscissa::Abscissa;
+use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::limits::HARMONICS_MAX;
 use crate::phase::{cos_sin, from_turns};
 
 /// Orders of the sums: products of two harmonics have up to twice the order of either.
 const ORDERS: usize = 2 * HARMONICS_MAX + 1;
 
-/// What a sum is weighted with.
+/// The weight of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Weight {
     /// 1
@@ -16,15 +17,15 @@ pub enum Weight {
     U,
     /// u squared
     UU,
-    /// Second Legendre polynomial of a block's centre, whole blocks only.
+    /// Second Legendre polynomial of a block's centre, complete blocks only.
     Second,
     /// The third.
     Third,
 }
 
 const WEIGHTS: usize = 5;
-/// Those of them that are needed for sums of two harmonics too.
-const OF_PRODUCTS: usize = 3;
+/// The first of them, up to and with u squared, are needed for products of two harmonics too.
+const PRODUCT_WEIGHTS: usize = 3;
 
 /// One of the functions a channel is made of, but for a power of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +48,7 @@ pub struct Trigonometric {
 
 /// Second and third Legendre polynomial.
 #[inline(always)]
-pub(crate) fn legendre(u: f32) -> [f32; 2] {
+pub fn legendre(u: f32) -> [f32; 2] {
     let uu = u * u;
     [1.5 * uu - 0.5, (2.5 * uu - 1.5) * u]
 }
@@ -80,9 +81,9 @@ impl Trigonometric {
     }
 }
 
-/// The harmonics of a frequency, block by block without drifting: each starts from its exact phase and is
-/// turned by a table.
-pub(crate) struct Oscillator<'a> {
+/// The harmonics of a frequency, block by block without drifting: each block starts from its
+/// exact phase and is turned by a table.
+pub struct Oscillator<'a> {
     pub harmonics: usize,
     nu: f32,
     frames: u32,
@@ -90,10 +91,10 @@ pub(crate) struct Oscillator<'a> {
     phase_0: u32,
     step: u32,
     /// The harmonics about a block's centre.
-    pub wings: Wings,
-    /// From a block's first frame to its centre: in `u`, and as a phase.
-    half_block: f32,
-    to_centre: u32,
+    pub centred: CentredWaves,
+    /// From a block's first frame to its centre.
+    to_centre_u: f32,
+    to_centre_phase: u32,
     /// Sums over a block about its centre, for every order k: cos(k theta); distance x sin(k theta); distance
     /// squared x cos(k theta). The others are zero by symmetry.
     even: [f32; ORDERS],
@@ -102,30 +103,30 @@ pub(crate) struct Oscillator<'a> {
 }
 
 /// Frames on either side of a block's centre.
-pub(crate) const WING: usize = BLOCK / 2;
+pub const HALF_BLOCK: usize = BLOCK / 2;
 
-/// What even (or odd) parts of columns meet at one distance from a block's centre - half a frame, one and a half
+/// The factors of the even (or odd) parts of columns at one distance from a block's centre - half a frame, one and a half
 /// ... - for each harmonic: the wave, and the other wave times the distance.
-pub(crate) type Meets = [[f32; 2]; HARMONICS_MAX];
+pub type Factors = [[f32; 2]; HARMONICS_MAX];
 
 /// The harmonics about a block's centre, the same in every block: cosines are even, sines are odd, and times the
 /// distance it is the other way round.
-pub(crate) struct Wings {
+pub struct CentredWaves {
     /// Cosine, and distance in `u` times sine.
-    pub even: [Meets; WING],
+    pub even: [Factors; HALF_BLOCK],
     /// Sine, and distance times cosine.
-    pub odd: [Meets; WING],
+    pub odd: [Factors; HALF_BLOCK],
 }
 
-impl Wings {
+impl CentredWaves {
     const fn new() -> Self {
-        let none = [[[0.0; 2]; HARMONICS_MAX]; WING];
+        let none = [[[0.0; 2]; HARMONICS_MAX]; HALF_BLOCK];
         Self { even: none, odd: none }
     }
 }
 
 /// A block's centre: its `u`, and cosine and sine of multiples of its phase.
-pub(crate) struct Centre {
+pub struct Centre {
     pub u: f32,
     harmonics: usize,
     turn: [(f32, f32); ORDERS],
@@ -148,7 +149,7 @@ impl Centre {
 }
 
 /// The harmonics over one block of frames.
-pub(crate) struct Waves {
+pub struct Waves {
     pub u: [f32; BLOCK],
     pub cos: [[f32; BLOCK]; HARMONICS_MAX],
     pub sin: [[f32; BLOCK]; HARMONICS_MAX],
@@ -179,23 +180,22 @@ impl<'a> Oscillator<'a> {
             abscissa: span.abscissa(),
             phase_0: (back as u32).wrapping_neg(),
             step,
-            wings: Wings::new(),
-            half_block: 0.5 * (BLOCK - 1) as f32 * u_step,
-            to_centre: (step as u64 * (BLOCK as u64 - 1) / 2) as u32,
+            centred: CentredWaves::new(),
+            to_centre_u: 0.5 * (BLOCK - 1) as f32 * u_step,
+            to_centre_phase: (step as u64 * (BLOCK as u64 - 1) / 2) as u32,
             even: [0.0; ORDERS],
             odd: [0.0; ORDERS],
             spread: [0.0; ORDERS],
         }
     }
 
-    /// Finds the harmonics about a block's centre; in time only. Apart from `new`, whose result would be copied with
-    /// them.
+    /// Fills in the harmonics about a block's centre; in time only. Apart from `new`, which would copy them.
     #[inline(never)]
-    pub fn find_wings(&mut self) {
+    pub fn fill_centred(&mut self) {
         let Some(u_step) = self.abscissa.step() else { return };
         let (step, harmonics) = (self.step as u64, self.harmonics.min(HARMONICS_MAX));
-        let Self { even, odd, spread, wings, .. } = self;
-        for (i, (with_even, with_odd)) in wings.even.iter_mut().zip(&mut wings.odd).enumerate() {
+        let Self { even, odd, spread, centred, .. } = self;
+        for (i, (with_even, with_odd)) in centred.even.iter_mut().zip(&mut centred.odd).enumerate() {
             let far = (i as f32 + 0.5) * u_step;
             let angle = cos_sin((step * (2 * i as u64 + 1) / 2) as u32);
             multiples(angle, 2 * harmonics, |k, c, s| {
@@ -212,14 +212,14 @@ impl<'a> Oscillator<'a> {
 
     /// The centre of the block that begins with frame `at`.
     pub fn centre(&self, at: u32, centre: &mut Centre) {
-        let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre);
-        (centre.u, centre.harmonics) = (self.abscissa.u(at) + self.half_block, self.harmonics);
+        let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at)).wrapping_add(self.to_centre_phase);
+        (centre.u, centre.harmonics) = (self.abscissa.u(at) + self.to_centre_u, self.harmonics);
         multiples(cos_sin(phase), 2 * self.harmonics.min(HARMONICS_MAX), |k, c, s| centre.turn[k] = (c, s));
     }
 
     /// The harmonics frame by frame, of those of a block that count.
     pub fn fill(&self, block: &Block, waves: &mut Waves) {
-        let at = block.at;
+        let at = block.first;
         waves.u = self.abscissa.block(at, self.frames);
         let in_time = matches!(self.abscissa, Abscissa::Time { .. });
         let phase = self.phase_0.wrapping_add(self.step.wrapping_mul(at));
@@ -246,19 +246,19 @@ impl Waves {
 impl Trigonometric {
     /// Empty sums.
     #[inline(always)]
-    pub(crate) const fn new() -> Self {
+    pub const fn new() -> Self {
         Self { cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
     }
 
-    /// Empties what so many harmonics use.
-    pub(crate) fn clear(&mut self, harmonics: usize) {
+    /// Empties the sums that so many harmonics use.
+    pub fn clear(&mut self, harmonics: usize) {
         for row in self.cos.iter_mut().chain(&mut self.sin) {
             row.iter_mut().take(2 * harmonics + 1).for_each(|sum| *sum = 0.0);
         }
     }
 
-    /// Adds a block of which every frame counts.
-    pub(crate) fn add_block(&mut self, centre: &Centre, oscillator: &Oscillator) {
+    /// Adds a complete block in time.
+    pub fn add_block(&mut self, centre: &Centre, oscillator: &Oscillator) {
         let u = centre.u;
         let [second, third] = legendre(u);
         for (k, (c, s)) in centre.turn.iter().enumerate().take(2 * oscillator.harmonics + 1) {
@@ -270,13 +270,13 @@ impl Trigonometric {
             let uu_sin = u * (u_sin + odd * c) + spread * s;
             self.add(0, k, [cos, u_cos, uu_cos], [sin, u_sin, uu_sin]);
             if k <= oscillator.harmonics {
-                self.add(OF_PRODUCTS, k, [second * cos, third * cos], [second * sin, third * sin]);
+                self.add(PRODUCT_WEIGHTS, k, [second * cos, third * cos], [second * sin, third * sin]);
             }
         }
     }
 
     /// Adds the frames of a block that count, one by one.
-    pub(crate) fn add_frames(&mut self, block: &Block, waves: &Waves, harmonics: usize) {
+    pub fn add_frames(&mut self, block: &Block, waves: &Waves, harmonics: usize) {
         for i in 0..BLOCK {
             if block.valid[i] == 0 {
                 continue;

@@ -118,7 +118,7 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 /// What is measured, with nothing of the rest inlined into it.
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
-    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames)).ok()
+    fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames).with_quantization(1.0)).ok()
 }
 
 /// As [`fit`].

@@ -123,7 +123,7 @@ impl Kind {
             };
             let valid = vec![self.mask(); window.values.len()];
             let mut table = Table { values: &window.values, valid: &valid };
-            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32)).ok();
+            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0)).ok();
             let here = Outcome::new(fit.as_ref());
             ensure!(
                 outcome == here,

@@ -75,7 +75,7 @@ pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
     let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
     let mut table = Table { values, valid: &valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
-    let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32));
+    let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0));
     fit.context("a table loses no frames")
 }
 

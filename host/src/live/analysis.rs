@@ -6,17 +6,14 @@ use ads1258::reading;
 use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
-use ridgetone_tone::levels::levels;
-use ridgetone_tone::nuisance::{Curve, Nuisances};
-use ridgetone_tone::spectrum::{POINTS_MAX, strongest, transform_size};
-use ridgetone_tone::{CYCLES_FOR_SLOPE, FRAMES_MIN, FrameSpan, Table, Values};
+use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Fitter, FrameSpan, Table, Values};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
 /// Power of a bin in which there is nothing at all, decibels: below what 24 bits and 16 channels can show.
 const LEAST_DB: f32 = -120.0;
 
-/// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::spectrum`]).
+/// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
@@ -52,28 +49,23 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let frames = window.map_or_else(|| latest(live), |window| window.frames);
     let (first, last) = (frames.first()?, frames.last()?);
     let slots = last.number.wrapping_sub(first.number).checked_add(1)?;
-    if frames.len() < FRAMES_MIN as usize || slots as usize > POINTS_MAX || last.t_s <= first.t_s {
+    if frames.len() < FRAMES_MIN as usize || slots as usize > FRAMES_MAX || last.t_s <= first.t_s {
         return None;
     }
     let rate_hz = f64::from(slots - 1) / (last.t_s - first.t_s);
     let (values, valid) = table(&frames, slots, live.settings().vref_v);
     let mut source = Table { values: &values, valid: &valid };
     let mut span = FrameSpan::new(&mut source, 0, slots);
-    let levels = levels(&mut span, None)?;
-    let nothing = Nuisances::new(&mut span, &levels, Curve::None)?;
-    let (mut points, mut power) = (vec![0.0; POINTS_MAX], vec![0.0; POINTS_MAX / 2]);
-    let size = transform_size(slots as usize, POINTS_MAX);
-    let found = strongest(&mut span, &levels, &nothing, CYCLES_FOR_SLOPE, u16::MAX, &mut points, &mut power)?;
-    // A line alone has a magnitude of half its amplitude times the frames, of which its power is half the square.
-    let whole = 0.5 * levels.frames as f32 * levels.usable.count_ones() as f32;
-    let decibel = |power: f32| (10.0 * (power / whole).log10()).max(LEAST_DB);
+    let mut fitter = Box::new(Fitter::new(1));
+    let found = fitter.spectrum(&mut span).ok()?;
+    let decibel = |power: f32| (10.0 * power.log10()).max(LEAST_DB);
     Some(Spectrum {
         from_s: first.t_s,
         until_s: last.t_s,
         of_estimate,
-        bin_hz: rate_hz / size as f64,
-        power_db: power[..size / 2].iter().map(|power| decibel(*power)).collect(),
-        strongest_hz: found.map(|nu| 2.0 * f64::from(nu) * rate_hz / f64::from(slots)),
+        bin_hz: rate_hz / found.points as f64,
+        power_db: found.power.iter().map(|power| decibel(*power)).collect(),
+        strongest_hz: found.strongest_cycles.map(|cycles| f64::from(cycles) * rate_hz / f64::from(slots)),
     })
 }
 
