@@ -19,13 +19,13 @@ pub enum Abscissa<'a> {
 }
 
 impl<'a> Abscissa<'a> {
-    /// Of so many frames in time.
+    /// Of `frames` frames in time.
     pub fn time(frames: u32) -> Self {
         let step = 2.0 / frames.max(1) as f32;
         Self::Time { start: -0.5 * (frames as f32 - 1.0) * step, step }
     }
 
-    /// Of so many frames along a path. None if it does not move, or a place is not finite.
+    /// Of `frames` frames along a path. None if it does not move, or a place is not finite.
     pub fn path(place: &'a dyn Fn(u32) -> f32, frames: u32) -> Option<Self> {
         let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
         let (mut length, mut from) = (0.0, place(0));

@@ -41,7 +41,7 @@ pub fn conclude(window: &mut Window, nuisances: &Nuisances, guess: &InitialGuess
     let baseline = Shape { harmonics: 0, ..best.shape };
     let without = residual_sums_without_solution(&work.sums, levels, nuisances, &baseline, false);
     let mut before = without.unwrap_or(levels.about_mean);
-    // Also of a baseline that is much larger than everything else, or rounding would look like a tone.
+    // Also of a baseline that is much larger than everything else, or rounding would pass for a tone.
     if is_cancelled(&before, levels) {
         before = residuals_of_baseline(window, nuisances, baseline)?;
     }

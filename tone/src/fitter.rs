@@ -27,15 +27,15 @@ pub struct Fitter {
 }
 
 impl Fitter {
-    /// A fitter of up to so many harmonics, the fundamental included (1 to [`HARMONICS_MAX`]); `const`, so that its scratch
-    /// memory can live in a static.
+    /// A fitter of up to `harmonics_max` harmonics, the fundamental included (1 to [`HARMONICS_MAX`]); `const`, so that
+    /// its memory can live in a static.
     pub const fn new(harmonics_max: u8) -> Self {
         let mut fitter = Self { scratch: Scratch::new(), harmonics_max: 1 };
         fitter.set_harmonics(harmonics_max);
         fitter
     }
 
-    /// From now on up to so many harmonics are fitted, 1 to [`HARMONICS_MAX`].
+    /// From now on up to `harmonics_max` harmonics are fitted, 1 to [`HARMONICS_MAX`].
     pub const fn set_harmonics(&mut self, harmonics_max: u8) {
         let (wanted, most) = (harmonics_max as usize, HARMONICS_MAX);
         self.harmonics_max = if wanted < 1 {

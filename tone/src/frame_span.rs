@@ -51,7 +51,7 @@ impl<'a> FrameSpan<'a> {
         Self { source, first, frames, channels: 0, interferer: None, quantization_step: 0.0, rate: 1.0, abscissa }
     }
 
-    /// The same at so many frames per second: the fit then gives hertz, and without it cycles per frame.
+    /// The same at a rate in frames per second: the fit then gives hertz, without it cycles per frame.
     pub fn with_frame_rate(self, frames_per_s: f32) -> Self {
         Self { rate: frames_per_s, ..self }
     }

@@ -1,22 +1,22 @@
-//! The common frequency of up to sixteen channels, with its uncertainty.
+#![doc = include_str!("../README.md")]
 //!
-//! The fit is a joint least squares over all channels: one frequency, harmonics, and a baseline for each channel, each
-//! channel weighted by its own noise. It needs no allocation and no operating system, and computes in `f32`.
+//! # The way of a window
 //!
-//! The steps, in the order in which a window walks through them:
+//! Steps in their order; each file imports only from files above it and from shared types:
 //!
-//! | step | what happens there |
+//! | step | what it does |
 //! |---|---|
-//! | [`source`], [`frame_span`] | where frames come from; a window of them, read block by block |
-//! | [`levels`], [`nuisance`], [`waves`], [`moments`] | one pass over the window each: all that the fit needs to know of it |
-//! | [`spectrum`], [`search`], [`few_cycles`], [`survey`], [`model`], [`relaxing`], [`fundamental`] | a periodogram over the channels; the line in it, or the drift; the fundamental of that line: the first guess |
-//! | [`normal`], [`solve`], [`descent`] | the least-squares solution at one frequency, and the steps towards a better one |
-//! | [`residuals`], [`significance`] | what a solution leaves, sample by sample; what noise alone would reach |
-//! | [`sine_fit`], [`status`] | the tone: its frequency, its uncertainty, and whether there is one |
-//!
-//! [`phase`] has cosine and sine.
+//! | `source`, `frame_span` | frames, and a window of them, read block by block |
+//! | `fitter` | the order of the steps |
+//! | `coarse`, `levels` | the first pass: levels, noise, usable channels, means of a few frames |
+//! | `search`, `spectrum` | the strongest line of a periodogram |
+//! | `few_cycles`, `survey`, `relaxing` | below four cycles: all models of tone and baseline, by their likelihoods |
+//! | `fundamental` | whether the line is a harmonic of its tone |
+//! | `refine`, `descent` | Gauss-Newton steps to the maximum of the likelihood |
+//! | `nuisance`, `moments`, `solution` | in each step: one pass for the sums, and the least-squares solution from them |
+//! | `conclude`, `residuals` | whether it is a tone, and with what uncertainty |
 #![no_std]
-// A panic resets the finger: only tests may.
+// A panic resets a board: only tests may.
 #![cfg_attr(
     not(test),
     deny(

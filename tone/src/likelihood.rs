@@ -11,7 +11,7 @@ const MISFIT_NOISE_RATIO: f32 = 1.5;
 /// A step reduces the squares by no more than this share: 60 dB.
 const STEP_SHARE_MAX: f32 = 1.0 - 1e-6;
 
-/// Residual variance with so many `unknowns` of a channel over that of the noise ([`Levels::noise_variance`]), mean of
+/// Residual variance with `unknowns` unknowns of a channel over that of the noise ([`Levels::noise_variance`]), mean of
 /// the channels: 1 if the residuals are noise alone. None if the noise is not known.
 #[inline(never)]
 pub fn noise_ratio(levels: &Levels, residual_sum_of_squares: &Values, unknowns: usize) -> Option<f32> {
@@ -31,9 +31,9 @@ pub fn is_misfit(noise_ratio: Option<f32>) -> bool {
     noise_ratio.is_some_and(|ratio| ratio > MISFIT_NOISE_RATIO)
 }
 
-/// Log-likelihood of a model with these residual sums of squares and so many `unknowns` of a channel, over that of a model
+/// Log-likelihood of a model with these residual sums of squares and `unknowns` unknowns of a channel, over that of a model
 /// with those `before`: negative if the latter is likelier. With Bartlett's factor, since the logarithm of few frames
-/// overstates what so many unknowns explain.
+/// overstates what many unknowns explain.
 #[inline(never)]
 pub fn gain(levels: &Levels, before: &Values, residual_sum_of_squares: &Values, unknowns: usize) -> f32 {
     let factor = (levels.frames as f32 - unknowns as f32).max(0.0);

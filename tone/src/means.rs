@@ -20,7 +20,7 @@ pub struct Means<'a> {
 }
 
 impl<'a> Means<'a> {
-    /// Room for as many groups of `by` frames as go into both slices.
+    /// Memory for as many groups of `by` frames as go into both slices.
     pub fn new(by: u32, values: &'a mut [Values], valid: &'a mut [u16]) -> Self {
         Self { by, values, valid, sums: Sums::new([0.0; CHANNELS_MAX]), of_quads: OfQuads::default() }
     }

@@ -22,7 +22,7 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// An empty matrix of so many unknowns, at most [`UNKNOWNS_MAX`].
+    /// An empty matrix of `size` unknowns, at most [`UNKNOWNS_MAX`].
     #[inline(always)]
     pub const fn new(size: usize) -> Self {
         Self { size: if size < UNKNOWNS_MAX { size } else { UNKNOWNS_MAX }, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }

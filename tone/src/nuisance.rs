@@ -1,7 +1,7 @@
 //! Components of a channel besides its level, its slope and the tone: a curved baseline, an interferer.
 //!
 //! Each is a function of the frame, known but for its factor in every channel, and so one more linear
-//! unknown of the fit. A baseline that relaxes (skin creeps after a contact) is curved: within a window the
+//! unknown of the fit. A baseline that relaxes is curved: within a window the
 //! second and third Legendre polynomials describe an exponential whose time constant is not much
 //! shorter than the window. An interferer of known frequency is a cosine and a sine; sampled below twice
 //! its frequency it is their alias, and needs no other treatment.

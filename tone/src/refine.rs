@@ -17,7 +17,7 @@ pub fn refine(window: &mut Window, guess: InitialGuess) -> Result<Option<Nuisanc
     let InitialGuess { nu, slope, curve, harmonics, .. } = guess;
     let nuisances = window.nuisances(curve)?;
     let mut problem = Problem::new(window, &nuisances);
-    // Where a window is too short to separate so many harmonics, fewer may do.
+    // Where a window is too short to separate all harmonics, fewer may do.
     let harmonics = if harmonics > 0 { harmonics } else { problem.window.harmonics(nu) };
     let mut shape = Shape { harmonics, slope, nuisances: nuisances.count() };
     while !problem.converge(nu, shape)? {

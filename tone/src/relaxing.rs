@@ -1,4 +1,4 @@
-//! A baseline that relaxes as skin does after a contact: its rate, which all channels share, along with the frequency.
+//! A baseline that relaxes exponentially: its rate, which all channels share, along with the frequency.
 //!
 //! An exponential resembles a part of a slow wave, and to a fit a slow wave with overtones resembles an exponential with a
 //! faster tone. The common rate of all channels separates them.

@@ -24,7 +24,7 @@ const SUSPECT_POWER_SHARE: f32 = 0.02;
 const MEANS_FOR_HARMONICS: u32 = 48;
 /// Peaks below this many cycles per half window are compared by exact likelihoods.
 const FEW_CYCLES_NU: f32 = 1.75;
-/// Cycles from which on no wave looks like a drift that relaxes.
+/// Cycles from which on no wave resembles a drift that relaxes.
 const CYCLES_UNLIKE_DRIFT: f32 = 2.5;
 /// Most steps from a periodogram's peak to its line.
 const LINE_STEPS: usize = 4;
@@ -93,7 +93,7 @@ fn strongest_line(window: &mut Window, mut memory: TransformMemory) -> Result<Op
     Ok(Some(SpectralLine { nu, slope: true, curve: Curve::None, harmonics: 0, suspects, ambiguous: false }))
 }
 
-/// From the strongest line, fitted with so many `harmonics`, to where the fit starts: at its fundamental, close to the
+/// From the strongest line, fitted with `harmonics` harmonics, to where the fit starts: at its fundamental, close to the
 /// maximum of the likelihood.
 // Called with means and with frames: one copy is enough.
 #[inline(never)]

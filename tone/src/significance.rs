@@ -21,7 +21,7 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
 }
 
 /// Power of one line over all channels, in units of their noise, that noise alone reaches once in a thousand times: two
-/// degrees of freedom for each channel. The unit is measured from the residuals of so many `unknowns` of a channel, so
+/// degrees of freedom for each channel. The unit is measured from the residuals of `unknowns` unknowns of a channel, so
 /// each channel's share has a Fisher distribution; its mean and variance are those of a chi-square of fewer degrees in a
 /// larger unit.
 #[inline(never)]

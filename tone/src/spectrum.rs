@@ -30,7 +30,7 @@ pub struct Spectrum<'m> {
     /// Share of the channels' power that a line at each bin's frequency takes; all zero if there are more frames than a
     /// transform has points, or if no channel is usable.
     pub power: &'m [f32],
-    /// Points of the transform: bin k has k cycles in so many frames.
+    /// Points of the transform: bin k has k cycles in as many frames.
     pub points: usize,
     /// Cycles in the window of the strongest line of [`CYCLES_FOR_SLOPE`] and more.
     pub strongest_cycles: Option<f32>,
@@ -126,7 +126,7 @@ impl TransformMemory<'_> {
         Ok(Some(0.5 * (bin as f32 + between) / bins_per_cycle))
     }
 
-    /// The highest power within a bin of `nu` in the periodogram that [`Self::strongest`] made of so many frames; zero
+    /// The highest power within a bin of `nu` in the periodogram that [`Self::strongest`] made of `frames` frames; zero
     /// beyond its end.
     pub fn power_near(&self, frames: usize, nu: f32) -> f32 {
         let size = self.size(frames);
@@ -135,7 +135,7 @@ impl TransformMemory<'_> {
         near.iter().fold(0.0, |most, power| most.max(*power))
     }
 
-    /// Points of the transform of so many frames.
+    /// Points of the transform of `frames` frames.
     pub fn size(&self, frames: usize) -> usize {
         transform_size(frames, self.points.len().min(2 * self.power.len()))
     }
@@ -195,7 +195,7 @@ fn copy(
     })
 }
 
-/// Points of the transform of so many frames with memory for `most`: a quarter more than frames, if there are many of them
+/// Points of the transform of `frames` frames with memory for `most`: a quarter more than frames, if there are many of them
 /// and they fit. A peak between two bins then loses little height.
 fn transform_size(frames: usize, most: usize) -> usize {
     // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.

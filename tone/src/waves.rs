@@ -189,7 +189,7 @@ impl<'a> Oscillator<'a> {
         }
     }
 
-    /// Fills in the harmonics about a block's centre; in time only. Apart from `new`, which would copy them.
+    /// Fills in the harmonics about a block's centre; in time only. `new` would copy them.
     #[inline(never)]
     pub fn fill_centred(&mut self) {
         let Some(u_step) = self.abscissa.step() else { return };
@@ -250,7 +250,7 @@ impl Trigonometric {
         Self { cos: [[0.0; ORDERS]; WEIGHTS], sin: [[0.0; ORDERS]; WEIGHTS] }
     }
 
-    /// Empties the sums that so many harmonics use.
+    /// Empties the sums that `harmonics` harmonics use.
     pub fn clear(&mut self, harmonics: usize) {
         for row in self.cos.iter_mut().chain(&mut self.sin) {
             row.iter_mut().take(2 * harmonics + 1).for_each(|sum| *sum = 0.0);

@@ -1,0 +1,84 @@
+//! Any number of channels, any unit, any frame rate.
+
+use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Frames, Overwritten, Status, Table};
+
+#[allow(dead_code, reason = "its main is for cargo run --example")]
+#[path = "../examples/eight_channels.rs"]
+mod eight_channels;
+
+const FREQUENCY_HZ: f32 = 23.4;
+
+/// Frames at 500 Hz: a tone, and a disturbance far above it for noise.
+fn frames(channels: usize, count: usize, unit: f32) -> Vec<f32> {
+    let sample = |i: usize| {
+        let (t_s, channel) = ((i / channels) as f32 / 500.0, i % channels);
+        let noise = ((i * 7919 + channel * 104_729) % 1000) as f32 / 1000.0 - 0.5;
+        let tone = (core::f32::consts::TAU * FREQUENCY_HZ * t_s + channel as f32).sin();
+        ((1000.0 * (1.5 + 0.2 * tone + 0.02 * noise)).round() + 100.0 * channel as f32) * unit
+    };
+    (0..channels * count).map(sample).collect()
+}
+
+fn fit(values: &[f32], channels: usize) -> Fit {
+    let mut frames = Frames::new(values, channels).unwrap();
+    let count = frames.count();
+    Fitter::new(3).fit(&mut FrameSpan::new(&mut frames, 0, count).with_frame_rate(500.0)).unwrap()
+}
+
+fn assert_tone(fit: &Fit, channels: usize) {
+    assert_eq!(fit.status, Status::Good, "{channels} channels");
+    assert_eq!(fit.usable.count_ones() as usize, channels);
+    assert!((fit.frequency - FREQUENCY_HZ).abs() < 5.0 * fit.sigma, "{} +- {} Hz", fit.frequency, fit.sigma);
+    assert!(fit.sigma < 0.05, "{} Hz", fit.sigma);
+}
+
+#[test]
+fn the_example_finds_its_tone_in_hertz() {
+    let fit = eight_channels::fit(&frames(8, 400, 1e-3)).unwrap();
+    assert_tone(&fit, 8);
+    assert!((fit.channels[7].amplitude - 0.2).abs() < 0.01);
+}
+
+#[test]
+fn from_one_channel_to_sixteen() {
+    for channels in 1..=16 {
+        assert_tone(&fit(&frames(channels, 400, 1.0), channels), channels);
+    }
+    assert!(Frames::new(&[], 0).is_none() && Frames::new(&[], 17).is_none());
+}
+
+#[test]
+fn another_unit_gives_the_same_frequency_to_the_last_bit() {
+    // A power of two scales exactly.
+    for unit in [2f32.powi(-30), 2f32.powi(10)] {
+        let (of_unit, of_one) = (fit(&frames(8, 300, unit), 8), fit(&frames(8, 300, 1.0), 8));
+        assert_eq!((of_unit.frequency, of_unit.sigma), (of_one.frequency, of_one.sigma));
+        assert_eq!(of_unit.channels[3].amplitude, of_one.channels[3].amplitude * unit);
+    }
+}
+
+#[test]
+fn a_value_that_is_not_finite_is_a_gap() {
+    let mut values = frames(4, 400, 1.0);
+    values[4 * 17 + 2] = f32::NAN;
+    let with_gap = fit(&values, 4);
+    assert_tone(&with_gap, 4);
+    assert_eq!(with_gap.frames, 399);
+}
+
+#[test]
+fn frames_and_a_table_give_the_same_fit() {
+    let values = frames(16, 300, 1.0);
+    let table: Vec<[f32; 16]> = values.as_chunks().0.to_vec();
+    let mut table = Table { values: &table, valid: &[u16::MAX; 300] };
+    let of_table = Fitter::new(3).fit(&mut FrameSpan::new(&mut table, 0, 300).with_frame_rate(500.0)).unwrap();
+    assert_eq!(of_table.frequency, fit(&values, 16).frequency);
+}
+
+#[test]
+fn frames_that_are_gone_are_an_error() {
+    let mut frames = Frames::new(&[1.0; 40], 4).unwrap();
+    assert_eq!(frames.read(10, 1, &mut |_, _| panic!("nothing to show")), Err(Overwritten));
+    assert_eq!(Fitter::new(1).fit(&mut FrameSpan::new(&mut frames, 0, 20)).map(|_| ()), Err(Overwritten));
+    assert_eq!(Overwritten.to_string(), "newer frames have overwritten those of the window");
+}
