@@ -1,15 +1,14 @@
 //! The latest frames in a fixed buffer, and how the fit reads them.
 //!
-//! A window of the paper's longest slide holds 62 kB, so there is one ring and nobody copies it:
-//! windows overlap in it and name their frames by number. The fit reads it a short block at a time,
-//! on the chip behind a lock that lasts for one block, so the tasks above are held up for
-//! microseconds at most. If the writer laps a reader, the reader is told.
+//! A window of the paper's longest slide holds 62 kB. So there is one ring, windows overlap in it, and they name their
+//! frames by number. The fit reads a short block at a time. On the chip it does so behind a lock that lasts for one block,
+//! so that higher tasks wait for microseconds only. A reader learns which frames were overwritten.
 
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 
-/// Whether frame `number` is frame `mark` or a later one, by numbers that wrap: neither is more than
-/// half their range (103 days at 241 Hz) from the other.
+/// Whether frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less than half their range
+/// apart: 103 days at 241 Hz.
 pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
 }
@@ -20,8 +19,8 @@ pub struct Ring {
     values: [Values; RING_FRAMES],
     valid: [u16; RING_FRAMES],
     t_us: [u32; RING_FRAMES],
-    /// Place in the arrays that is written next. Kept apart from the number: 2^32 is no multiple of
-    /// the ring's length.
+    /// Place in the arrays that is written next. It does not follow from the number: 2^32 is no multiple of the ring's
+    /// length.
     head: usize,
     /// Number of the frame that is written next.
     next: u32,
@@ -56,13 +55,13 @@ impl Ring {
     pub fn restart(&mut self, number: u32) {
         self.next = number;
         self.filled = 0;
-        // From the start, so that what is read does not depend on what was there before: the sums over
-        // a window round differently where the ring's end cuts a block.
+        // The sums over a window round differently where the ring's end cuts a block. From the start, results do not
+        // depend on what was there before.
         self.head = 0;
     }
 
-    /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (the low
-    /// 32 bits of the device time in microseconds).
+    /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (low 32 bits of the device time
+    /// in microseconds).
     pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
         let at = self.head;
         if let (Some(v), Some(m), Some(t)) = (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at)) {
@@ -79,7 +78,7 @@ impl Ring {
     fn place(&self, number: u32) -> Option<usize> {
         let age = self.next.wrapping_sub(number);
         let back = age as usize;
-        // Of a frame that is far from what the ring holds, as after a gap, it is no place at all.
+        // For a frame that is far from those in the ring, as after a gap, this is not a place in the arrays.
         let at = if back <= self.head { self.head - back } else { (self.head + RING_FRAMES).wrapping_sub(back) };
         (age >= 1 && age <= self.filled).then_some(at)
     }

@@ -9,9 +9,9 @@ use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
 use crate::touch::chi_square::limit;
 use crate::touch::held::{HELD_BACK, HeldLevel};
-use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, approach};
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, approach};
 use crate::touch::onset::Frames;
-use crate::touch::slide_end::slide_end;
+use crate::touch::slide::{Moving, moved_until, slide_end};
 use crate::touch::spike::Spike;
 use ridgetone_proto::scan::{TAXELS, frames_in};
 use ridgetone_proto::settings::SlideRule;
@@ -35,12 +35,6 @@ const SPIKE_STILL_BLOCKS: u32 = 6;
 const TAP: f32 = limit(900.0, 0.0);
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
-/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
-const LASTING_BLOCKS: u32 = 11;
-/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
-const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
-/// Blocks with any changes after which it is one.
-const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
 /// A level is back at idle within this share of the way to the held one, squared: about a third.
 const BACK_AT_IDLE: f32 = 0.1;
 /// A level is a load beyond this share of the way, squared: a half. Less is a skin on its way back.
@@ -56,12 +50,8 @@ enum Phase {
     /// Touched since the block that ends with this frame; the spike's peak is looked for.
     Spike(u32),
     Hold,
-    /// Something moves since this frame, a slide or only a step. Blocks with quick changes, and with any.
-    Moving {
-        since: u32,
-        quick: u32,
-        any: u32,
-    },
+    /// Something moves, a slide or only a step.
+    Moving(Moving),
     /// Since this frame.
     Slide(u32),
 }
@@ -159,7 +149,7 @@ impl ContactDetector {
         }
         let Some(block) = self.motion.push(values) else { return };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still = if block.quick || block.slow { 0 } else { self.still.saturating_add(1) };
+        self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
         if core::mem::take(&mut self.skips_block) {
             if self.phase == Phase::Idle {
                 self.enter(Phase::Idle);
@@ -172,7 +162,7 @@ impl ContactDetector {
     /// The data has ended with the frame before `number`: a slide that still runs is over.
     pub fn finish(&mut self, number: u32, report: &mut dyn FnMut(Change)) {
         match self.phase {
-            Phase::Hold | Phase::Moving { .. } => self.end_hold(report),
+            Phase::Hold | Phase::Moving(_) => self.end_hold(report),
             Phase::Slide(start) => {
                 self.phase = Phase::Hold;
                 report(Change::SlideEnd(start, if self.planned.is_some() { number } else { self.moving_until }));
@@ -219,7 +209,7 @@ impl ContactDetector {
                 }
                 false
             }
-            Phase::Hold | Phase::Moving { .. } => {
+            Phase::Hold | Phase::Moving(_) => {
                 self.load = self.motion.distance(&self.held.level, &self.idle);
                 let off = self.motion.distance(&mean, &self.idle);
                 if self.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
@@ -227,8 +217,8 @@ impl ContactDetector {
                     self.settle(Ended::Hold, number, ring, report);
                     return false;
                 }
-                if let Phase::Moving { since, quick, any } = self.phase {
-                    self.moving(since, quick, any, block, ring, report);
+                if let Phase::Moving(moving) = self.phase {
+                    self.moving(moving.with(block), ring, report);
                     return false;
                 }
                 self.hold(number, off, block)
@@ -242,14 +232,13 @@ impl ContactDetector {
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
     fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
-        let moves = block.quick || block.slow;
+        let moves = block.moves();
         if moves && self.rule == SlideRule::Found {
             // Right after something else it is the level at which that ended.
             if self.motion.past().count > HELD_BACK {
                 self.still_level = self.motion.past().mean_of_four(HELD_BACK);
             }
-            let since = number.wrapping_sub(BLOCK_FRAMES - 1);
-            self.phase = Phase::Moving { since, quick: block.quick as u32, any: 1 };
+            self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
             self.held.extend(number, &self.motion);
         } else if !moves {
@@ -258,18 +247,15 @@ impl ContactDetector {
         !moves
     }
 
-    /// One block further while something moves: it becomes a slide, or is still again. Before it so many blocks had quick
-    /// changes, and any.
-    fn moving(&mut self, since: u32, quick: u32, any: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) {
-        let quick = quick + block.quick as u32;
-        let any = any + (block.quick || block.slow) as u32;
-        if quick >= SLIDE_BLOCKS || any >= SLOW_SLIDE_BLOCKS {
-            let left = self.frames(ring).departure(&self.still_level, since, self.contact);
+    /// One block further while something moves: it becomes a slide, or is still again.
+    fn moving(&mut self, moving: Moving, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        if moving.is_slide() {
+            let left = self.frames(ring).departure(&self.still_level, moving.since, self.contact);
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
         } else if self.still >= STILL_BLOCKS {
             self.enter(Phase::Hold);
         } else {
-            self.phase = Phase::Moving { since, quick, any };
+            self.phase = Phase::Moving(moving);
         }
     }
 
@@ -278,19 +264,10 @@ impl ContactDetector {
         if self.planned.is_some() {
             return;
         }
-        // A comparison shows a change somewhere in its reach: that something moves since then is sure only of a change
-        // right now.
-        let reach = match block {
-            Block { now: true, .. } => Some(0),
-            Block { quick: true, .. } => Some(SHORT_BLOCKS),
-            Block { slow: true, .. } => Some(LONG_BLOCKS),
-            _ => None,
-        };
-        if let Some(reach) = reach {
-            let sure = number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1);
-            if reached(sure, self.moving_until) {
-                self.moving_until = sure;
-            }
+        if let Some(sure) = moved_until(block, number)
+            && reached(sure, self.moving_until)
+        {
+            self.moving_until = sure;
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         let off = self.motion.distance(&self.motion.recent_mean(), &self.idle);

@@ -38,6 +38,13 @@ pub struct Block {
     pub slow: bool,
 }
 
+impl Block {
+    /// Whether it shows any change.
+    pub const fn moves(&self) -> bool {
+        self.quick || self.slow
+    }
+}
+
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
@@ -101,8 +108,8 @@ impl Motion {
         let mut within = 0.0;
         for c in 0..TAXELS {
             let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
-            let [a, b, c_, d] = changes.map(|change| change * change);
-            self.squares[c] = a + b + c_ + d;
+            let [one, two, three, four] = changes.map(|change| change * change);
+            self.squares[c] = one + two + three + four;
             within += self.squares[c] * self.noise.weights[c];
             mean[c] = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
         }
@@ -140,12 +147,16 @@ impl Motion {
     #[inline]
     fn add_recent(&mut self, mean: &Values) {
         if self.past.count == 0 {
-            self.recent_sum = *mean;
-            return;
+            self.recent_sum = [0.0; TAXELS];
         }
-        let oldest = (self.past.count >= 2 * LONG).then_some(self.past.back(2 * LONG - 1));
         for c in 0..TAXELS {
-            self.recent_sum[c] = mean[c] + self.recent_sum[c] - oldest.map_or(0.0, |oldest| oldest[c]);
+            self.recent_sum[c] += mean[c];
+        }
+        if self.past.count >= 2 * LONG {
+            let oldest = self.past.back(2 * LONG - 1);
+            for c in 0..TAXELS {
+                self.recent_sum[c] -= oldest[c];
+            }
         }
     }
 

@@ -1,0 +1,72 @@
+//! The slide: what makes a motion one, until when it moves for sure, and when it ended.
+
+use crate::touch::motion::{Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::onset::Frames;
+use crate::touch::past::{BLOCK_FRAMES, SKIP_MAX};
+use ridgetone_tone::Values;
+
+/// Blocks that something has to move for to be a slide, not a knock: 183 ms.
+const LASTING_BLOCKS: u32 = 11;
+/// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
+const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with any changes after which it is one.
+const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
+/// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
+/// soon after it: a slow tone in noise may go on for one of them unnoticed.
+const SOON_BLOCKS: u32 = 2;
+/// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
+const CREEP_BLOCKS: usize = 4;
+
+/// A motion that may become a slide.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moving {
+    /// First frame of its first block.
+    pub since: u32,
+    /// Blocks with quick changes, and with any.
+    quick: u32,
+    any: u32,
+}
+
+impl Moving {
+    /// Before its first block, which begins with frame `since`.
+    pub const fn since(since: u32) -> Self {
+        Self { since, quick: 0, any: 0 }
+    }
+
+    /// One block further.
+    pub const fn with(self, block: Block) -> Self {
+        Self { quick: self.quick + block.quick as u32, any: self.any + block.moves() as u32, ..self }
+    }
+
+    /// Whether it has lasted long enough.
+    pub const fn is_slide(&self) -> bool {
+        self.quick >= SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
+    }
+}
+
+/// The frame until which something moved for sure, by the block that ends with frame `number`. Its comparisons show a
+/// change somewhere in their reach, and only that within the block is a change right now.
+pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
+    let reach = match block {
+        Block { now: true, .. } => 0,
+        Block { quick: true, .. } => SHORT_BLOCKS,
+        Block { slow: true, .. } => LONG_BLOCKS,
+        _ => return None,
+    };
+    Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
+}
+
+/// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves
+/// any more. The slide moved until frame `moving_until` at least. The block that ends with frame `over`, the latest one,
+/// shows that it has ended. `level` is the mean of the last four blocks.
+pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until: u32, over: u32) -> u32 {
+    // Blocks between the mean soon after the slide and that of the last four.
+    let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
+    let skip = (still.saturating_sub(SOON_BLOCKS + 4) as usize).min(SKIP_MAX);
+    let soon = motion.past().mean_of_four(skip);
+    let per_block = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / skip as f32 };
+    let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_block);
+    let middle = over.wrapping_sub(skip as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
+    // The block that moved last differs from the one before it, where the change may have been.
+    frames.arrival_creeping(&soon, &creep, middle, moving_until.wrapping_sub(BLOCK_FRAMES))
+}
