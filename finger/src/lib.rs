@@ -13,10 +13,27 @@
 //! | conversions to frames, by the slots of the scan | [`assembler`], [`frame`], [`scan`] |
 //! | frames into the ring; contact, slide, hold, release | [`detector`], [`ring`], [`touch`] |
 //! | windows of the slide that fall due | [`schedule`], [`window`] |
-//! | fit a window, in time or by place | [`pipeline`], [`abscissa`], crate `ridgetone-tone` |
+//! | fit a window, in time or by place | [`estimator`], [`abscissa`], crate `ridgetone-tone` |
 //! | phases to spatial period, speed and direction | [`surface`] |
 //! | faults: count, report, qualify estimates | [`faults`] |
 //! | what each task of the firmware does | [`tasks`] |
+//! | all of it in one call, for a PC | [`pipeline`] |
+//!
+//! On a chip the fit is a task of its own: `examples/drdy_loop.rs`. A PC does all in one call:
+//!
+//! ```
+//! use ads1258::{Conversion, Status};
+//! use ridgetone::{frame::TimedConversion, pipeline::Pipeline};
+//! use ridgetone_proto::{settings::Settings, telemetry::Event};
+//!
+//! let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+//! // As read from the chip after an edge of DRDY: status byte with the channel, and the code.
+//! let conversion = Conversion { status: Status(0x88), code: 4_000_000 };
+//! pipeline.push(TimedConversion { t_us: 197, conversion }, &mut |event| println!("{event:?}"));
+//! let mut events = Vec::new();
+//! pipeline.finish(&mut |event| events.push(event));
+//! assert!(matches!(events[..], [Event::Health(_)]));
+//! ```
 //!
 //! Method and phases follow Oddo et al., "Artificial roughness encoding with a bio-inspired MEMS-based tactile sensor
 //! array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.

@@ -14,10 +14,10 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Has the counter go on from `now_us`.
+/// Lets the counter go on from `now_us`.
 #[cfg(feature = "emulated")]
 pub fn set_us(now_us: u32) {
-    // SAFETY: TIM2 exists for ever, and any value may be counted on from.
+    // SAFETY: TIM2 always exists, and any value is valid.
     unsafe { (*TIM2::ptr()).cnt().write(|w| w.bits(now_us)) };
 }
 
@@ -37,8 +37,8 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
 
 /// Clears the interrupt TIM4.
 pub fn acknowledge_heartbeat() {
-    // SAFETY: TIM4 exists for ever, nobody else touches it once it runs, and writing its status
-    // register only clears flags.
+    // SAFETY: TIM4 always exists, only this function uses it once it runs, and a write to its status register only clears
+    // flags.
     unsafe { (*TIM4::ptr()).sr().write(|w| w.uif().clear_bit()) };
     cortex_m::asm::dsb();
 }
@@ -46,6 +46,6 @@ pub fn acknowledge_heartbeat() {
 /// Microseconds since [`start`], wrapping.
 #[inline(always)]
 pub fn now_us() -> u32 {
-    // SAFETY: TIM2 exists for ever, and reading its counter has no side effect, so no owner can mind.
+    // SAFETY: TIM2 always exists, and reading its counter has no side effect.
     unsafe { (*TIM2::ptr()).cnt().read().bits() }
 }

@@ -7,7 +7,7 @@ use cortex_m_rt::ExceptionFrame;
 use ridgetone_proto::boot::Record;
 use ridgetone_proto::crash::{STORED_WORDS, Stored};
 
-/// Only the start, before tasks run, and the end, when none runs any more, touch it.
+/// Only start-up, before tasks run, and a crash, after they run, use it.
 struct Ram(UnsafeCell<MaybeUninit<Stored>>);
 
 // SAFETY: see above; there is one core.
@@ -17,7 +17,7 @@ unsafe impl Sync for Ram {}
 #[unsafe(link_section = ".uninit.crash")]
 static RAM: Ram = Ram(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The RAM, with whatever it holds.
+/// The RAM, with any content.
 fn ram() -> &'static mut Stored {
     let first = RAM.0.get().cast::<u32>();
     for at in 0..STORED_WORDS {
@@ -31,7 +31,7 @@ fn ram() -> &'static mut Stored {
     unsafe { (*RAM.0.get()).assume_init_mut() }
 }
 
-/// What the run before died of. To be asked once, before tasks run.
+/// The record of the run before, if it crashed. To be called once, before tasks run.
 pub fn take_record() -> Option<Record> {
     Record::take(ram())
 }
@@ -48,9 +48,9 @@ pub fn record_of(info: &core::panic::PanicInfo) -> Record {
     Record::of_panic(now_us(), file, line)
 }
 
-/// Entry of a HardFault. A stack that overflowed is no place to go on from: the handler gets the whole stack anew if less
-/// than 1 KiB of it is left. The frame that the processor has put there may then be overwritten only where the stack is
-/// all but empty, which it is not.
+/// Entry of a HardFault. After a stack overflow the handler cannot go on there: if less than 1 KiB of the stack is left,
+/// the handler starts at its top. It overwrites the processor's frame only if that is near the top, which a full stack's
+/// frame is not.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]
 unsafe extern "C" fn enter_hard_fault() -> ! {
@@ -64,8 +64,8 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        // The registers of the FPU that are still to be stacked lazily must not go where there is no memory: that would
-        // be a fault within a fault (Armv7-M, FPCCR.LSPACT).
+        // No lazy stacking of the FPU's registers: where there is no memory it would be a fault within a fault (Armv7-M,
+        // FPCCR.LSPACT).
         "2:",
         "movw r2, #0xef34",
         "movt r2, #0xe000",

@@ -1,24 +1,32 @@
 //! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
 //!
 //! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
-//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two
-//! FIFOs, telemetry leaves and orders come on USART3 (the emulator's third serial port), and the run ends with the
-//! exit status of [`super::semihost::Exit`]. Its timers run at 1 GHz of virtual time.
+//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and
+//! requests use USART3 (the emulator's third serial port). The run ends with the exit status of [`semihost::Exit`]. Its timers run at 1 GHz of virtual time.
 
-use super::semihost::{self, Exit};
-use super::{Board, SerialLine, SettingsFlash, crash, kept::Kept, link};
+mod kept;
+mod link;
+mod log;
+mod memory;
+mod semihost;
+
+use super::{Board, SerialLine, crash, stack};
 use core::convert::Infallible;
 use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
+use kept::Kept;
 use ridgetone::tasks::drdy::DrdyPin;
+use ridgetone::tasks::stack_depth::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
+use semihost::Exit;
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use link::{ended, feed_watchdog};
+pub use link::{ended, feed_watchdog, is_line_blocked};
+pub use memory::SettingsFlash;
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
 pub const POWER_UP_US: u32 = 20_000;
@@ -32,7 +40,7 @@ pub type Spi = Bridge;
 pub type Start = Pin;
 /// The pin RESET.
 pub type Reset = Pin;
-/// What the line is on.
+/// The line's USART.
 pub type Usart = USART3;
 
 /// An SPI device whose transactions travel over the bridge, one record each.
@@ -57,16 +65,9 @@ impl SpiDevice for Bridge {
         let mut wire = [0; PAYLOAD_MAX];
         let mut length = 0;
         for operation in operations.iter() {
-            let (said, bytes) = match operation {
-                Op::Read(read) => (&[][..], read.len()),
-                Op::Write(write) => (*write, write.len()),
-                Op::Transfer(read, write) => (*write, read.len().max(write.len())),
-                Op::TransferInPlace(both) => (&**both, both.len()),
-                // Waiting inside a transaction needs no record: the bridge carries no partial one.
-                Op::DelayNs(_) => continue,
-            };
+            let (written, bytes) = written(operation);
             let slot = wire.get_mut(length..length + bytes).ok_or(TooLong)?;
-            slot.get_mut(..said.len()).ok_or(TooLong)?.copy_from_slice(said);
+            slot.get_mut(..written.len()).ok_or(TooLong)?.copy_from_slice(written);
             length += bytes;
         }
         let wire = wire.get_mut(..length).ok_or(TooLong)?;
@@ -74,27 +75,28 @@ impl SpiDevice for Bridge {
 
         let mut rest = &*wire;
         for operation in operations {
-            let (heard, bytes): (&mut [u8], usize) = match operation {
-                Op::Read(read) => {
-                    let bytes = read.len();
-                    (read, bytes)
-                }
-                Op::Write(write) => (&mut [], write.len()),
-                Op::Transfer(read, write) => {
-                    let bytes = read.len().max(write.len());
-                    (read, bytes)
-                }
-                Op::TransferInPlace(both) => {
-                    let bytes = both.len();
-                    (both, bytes)
-                }
-                Op::DelayNs(_) => continue,
-            };
+            let (_, bytes) = written(operation);
             let (slot, after) = rest.split_at_checked(bytes).ok_or(TooLong)?;
-            heard.copy_from_slice(slot.get(..heard.len()).ok_or(TooLong)?);
+            let read: &mut [u8] = match operation {
+                Op::Read(read) | Op::Transfer(read, _) | Op::TransferInPlace(read) => read,
+                Op::Write(_) | Op::DelayNs(_) => &mut [],
+            };
+            read.copy_from_slice(slot.get(..read.len()).ok_or(TooLong)?);
             rest = after;
         }
         Ok(())
+    }
+}
+
+/// What an operation writes, and how many bytes it takes on the bus. A delay within a transaction needs no byte: the bridge
+/// carries whole transactions.
+fn written<'a>(operation: &'a Op<'_, u8>) -> (&'a [u8], usize) {
+    match operation {
+        Op::Read(read) => (&[], read.len()),
+        Op::Write(write) => (write, write.len()),
+        Op::Transfer(read, write) => (write, read.len().max(write.len())),
+        Op::TransferInPlace(both) => (both, both.len()),
+        Op::DelayNs(_) => (&[], 0),
     }
 }
 
@@ -146,7 +148,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let kept = Kept::take();
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
     if let Some(kept) = &kept {
-        // The other end knows one time only.
+        // The chip's time goes on.
         super::clock::set_us(kept.now_us);
     }
 
@@ -166,8 +168,8 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 
 /// Waits until an interrupt is pending, masked or not.
 ///
-/// Not by WFI: the emulator then skips to the next event in another thread, and now and then some
-/// nanoseconds off, so that no two runs are quite the same.
+/// Not by WFI: the emulator then skips to the next event in another thread, sometimes some nanoseconds off, so that no two
+/// runs are the same.
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
@@ -175,8 +177,8 @@ pub fn sleep() {
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {
-        // Only the alarm can end this. Few looks while it is far: each takes the emulator as long as
-        // hundreds of instructions, while these take it next to nothing.
+        // Only the alarm can end this. While it is far the register is read rarely: one read takes the emulator as long as
+        // hundreds of NOPs.
         let blocks = if SYST::get_current() > LONG_TICKS { 16 } else { 1 };
         // SAFETY: counts a register down, `blocks` is not 0.
         unsafe {
@@ -193,23 +195,25 @@ pub fn restart() -> ! {
     link::restart(ResetCause::Software)
 }
 
-/// Ends the emulator: all is done. Tells how deep the stack has been.
+/// Ends the emulator: all is done. Prints the stack's greatest depth.
 pub fn leave() {
-    let (deepest, size) = (super::stack::used_bytes(), 4 * super::stack_words());
-    semihost::say(format_args!("stack: {deepest} of {size} bytes used at most"));
+    let mut meter = DepthMeter::new();
+    let deepest = (0..stack::words()).fold(0, |_, _| meter.step(stack::words(), stack::word));
+    let size = 4 * stack::words();
+    semihost::print(format_args!("stack: {deepest} of {size} bytes used at most"));
     semihost::exit(Exit::Done)
 }
 
-/// Keeps what is known of the end and starts anew, if the PC has asked for that; else says it and ends the emulator.
+/// Keeps the record and resets if the PC has requested the crash; else prints it and ends the emulator.
 pub fn die(record: &Record) -> ! {
     crash::keep(record);
-    link::restart_if_asked(ResetCause::Software);
+    link::restart_if_requested(ResetCause::Software);
     let Record { death, pc, lr, .. } = record;
     match death {
-        // Said by the panic handler, with its message.
+        // The panic handler has printed its message.
         Death::Panic => semihost::exit(Exit::Panic),
         Death::HardFault => {
-            semihost::say(format_args!("hard fault at {pc:#010x}, called from {lr:#010x}"));
+            semihost::print(format_args!("hard fault at {pc:#010x}, called from {lr:#010x}"));
             semihost::exit(Exit::Fault)
         }
     }
@@ -217,7 +221,7 @@ pub fn die(record: &Record) -> ! {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    // Only here is there room for the message.
-    semihost::say(format_args!("firmware {info}"));
+    // Real boards do not format the message: it would take 9 KB of flash.
+    semihost::print(format_args!("firmware {info}"));
     die(&crash::record_of(info))
 }

@@ -2,18 +2,19 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7), orders come on RX (PB11), both at 921600 baud, 8N1; the baud rate
+//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), both at 921600 baud, 8N1; the baud rate
 //! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
 //!
-//! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip; wiring
+//! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip. To wire
 //! DRDY to D6 (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
 
-use super::{Board, SerialLine, SettingsFlash, stm32f4};
+use super::{Board, SerialLine, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
+pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
 /// SPI with CS.
@@ -24,7 +25,7 @@ pub type Start = PC5<Output>;
 pub type Reset = PC6<Output>;
 /// The falling edge of DRDY.
 pub type Drdy = stm32f4::Drdy<'C'>;
-/// What the line is on.
+/// The line's USART.
 pub type Usart = USART3;
 
 /// Sets the board up.
@@ -34,7 +35,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
-    // Up: without a PC the line would float, and noise would be taken for bytes.
+    // Up: without a PC the line would float, and noise would look like bytes.
     let rx = gpiob.pb11.into_alternate::<7>().internal_resistor(Pull::Up);
     Board {
         start: gpioc.pc5.into_push_pull_output_in_state(PinState::Low),

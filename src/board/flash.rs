@@ -13,7 +13,7 @@ use ridgetone_proto::store::{PAGES, WORD_BYTES};
 use stm32f4xx_hal::pac::FLASH;
 
 unsafe extern "C" {
-    /// Where the first of them begins; `memory.x` keeps code out from there on.
+    /// Where the first of them begins; `memory.x` keeps code below it.
     static _settings_start: u32;
 }
 
@@ -48,7 +48,7 @@ impl SettingsFlash {
         Self(flash)
     }
 
-    /// Does something with the flash unlocked; waits until it is done.
+    /// Runs `action` with the flash unlocked, and waits until the flash is done.
     fn unlocked(&mut self, action: impl FnOnce(&FLASH)) -> Result<(), NorFlashErrorKind> {
         let flash = &self.0;
         // SAFETY: the flags that a write clears.
@@ -64,7 +64,7 @@ impl SettingsFlash {
         while flash.sr().read().bsy().bit_is_set() {}
         let failed = flash.sr().read().bits() & FLAGS & !1 != 0;
         flash.cr().write(|w| w.lock().set_bit());
-        // What the data cache holds of it is old now (RM0090, 3.5.2).
+        // The data cache may hold old contents (RM0090, 3.5.2).
         if flash.acr().read().dcen().bit_is_set() {
             flash.acr().modify(|_, w| w.dcen().clear_bit());
             flash.acr().modify(|_, w| w.dcrst().set_bit());

@@ -1,53 +1,51 @@
-//! The hardware: one file per board, nothing but registers and time.
+//! The hardware: one file a board, only registers and time.
 //!
 //! # Porting
 //!
-//! A board is a module with the items below; copy the nearest one, list it here and give it a
-//! feature in `Cargo.toml`. `main.rs` names no pin and no register. What boards with an STM32F4 share
-//! is in `stm32f4.rs`; on one of them a board is little more than its pins, as `nucleo_f446re.rs` shows.
+//! A board is a module with the items below. Copy the nearest one, list it here and give it a feature in `Cargo.toml`.
+//! `main.rs` names no pin and no register. `stm32f4.rs` holds what boards with an STM32F4 share; such a board is little
+//! more than its pins, as `nucleo_f446re.rs` shows.
 //!
 //! | item | what it must do |
 //! |---|---|
 //! | `init(device, core) -> Board` | clocks, pins, SPI, interrupts, the microsecond counter; START low, RESET high |
 //! | `Board::spi` | an `embedded_hal` `SpiDevice` in mode 0, at most half the chip's clock (7.86 MHz), CS as below |
 //! | `Board::start`, `Board::reset` | `OutputPin`s on START (high runs the scan) and RESET (active low) |
-//! | `Board::drdy` | [`Drdy`]: the falling edge of DRDY and its time; its interrupt can be muted |
+//! | `Board::drdy` | [`DrdyPin`]: the falling edge of DRDY and its time; its interrupt can be muted |
 //! | `Board::line` | [`SerialLine`]: telemetry out and requests in, byte by byte |
-//! | `Board::flash` | [`SettingsFlash`]: a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
-//! | the types `Spi`, `Start`, `Reset`, `Drdy` | of these four |
-//! | the type `Usart` | what the line is on |
+//! | `Board::flash` | a `NorFlash` of two pages for settings, words of 4 bytes, where no code may lie (`memory.x`) |
+//! | the types `Spi`, `Start`, `Reset`, `Drdy`, `SettingsFlash` | of these parts |
+//! | the type `Usart` | the line's USART |
 //! | `now_us() -> u32` | a free-running microsecond counter that wraps at 2^32 and does not stop in sleep |
-//! | an interrupt TIM4 about twice a second | for the watch over the chip, also while no DRDY comes |
-//! | `acknowledge_heartbeat()` | clears it |
+//! | an interrupt TIM4 about twice a second | for the task `watch`, also while DRDY is silent |
+//! | `acknowledge_heartbeat()` | clears that interrupt |
 //! | `POWER_UP_US` | from power-up to the first register access, microseconds |
 //! | `sleep()` | waits until an interrupt is pending, also a masked one; a debugger must stay connected |
-//! | `ended() -> bool` | whether the run is over; a real board never is |
+//! | `ended() -> bool` | whether the signal is over; a real board's never is |
 //! | `restart()` | resets the processor |
 //! | `leave()` | ends the run after `ended`; a real board has nowhere to go |
-//! | `Board::boot` | what the processor was reset by, and what the run before died of ([`crash::take_record`]) |
+//! | `Board::boot` | the cause of the reset, and the record of a crash before it ([`crash::take_record`]) |
 //! | `feed_watchdog()` | puts off the reset by the watchdog, which `init` has started, by [`WATCHDOG_S`] |
-//! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the HardFault handler in `crash.rs` calls it |
+//! | `die(record)` | keeps the record ([`crash::keep`]) and resets; the handlers of panics and of HardFault call it |
 //!
 //! CS: low at least 2.5 tCLK before the first SCLK edge, high at least 2 tCLK between transactions
 //! (159 ns and 127 ns at 15.72864 MHz, ADS1258 datasheet SBAS297G).
 //!
-//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line on
-//! another USART hands its interrupt on, see `nucleo_f446re.rs`); `CAN1_TX`, `CAN1_RX0` and
-//! `CAN1_RX1` are the three tasks that software pends, for the sole reason that nothing else uses
-//! them. On a chip that lacks these names change them in `main.rs` and here, with `device` in
-//! `rtic::app`. Priorities need five levels.
+//! Interrupts: `EXTI4` is DRDY, `USART3` the line's "transmitter empty" and "byte received" (a line on another USART
+//! forwards its interrupt, see `nucleo_f446re.rs`). `CAN1_TX`, `CAN1_RX0` and `CAN1_RX1` are the three tasks that only
+//! software pends; the boards do not use CAN. On a chip that lacks these names change them in `main.rs` and here, with
+//! `device` in `rtic::app`. Priorities need five levels.
 //!
-//! Panics: a board brings its own panic handler, which calls `die` too.
+//! Panics: a board has its own panic handler, which calls `die`.
 //!
+//! [`DrdyPin`]: ridgetone::tasks::drdy::DrdyPin
 //! [`WATCHDOG_S`]: ridgetone::tasks::liveness::WATCHDOG_S
 
-// The only place of the firmware that may: a register read in `clock.rs`, host calls of the emulator.
+// The only place of the firmware where unsafe code is allowed: registers, linker symbols, host calls of the emulator.
 #![allow(unsafe_code)]
 
 mod clock;
 mod crash;
-#[cfg(not(feature = "emulated"))]
-mod flash;
 mod serial_line;
 mod stack;
 
@@ -55,18 +53,10 @@ mod stack;
 mod emulated;
 #[cfg(feature = "feather-f405")]
 mod feather_f405;
-#[cfg(feature = "emulated")]
-mod kept;
-#[cfg(feature = "emulated")]
-mod link;
-#[cfg(feature = "emulated")]
-mod log;
-#[cfg(feature = "emulated")]
-mod memory;
+#[cfg(feature = "stm32f4")]
+mod flash;
 #[cfg(feature = "nucleo-f446re")]
 mod nucleo_f446re;
-#[cfg(feature = "emulated")]
-mod semihost;
 #[cfg(feature = "stm32f4")]
 mod stm32f4;
 
@@ -78,17 +68,13 @@ pub use feather_f405::*;
 pub use nucleo_f446re::*;
 
 pub use clock::{acknowledge_heartbeat, now_us};
-#[cfg(not(feature = "emulated"))]
-pub use flash::SettingsFlash;
-#[cfg(feature = "emulated")]
-pub use memory::SettingsFlash;
 pub use serial_line::SerialLine;
 pub use stack::{word as stack_word, words as stack_words};
 
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::boot::Boot;
 
-/// The board's parts that `main.rs` hands to its tasks.
+/// The board's parts for the tasks.
 pub struct Board {
     /// The chip's SPI.
     pub spi: Spi,
@@ -98,11 +84,11 @@ pub struct Board {
     pub reset: Reset,
     /// DRDY.
     pub drdy: Drdy,
-    /// Telemetry and orders.
+    /// Telemetry and requests.
     pub line: SerialLine,
     /// How this run began.
     pub boot: Boot,
-    /// Where settings are kept.
+    /// The pages for settings.
     pub flash: SettingsFlash,
 }
 

@@ -3,17 +3,18 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on PA2, orders come on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
+//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
 //! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered
 //! (UM1724).
 
-use super::{Board, SerialLine, SettingsFlash, stm32f4};
+use super::{Board, SerialLine, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
+pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
 /// SPI with CS.
@@ -24,7 +25,7 @@ pub type Start = PC7<Output>;
 pub type Reset = PA9<Output>;
 /// The falling edge of DRDY.
 pub type Drdy = stm32f4::Drdy<'A'>;
-/// What the line is on.
+/// The line's USART.
 pub type Usart = USART2;
 
 /// Sets the board up.
@@ -35,7 +36,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
-    // Up: without a PC the line would float, and noise would be taken for bytes.
+    // Up: without a PC the line would float, and noise would look like bytes.
     let rx = gpioa.pa3.into_alternate::<7>().internal_resistor(Pull::Up);
     let board = Board {
         start: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),

@@ -50,7 +50,7 @@ impl SerialPort for SerialLine {
     fn is_ready(&self) -> bool {
         // The emulator's transmitter is always empty: the bridge knows whether the line is blocked.
         #[cfg(feature = "emulated")]
-        if super::link::is_line_blocked() {
+        if super::is_line_blocked() {
             return false;
         }
         self.tx.is_tx_empty()

@@ -1,8 +1,5 @@
 //! The stack's place in memory: start-up fills it with a pattern (cortex-m-rt's `paint-stack`).
 
-#[cfg(feature = "emulated")]
-use ridgetone::tasks::stack_depth::DepthMeter;
-
 unsafe extern "C" {
     /// Lowest address of the stack, from `memory.x`.
     static _stack_end: u32;
@@ -34,11 +31,4 @@ pub fn word(at: usize) -> u32 {
 pub fn holds<T>(place: *const T) -> bool {
     let (low, high) = bounds();
     (low..=high.saturating_sub(size_of::<T>())).contains(&(place as usize)) && place.is_aligned()
-}
-
-/// The most that was in use since start-up, bytes.
-#[cfg(feature = "emulated")]
-pub fn used_bytes() -> u32 {
-    let mut meter = DepthMeter::new();
-    (0..words()).fold(0, |_, _| meter.step(words(), word))
 }

@@ -1,7 +1,7 @@
 //! What the STM32F4 boards share: 168 MHz, SPI1 on PA5 to PA7, DRDY on line 4 of EXTI, the watchdog, the end of a run.
 //!
-//! The time of a DRDY edge is read first thing in its interrupt, so it is late by the interrupt's entry: 12 cycles
-//! (0.07 us), up to a few microseconds when something masked interrupts. A timer's input capture would be exact, but no
+//! The time of a DRDY edge is read first in its interrupt, so it is late by the interrupt's entry: 12 cycles (0.07 us), or
+//! a few microseconds if interrupts were masked. A timer's input capture would be exact, but no
 //! pin of line 4 is on a timer channel that the boards have free.
 
 use super::crash;
@@ -66,7 +66,7 @@ impl<const PORT: char> Drdy<PORT> {
     /// Sets the pin and its interrupt up.
     pub fn new(pin: Pin<PORT, 4>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
         let mut syscfg = syscfg.constrain(rcc);
-        // Up: without a chip the line would float, and every edge of noise would cost a read.
+        // Up: without a chip the pin would float, and every edge of noise would cost a read.
         let mut pin = Input::new(pin, Pull::Up);
         pin.make_interrupt_source(&mut syscfg);
         pin.trigger_on_edge(&mut exti, Edge::Falling);
@@ -102,9 +102,9 @@ impl<const PORT: char> DrdyPin for Drdy<PORT> {
     }
 }
 
-/// What comes before the clocks: the watchdog, and how this run began.
+/// Starts the watchdog before the clocks, and finds out how this run began.
 pub fn begin(device: &pac::Peripherals) -> Boot {
-    // First of all: a crystal that does not start is waited for without end.
+    // First: the wait for a crystal that does not start never ends.
     start_watchdog(&device.IWDG, &device.DBGMCU);
     let boot = Boot { cause: take_reset_cause(&device.RCC), record: crash::take_record() };
     // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
@@ -112,7 +112,7 @@ pub fn begin(device: &pac::Peripherals) -> Boot {
     boot
 }
 
-/// The processor at 168 MHz from an `oscillator`, and the two timers; the rest of this file counts on it.
+/// Runs the processor at 168 MHz from an `oscillator`, and starts the two timers. The rest of this file depends on it.
 pub fn start_clocks(rcc: RCC, oscillator: Config, counter: TIM2, heartbeat: TIM4) -> Rcc {
     let mut rcc = rcc.freeze(oscillator.sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
     super::clock::start(counter, &mut rcc, TIMER_MHZ);
@@ -136,7 +136,7 @@ pub fn spi<const PORT: char, const NUMBER: u8>(
     sck.set_speed(Speed::Medium);
     mosi.set_speed(Speed::Medium);
     let bus = spi::Spi::new(spi1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), rcc);
-    // CS is infallible, so there is no error to meet.
+    // CS never fails.
     match ExclusiveDevice::new_no_delay(bus, SettledCs(cs)) {
         Ok(spi) => spi,
         Err(never) => match never {},
@@ -157,26 +157,25 @@ fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
     watchdog.pr().write(|w| unsafe { w.bits(PRESCALER) });
     // SAFETY: 12 bits, see above.
     watchdog.rlr().write(|w| unsafe { w.bits(TICKS as u16) });
-    // Both values take some of its ticks to arrive; fed before, it would start from the old one.
+    // Both values take some of its ticks to arrive; if fed before, it would start from the old ones.
     while watchdog.sr().read().bits() != 0 {}
     feed_watchdog();
 }
 
 /// Puts off the reset by the watchdog.
 pub fn feed_watchdog() {
-    // SAFETY: the key that reloads; it does nothing else, so no owner can mind.
+    // SAFETY: the key that reloads the counter, without any other effect.
     unsafe { (*IWDG::ptr()).kr().write(|w| w.bits(0xaaaa)) };
 }
 
-/// What the processor was reset by. The flags are cleared, or they would pile up.
+/// The cause of the reset. The flags are cleared, or they would add up.
 fn take_reset_cause(rcc: &RCC) -> ResetCause {
     let flags = rcc.csr().read().bits();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
     ResetCause::from_flags(flags)
 }
 
-/// Keeps what is known of the end for the next run's greeting and log, and starts that. Nothing is logged here: the panic
-/// may come from the log.
+/// Keeps the record for the next run's greeting and log, and resets. Nothing is logged here: the panic may be the log's.
 pub fn die(record: &Record) -> ! {
     crash::keep(record);
     cortex_m::peripheral::SCB::sys_reset()

@@ -42,7 +42,7 @@ const ALLOWED: [Allowed; 16] = [
     allowed("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
     allowed("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
     allowed("embedded-hal-bus/src/spi/mod.rs", 1, "a delay within a transfer: the driver has none"),
-    allowed("src/board/link.rs", 1, "emulated board only: the panic that a test asks for"),
+    allowed("src/board/emulated/link.rs", 1, "emulated board only: the panic that a test requests"),
 ];
 
 /// A place that panics.

@@ -16,13 +16,15 @@ impl Files {
     /// Opens them, does `work` and leaves the emulator.
     pub fn run(work: impl FnOnce(&Self) -> Option<()>) -> ! {
         let (Some(workload), Some(results)) = (File::read_from(c"workload"), File::write_to(c"results")) else {
-            semihost::say(format_args!("cannot open workload and results"));
+            semihost::print(format_args!("cannot open workload and results"));
             semihost::exit(Exit::Bridge)
         };
         match work(&Self { workload, results }) {
             Some(()) => semihost::exit(Exit::Done),
             None => {
-                semihost::say(format_args!("the workload ends early or makes no sense, or results cannot be written"));
+                semihost::print(format_args!(
+                    "the workload ends early or makes no sense, or results cannot be written"
+                ));
                 semihost::exit(Exit::Bridge)
             }
         }

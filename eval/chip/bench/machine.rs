@@ -3,7 +3,7 @@
 // The only place of the benchmark that may: registers, the stack's words, host calls.
 #![allow(unsafe_code)]
 
-#[path = "../../../src/board/semihost.rs"]
+#[path = "../../../src/board/emulated/semihost.rs"]
 // Of the firmware's calls and ways to end the benchmark needs some.
 #[allow(dead_code)]
 pub mod semihost;
@@ -101,12 +101,12 @@ pub mod stack {
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {
-    semihost::say(format_args!("benchmark {info}"));
+    semihost::print(format_args!("benchmark {info}"));
     semihost::exit(Exit::Panic)
 }
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    semihost::say(format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()));
+    semihost::print(format_args!("hard fault at {:#010x}, called from {:#010x}", frame.pc(), frame.lr()));
     semihost::exit(Exit::Fault)
 }

@@ -1,4 +1,4 @@
-//! Carries out what a PC orders: checked first, then in force from the next window on.
+//! Commands of a PC: each is decided first, and takes effect between two windows.
 
 use crate::detector::Detector;
 use crate::estimator::Estimator;
@@ -11,31 +11,31 @@ use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
 
-/// What an order is to change, once no window is due any more that came before it.
+/// What a command changes, once the windows that were due before it are fitted.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)]
 pub enum Effect {
     /// Nothing.
     None,
-    /// The greeting is to be said.
+    /// The greeting is sent.
     Greet,
-    /// These settings are in force.
+    /// These settings are put in force.
     Use(Settings, SettingsSource),
-    /// All begins anew.
+    /// Detection starts again, as after power-up.
     Start,
-    /// Nothing is told but `health`.
+    /// Only `health` and faults are reported.
     Stop,
-    /// So many frames are told raw.
+    /// So many frames are reported raw.
     Raw(u32),
-    /// The profile that has come is in force.
+    /// The profile that was received is put in force.
     Follow(After),
-    /// No profile is in force.
+    /// Estimates are by time again.
     Unfollow,
-    /// The board is to be reset when all that is to be told has left.
+    /// The board resets when all its events have left.
     Restart,
 }
 
-/// Settles orders one after the other. What it keeps is bounded: a profile, one in the making, and the latest reply.
+/// Decides commands and carries them out. Its memory is bounded: a profile, the parts of the next one, the latest reply.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     profile: Option<Profile>,
@@ -45,7 +45,7 @@ pub struct CommandExecutor {
 }
 
 impl CommandExecutor {
-    /// One that has seen no order.
+    /// An executor before the first command.
     pub const fn new() -> Self {
         Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
     }
@@ -55,16 +55,15 @@ impl CommandExecutor {
         self.profile.as_ref()
     }
 
-    /// Whether the board is to be reset as soon as the line is silent.
+    /// Whether the board resets as soon as the line is silent.
     pub const fn is_restarting(&self) -> bool {
         self.restarting
     }
 
-    /// Settles an order: stores what is to be kept, and gives what is to be changed with [`Self::carry_out`] and
-    /// answered. `touched`: the finger is on something, so the flash must not be erased now, which takes a second or two
-    /// and stops the processor.
+    /// Decides a command: stores settings that are to be kept, and gives the effect, for [`Self::carry_out`], and the
+    /// reply. While the finger `is_touched` the flash is not erased: that would stop the processor for a second or two.
     #[inline(never)]
-    pub fn decide(&mut self, request: &Request, touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
+    pub fn decide(&mut self, request: &Request, is_touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
         let again = self.latest.as_ref().filter(|reply| reply.number == request.number);
         if let Some(reply) = again {
             return (Effect::None, reply.clone());
@@ -77,12 +76,12 @@ impl CommandExecutor {
                 Command::Set { settings, keep } => match settings.validate() {
                     Err(error) => (Effect::None, refused(&error)),
                     Ok(()) => {
-                        let saved = if *keep { store.save(Some(settings), !touched) } else { Ok(Saved::AtOnce) };
+                        let saved = if *keep { store.save(Some(settings), !is_touched) } else { Ok(Saved::AtOnce) };
                         (Effect::Use(*settings, SettingsSource::Sent), stored(saved))
                     }
                 },
                 Command::Forget => {
-                    let saved = store.save(None, !touched);
+                    let saved = store.save(None, !is_touched);
                     (Effect::Use(Settings::DEFAULT, SettingsSource::Default), stored(saved))
                 }
                 Command::Start => (Effect::Start, Outcome::Done),
@@ -94,14 +93,14 @@ impl CommandExecutor {
             }
         };
         let reply = Reply { number: request.number, outcome };
-        // Who is told to ask again is not to get the same answer then.
+        // A PC that repeats a request after `Busy` must get a new decision.
         if reply.outcome != Outcome::Busy {
             self.latest = Some(reply.clone());
         }
         (effect, reply)
     }
 
-    /// Takes a part of a profile. Anything wrong drops all parts; the profile in force stays.
+    /// Takes a part of a profile. A part that does not fit drops all parts; the profile in force stays.
     fn collect(&mut self, part: &Part) -> (Effect, Outcome) {
         if part.first == 0 {
             self.knots.clear();
@@ -116,7 +115,7 @@ impl CommandExecutor {
         (part.last.map_or(Effect::None, Effect::Follow), Outcome::Done)
     }
 
-    /// Changes what an order changes. All windows that were due before it must have been fitted.
+    /// Lets a command take effect. The windows that were due before it must have been fitted.
     #[inline(never)]
     pub fn carry_out(
         &mut self,
@@ -137,7 +136,7 @@ impl CommandExecutor {
             Effect::Stop => detector.restart(false),
             Effect::Raw(frames) => detector.report_raw(*frames),
             Effect::Follow(after) => {
-                // Made a second time, rather than kept meanwhile: half a kilobyte.
+                // Built again, because to keep it since `decide` would take half a kilobyte.
                 self.profile = Profile::new(&self.knots, *after).ok();
                 self.knots.clear();
             }
@@ -147,7 +146,7 @@ impl CommandExecutor {
     }
 }
 
-/// The answer to settings that were to be kept.
+/// The outcome of storing settings.
 fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     match saved {
         Ok(Saved::AtOnce) => Outcome::Done,
@@ -156,10 +155,10 @@ fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     }
 }
 
-/// The answer to settings outside their bounds.
+/// The outcome of settings outside their bounds.
 fn refused(error: &SettingsError) -> Outcome {
     let SettingsError { field, value, least, greatest } = *error;
-    // Every name fits: a test says so.
+    // A test shows that every name fits.
     Outcome::Setting { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
 }
 
@@ -174,7 +173,7 @@ mod tests {
     use std::boxed::Box;
     use std::vec;
 
-    /// Keeps what it is told to, and refuses when a page would have to be erased in a touch.
+    /// Keeps settings in memory. When it is full, it refuses in a touch.
     #[derive(Default)]
     struct Kept {
         settings: Option<Settings>,
@@ -212,7 +211,7 @@ mod tests {
             Self { executor: CommandExecutor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
         }
 
-        fn told(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
+        fn execute(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
             let (effect, reply) = self.executor.decide(&Request { number, command }, touched, &mut self.store);
             assert_eq!(reply.number, number);
             self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |event| match event {
@@ -226,7 +225,7 @@ mod tests {
     const OTHERS: Settings = Settings { window_s: 0.5, harmonics: 2, ..Settings::DEFAULT };
 
     #[test]
-    fn the_longest_orders_fit_the_wire_and_every_name_a_reply() {
+    fn the_longest_requests_fit_the_wire_and_every_name_fits_a_reply() {
         let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
         let array = Array { front: u16::MAX, alike: [u16::MAX; 4], ..Array::DEFAULT };
         let settings = Settings { slide, array, ..Settings::DEFAULT };
@@ -247,14 +246,14 @@ mod tests {
     #[test]
     fn settings_are_in_force_and_kept_if_they_are_to_be() {
         let mut board = Board::new();
-        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: false }, false), Outcome::Done);
+        assert_eq!(board.execute(1, Command::Set { settings: OTHERS, keep: false }, false), Outcome::Done);
         assert_eq!((board.store.settings, board.greeted[0].settings), (None, OTHERS));
-        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
         assert_eq!((board.store.settings, board.greeted[1].source), (Some(OTHERS), SettingsSource::Sent));
         // The same number again: nothing happens twice.
-        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
+        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (1, 2));
-        assert_eq!(board.told(3, Command::Forget, false), Outcome::Done);
+        assert_eq!(board.execute(3, Command::Forget, false), Outcome::Done);
         assert_eq!((board.store.settings, board.greeted[2].settings), (None, Settings::DEFAULT));
     }
 
@@ -262,18 +261,18 @@ mod tests {
     fn settings_outside_their_bounds_change_nothing() {
         let mut board = Board::new();
         let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
-        let refused = board.told(1, Command::Set { settings, keep: true }, false);
+        let refused = board.execute(1, Command::Set { settings, keep: true }, false);
         assert!(matches!(refused, Outcome::Setting { least: 0.5, greatest: 5.5, .. }), "{refused:?}");
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 
     #[test]
-    fn in_a_touch_a_full_page_is_told() {
+    fn in_a_touch_a_full_page_is_reported() {
         let mut board = Board::new();
         board.store.full = true;
-        assert_eq!(board.told(1, Command::Set { settings: OTHERS, keep: true }, true), Outcome::NotStored);
+        assert_eq!(board.execute(1, Command::Set { settings: OTHERS, keep: true }, true), Outcome::NotStored);
         assert_eq!((board.store.saves, board.greeted[0].settings), (0, OTHERS));
-        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::DoneErased);
+        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::DoneErased);
         assert_eq!(board.store.settings, Some(OTHERS));
     }
 
@@ -284,10 +283,10 @@ mod tests {
             |first: u32, count, last| Command::Follow(Part { first: first as u8, knots: knots(first, count), last });
         let mut board = Board::new();
         for (number, first) in (0u16..).zip((0..24).step_by(8)) {
-            assert_eq!(board.told(number, part(first, 8, None), false), Outcome::Done);
+            assert_eq!(board.execute(number, part(first, 8, None), false), Outcome::Done);
             assert_eq!(board.executor.profile(), None);
         }
-        assert_eq!(board.told(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
+        assert_eq!(board.execute(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
         let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
         let whole = Profile::new(&all, After::Repeat).unwrap();
         assert_eq!(board.executor.profile(), Some(&whole));
@@ -300,22 +299,22 @@ mod tests {
         ]) {
             let last = wrong.len() - 1;
             for (k, part) in wrong.into_iter().enumerate() {
-                let outcome = board.told(number * 10 + k as u16, part, false);
+                let outcome = board.execute(number * 10 + k as u16, part, false);
                 assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
             }
         }
         assert_eq!(board.executor.profile(), Some(&whole));
-        assert_eq!(board.told(100, Command::Unfollow, false), Outcome::Done);
+        assert_eq!(board.execute(100, Command::Unfollow, false), Outcome::Done);
         assert_eq!(board.executor.profile(), None);
     }
 
     #[test]
     fn who_restarts_does_nothing_else() {
         let mut board = Board::new();
-        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert!(board.executor.is_restarting());
-        assert_eq!(board.told(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
-        assert_eq!(board.told(1, Command::Restart, false), Outcome::Done);
+        assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
+        assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 }

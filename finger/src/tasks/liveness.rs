@@ -1,18 +1,15 @@
-//! Signs of life of the tasks, and whether the watchdog may be fed.
+//! Signs of life of the tasks, and the policy that feeds the watchdog.
 //!
-//! The watchdog is fed twice a second if since the last feeding every station of the way has got something done:
+//! The watchdog is fed twice a second if each of these has made progress since the last feeding:
 //!
-//! - **Acquisition**: DRDY's interrupt, or the watch over the chip, came to its end. A chip that is silent does not stop
-//!   that: the watch looks for it twice a second all the same. Silence is the chip's fault, it is told as one, and a reset
-//!   of the board, which would not mend it, must not follow it in a loop.
-//! - **Detection**: the task behind it emptied the queue. It is woken by each of those, so it too goes on without
-//!   conversions; an idle finger is as good as a busy one.
-//! - **The fit**: it has nothing to do, or finished a window. A fit that is too slow for the hop is overload, which skips
-//!   hops; only one that takes longer than the watchdog's period stands still.
+//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check comes twice a second
+//!   without conversions too: a silent chip is reported as a fault, and a reset of the board would not mend it.
+//! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
+//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop skips hops; only a fit that
+//!   takes longer than the watchdog's period counts as hung.
 //!
-//! The feeding is done by a task that interrupts the fit, so that a busy fit does not keep it from being done; if any task
-//! of the same or a higher priority hangs, nobody feeds. The line is no station: one that is blocked costs telemetry, and
-//! a reset would not free it.
+//! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a higher priority hangs,
+//! the watchdog is not fed. The line does not count: a blocked line costs telemetry, and a reset would not free it.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -40,12 +37,12 @@ impl Liveness {
         }
     }
 
-    /// DRDY's interrupt, or the watch over the chip, came to its end.
+    /// `drdy` ran to its end.
     pub fn acquired(&self) {
         bump(&self.acquired);
     }
 
-    /// Detection emptied its queue.
+    /// `detect` emptied its queue.
     pub fn detected(&self) {
         bump(&self.detected);
     }
@@ -55,18 +52,18 @@ impl Liveness {
         bump(&self.fits_due);
     }
 
-    /// The fit is done with a window, whatever came of it.
+    /// The fit is done with a window, with any result.
     pub fn fit_done(&self) {
         bump(&self.fits_done);
     }
 }
 
-/// One priority alone counts here, so a load and a store will do.
+/// Only one priority writes each counter, so a load and a store are enough.
 fn bump(counter: &AtomicU32) {
     counter.store(counter.load(Relaxed).wrapping_add(1), Relaxed);
 }
 
-/// Decides about feeding.
+/// Decides when to feed the watchdog.
 #[derive(Debug, Default)]
 pub struct WatchdogPolicy {
     acquired: u32,
@@ -75,12 +72,12 @@ pub struct WatchdogPolicy {
 }
 
 impl WatchdogPolicy {
-    /// As if just fed, nothing done yet.
+    /// The watchdog was just fed; nothing done since.
     pub const fn new() -> Self {
         Self { acquired: 0, detected: 0, fits_done: 0 }
     }
 
-    /// Whether the watchdog is to be fed now.
+    /// Whether to feed the watchdog now.
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
         let now = Self {
             acquired: liveness.acquired.load(Relaxed),

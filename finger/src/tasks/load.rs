@@ -1,6 +1,6 @@
 //! Processor load from the time spent asleep.
 
-/// A reading is taken about this often, microseconds: once a second, as `health` is sent.
+/// From one reading to the next, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
 
 /// Adds up sleep and turns it into a load.
@@ -16,8 +16,8 @@ impl LoadMeter {
         Self { began_us: 0, asleep_us: 0 }
     }
 
-    /// Takes one sleep from `from_us` to `to_us` on the wrapping microsecond counter; gives the load
-    /// since the last reading, 0 to 1, when a period is over.
+    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a period is over, gives the
+    /// load since the last reading, 0 to 1.
     pub fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);

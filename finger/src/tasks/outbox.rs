@@ -4,7 +4,7 @@ use super::shared::{PACKETS, Platform, Shared, Task};
 use heapless::Deque;
 use ridgetone_proto::telemetry::{Event, Packet};
 
-/// At most `N` packets, numbered as they come in, so that a reader also sees the ones dropped here.
+/// At most `N` packets. They are numbered before any is dropped, so that a reader sees the loss.
 #[derive(Debug)]
 pub struct Outbox<const N: usize> {
     waiting: Deque<Packet, N>,

@@ -1,32 +1,32 @@
-//! How deep the stack has been: start-up paints it (cortex-m-rt's `paint-stack`), and the lowest word that is painted no
-//! more is as deep as it went.
+//! The stack's greatest depth. Start-up paints the stack (cortex-m-rt's `paint-stack`); the lowest word that has lost its
+//! paint is the depth.
 
 /// What start-up writes into every word of the stack.
 pub const PAINT: u32 = 0xcccc_cccc;
 
-/// Words looked at in one step, about 40 instructions: 32 KiB take 1024 steps, a fifth of a second at one for every
-/// conversion, and there is no need to mask interrupts for any of it.
+/// Words in one step, about 40 instructions: 32 KiB take 1024 steps, a fifth of a second at one step for each conversion.
+/// Interrupts need not be masked.
 const STEP_WORDS: usize = 8;
 
-/// Looks at a painted stack, some words at a time.
+/// Searches a painted stack, some words at a time.
 #[derive(Debug, Default)]
 pub struct DepthMeter {
-    /// Word to look at next, from the stack's far end.
+    /// Next word, from the stack's far end.
     next: usize,
-    /// Words at the far end that were never used, by the last time around.
+    /// Words at the far end that were never used, by the last complete search.
     free: Option<usize>,
 }
 
 impl DepthMeter {
-    /// Nothing looked at.
+    /// Nothing searched.
     pub const fn new() -> Self {
         Self { next: 0, free: None }
     }
 
-    /// Looks at the next few of `words` words, which `word` reads by their number from the far end. Gives the most bytes
-    /// that were in use since start-up, as far as they have been seen; zero before the first time around.
+    /// Searches the next few of `words` words, which `word` reads by their number from the far end. Gives the most bytes
+    /// that were in use since start-up, by the last complete search; zero before that.
     pub fn step(&mut self, words: usize, word: impl Fn(usize) -> u32) -> u32 {
-        // What was used once stays so: nobody need look there again.
+        // A used word stays used, so it is not searched again.
         let free = self.free.unwrap_or(words);
         let until = free.min(self.next.saturating_add(STEP_WORDS));
         match (self.next..until).find(|at| word(*at) != PAINT) {
@@ -42,8 +42,8 @@ impl DepthMeter {
 mod tests {
     use super::*;
 
-    /// Bytes told once all of a stack has been looked at.
-    fn told(meter: &mut DepthMeter, stack: &[u32]) -> u32 {
+    /// Bytes in use after a complete search.
+    fn search(meter: &mut DepthMeter, stack: &[u32]) -> u32 {
         let mut used_bytes = 0;
         for _ in 0..2 * stack.len() / STEP_WORDS + 2 {
             used_bytes = meter.step(stack.len(), |at| stack[at]);
@@ -55,12 +55,12 @@ mod tests {
     fn the_deepest_word_counts_and_not_the_gaps_above_it() {
         let mut stack = [PAINT; 1000];
         let mut meter = DepthMeter::new();
-        assert_eq!(told(&mut meter, &stack), 0);
+        assert_eq!(search(&mut meter, &stack), 0);
         for (deepest, used_bytes) in [(999, 4), (600, 1600), (601, 1600), (77, 3692), (0, 4000)] {
             stack[deepest] = 0;
-            assert_eq!(told(&mut meter, &stack), used_bytes);
+            assert_eq!(search(&mut meter, &stack), used_bytes);
         }
-        assert_eq!(told(&mut DepthMeter::new(), &stack), 4000, "by one that has seen nothing before");
+        assert_eq!(search(&mut DepthMeter::new(), &stack), 4000, "by one that has seen nothing before");
     }
 
     #[test]

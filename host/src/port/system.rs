@@ -5,7 +5,7 @@ use serialport::{SerialPort, SerialPortType};
 use std::io;
 use std::time::Duration;
 
-/// Speed of the telemetry line, bits per second (the firmware's is in `src/board/line.rs`); 8 data bits, no parity, 1 stop bit.
+/// Speed of the telemetry line, bits per second (the firmware's is in `src/board/serial_line.rs`); 8 data bits, no parity, 1 stop bit.
 pub const BAUD: u32 = 921_600;
 
 /// The longest that a read waits.

@@ -1,4 +1,4 @@
-//! What the emulator's host does for the board: files, messages, the end of the run.
+//! The emulator's host calls: files, messages, the end of the run.
 //!
 //! The calls and their argument blocks: Arm, "Semihosting for AArch32 and AArch64", 2.0.
 
@@ -29,11 +29,11 @@ const CONSOLE: &core::ffi::CStr = c":tt";
 pub enum Exit {
     /// The scene has ended and all telemetry is out.
     Done = 0,
-    /// A file of the bridge could not be opened, or its other end went away, or spoke nonsense.
+    /// A file of the bridge could not be opened, or its other end closed it or sent invalid data.
     Bridge = 2,
     /// The processor faulted.
     Fault = 3,
-    /// A task stood still until the watchdog bit.
+    /// A task hung until the watchdog acted.
     Watchdog = 4,
     /// The firmware panicked; a Rust program's usual status.
     Panic = 101,
@@ -85,7 +85,7 @@ impl File {
         while !rest.is_empty() {
             let block = [self.0, rest.as_mut_ptr() as usize, rest.len()];
             // SAFETY: SYS_READ reads a block of three words and writes into `rest`, which is ours alone
-            // and as long as said.
+            // and as long as given.
             let left = unsafe { syscall(nr::READ, &block) };
             let Some(read) = rest.len().checked_sub(left).filter(|read| *read > 0) else { return false };
             rest = rest.get_mut(read..).unwrap_or_default();
@@ -94,9 +94,9 @@ impl File {
     }
 }
 
-/// Says something on the emulator's standard error, one line of at most 160 bytes. In one call, done or
-/// not: when nobody reads any more, trying again would go on for ever.
-pub fn say(message: core::fmt::Arguments) {
+/// Prints one line of at most 160 bytes on the emulator's standard error. There is no second try: without a reader it would
+/// never end.
+pub fn print(message: core::fmt::Arguments) {
     let mut line = heapless::String::<160>::new();
     let _ = line.write_fmt(message);
     let _ = line.push('\n');

@@ -1,5 +1,5 @@
-//! The emulated board's defmt log: frames into the FIFO `defmt.log` in the emulator's working directory, whose other end
-//! reads it all the time, so that nothing waits. A call to the host takes no time of the emulated board.
+//! The emulated board's defmt log: frames into the FIFO `defmt.log` in the emulator's working directory. Its other end reads
+//! it all the time, so that nothing waits. A call to the host takes no time of the emulated board.
 
 use super::semihost::File;
 use core::cell::UnsafeCell;
@@ -12,13 +12,13 @@ const NONE: u32 = u32::MAX;
 /// The FIFO, once it is open.
 static FILE: AtomicU32 = AtomicU32::new(NONE);
 
-/// What a frame in the making needs.
+/// The state of a frame that is not complete.
 struct Frame {
     encoder: UnsafeCell<defmt::Encoder>,
     interrupts: UnsafeCell<RestoreState>,
 }
 
-// SAFETY: only who has the logger looks into it, with interrupts masked.
+// SAFETY: only the holder of the logger uses it, with interrupts masked.
 unsafe impl Sync for Frame {}
 
 static FRAME: Frame =
@@ -29,14 +29,14 @@ pub fn open(kept: Option<File>) {
     FILE.store(kept.or_else(|| File::write_to(c"defmt.log")).map_or(NONE, File::handle), Relaxed);
 }
 
-/// The FIFO, to be kept over a reset.
+/// The FIFO, for a reset to keep.
 pub fn file() -> File {
     File::of(FILE.load(Relaxed))
 }
 
 fn put(bytes: &[u8]) {
     if FILE.load(Relaxed) != NONE {
-        // Nobody is left to be told that a log is lost.
+        // A log that is lost cannot be reported.
         let _ = file().write_all(bytes);
     }
 }

@@ -1,13 +1,13 @@
-//! What the emulated board keeps over a reset of its processor: its end of the bridge, and the time.
+//! What the emulated board keeps over a reset of its processor: the bridge's files, and the time.
 
 use super::semihost::File;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::boot::ResetCause;
 
-/// What the first word holds if the others are to be believed; in the emulator memory begins as zeros.
+/// The first word, if the others are valid. The emulator's memory starts as zeros.
 const SEAL: u32 = 0x5ea1_ed01;
 
-// Not cleared by start-up (cortex-m-rt, link.x); what is written here as the first value goes nowhere.
+// Not cleared by start-up (cortex-m-rt, link.x), and not initialized either.
 #[unsafe(link_section = ".uninit.kept")]
 static WORDS: [AtomicU32; 6] = [const { AtomicU32::new(0) }; 6];
 

@@ -8,7 +8,7 @@ use ridgetone_proto::store::{PAGES, WORD_BYTES};
 /// Bytes of a page: two records.
 const PAGE_BYTES: usize = 192;
 
-/// What says that the pages have been erased once.
+/// The mark of pages that have been erased once.
 const MARK: u32 = 0x7e55_e11a;
 
 struct Memory {
@@ -18,7 +18,7 @@ struct Memory {
 
 struct Kept(UnsafeCell<MaybeUninit<Memory>>);
 
-// SAFETY: only the one [`SettingsFlash`] looks into it.
+// SAFETY: only the one [`SettingsFlash`] uses it.
 unsafe impl Sync for Kept {}
 
 // Not cleared at start.

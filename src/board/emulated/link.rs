@@ -1,8 +1,8 @@
 //! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
 //!
-//! Every reply says when DRDY falls next, and SysTick is set to that moment; its interrupt pends
-//! EXTI4, as the pin would. While no edge is in sight the chip is asked again every [`POLL_US`].
-//! SysTick, because it can be set for one shot; the emulator's TIM2 to TIM5 always go on.
+//! Every reply holds the time of DRDY's next edge. SysTick is set to that moment, and its interrupt pends EXTI4, as the pin
+//! would. While no edge is known the chip is polled every [`POLL_US`]. SysTick can be set for one shot; the emulator's TIM2
+//! to TIM5 cannot.
 
 use super::kept::Kept;
 use super::log;
@@ -18,7 +18,7 @@ use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 
-/// Longest time without asking the chip, microseconds.
+/// From one poll of the chip to the next, microseconds.
 const POLL_US: u32 = 10_000;
 
 /// SysTick counts the emulated processor's clock, 168 MHz whatever `-icount` says.
@@ -34,14 +34,14 @@ static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
 static LINE_BLOCKED: AtomicBool = AtomicBool::new(false);
 
-/// The PC has asked for a mishap: after it the board starts anew instead of leaving.
+/// The PC has requested a crash: after it the board resets instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
 
-// The bridge's two files, for who finds the link borrowed.
+// The bridge's two files, for a crash while the link is borrowed.
 static REQUEST: AtomicU32 = AtomicU32::new(0);
 static REPLY: AtomicU32 = AtomicU32::new(0);
 
-/// When the watchdog was fed last. The emulator has none; here it is looked after whenever the chip is asked.
+/// When the watchdog was fed last. The emulator has none; the link checks the time with every exchange.
 static FED_US: AtomicU32 = AtomicU32::new(0);
 
 struct Link {
@@ -50,11 +50,11 @@ struct Link {
     alarm: SYST,
     /// Whether the alarm is set to an edge of DRDY, not to the next poll.
     edge_ahead: bool,
-    /// An edge of DRDY has come and nobody has read its data.
+    /// DRDY has fallen, and its data were not read yet.
     edge_pending: bool,
     /// Edges are ignored.
     muted: bool,
-    /// Time of the latest edge as the chip tells it.
+    /// The chip's time of the latest edge.
     edge_us: u32,
     /// When TIM4 was pended last.
     heartbeat_us: u32,
@@ -72,17 +72,17 @@ pub fn open(mut alarm: SYST, kept: Option<Kept>) {
         None => File::write_to(c"spi.request").zip(File::read_from(c"spi.reply")),
     };
     let Some((request, reply)) = files else {
-        semihost::say(format_args!("cannot open spi.request and spi.reply"));
+        semihost::print(format_args!("cannot open spi.request and spi.reply"));
         semihost::exit(Exit::Bridge)
     };
     REQUEST.store(request.handle(), Relaxed);
     REPLY.store(reply.handle(), Relaxed);
-    let now_us = super::now_us();
+    let now_us = crate::board::now_us();
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
     let link = Link { request, reply, alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us };
     critical_section::with(|cs| {
-        // Nobody has it before it is there.
+        // Not borrowed yet.
         if let Ok(mut place) = LINK.borrow(cs).try_borrow_mut() {
             *place = Some(link);
         }
@@ -91,29 +91,29 @@ pub fn open(mut alarm: SYST, kept: Option<Kept>) {
 
 /// Puts off the reset by the watchdog.
 pub fn feed_watchdog() {
-    FED_US.store(super::now_us(), Relaxed);
+    FED_US.store(crate::board::now_us(), Relaxed);
 }
 
 /// Resets the processor; the bridge and the time go on.
 pub fn restart(cause: ResetCause) -> ! {
     let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
-    Kept { request, reply, log: log::file(), now_us: super::now_us(), cause }.put();
+    Kept { request, reply, log: log::file(), now_us: crate::board::now_us(), cause }.put();
     SCB::sys_reset()
 }
 
-/// The same if the PC has asked for what happened.
-pub fn restart_if_asked(cause: ResetCause) {
+/// The same if the PC has requested the crash.
+pub fn restart_if_requested(cause: ResetCause) {
     if RESTARTS.load(Relaxed) {
         restart(cause);
     }
 }
 
-/// Has happen what the PC asks for.
-fn suffer(crash: Crash) {
+/// Crashes as the PC requests.
+fn crash_as_requested(crash: Crash) {
     RESTARTS.store(true, Relaxed);
     match crash {
         #[allow(clippy::panic)]
-        Crash::Panic => panic!("as the PC has asked"),
+        Crash::Panic => panic!("as the PC has requested"),
         Crash::HardFault => cortex_m::asm::udf(),
         Crash::StackOverflow => {
             deepen(0);
@@ -131,62 +131,55 @@ fn deepen(depth: u32) -> u32 {
     deepen(depth.wrapping_add(1)).wrapping_add(core::hint::black_box(bytes)[0])
 }
 
-/// Does something to the chip; a transfer's payload is replaced by what DOUT said.
+/// Does something to the chip. A transfer's payload is replaced by what DOUT carries.
 pub fn exchange(operation: Operation, level: bool, payload: &mut [u8]) {
     with_link(|link| {
-        // A result may be read more than once, also the last one.
+        // The last result too may be read more than once.
         if !ended() || operation == Operation::Transfer {
             link.exchange(operation, level, payload);
         }
     });
 }
 
-/// Whether edges of DRDY are to be ignored.
+/// Whether edges of DRDY are ignored.
 pub fn mute(muted: bool) {
     with_link(|link| link.muted = muted);
 }
 
-/// Whether DRDY has fallen since the last time this was asked.
+/// Whether DRDY has fallen since the last call.
 pub fn take_edge() -> bool {
-    let mut edge = false;
-    with_link(|link| edge = core::mem::take(&mut link.edge_pending));
-    edge
+    with_link(|link| core::mem::take(&mut link.edge_pending))
 }
 
 /// Time of the latest falling edge of DRDY, microseconds.
 pub fn edge_us() -> u32 {
-    let mut edge_us = 0;
-    with_link(|link| edge_us = link.edge_us);
-    edge_us
+    with_link(|link| link.edge_us)
 }
 
-/// Whether the scene is over. From then on nothing but the last result is asked for.
+/// Whether the scene is over. From then on only the last result is read.
 pub fn ended() -> bool {
     ENDED.load(Relaxed)
 }
 
-/// Whether the telemetry line takes no more bytes; when it does again, USART3 comes.
+/// Whether the telemetry line takes no more bytes. When it does again, USART3 is pended.
 pub fn is_line_blocked() -> bool {
     LINE_BLOCKED.load(Relaxed)
 }
 
-fn with_link(action: impl FnOnce(&mut Link)) {
+fn with_link<R: Default>(action: impl FnOnce(&mut Link) -> R) -> R {
     critical_section::with(|cs| {
         // Never borrowed twice: everything here runs with interrupts masked and calls nothing back.
-        if let Ok(mut link) = LINK.borrow(cs).try_borrow_mut()
-            && let Some(link) = link.as_mut()
-        {
-            action(link);
-        }
-    });
+        let mut link = LINK.borrow(cs).try_borrow_mut().ok();
+        link.as_deref_mut().and_then(Option::as_mut).map(action).unwrap_or_default()
+    })
 }
 
 impl Link {
     fn exchange(&mut self, operation: Operation, level: bool, payload: &mut [u8]) {
-        let now_us = super::now_us();
+        let now_us = crate::board::now_us();
         let request = Request { operation, level, length: payload.len() as u8, now_us };
         let Some(reply) = self.carry(&request, payload) else {
-            semihost::say(format_args!("the bridge to the simulated chip broke at {now_us} us"));
+            semihost::print(format_args!("the bridge to the simulated chip broke at {now_us} us"));
             semihost::exit(Exit::Bridge)
         };
         self.edge_us = reply.drdy_us;
@@ -195,12 +188,12 @@ impl Link {
             NVIC::pend(Interrupt::TIM4);
         }
         if now_us.wrapping_sub(FED_US.load(Relaxed)) >= WATCHDOG_US {
-            restart_if_asked(ResetCause::Watchdog);
-            semihost::say(format_args!("the watchdog bit at {now_us} us: a task stood still"));
+            restart_if_requested(ResetCause::Watchdog);
+            semihost::print(format_args!("the watchdog bit at {now_us} us: a task stood still"));
             semihost::exit(Exit::Watchdog);
         }
         if let Some(crash) = reply.crash {
-            suffer(crash);
+            crash_as_requested(crash);
         }
         if reply.ended {
             ENDED.store(true, Relaxed);
