@@ -1,4 +1,4 @@
-//! Accuracy on request: an estimate as soon as its uncertainty meets what was asked for, and no sooner.
+//! Accuracy on request: an estimate as soon as its uncertainty meets the requested one, and no sooner.
 
 mod support;
 
@@ -21,7 +21,7 @@ fn relative_sigma(fit: &Estimate) -> f32 {
     fit.sigma / fit.frequency
 }
 
-/// What one hop less would have told: sigma goes with the length to the power of -3/2 at the least.
+/// Sigma falls at least with the length's power of -3/2, which bounds that of a window one hop shorter.
 #[test]
 fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
     let mut errors = Vec::new();
@@ -34,7 +34,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
                 assert_eq!(fit.status, Status::Good, "{fit:?}");
                 assert!(relative_sigma(fit) <= accuracy, "no sooner than {accuracy}: {fit:?}");
                 let before_s = fit.window_s - HOP_S as f32;
-                // The shortest window may be better than was asked for.
+                // The shortest window may be better than requested.
                 if before_s > 0.1 {
                     let before = relative_sigma(fit) * (fit.window_s / before_s).powi(3);
                     assert!(before > accuracy, "as soon as {accuracy}: {fit:?}");
@@ -42,7 +42,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
                 errors.push((fit.frequency as f64 - frequency_hz) / fit.sigma as f64);
                 lengths.push(fit.window_s);
             }
-            // No frame tells two estimates.
+            // No frame is part of two estimates.
             for pair in out.window_fits.windows(2) {
                 let begins_s = pair[1].t_us as f64 * 1e-6 - pair[1].window_s as f64;
                 assert!(begins_s > pair[0].t_us as f64 * 1e-6 - 0.005, "{pair:?}");

@@ -1,4 +1,4 @@
-//! Phases of a touch, told from frames that the tests make.
+//! Phases of a touch, found in frames that the tests make.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -17,7 +17,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
     let mut ring = Box::new(Ring::new());
     let mut detector = ContactDetector::new(SlideRule::Found);
     let mut found = Vec::new();
-    let mut tell = |change: Change| {
+    let mut report = |change: Change| {
         let at = |frame: u32| frame as f64 / rate;
         match change {
             Change::Contact { frame, .. } => found.push(("contact", at(frame))),
@@ -35,9 +35,9 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
             *value = (signal(n as f64 / rate, sign, c as f64 / 16.0) + noise * normal()).round() as f32;
         }
         ring.push(&values, u16::MAX, 0);
-        detector.push(n, &values, &ring, &mut tell);
+        detector.push(n, &values, &ring, &mut report);
     }
-    detector.finish(frames, &mut tell);
+    detector.finish(frames, &mut report);
     found
 }
 

@@ -1,4 +1,4 @@
-//! The fit against an independent f64 reference, and its verdicts.
+//! The fit against an independent f64 reference, and its statuses.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -82,7 +82,7 @@ fn noise_alone_is_no_tone() {
                 fit_whole(&noise.values(), 4).status != Status::NoTone
             })
             .count();
-        // At most 1 %, with room for chance in 200 trials.
+        // At most 1 %, with a margin for chance in 200 trials.
         assert!(found <= 5, "{found} of 200 windows of {frames} frames");
     }
 }

@@ -1,4 +1,4 @@
-//! Faults in a touch: what is told of them, and that no estimate is good that they changed.
+//! Faults in a touch: how they are reported, and that no estimate is good that they changed.
 
 #[path = "support/touch.rs"]
 mod touch;
@@ -51,8 +51,8 @@ fn estimates(events: &[Event]) -> Vec<&Estimate> {
     fits.collect()
 }
 
-/// Whether the window holds this device time; none if it is up to two frames before it, or after it: then it may be
-/// doubted too, if the fault came before it was told.
+/// Whether the window holds this device time. None if the time is up to two frames before the window, or after it: then
+/// the estimate may be doubtful too, if the fault was before its report.
 fn holds(fit: &Estimate, t_us: u64) -> Option<bool> {
     let from_us = fit.t_us - (fit.window_s * 1e6) as u64;
     let is_near = (from_us - 13_000..from_us).contains(&t_us) || t_us > fit.t_us;
@@ -79,11 +79,11 @@ fn nothing_is_told_of_a_flawless_touch() {
 }
 
 #[test]
-fn losses_are_told_with_their_times_and_leave_estimates_good() {
+fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     let lost = MIDDLE * SLOTS + 5;
     let events = events(|number, conversion| (!(lost..lost + 3).contains(&number)).then_some(conversion));
     let [begin, end] = faults(&events)[..] else { panic!("{:?}", faults(&events)) };
-    // Noticed with the scan that they are missing in, told with the next frames.
+    // Noticed in the scan that lacks them, reported with the next frames.
     assert!((begin.kind, begin.count, begin.until_us) == (FaultKind::Lost, 3, None));
     assert!(begin.from_us.abs_diff(number_us(lost)) < 5_000, "{begin:?}");
     assert_eq!(end, Fault { until_us: Some(begin.from_us), ..begin });
@@ -107,8 +107,11 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
             conversion.t_us += if number >= from { still_us } else { 0 };
             Some(conversion)
         });
-        let told = faults(&events);
-        assert!(told.iter().any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)), "{told:?}");
+        let reported = faults(&events);
+        assert!(
+            reported.iter().any(|fault| matches!(fault.kind, FaultKind::Clock | FaultKind::Channel)),
+            "{reported:?}"
+        );
         let moment_us = number_us(from);
         for fit in estimates(&events) {
             let is_doubted = fit.status == Status::Doubtful;
@@ -167,11 +170,11 @@ fn supply_and_reference_out_of_range_are_told() {
             }
             Some(conversion)
         });
-        let told = faults(&events);
-        assert_eq!(told.first().map(|fault| fault.kind), kind, "{id:#x} {code}");
+        let reported = faults(&events);
+        assert_eq!(reported.first().map(|fault| fault.kind), kind, "{id:#x} {code}");
         let doubtful = estimates(&events).iter().filter(|fit| fit.status == Status::Doubtful).count();
         assert_eq!(doubtful > 0, kind.is_some());
-        if let [begin, end] = told[..] {
+        if let [begin, end] = reported[..] {
             assert!(begin.from_us.abs_diff(number_us(MIDDLE * SLOTS + 20)) < 20_000, "{begin:?}");
             let until_us = end.until_us.unwrap();
             assert!(until_us.abs_diff(number_us((MIDDLE + 19) * SLOTS + 20)) < 20_000, "{end:?}");
@@ -186,8 +189,8 @@ fn a_clock_off_by_a_percent_is_told_and_one_off_by_a_quarter_is_not() {
             conversion.t_us = (f64::from(conversion.t_us) * (1.0 + percent / 100.0)) as u32;
             Some(conversion)
         });
-        let told = faults(&events);
-        assert_eq!(told.iter().any(|fault| fault.kind == FaultKind::Clock), is_off, "{percent} %: {told:?}");
+        let reported = faults(&events);
+        assert_eq!(reported.iter().any(|fault| fault.kind == FaultKind::Clock), is_off, "{percent} %: {reported:?}");
         let status = if is_off { Status::Doubtful } else { Status::Good };
         for fit in estimates(&events) {
             assert_eq!(fit.status, status, "{percent} %: {fit:?}");
@@ -212,15 +215,15 @@ fn clipped_codes_are_told_and_leave_the_other_channels_good() {
     let statuses: Vec<_> = estimates(&events).iter().map(|fit| (fit.t_us, fit.status)).collect();
     assert!(statuses.iter().any(|(_, status)| *status == Status::Good), "{statuses:?}");
     assert!(statuses.iter().any(|(_, status)| *status == Status::Doubtful), "{statuses:?}");
-    // One that ended just before may have been told after it.
+    // An estimate that ended just before may have been reported after the fault.
     for (t_us, status) in statuses.into_iter().filter(|(t_us, _)| !(clipped_us - 13_000..clipped_us).contains(t_us)) {
         let is_unsure = (clipped_us..back_us + 365_000).contains(&t_us);
         assert_eq!(status, if is_unsure { Status::Doubtful } else { Status::Good }, "{t_us} us, back at {back_us} us");
     }
 }
 
-/// A broken bridge is told, named in the doubts of every estimate, and left out; that is no reason to trust the others less.
-/// Another input that comes and goes is one, beside it too.
+/// A broken bridge is reported, is in the fault set of every estimate, and is left out; the other inputs stay as good.
+/// Another input that changes between rail and signal makes estimates doubtful, beside it too.
 #[test]
 fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     let comes_and_goes = MIDDLE..MIDDLE + 3;
@@ -240,46 +243,46 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
     }
 }
 
-/// Everything at once, for ever: no more than four messages in an eighth of a second, and every beginning told.
+/// All faults together, without end: no more than four messages in an eighth of a second, and every beginning reported.
 #[test]
-fn whatever_happens_few_messages_are_told() {
+fn all_faults_together_make_few_messages() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for (conversion, number) in (0..SCANS).flat_map(|n| touch::scan(n, n, 0)).zip(0u64..) {
-        // Bouts that end and begin anew all the time.
+        // Episodes that end and begin anew all the time.
         if number % (SLOTS * 300) < SLOTS * 5 {
             FaultKind::ALL.into_iter().for_each(|kind| diagnostics.fault(kind, conversion.t_us));
         }
         let mut emit = |event| {
             if let Event::Fault(fault) = event {
-                told.push((conversion.t_us, fault));
+                reported.push((conversion.t_us, fault));
             }
         };
         detector.push(conversion, &mut ring, &diagnostics, &mut emit, &mut |_| {});
     }
     // Four at the end of one eighth and four at the beginning of the next.
     let in_an_eighth =
-        |from_us: u32| told.iter().filter(|(t_us, _)| (from_us..from_us + 125_000).contains(t_us)).count();
-    assert!(told.iter().all(|(t_us, _)| in_an_eighth(*t_us) <= 8), "{told:?}");
+        |from_us: u32| reported.iter().filter(|(t_us, _)| (from_us..from_us + 125_000).contains(t_us)).count();
+    assert!(reported.iter().all(|(t_us, _)| in_an_eighth(*t_us) <= 8), "{reported:?}");
     for kind in FaultKind::ALL {
-        let of_it = || told.iter().filter(|(_, fault)| fault.kind == kind);
+        let of_it = || reported.iter().filter(|(_, fault)| fault.kind == kind);
         let begins = of_it().filter(|(_, fault)| fault.until_us.is_none()).count();
         let ends = of_it().count() - begins;
-        // Three times 300 scans; a touch has no time for news at some of its moments, and two bouts are then one.
+        // Three times 300 scans; a touch delays events at some of its moments, and two episodes are then one.
         assert!((1..=3).contains(&begins) && (ends == begins || ends + 1 == begins), "{kind:?}: {begins} {ends}");
     }
 }
 
-/// A silent chip: the board's half seconds have health told, and what is wrong, by the board's clock.
+/// A silent chip: each half second the board reports health and faults, by its own clock.
 #[test]
-fn health_and_faults_are_told_while_no_conversion_comes() {
+fn health_and_faults_are_reported_while_no_conversion_comes() {
     let (diagnostics, mut ring) = (Diagnostics::new(), Box::new(Ring::new()));
     let mut detector = Box::new(Detector::new(Settings::DEFAULT));
     for conversion in (0..100).flat_map(|n| touch::scan(n, n, 7)) {
         detector.push(conversion, &mut ring, &diagnostics, &mut |_| {}, &mut |_| {});
     }
-    let (mut healths, mut greetings, mut told) = (Vec::new(), 0, Vec::new());
+    let (mut healths, mut greetings, mut reported) = (Vec::new(), 0, Vec::new());
     for half in 1..=60u32 {
         let now_us = 500_000 * half;
         if half < 40 {
@@ -288,7 +291,7 @@ fn health_and_faults_are_told_while_no_conversion_comes() {
         detector.look(now_us, &diagnostics, &mut |event| match event {
             Event::Health(health) => healths.push(health),
             Event::Hello(_) => greetings += 1,
-            Event::Fault(fault) => told.push(fault),
+            Event::Fault(fault) => reported.push(fault),
             _ => {}
         });
     }
@@ -296,7 +299,7 @@ fn health_and_faults_are_told_while_no_conversion_comes() {
     // Device time is zero at the first conversion, at 7 us.
     assert!(healths.windows(2).all(|two| two[1].t_us - two[0].t_us == 1_000_000));
     assert_eq!(healths.last().map(|health| health.faults[FaultKind::Silent as usize]), Some(39));
-    let [begin, end] = told[..] else { panic!("{told:?}") };
+    let [begin, end] = reported[..] else { panic!("{reported:?}") };
     assert_eq!((begin.from_us, end.until_us, end.count), (499_993, Some(19_499_993), 39));
     // Lost conversions never become fewer, though there are more of them than can be counted.
     let mut latest = 0;
@@ -335,8 +338,8 @@ fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_noth
             assert_eq!(fit.status == Status::Doubtful, counts && changes, "{kind:?}");
         }
     }
-    // Where a hold would be known since, the channel is left out and that is all; of a window that is shorter than it
-    // takes to know one, what came before it counts too.
+    // After enough time to find a hold, the channel is only left out. For a window shorter than that time, faults before
+    // the window count too.
     for (ago_us, window_s, doubtful) in [(500_000, 1.0, false), (300_000, 1.0, true), (300_000, 0.2, true)] {
         let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
         fit.window_s = window_s;

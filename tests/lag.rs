@@ -128,7 +128,7 @@ fn uncertainties_are_the_spread_of_a_thousand_windows() {
     }
 }
 
-/// A dead and a noisy channel cost what they would have told, and no more.
+/// A dead and a noisy channel cost no more than their own information.
 #[test]
 fn dead_and_noisy_channels_do_not_hurt() {
     let mut fitter = Box::new(Fitter::new(4));

@@ -37,7 +37,7 @@ fn scan_at(t_us: u64) -> u64 {
     t_us * 1000 / SCAN_NS
 }
 
-/// Times that an event tells.
+/// The times in an event.
 fn times_us(event: &Event) -> Vec<u64> {
     match event {
         Event::Contact(contact) => vec![contact.t_us],
@@ -49,8 +49,8 @@ fn times_us(event: &Event) -> Vec<u64> {
     }
 }
 
-/// The scans of a touch: with its last hold a second longer, and 0.9 s of rest behind it, so that its end is told before
-/// the next begins.
+/// The scans of a touch: its last hold is a second longer, and 0.9 s without contact follow, so that its end is reported
+/// before the next touch begins.
 fn touched() -> impl Iterator<Item = u64> + Clone {
     let hold = (0..4).flat_map(|_| HOLD);
     let rest = (0..3).flat_map(|_| 0..70);
@@ -79,8 +79,8 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         }
         events
     };
-    // Of faults there are only the scans left out, which are told too.
-    let told = |event: &Event| match event {
+    // The only faults are the scans left out, which are reported too.
+    let is_no_fault = |event: &Event| match event {
         Event::Fault(fault) => {
             assert!(matches!(fault.kind, FaultKind::Lost | FaultKind::Silent), "{fault:?}");
             false
@@ -89,7 +89,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
         _ => true,
     };
     let mut plain: Vec<Event> = play(&mut touched().zip(0..).flat_map(|(n, number)| scan(n, number, 0)));
-    plain.retain(told);
+    plain.retain(is_no_fault);
     let windows = plain.iter().filter(|event| matches!(event, Event::Estimate(_))).count();
     assert!(windows > 5, "{windows}");
 
@@ -116,7 +116,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
             assert_eq!((health.conversions_doubtful, health.hops_skipped), (0, 0));
             assert!((f64::from(health.frame_rate_hz) * SCAN_NS as f64 / 1e9 - 1.0).abs() < 1e-6, "{health:?}");
         }
-        events.retain(told);
+        events.retain(is_no_fault);
         assert_eq!(events.len(), plain.len(), "wrap {wrap}: {:?}", events.iter().map(times_us).collect::<Vec<_>>());
         for (event, plain) in events.iter().zip(&plain) {
             assert_eq!(std::mem::discriminant(event), std::mem::discriminant(plain), "wrap {wrap}");
@@ -135,7 +135,7 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
     assert!(healths > 1000, "{healths}");
 }
 
-/// What came of playing touches one behind the other.
+/// Result of playing touches one behind the other.
 struct Played {
     touches: u64,
     first: Vec<Estimate>,
@@ -166,12 +166,12 @@ fn play(length_s: u64) -> Played {
             Event::Contact(contact) => heard.push(contact.t_us),
             Event::Slide(slide) => heard.push(slide.end_us.unwrap_or(slide.start_us)),
             Event::Release(release) => heard.push(release.t_us),
-            Event::Health(told) => {
+            Event::Health(report) => {
                 // 30 days are less than 2^32 scans, and every one of them was played.
-                let exact_us = (u64::from(told.frames) * SCAN_NS - CONVERSION_NS) / 1000;
-                assert_eq!(told.t_us, exact_us, "{told:?}");
-                assert_eq!((told.conversions_lost, told.conversions_doubtful), (0, 0), "{told:?}");
-                health = Some(told);
+                let exact_us = (u64::from(report.frames) * SCAN_NS - CONVERSION_NS) / 1000;
+                assert_eq!(report.t_us, exact_us, "{report:?}");
+                assert_eq!((report.conversions_lost, report.conversions_doubtful), (0, 0), "{report:?}");
+                health = Some(report);
             }
             Event::Estimate(fit) => {
                 assert_same(&fit, first.get(last.len()).unwrap_or(&fit));
@@ -220,8 +220,8 @@ fn touch_after_touch_for_three_hours_is_the_same() {
 fn touch_after_touch_for_thirty_days_is_the_same() {
     let played = play(30 * DAY_S);
     assert_steady(&played);
-    // Nothing else runs beside it: `--ignored` asks for it alone.
-    let (from, to) = played.resident.expect("Linux tells");
+    // No other test runs beside it: `--ignored` selects it alone.
+    let (from, to) = played.resident.expect("Linux reports memory");
     assert!(to.saturating_sub(from) < 1 << 20, "memory grows from {from} to {to} bytes");
 }
 
@@ -262,7 +262,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 fn counters_stay_at_the_most_that_they_hold() {
     let mut assembler = Assembler::new(4.096);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
-    // The first conversion says how many are missing in front of it, so it comes before.
+    // The first conversion is counted with those that are missing in front of it, so it is pushed before.
     let mut scans = (0..40).flat_map(|n| scan(n, n, 0).map(move |conversion| (n, conversion)));
     for (n, mut conversion) in scans.by_ref() {
         if n == 1 {

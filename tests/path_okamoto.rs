@@ -4,7 +4,7 @@
 //! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a thousand
 //! times a second, and every window of 32 ms gives a wavelength: the speed over the frequency with the
 //! maximal power of its spectrum. Here the same frames go to that method and to the fit along the path, and
-//! both are judged on the windows in which the fit says that it has a tone.
+//! both are judged on the windows in which the fit has a tone.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -28,7 +28,7 @@ const HOP: usize = 4;
 /// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does not.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
-/// Amplitude of the tone, codes. The paper tells no noise; this is 20 dB below the tone.
+/// Amplitude of the tone, codes. The paper gives no noise; this is 20 dB below the tone.
 const AMPLITUDE: f64 = 10_000.0;
 const NOISE: f64 = AMPLITUDE * 0.070_710_678;
 
@@ -80,14 +80,14 @@ fn wavelength_by_fft(values: &[Values], first: usize) -> f64 {
 struct Errors {
     windows: usize,
     /// Windows in which the fit has a tone, and those of them with two cycles and more.
-    told: usize,
+    with_tone: usize,
     told_long: usize,
     /// Root mean squares over the former.
     fit: f64,
     fft: f64,
     /// The mean.
     bias: f64,
-    /// Root mean square of the fit's errors, each over the uncertainty that came with it.
+    /// Root mean square of the fit's errors, each over its own uncertainty.
     over_sigma: f64,
     /// Root mean square over the windows of two cycles and more, of the error times the cycles there.
     per_cycle: f64,
@@ -115,7 +115,7 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         }
         let off = 1.0 / (fit.frequency as f64 * wavelength_mm) - 1.0;
         let sigma = (fit.sigma / fit.frequency) as f64;
-        sums.told += 1;
+        sums.with_tone += 1;
         sums.bias += off;
         sums.fit += off * off;
         sums.over_sigma += (off / sigma).powi(2);
@@ -125,18 +125,18 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
             sums.per_cycle += (off * cycles).powi(2);
         }
     }
-    let told = sums.told as f64;
-    let root = |sum: f64| (sum / told).sqrt();
+    let with_tone = sums.with_tone as f64;
+    let root = |sum: f64| (sum / with_tone).sqrt();
     let per_cycle = (sums.per_cycle / sums.told_long as f64).sqrt();
     let (fit, fft, over_sigma) = (root(sums.fit), root(sums.fft), root(sums.over_sigma));
-    Errors { fit, fft, over_sigma, per_cycle, bias: sums.bias / told, ..sums }
+    Errors { fit, fft, over_sigma, per_cycle, bias: sums.bias / with_tone, ..sums }
 }
 
 /// Shows a scan's errors as a line; `cargo test --test path_okamoto -- --nocapture` prints the tables.
 fn show(wavelength_mm: f64, e: &Errors) {
     println!(
-        "{wavelength_mm:.1} mm: {:5.1} % of the windows told; fit {:5.2} % ({:+.2} % on average), FFT {:5.2} %",
-        100.0 * e.told as f64 / e.windows as f64,
+        "{wavelength_mm:.1} mm: {:5.1} % of the windows with a tone; fit {:5.2} % ({:+.2} % on average), FFT {:5.2} %",
+        100.0 * e.with_tone as f64 / e.windows as f64,
         100.0 * e.fit,
         100.0 * e.bias,
         100.0 * e.fft
@@ -164,7 +164,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
         for e in right.iter().chain(&wrong) {
             assert!(e.fit < fit_most && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
             assert!((0.075..0.205).contains(&e.fft), "{e:?}");
-            assert!(e.told as f64 > 0.7 * e.windows as f64, "{e:?}");
+            assert!(e.with_tone as f64 > 0.7 * e.windows as f64, "{e:?}");
         }
         // There the error doubles from 1 to 3 mm and more; here it is that of as many cycles as there are.
         let most = |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
@@ -173,7 +173,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
         if channels == 16 {
             for e in right.iter().chain(&wrong) {
                 assert!((0.85..1.15).contains(&e.over_sigma), "{e:?}");
-                assert!(e.told as f64 > 0.8 * e.windows as f64, "{e:?}");
+                assert!(e.with_tone as f64 > 0.8 * e.windows as f64, "{e:?}");
             }
         }
     }
@@ -185,7 +185,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
 fn a_longer_window_is_better() {
     let (right, wrong) = table(16, 4 * WINDOW);
     for e in right.iter().chain(&wrong) {
-        assert!(e.fit < 0.0005 && e.told as f64 > 0.99 * e.windows as f64, "{e:?}");
+        assert!(e.fit < 0.0005 && e.with_tone as f64 > 0.99 * e.windows as f64, "{e:?}");
     }
 }
 
@@ -195,7 +195,7 @@ fn a_hand_that_turns_back_reads_on() {
     for wavelength_mm in RIGHT_MM.into_iter().chain(WRONG_MM) {
         for harmonics in [1, 4] {
             let e = errors(wavelength_mm, 2, 1000, harmonics);
-            assert!(e.told == e.windows && e.fit < 2e-4, "{wavelength_mm}: {e:?}");
+            assert!(e.with_tone == e.windows && e.fit < 2e-4, "{wavelength_mm}: {e:?}");
         }
     }
 }

@@ -93,8 +93,11 @@ fn a_strong_overtone_is_no_octave_error() {
         let places = places(shape);
         for overtones in [[2.5, 0.4], [0.5, 2.5]] {
             let fit = fit(&scan(&places, 6.2, &overtones, 100.0, 5), &places, 4);
-            let told = fit.frequency as f64 * 6.2;
-            assert!(fit.status == Status::Good && (told - 1.0).abs() < 0.01, "{name} {overtones:?}: {told} {fit:?}");
+            let cycles = fit.frequency as f64 * 6.2;
+            assert!(
+                fit.status == Status::Good && (cycles - 1.0).abs() < 0.01,
+                "{name} {overtones:?}: {cycles} {fit:?}"
+            );
         }
     }
 }
@@ -106,12 +109,12 @@ fn noise_on_a_path_is_no_tone() {
         let found =
             (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).status.has_tone());
         let found = found.count();
-        // At most 1 %, with room for chance in 200 trials.
+        // At most 1 %, with a margin for chance in 200 trials.
         assert!(found <= 5, "{name}: {found} of 200");
     }
 }
 
-/// An encoder tells places in grains, and where there is none the finger may seem to rest.
+/// An encoder gives places in grains, and between two grains the finger seems to stand still.
 #[test]
 fn the_grains_of_an_encoder_do_no_harm() {
     let exact = places(|t| 30.0 * t * (0.5 + 0.5 * t));

@@ -13,7 +13,7 @@ fn combination(number: usize) -> Sliding {
     load_scene(format!("scenes/c{number}.toml"), FRAME_RATE_HZ as f64).unwrap()
 }
 
-/// What came of a scene, read by a converter whose noise is `seed`'s.
+/// Result of a scene, read by a converter whose noise is `seed`'s.
 fn touch(sliding: Sliding, seed: u64) -> (Outcome, Truth) {
     let scene = SlidingScene::new(Sliding { seed, ..sliding }).unwrap();
     let truth = scene.truth();

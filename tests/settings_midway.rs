@@ -1,4 +1,4 @@
-//! Settings that change in the middle of a slide, as an order changes them: no window is half of one kind and half of another.
+//! Settings that change in the middle of a slide, as a command changes them: no window mixes two settings.
 
 #[path = "support/touch.rs"]
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -25,7 +25,7 @@ struct Board {
     estimator: Estimator,
     ring: Ring,
     diagnostics: Diagnostics,
-    /// With whether the settings had been changed when they came.
+    /// Each with whether the settings had changed before it.
     estimates: Vec<(bool, Estimate)>,
     is_changed: bool,
 }

@@ -74,11 +74,11 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
 fn with_the_speed_told_the_period_comes_from_it() {
     for reverse in [false, true] {
         let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
-        let told = |speed_mm_s| {
+        let fits_at = |speed_mm_s| {
             let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s, length_mm: 55.0 };
             estimates(scene.clone(), Settings { slide, ..Settings::DEFAULT })
         };
-        for fit in told(30.0) {
+        for fit in fits_at(30.0) {
             let travel = fit.travel;
             assert_eq!((travel.status, travel.direction), (TravelStatus::Given, towards(reverse)), "{fit:?}");
             assert_eq!((travel.speed_mm_s, travel.speed_sigma_mm_s), (30.0, 0.0));
@@ -87,7 +87,7 @@ fn with_the_speed_told_the_period_comes_from_it() {
             assert!((travel.spatial_period_sigma_mm / (3.6 * share) - 1.0).abs() < 0.01, "{fit:?}");
         }
         // A speed that is a sixth too small is another grating's.
-        for fit in told(25.0) {
+        for fit in fits_at(25.0) {
             assert_eq!(fit.travel.status, TravelStatus::Contradicted, "{fit:?}");
         }
     }
@@ -113,7 +113,7 @@ fn along_a_profile_the_period_is_the_fits_own() {
     }
 }
 
-/// A grating finer than the pitch looks like one of the paper's; where it is possible, that is said.
+/// A grating finer than the pitch looks like one of the paper's; where both are possible, the estimate is ambiguous.
 #[test]
 fn a_grating_finer_than_the_pitch_is_ambiguous() {
     let scene = Sliding { period_mm: 1.5, ridge_mm: 0.4, snr_db: Some(20.0), ..Sliding::physical() };

@@ -54,8 +54,8 @@ fn slide(profile: impl Fn(f64) -> Option<Profile>) -> Outcome {
     outcome(&run_along(Varying(scene), settings, profile(start_s), all))
 }
 
-/// What a host would send: speeds at as many times as there is room for that lead to the right places. Chords of
-/// a sine fall short of it by their length squared over twelve; left so, they alone would make errors of 1 %.
+/// The profile of a host: speeds at as many times as a profile holds, which lead to the right places. Chords of a sine
+/// are too short by their length squared over twelve; uncorrected, they alone would make errors of 1 %.
 fn profile(start_s: f64) -> Option<Profile> {
     let step = TAU * 2.0 / (KNOTS_MAX - 1) as f64;
     let longer = 1.0 / (1.0 - step * step / 12.0);

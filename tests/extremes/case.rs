@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// A tenth of the uncertainty.
 const OFF_MAX: f64 = 0.1;
-/// What the fit's sigma may be of that of f64, which knows nothing of how few frames tell the noise.
+/// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain noise.
 const SURE: Range<f64> = 0.8..1.25;
 
 /// A window and how to fit it.
@@ -38,7 +38,7 @@ impl Case {
     }
 
     /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations of f64, and its
-    /// own sigma over that. A fit does not tell its baseline: the nearest of the three counts.
+    /// own sigma over that. A fit does not report its baseline: the nearest of the three counts.
     pub fn off(&self, fit: &Fit, near: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not keep frames from counting.
         let some = self.valid.iter().filter(|valid| **valid != 0);

@@ -145,7 +145,7 @@ fn mains_stronger_than_the_tone() {
     }
 }
 
-/// Nobody told the fit: then the mains are the tone.
+/// The fit does not know the mains: then they are the tone.
 #[test]
 fn mains_that_nobody_told_of_are_the_tone() {
     let mut case = Case::new(Tone::default().values());

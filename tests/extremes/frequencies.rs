@@ -10,7 +10,7 @@ fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     Tone { frequency: cycles / frames as f64, frames, noise, seed, ..Tone::default() }
 }
 
-/// From 0.6 cycles on there is a frequency if the noise allows; below, the status says that it is too little.
+/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short.
 #[test]
 fn half_a_cycle_to_one() {
     let (mut good, mut too_short) = (0, 0);

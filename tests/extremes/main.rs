@@ -1,5 +1,5 @@
 //! The extremes: what a finger may meet but a tidy test would not think of. In each the fit in f32 is within a
-//! tenth of the uncertainty of the maximum of the same likelihood in f64, or its status says why there is none.
+//! tenth of the uncertainty of the maximum of the same likelihood in f64, or its status gives the reason why there is none.
 
 #[path = "../support/any_settings.rs"]
 mod any_settings;

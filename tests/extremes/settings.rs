@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_proto::settings::{Array, Settings, SlideRule};
 
-/// Valid settings of every kind as bytes, some of which are then changed; and bytes that nobody ordered.
+/// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
 #[test]
 fn any_settings_are_refused_or_run() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
@@ -41,8 +41,8 @@ fn any_settings_are_refused_or_run() {
                 alike: [0x1111, 0x2222, 0xcccc, 0],
             },
         };
-        let mut room = [0; 128];
-        let bytes = postcard::to_slice(&settings, &mut room).unwrap();
+        let mut buffer = [0; 128];
+        let bytes = postcard::to_slice(&settings, &mut buffer).unwrap();
         for _ in 0..n % 3 {
             let at = rng.next_u32() as usize % bytes.len();
             bytes[at] ^= 1 << (rng.next_u32() % 8);

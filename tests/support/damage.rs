@@ -1,4 +1,4 @@
-//! A line that damages what it carries, in front of the decoder. Which frames came through is known from the bytes:
+//! A line that damages what it carries, in front of the decoder. Which frames arrived whole is known from the bytes:
 //! what is between two zeros is, byte for byte, a frame that was sent, or it is damaged.
 
 #[allow(dead_code, reason = "a part of it is used here")]
@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 /// What a line did.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Tried {
-    /// Frames that came through.
+    /// Frames that arrived whole.
     pub whole: u32,
     /// Stretches between two zeros that were no frame that was sent.
     pub damaged: u32,
@@ -43,7 +43,7 @@ struct Sent {
     frames: HashMap<Vec<u8>, Packet>,
     line: Vec<u8>,
     number: u16,
-    /// Whether a frame came twice or too early: by their numbers that looks like a loss, or like a new start.
+    /// Whether a frame arrived twice or too early: by their numbers that looks like a loss, or like a new start.
     shuffled: bool,
 }
 
@@ -124,7 +124,7 @@ pub fn try_line(bytes: &[u8]) -> Tried {
         };
         match sent.frames.get(content) {
             Some(packet) => {
-                assert_eq!(given, std::slice::from_ref(packet), "a frame that came through is read");
+                assert_eq!(given, std::slice::from_ref(packet), "a frame that arrived whole is read");
                 tried.whole += 1;
                 numbers.push(packet.sequence);
             }

@@ -83,7 +83,7 @@ impl Wire {
     }
 }
 
-/// What a run of one touch came to.
+/// Result of a run of one touch.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// Times of the contact spikes, seconds.
