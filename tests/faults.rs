@@ -304,7 +304,7 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
     // Lost conversions never become fewer, though there are more of them than can be counted.
     let mut latest = 0;
     for half in 61..=72 {
-        diagnostics.unseen(u32::MAX / 4);
+        diagnostics.unseen.add(u32::MAX / 4);
         detector.look(500_000 * half, &diagnostics, &mut |event| {
             if let Event::Health(health) = event {
                 assert!(health.conversions_lost >= latest, "{latest} and then {}", health.conversions_lost);

@@ -48,7 +48,11 @@ fn cargo(scan: &[(&str, &str)], arguments: &[&str]) -> Output {
 #[test]
 #[ignore = "builds the path three times"]
 fn builds_with_other_scans_find_them_too() {
-    for scan in [&[("RIDGETONE_INPUTS", "8")][..], &[("RIDGETONE_DRATE", "2")], &[("RIDGETONE_DRATE", "0")]] {
+    for scan in [
+        &[("RIDGETONE_INPUTS", "8")][..],
+        &[("RIDGETONE_DRATE", "2")],
+        &[("RIDGETONE_DRATE", "0"), ("RIDGETONE_INPUTS", "4")],
+    ] {
         let arguments = ["test", "-p", "ridgetone-firmware", "--test", "scan", "the_scan_of_this_build"];
         let Output { status, stdout, stderr } = cargo(scan, &arguments);
         let text = String::from_utf8_lossy(&stdout) + String::from_utf8_lossy(&stderr);
@@ -57,13 +61,14 @@ fn builds_with_other_scans_find_them_too() {
 }
 
 #[test]
-#[ignore = "compiles the protocol five times"]
+#[ignore = "compiles the protocol six times"]
 fn a_scan_that_cannot_work_is_refused_with_a_sentence() {
     for (scan, sentence) in [
         (&[("RIDGETONE_INPUTS", "0")][..], "choose 1 to 16"),
         (&[("RIDGETONE_INPUTS", "17")], "choose 1 to 16"),
         (&[("RIDGETONE_INPUTS", "eight")], "choose 1 to 16"),
         (&[("RIDGETONE_DRATE", "3")], "choose 0, 1 or 2"),
+        (&[("RIDGETONE_DRATE", "0")], "choose fewer inputs or a higher data rate"),
         (&[("RIDGETONE_DRATE", "2"), ("RIDGETONE_INPUTS", "4")], "choose more inputs or a lower data rate"),
     ] {
         let Output { status, stderr, .. } = cargo(scan, &["check", "-p", "ridgetone-proto"]);

@@ -184,7 +184,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             diagnostics.fault(fault, now_us);
             return;
         }
-        diagnostics.chip_restarted();
+        diagnostics.chip_restarts.add(1);
         self.pause_us = (2 * self.pause_us).clamp(PAUSE_LEAST_US, PAUSE_MOST_US);
         let since_us = now_us.wrapping_sub(self.latest_us);
         (self.restarted_us, self.latest_us) = (now_us, now_us);
@@ -193,9 +193,9 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             FaultKind::NoAnswer => {}
             FaultKind::Registers => {
                 let config0 = self.adc.read_register(Register::Config0).ok();
-                diagnostics.unseen(self.unseen.at_most(since_us, config0));
+                diagnostics.unseen.add(self.unseen.at_most(since_us, config0));
             }
-            _ => diagnostics.unseen(Unseen::of_clock(since_us)),
+            _ => diagnostics.unseen.add(Unseen::of_clock(since_us)),
         }
         self.unseen.reset();
         let is_set_up = self.set_up(wait);
@@ -219,7 +219,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.latest_us = t_us;
         self.next = expected::next(conversion.status.0);
         if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
-            diagnostics.overrun(1);
+            diagnostics.overruns.add(1);
         }
     }
 
@@ -236,26 +236,26 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let adc = &mut self.adc;
         match resolve(self.latest, self.next, first, again, || adc.read().ok()) {
             Resolved::Found(conversion) => {
-                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
                 // It is new: a processor that is too slow for the scan makes no storm.
                 return self.request_check();
             }
             Resolved::Mended(conversion) => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
             }
             Resolved::Later(conversion) => {
                 // They include the one before it, which was read only once.
-                diagnostics.overrun(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
                 self.early = true;
                 return Drdy::Listen;
             }
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overrun(1);
+                diagnostics.overruns.add(1);
                 self.next = expected::next(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),

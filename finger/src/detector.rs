@@ -5,14 +5,14 @@ mod tracker;
 use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
-use crate::frame::{Frame, TimedConversion};
+use crate::frame::TimedConversion;
 use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
 use ridgetone_proto::boot::{Boot, SettingsSource};
 use ridgetone_proto::scan::FRAME_RATE_HZ;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL, Raw};
+use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL};
 use tracker::Tracker;
 
 /// The time of an edge may be ahead of the board's clock by so much, microseconds.
@@ -28,10 +28,6 @@ pub struct Detector {
     tracker: Tracker,
     episodes: FaultEpisodes,
     health_reporter: HealthReporter,
-    /// Nothing is reported but `health`, faults and raw frames.
-    is_stopped: bool,
-    /// Frames that are still to be reported raw.
-    raw_frames: u32,
 }
 
 impl Detector {
@@ -50,8 +46,6 @@ impl Detector {
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
             health_reporter: HealthReporter::new(),
-            is_stopped: false,
-            raw_frames: 0,
         }
     }
 
@@ -102,7 +96,13 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        self.assemble(false, ring, diagnostics, emit, due);
+        let Self { assembler, tracker, .. } = self;
+        if assembler.try_fast_path() {
+            tracker.push(assembler.frame(), ring, emit, due);
+        } else {
+            assembler.slow_path(&mut |frame| tracker.push(frame, ring, emit, due));
+            add_flaws(assembler, diagnostics);
+        }
         self.episodes.check_supply(&self.assembler, diagnostics);
         let (latest, report) = (self.tracker.clock.latest.0, &mut |fault| emit(Event::Fault(fault)));
         self.episodes.check(latest, &self.assembler, diagnostics, report);
@@ -112,39 +112,6 @@ impl Detector {
                 emit(self.hello());
             }
         }
-    }
-
-    /// Makes frames of what the assembler has buffered; of all of it if the signal `is_over`.
-    fn assemble(
-        &mut self,
-        is_over: bool,
-        ring: &mut Ring,
-        diagnostics: &Diagnostics,
-        emit: &mut dyn FnMut(Event),
-        due: &mut dyn FnMut(Window),
-    ) {
-        let Self { assembler, tracker, is_stopped, raw_frames, .. } = self;
-        let mut done = |frame: &Frame| {
-            if *raw_frames > 0 {
-                *raw_frames -= 1;
-                let Frame { number, t_us, present, good, codes } = *frame;
-                emit(Event::Raw(Raw { t_us, number, present, good, codes }));
-            }
-            if *is_stopped {
-                tracker.clock.latest = (frame.number, frame.t_us);
-            } else {
-                tracker.push(frame, ring, emit, due);
-            }
-        };
-        if is_over {
-            assembler.finish(&mut done);
-        } else if assembler.try_fast_path() {
-            done(assembler.frame());
-            return;
-        } else {
-            assembler.slow_path(&mut done);
-        }
-        add_flaws(assembler, diagnostics);
     }
 
     #[inline(never)]
@@ -183,8 +150,10 @@ impl Detector {
         emit: &mut dyn FnMut(Event),
         due: &mut dyn FnMut(Window),
     ) {
-        self.assemble(true, ring, diagnostics, emit, due);
-        self.tracker.finish(ring, emit, due);
+        let Self { assembler, tracker, .. } = self;
+        assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
+        add_flaws(assembler, diagnostics);
+        tracker.finish(ring, emit, due);
         self.report_health(self.assembler.now_us(), diagnostics, emit);
     }
 
@@ -202,12 +171,11 @@ impl Detector {
     /// frames' count and device time go on.
     #[inline(never)]
     pub fn restart(&mut self, is_going: bool) {
-        self.is_stopped = !is_going;
-        self.tracker.restart(&self.settings);
+        self.tracker.restart(is_going, &self.settings);
     }
 
     /// Reports the next `frames` frames raw too.
     pub fn report_raw(&mut self, frames: u32) {
-        self.raw_frames = frames;
+        self.tracker.raw_frames = frames;
     }
 }

@@ -1,11 +1,12 @@
 //! `health` about once a second, the greeting every ten seconds, and the check of the frame rate.
 
 use crate::assembler::Assembler;
-use crate::faults::diagnostics::{Counters, Diagnostics};
+use crate::faults::diagnostics::Diagnostics;
 use crate::frame::Readings;
 use crate::frame_clock::FrameClock;
 use crate::ring::reached;
 use crate::scan::FRAME_NS;
+use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::scan::{FRAME_RATE_HZ, frames_in};
 use ridgetone_proto::telemetry::Health;
@@ -82,7 +83,7 @@ impl HealthReporter {
     #[inline(never)]
     pub fn check_rate(&mut self, assembler: &Assembler, clock: &FrameClock, diagnostics: &Diagnostics) {
         let (number, t_us) = clock.latest;
-        let breaks = assembler.lost.wrapping_add(diagnostics.counters().chip_restarts);
+        let breaks = assembler.lost.wrapping_add(diagnostics.chip_restarts.get());
         let (from, from_us, from_breaks) = self.rate_from;
         let frames = number.wrapping_sub(from);
         if frames < RATE_FRAMES {
@@ -101,25 +102,24 @@ impl HealthReporter {
 /// What `health` reports at a device time, microseconds.
 #[inline(never)]
 pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics: &Diagnostics) -> Health {
-    let Counters { overruns, unseen, hops_skipped, messages_dropped, chip_restarts, requests_damaged, load, stack } =
-        diagnostics.counters();
+    let [stack_used_bytes, stack_bytes] = diagnostics.stack.each_ref().map(|bytes| bytes.load(Relaxed));
     let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = assembler.readings();
     Health {
         t_us,
         frames: assembler.frames,
         // A conversion that did not get into the queue is missing in the scan too, so the larger count holds both: the
         // queue does not see whole scans that were not read, and the scan counts by the nominal rate.
-        conversions_lost: assembler.lost.max(overruns).saturating_add(unseen),
+        conversions_lost: assembler.lost.max(diagnostics.overruns.get()).saturating_add(diagnostics.unseen.get()),
         conversions_doubtful: assembler.doubtful,
-        hops_skipped,
-        messages_dropped,
-        chip_restarts,
+        hops_skipped: diagnostics.hops_skipped.get(),
+        messages_dropped: diagnostics.messages_dropped.get(),
+        chip_restarts: diagnostics.chip_restarts.get(),
         faults: diagnostics.faults.counts(),
-        requests_damaged,
-        stack_used_bytes: stack[0],
-        stack_bytes: stack[1],
+        requests_damaged: diagnostics.requests_damaged.get(),
+        stack_used_bytes,
+        stack_bytes,
         frame_rate_hz,
-        load,
+        load: f32::from_bits(diagnostics.load_bits.load(Relaxed)),
         supply_v,
         reference_v,
         temperature_c,

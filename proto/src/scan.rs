@@ -71,6 +71,13 @@ pub const fn frames_in(seconds: f32) -> u32 {
     (seconds * FRAME_RATE_HZ + 0.5) as u32
 }
 
+// Touch detection compares blocks of four frames, which have to be shorter than the changes that it looks for.
+const _: () = assert!(
+    FRAME_RATE_HZ >= 180.0,
+    "RIDGETONE_INPUTS and RIDGETONE_DRATE: the scan makes less than 180 frames a second, too few for touch detection: \
+     choose fewer inputs or a higher data rate"
+);
+
 // The default window lasts one second, and the ring has to hold it.
 const _: () = assert!(
     WINDOW_MOST_S >= 1.0,

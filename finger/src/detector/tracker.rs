@@ -9,7 +9,7 @@ use crate::touch::contact::ContactDetector;
 use crate::window::Window;
 use ridgetone_proto::scan::{RING_FRAMES, SCANNED, TAXELS};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
 
 /// Takes frames.
@@ -19,6 +19,10 @@ pub struct Tracker {
     pub clock: FrameClock,
     pub scheduler: WindowScheduler,
     pub events: EventBuilder,
+    /// Frames that are still to be reported raw.
+    pub raw_frames: u32,
+    /// Nothing is reported but raw frames.
+    is_stopped: bool,
     /// Whether there has been a complete frame.
     has_begun: bool,
     /// The latest values of good conversions.
@@ -32,13 +36,16 @@ impl Tracker {
             clock: FrameClock::new(),
             scheduler: WindowScheduler::new(settings),
             events: EventBuilder::new(settings.vref_v),
+            raw_frames: 0,
+            is_stopped: false,
             has_begun: false,
             values: [0.0; TAXELS],
         }
     }
 
-    /// Begins again with the next complete frame.
-    pub fn restart(&mut self, settings: &Settings) {
+    /// Begins again with the next complete frame, or stops.
+    pub fn restart(&mut self, is_going: bool, settings: &Settings) {
+        self.is_stopped = !is_going;
         self.has_begun = false;
         self.scheduler.drop_due();
         self.contact = ContactDetector::new(settings.slide);
@@ -54,6 +61,14 @@ impl Tracker {
     pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
         let Self { contact, clock, scheduler, events, .. } = self;
         clock.latest = (frame.number, frame.t_us);
+        if self.raw_frames > 0 {
+            self.raw_frames -= 1;
+            let Frame { number, t_us, present, good, codes } = *frame;
+            emit(Event::Raw(Raw { t_us, number, present, good, codes }));
+        }
+        if self.is_stopped {
+            return;
+        }
         let is_complete = frame.is_complete();
         if !self.has_begun {
             if !is_complete {

@@ -1,6 +1,6 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
-use crate::faults::log::{FaultLog, raise};
+use crate::faults::log::{Counter, FaultLog};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
@@ -8,39 +8,25 @@ use ridgetone_proto::settings::FRAME_RATE_HZ;
 /// Within this time, microseconds, an input that stays at its rail is seen there again: 2.2 scans.
 const TWO_SCANS_US: u32 = (2.2e6 / FRAME_RATE_HZ) as u32;
 
-/// What the tasks counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Counters {
-    /// Conversions lost before the queue or at it, except whole scans that were never read.
-    pub overruns: u32,
-    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
-    pub unseen: u32,
-    /// Windows not fitted because the fit was busy.
-    pub hops_skipped: u32,
-    /// Messages dropped because the line was slow.
-    pub messages_dropped: u32,
-    /// Times the ADC was set up again because its registers had changed.
-    pub chip_restarts: u32,
-    /// Requests that were damaged.
-    pub requests_damaged: u32,
-    /// Processor load, 0 to 1.
-    pub load: f32,
-    /// Most stack in use since start-up, and the stack's size, bytes.
-    pub stack: [u32; 2],
-}
-
-/// Counters that every task may raise without a lock. They stop at their largest value: after a wrap `health` would report
-/// less than was lost.
+/// What the tasks count. Every task may write without a lock.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
-    overruns: AtomicU32,
-    unseen: AtomicU32,
-    hops_skipped: AtomicU32,
-    messages_dropped: AtomicU32,
-    chip_restarts: AtomicU32,
-    requests_damaged: AtomicU32,
-    load_bits: AtomicU32,
-    stack: [AtomicU32; 2],
+    /// Conversions lost before the queue or at it, except whole scans that were never read.
+    pub overruns: Counter,
+    /// Conversions that the chip may have made besides, at most, while it ran with other registers.
+    pub unseen: Counter,
+    /// Windows not fitted because the fit was busy.
+    pub hops_skipped: Counter,
+    /// Messages dropped because the line was slow.
+    pub messages_dropped: Counter,
+    /// Times the ADC was set up again.
+    pub chip_restarts: Counter,
+    /// Requests that were damaged, or arrived before the previous one was taken.
+    pub requests_damaged: Counter,
+    /// Bits of the processor load, an f32 from 0 to 1.
+    pub(crate) load_bits: AtomicU32,
+    /// Most stack in use since start-up, and the stack's size, bytes.
+    pub(crate) stack: [AtomicU32; 2],
     /// Board time since which the inputs that are at a rail have been the same, microseconds, and how many there are.
     railed_us: AtomicU32,
     railed: AtomicU32,
@@ -52,12 +38,12 @@ impl Diagnostics {
     /// Everything at zero.
     pub const fn new() -> Self {
         Self {
-            overruns: AtomicU32::new(0),
-            unseen: AtomicU32::new(0),
-            hops_skipped: AtomicU32::new(0),
-            messages_dropped: AtomicU32::new(0),
-            chip_restarts: AtomicU32::new(0),
-            requests_damaged: AtomicU32::new(0),
+            overruns: Counter::new(),
+            unseen: Counter::new(),
+            hops_skipped: Counter::new(),
+            messages_dropped: Counter::new(),
+            chip_restarts: Counter::new(),
+            requests_damaged: Counter::new(),
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             railed_us: AtomicU32::new(0),
@@ -92,37 +78,7 @@ impl Diagnostics {
         is_since(from_us) && !(is_steady() && is_since(to_us.wrapping_sub(TWO_SCANS_US)))
     }
 
-    /// Conversions were lost before the queue or at it.
-    pub fn overrun(&self, conversions: u32) {
-        raise(&self.overruns, conversions);
-    }
-
-    /// The chip may have made at most so many conversions that nobody saw.
-    pub fn unseen(&self, at_most: u32) {
-        raise(&self.unseen, at_most);
-    }
-
-    /// A window was not fitted.
-    pub fn hop_skipped(&self) {
-        raise(&self.hops_skipped, 1);
-    }
-
-    /// A message was dropped.
-    pub fn message_dropped(&self) {
-        raise(&self.messages_dropped, 1);
-    }
-
-    /// The ADC was set up again.
-    pub fn chip_restarted(&self) {
-        raise(&self.chip_restarts, 1);
-    }
-
-    /// A request was damaged, or arrived before the previous one was taken.
-    pub fn request_damaged(&self) {
-        raise(&self.requests_damaged, 1);
-    }
-
-    /// Processor load, 0 to 1.
+    /// Sets the processor load, 0 to 1.
     pub fn set_load(&self, load: f32) {
         self.load_bits.store(load.to_bits(), Relaxed);
     }
@@ -133,60 +89,20 @@ impl Diagnostics {
         used.store(used_bytes, Relaxed);
         size.store(size_bytes, Relaxed);
     }
-
-    /// All counters.
-    pub fn counters(&self) -> Counters {
-        Counters {
-            overruns: self.overruns.load(Relaxed),
-            unseen: self.unseen.load(Relaxed),
-            hops_skipped: self.hops_skipped.load(Relaxed),
-            messages_dropped: self.messages_dropped.load(Relaxed),
-            chip_restarts: self.chip_restarts.load(Relaxed),
-            requests_damaged: self.requests_damaged.load(Relaxed),
-            load: f32::from_bits(self.load_bits.load(Relaxed)),
-            stack: self.stack.each_ref().map(|bytes| bytes.load(Relaxed)),
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn all_counters_are_reported() {
-        let diagnostics = Diagnostics::new();
-        diagnostics.overrun(1);
-        diagnostics.unseen(6);
-        diagnostics.hop_skipped();
-        diagnostics.hop_skipped();
-        diagnostics.message_dropped();
-        diagnostics.chip_restarted();
-        (0..4).for_each(|_| diagnostics.request_damaged());
-        diagnostics.set_load(0.25);
-        diagnostics.set_stack(1234, 32768);
-        let expected = Counters {
-            overruns: 1,
-            unseen: 6,
-            hops_skipped: 2,
-            messages_dropped: 1,
-            chip_restarts: 1,
-            requests_damaged: 4,
-            load: 0.25,
-            stack: [1234, 32768],
-        };
-        assert_eq!(diagnostics.counters(), expected);
-    }
-
     /// A second of the fastest chip, unseen, when nearly as many were counted as can be.
     #[test]
     fn counters_stop_at_their_largest_value() {
         let diagnostics = Diagnostics::new();
         for _ in 0..2 {
-            diagnostics.unseen(u32::MAX - 100_000);
-            diagnostics.overrun(u32::MAX - 1);
+            diagnostics.unseen.add(u32::MAX - 100_000);
+            diagnostics.overruns.add(u32::MAX - 1);
         }
-        let Counters { overruns, unseen, .. } = diagnostics.counters();
-        assert_eq!((overruns, unseen), (u32::MAX, u32::MAX));
+        assert_eq!((diagnostics.overruns.get(), diagnostics.unseen.get()), (u32::MAX, u32::MAX));
     }
 }

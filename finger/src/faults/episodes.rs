@@ -154,7 +154,7 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     set_zero(assembler, diagnostics);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
     if UNSURE_CONVERSIONS.contains(&lost) {
-        diagnostics.unseen(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+        diagnostics.unseen.add(lost / CLOCK_SHARE + SLOTS / 2 + 1);
     }
     for (kind, times) in [
         (FaultKind::Lost, lost),

@@ -7,15 +7,43 @@ use ridgetone_proto::fault::{FaultKind, FaultSet, KINDS};
 /// than half the counter's range, beyond which an old fault would look new.
 const OLD_US: u32 = 60_000_000;
 
-/// Counts and latest times of faults, without a lock. Times are the board's microseconds, wrapping. Counts stop at their
-/// largest value.
+/// A counter that stops at its largest value: after a wrap `health` would report less than was lost.
+#[derive(Debug, Default)]
+pub struct Counter(AtomicU32);
+
+impl Counter {
+    /// Zero.
+    pub const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// Adds as much as it holds.
+    // Not inlined: counters seldom change.
+    #[inline(never)]
+    pub fn add(&self, by: u32) {
+        let _ = self.0.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
+    }
+
+    /// The count.
+    pub fn get(&self) -> u32 {
+        self.0.load(Relaxed)
+    }
+}
+
+/// One kind of fault. Times are the board's microseconds, wrapping.
+#[derive(Debug, Default)]
+struct Seen {
+    count: Counter,
+    /// When it was seen first since [`FaultLog::take_fresh`], if its bit in `fresh` is set.
+    first_us: AtomicU32,
+    /// When it was seen last, if its bit in `recent` is set.
+    last_us: AtomicU32,
+}
+
+/// Counts and latest times of faults, without a lock.
 #[derive(Debug, Default)]
 pub struct FaultLog {
-    counts: [AtomicU32; KINDS],
-    /// When each kind was seen first since [`Self::take_fresh`], if its bit in `fresh` is set.
-    first_us: [AtomicU32; KINDS],
-    /// When each kind was seen last, if its bit in `recent` is set.
-    seen_us: [AtomicU32; KINDS],
+    kinds: [Seen; KINDS],
     /// Bit k: kind k was seen since [`Self::take_fresh`].
     fresh: AtomicU32,
     /// Bit k: kind k was seen within about [`OLD_US`].
@@ -27,10 +55,9 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
+        const NEVER: Seen = Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) };
         Self {
-            counts: [const { AtomicU32::new(0) }; KINDS],
-            first_us: [const { AtomicU32::new(0) }; KINDS],
-            seen_us: [const { AtomicU32::new(0) }; KINDS],
+            kinds: [const { NEVER }; KINDS],
             fresh: AtomicU32::new(0),
             recent: AtomicU32::new(0),
             zero_us: AtomicU32::new(0),
@@ -40,17 +67,12 @@ impl FaultLog {
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
     #[inline(never)]
     pub fn add(&self, kind: FaultKind, times: u32, board_us: u32) {
-        let at = kind as usize;
-        let places = (self.counts.get(at), self.first_us.get(at), self.seen_us.get(at));
-        let (Some(count), Some(first_us), Some(seen_us)) = places else { return };
-        if times == 0 {
-            return;
-        }
-        raise(count, times);
+        let Some(seen) = self.kinds.get(kind as usize).filter(|_| times > 0) else { return };
+        seen.count.add(times);
         if self.fresh.load(Relaxed) & 1 << kind as u32 == 0 {
-            first_us.store(board_us, Relaxed);
+            seen.first_us.store(board_us, Relaxed);
         }
-        seen_us.store(board_us, Relaxed);
+        seen.last_us.store(board_us, Relaxed);
         // After the time: a reader that sees the bit finds the right time.
         self.recent.fetch_or(1 << kind as u32, Relaxed);
         self.fresh.fetch_or(1 << kind as u32, Relaxed);
@@ -58,23 +80,23 @@ impl FaultLog {
 
     /// How often each kind was seen, by [`FaultKind::ALL`].
     pub fn counts(&self) -> [u32; KINDS] {
-        core::array::from_fn(|kind| self.counts.get(kind).map_or(0, |count| count.load(Relaxed)))
+        self.kinds.each_ref().map(|seen| seen.count.get())
     }
 
     /// How often one kind was seen.
     pub fn count(&self, kind: FaultKind) -> u32 {
-        self.counts.get(kind as usize).map_or(0, |count| count.load(Relaxed))
+        self.kinds.get(kind as usize).map_or(0, |seen| seen.count.get())
     }
 
     /// Board time at which a kind was seen last; any value if it was not.
     pub fn seen_us(&self, kind: FaultKind) -> u32 {
-        self.seen_us.get(kind as usize).map_or(0, |seen_us| seen_us.load(Relaxed))
+        self.kinds.get(kind as usize).map_or(0, |seen| seen.last_us.load(Relaxed))
     }
 
     /// Board time at which a kind was first seen in the interval that the latest [`Self::take_fresh`] ended; any value if
     /// it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
-        self.first_us.get(kind as usize).map_or(0, |first_us| first_us.load(Relaxed))
+        self.kinds.get(kind as usize).map_or(0, |seen| seen.first_us.load(Relaxed))
     }
 
     /// Whether a fault was seen since the latest [`Self::take_fresh`].
@@ -126,12 +148,6 @@ impl FaultLog {
             }
         }
     }
-}
-
-/// Adds to a counter as much as it holds. Not inlined: counters seldom change.
-#[inline(never)]
-pub(crate) fn raise(counter: &AtomicU32, by: u32) {
-    let _ = counter.fetch_update(Relaxed, Relaxed, |count| Some(count.saturating_add(by)));
 }
 
 #[cfg(test)]

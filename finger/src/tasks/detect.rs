@@ -82,7 +82,7 @@ pub fn admit<P: Platform>(window: Window, windows: &mut impl WindowQueue, shared
     if is_wanted && windows.put(window) {
         shared.liveness.fit_due();
     } else {
-        shared.diagnostics.hop_skipped();
+        shared.diagnostics.hops_skipped.add(1);
     }
     // An estimate is reported only if the chip is known to have been well until the window's end.
     shared.check.store(true, Relaxed);

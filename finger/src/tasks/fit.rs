@@ -76,7 +76,7 @@ pub fn fit<P: Platform>(
         }
         Ok(WindowFit::Growing) => None,
         Err(Overwritten) => {
-            shared.diagnostics.hop_skipped();
+            shared.diagnostics.hops_skipped.add(1);
             None
         }
     }

@@ -61,7 +61,7 @@ pub fn receive<P: Platform>(byte: Result<u8, Lost>, inbox: &mut Inbox<REQUEST_WI
     match byte.map(|byte| inbox.push(byte)) {
         Ok(Pushed::More) => {}
         Ok(Pushed::Whole) => P::pend(shared, Task::Fit),
-        Ok(Pushed::Damaged) => shared.diagnostics.request_damaged(),
+        Ok(Pushed::Damaged) => shared.diagnostics.requests_damaged.add(1),
         Err(Lost) => inbox.spoil(),
     }
 }

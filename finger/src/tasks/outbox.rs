@@ -41,7 +41,7 @@ impl<const N: usize> Outbox<N> {
 #[inline(never)]
 pub fn post<P: Platform>(outbox: &mut Outbox<PACKETS>, event: Event, shared: &Shared<P>) {
     if outbox.post(event) {
-        shared.diagnostics.message_dropped();
+        shared.diagnostics.messages_dropped.add(1);
     }
     P::pend(shared, Task::Report);
 }

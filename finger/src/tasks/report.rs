@@ -25,7 +25,7 @@ impl<'a> Report<'a> {
             let Some(packet) = outbox.lock(|outbox| outbox.take()) else { break };
             let length = encode(&packet, &mut self.wire).ok();
             let Some(encoded) = length.and_then(|length| self.wire.get(..length)) else {
-                shared.diagnostics.message_dropped();
+                shared.diagnostics.messages_dropped.add(1);
                 continue;
             };
             for byte in encoded {

@@ -83,7 +83,7 @@ fn take<P>(inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>, shared: &Shared<
     let mut frame = inbox.lock(|inbox| inbox.take())?;
     let request = Request::decode(&mut frame);
     if request.is_none() {
-        shared.diagnostics.request_damaged();
+        shared.diagnostics.requests_damaged.add(1);
     }
     request
 }

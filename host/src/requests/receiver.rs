@@ -89,7 +89,7 @@ impl<F: NorFlash> Receiver<F> {
 
     /// Requests that were damaged, as `health` has them.
     pub fn damaged(&self) -> u64 {
-        self.shared.diagnostics.counters().requests_damaged.into()
+        self.shared.diagnostics.requests_damaged.get().into()
     }
 
     /// Settings in force, and their source.
