@@ -41,7 +41,7 @@ fn fit(windows: mpsc::Receiver<Window>, ring: &Mutex<Ring>, diagnostics: &Diagno
                 estimates.push(estimate);
             }
             Ok(WindowFit::Growing) => {}
-            Err(Overwritten) => diagnostics.hop_skipped(),
+            Err(Overwritten) => diagnostics.hops_skipped.add(1),
         }
     }
     estimates
