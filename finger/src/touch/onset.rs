@@ -70,7 +70,8 @@ impl Frames<'_> {
             }
             found_before = found;
             let left = frames - 1 - back;
-            for c in (0..TAXELS).filter(|c| c / (TAXELS / PARTS) == left as usize % PARTS) {
+            let first = left as usize % PARTS * (TAXELS / PARTS);
+            for c in first..first + TAXELS / PARTS {
                 level[c] -= creep[c];
             }
         }
