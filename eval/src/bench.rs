@@ -1,24 +1,20 @@
-//! `bench`: what the firmware's steps cost, counted on the emulated Cortex-M4F.
+//! The cost of the firmware's steps, counted on the emulated Cortex-M4F.
 //!
-//! The images `ridgetone-bench` and `baselines-bench` do the jobs that are written for them ([`crate::workload`]); what
-//! they find must be what this PC finds, to the last bit, or there is no table. `cargo xtask bench` builds the images and
-//! runs this.
+//! The images `ridgetone-bench` and `baselines-bench` do the jobs that are written for them ([`crate::workload`]). Their
+//! results must be those of this PC, to the last bit, or there is no table. `cargo xtask bench` builds the images and runs
+//! this.
 
-mod baselines;
+pub mod baselines;
 mod emulated;
-mod fits;
+pub mod fits;
 mod frames;
-mod report;
-
-pub use self::baselines::{BaselineCell, CARRIED as BASELINES_CARRIED};
-pub use emulated::Jobs;
-pub use fits::{CHANNELS, Cell, HARMONICS, PASS_INSTRUCTIONS, SNR_DB, WINDOWS_S, is_measured};
-pub use frames::Phase;
-pub use report::{Bar, Report, Stack, grouped};
+pub mod report;
 
 use crate::workload::{Job, Measured, Wire, longest_packet};
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
+use emulated::{Jobs, message};
+use report::{Report, Stack};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::Options;
 use ridgetone_proto::telemetry::WIRE_MAX;
@@ -87,35 +83,37 @@ pub fn run(
     let used = Wire::write(&longest_packet(), &mut bytes);
     ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
     let next = measured.next();
-    let Some(Measured::Intake { instructions: intake }) = next else {
-        bail!("the benchmark told of {next:?} where a conversion was due");
+    let Some(Measured::Intake { instructions: intake_instructions }) = next else {
+        bail!("the benchmark gave {next:?} in place of a conversion");
     };
-    ensure!(measured.next().is_none(), "the benchmark told more than it was asked");
+    ensure!(measured.next().is_none(), "the benchmark gave more results than jobs");
 
     let baselines = baselines::Baselines::new()?;
     let mut jobs = Jobs::default();
     baselines.write(&mut jobs);
     let mut measured = jobs.run(baselines_elf)?.into_iter();
     let baseline_cells = baselines.read(&mut measured)?;
-    ensure!(measured.next().is_none(), "the baselines' benchmark told more than it was asked");
+    ensure!(measured.next().is_none(), "the baselines' benchmark gave more results than jobs");
 
-    let stack = firmware.map(stack).transpose()?;
-    let encode = (encode_instructions, wire.bytes);
-    Ok(Report::new(cells, baseline_cells, phases, encode, intake, stack, (flash_bytes, ram_bytes)))
+    let firmware_stack = firmware.map(stack).transpose()?;
+    let report = Report {
+        fits: cells,
+        baselines: baseline_cells,
+        frames: phases,
+        encode_instructions,
+        encode_bytes: wire.bytes,
+        intake_instructions,
+        flash_bytes,
+        ram_bytes,
+        firmware_stack,
+        bars: Vec::new(),
+    };
+    Ok(report.with_bars())
 }
 
 /// The most stack that the firmware has in use over the default scene, by its own measure.
 fn stack(firmware: &Path) -> Result<Stack> {
     let outcome = demo::run(hal_mock::Sliding::default(), Options::new(firmware), &mut |_, _| {})?.outcome;
-    let said = outcome.messages.lines().find_map(Stack::parse);
-    said.with_context(|| format!("the firmware did not tell its stack: {}", outcome.messages.trim()))
-}
-
-/// The next measurement, which must be that of a packet.
-fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
-    let next = measured.next();
-    let Some(Measured::Message { instructions, wire }) = next else {
-        bail!("the benchmark told of {next:?} where a packet was due");
-    };
-    Ok((instructions, wire))
+    let stack = outcome.messages.lines().find_map(Stack::parse);
+    stack.with_context(|| format!("the firmware did not report its stack: {}", outcome.messages.trim()))
 }

@@ -59,16 +59,6 @@ pub struct Window<'a> {
     pub slope: bool,
 }
 
-/// Standard deviation in Hz that no unbiased estimate of the common frequency, truly `frequency_hz`, can fall below.
-/// Infinite where the window does not determine the frequency at all.
-///
-/// # Errors
-/// A rate, a frequency or a sigma that is not finite and greater than 0; an amplitude that is not finite; a mask of
-/// another length than the window, or with more channels than it has bits.
-pub fn sigma_hz(window: &Window, frequency_hz: f64, channels: &[Channel]) -> Result<f64> {
-    Ok(Clue::sum(&clues(window, frequency_hz, channels, &|_, _| 0.0)?).sigma_hz())
-}
-
 /// What a channel tells about the frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clue {
@@ -105,7 +95,8 @@ impl Clue {
 /// of the derivative.
 ///
 /// # Errors
-/// Those of [`sigma_hz`].
+/// A rate, a frequency or a sigma that is not finite and greater than 0; an amplitude that is not finite; a mask of
+/// another length than the window, or with more channels than it has bits.
 pub fn clues(
     window: &Window,
     frequency_hz: f64,

@@ -1,19 +1,22 @@
 //! The commands: arguments in, output out.
 
+use crate::bench::report::Report;
+use crate::bench::{self, BenchArgs};
+use crate::faults::{self, FaultsArgs};
+use crate::reproduce;
+use crate::reproduce::taken::Place;
+use crate::trade;
+use crate::trade::Effort;
+use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use ridgetone_eval::bench::{self, BenchArgs, Report};
-use ridgetone_eval::faults::FaultsArgs;
-use ridgetone_eval::faults::campaign;
-use ridgetone_eval::reproduce::{Place, Reproduction};
-use ridgetone_eval::trade::{Effort, Trade};
 use ridgetone_host::cli::{FirmwareOptions, Senseless};
 use ridgetone_host::output;
 use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What proves Ridgetone: what each choice costs and brings, the paper's experiment, injected faults.
+/// Proves Ridgetone: the cost and accuracy of each choice, the paper's experiment, injected faults.
 #[derive(Debug, Parser)]
 #[command(name = "ridgetone-eval", version, max_term_width = 100)]
 struct Cli {
@@ -27,14 +30,14 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy.
     Bench(BenchArgs),
-    /// Inject faults into the chip, its bus and its lines, and report what became of them.
+    /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
 }
 
 /// `reproduce`
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Takes a minute or two, and some with --emulated. Writes reproduction.json, reproduction.md, reproduction.html and the pictures in reproduction/.
+Takes a minute or two, with --emulated some minutes. Writes reproduction.json, reproduction.md and the pictures in reproduction/.
 
 Examples:
   cargo xtask reproduce --out paper
@@ -44,7 +47,6 @@ struct ReproduceArgs {
     /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
     #[arg(long)]
     emulated: bool,
-    /// Which firmware.
     #[command(flatten)]
     firmware: FirmwareOptions,
     /// Runs of each of the ten combinations, 1 to 4 as in the paper.
@@ -53,12 +55,12 @@ struct ReproduceArgs {
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs")]
     out: PathBuf,
-    /// Measure nothing: write the documents anew from reproduction.json.
+    /// Measure nothing: fill in the page from reproduction.json.
     #[arg(long, conflicts_with_all = ["emulated", "runs"])]
     render: bool,
 }
 
-/// What was counted on the chip, and the trade.
+/// The counts on the chip, and the trade.
 #[derive(Serialize)]
 struct BenchJson<'a> {
     #[serde(flatten)]
@@ -68,7 +70,7 @@ struct BenchJson<'a> {
 
 fn run_bench(args: &BenchArgs) -> Result<()> {
     if let Some(folder) = &args.render {
-        return Trade::render(folder);
+        return trade::render(folder);
     }
     let images = args.elf.as_ref().zip(args.baselines_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
     let firmware = args.firmware.as_deref();
@@ -78,40 +80,59 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
         output::line(chip.to_string().trim_end())?;
     }
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let trade = (!args.chip).then(|| Trade::measure(effort, chip.as_ref())).transpose()?;
+    let trade = (!args.chip).then(|| trade::measure(effort, chip.as_ref())).transpose()?;
     if let (Some(folder), Some(trade)) = (&args.write, &trade) {
-        trade.write(folder)?;
+        trade::write(trade, folder)?;
     }
     if args.json {
         return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
     }
-    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade.to_string().trim_end())))
+    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade::summary(&trade))))
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
     if args.render {
-        return Reproduction::render(&args.out);
+        return reproduce::render(&args.out);
     }
     if args.firmware.elf.is_some() && !args.emulated {
         return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
     }
     let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
     let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
-    Reproduction::measure(args.runs, place)?.write(&args.out)?;
+    reproduce::write(&reproduce::measure(args.runs, place)?, &args.out)?;
     output::line(&format!("{}", args.out.join("reproduction.md").display()))
 }
 
+/// Runs the command of the process.
 pub fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    let result = match Cli::parse().command {
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
-        Command::Faults(args) => campaign::faults(&args),
+        Command::Faults(args) => faults::run(&args),
     };
-    match done {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("ridgetone-eval: {error:#}");
             ExitCode::from(if error.is::<Senseless>() { 2 } else { 1 })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_that_make_no_sense_are_refused() {
+        for (arguments, word) in [
+            (&["--injections", "0"][..], "1.."),
+            (&["--only", "edges"], "edges_lost"),
+            (&["--only", "reset", "--write", "."], "--write"),
+        ] {
+            let refused = Cli::try_parse_from([&["ridgetone-eval", "faults"], arguments].concat());
+            let error = refused.expect_err("refused");
+            assert!(error.exit_code() == 2 && error.to_string().contains(word), "{arguments:?}: {error}");
         }
     }
 }

@@ -1,29 +1,93 @@
-//! `faults`: faults injected into the chip, its bus and its lines, thousands of them, and what became of them.
+//! Thousands of faults injected into the chip, its bus and its lines, and their consequences.
 //!
 //! | what | where |
 //! |---|---|
-//! | what is injected, and by what it is to be noticed | [`family`] |
-//! | one run: a touch, and when what is injected | [`plan`] |
-//! | the firmware's task_sim on this PC, run as its tasks | [`task_sim`] |
+//! | a family of faults, and the kinds of report that it must cause | [`family`] |
+//! | one run: a touch and its injections | [`plan`] |
+//! | the firmware's tasks, simulated on this PC | [`task_sim`] |
 //! | the image on the emulated chip | [`emulated`] |
-//! | what a run showed, fault for fault | [`judge`] |
-//! | the line, both ways, and power lost while settings are stored | [`lines`] |
-//! | rows of the table | [`row`] |
-//! | all of it: so many runs of each family | [`campaign`] |
-//! | the document | `document` |
+//! | the judgement of a run, fault for fault | [`judge`] |
+//! | the line, both ways | [`bit_errors`], [`line_noise`], [`lines`] |
+//! | power lost while settings are stored | [`power_cuts`] |
+//! | many runs of each family | [`campaign`] |
 //!
-//! Judged is what a reader of the telemetry gets, against what the simulated chip knows.
+//! The judgement compares telemetry with what the simulated chip knows.
 
+pub mod bit_errors;
 pub mod campaign;
-mod document;
+pub mod counts;
 mod draw;
-pub mod emulated;
+mod emulated;
 pub mod family;
 pub mod judge;
+pub mod line_noise;
 pub mod lines;
-pub mod plan;
+mod plan;
+pub mod power_cuts;
 pub mod row;
 mod scan_order;
-pub mod task_sim;
+mod table;
+mod task_sim;
 
-pub use campaign::{Campaign, FaultsArgs};
+use anyhow::{Result, ensure};
+use campaign::Campaign;
+use family::Family;
+use ridgetone_host::cli::FirmwareOptions;
+use ridgetone_host::output;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// `faults`
+#[derive(Debug, clap::Args)]
+pub struct FaultsArgs {
+    /// Injections on this PC, at least.
+    #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..))]
+    injections: u64,
+    /// Runs of each family on the emulated chip.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    emulated: u64,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+    /// Seed of the first run; every run has one of its own.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Only this family.
+    #[arg(long, value_enum, value_name = "NAME")]
+    only: Option<Family>,
+    /// Write faults.md to this folder: of all families, hence not with --only.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
+    write: Option<PathBuf>,
+    /// One JSON object instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The command.
+///
+/// # Errors
+/// Something is not zero that must be; those of the runs.
+pub fn run(args: &FaultsArgs) -> Result<()> {
+    let start = Instant::now();
+    let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;
+    let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
+    eprintln!("ridgetone-eval: {injected} injections, {:.0} a second", injected as f64 / start.elapsed().as_secs_f64());
+    if args.only.is_none() {
+        campaign.on_lines(args.injections)?;
+    }
+    if args.emulated > 0 {
+        let elf = args.firmware.image()?;
+        campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
+    }
+    if let Some(folder) = &args.write {
+        let page = table::page(&campaign)?;
+        output::whole_file(&folder.join("faults.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
+    }
+    output::line(&if args.json { serde_json::to_string(&campaign)? } else { table::table(&campaign) })?;
+    for row in &campaign.rows {
+        for complaint in &row.complaints {
+            eprintln!("ridgetone-eval: {}: {complaint}", row.fault);
+        }
+    }
+    ensure!(campaign.is_clean(), "not everything is zero that must be: see the table");
+    Ok(())
+}

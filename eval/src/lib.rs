@@ -1,9 +1,14 @@
-//! What proves Ridgetone, and is not shipped.
+//! Everything that proves Ridgetone and is not shipped.
 //!
 //! | what | where |
 //! |---|---|
-//! | what one would otherwise pick | [`baselines`] |
-//! | the files between the benchmarks in the emulator and the PC | [`workload`] |
+//! | the estimators that one would otherwise pick | [`baselines`] |
+//! | the bound that no unbiased estimator can beat | `bound` |
+//! | simulated windows with their truth | `simulated`, `setting` |
+//! | instructions, counted in the emulator | `bench`; the files between the emulator and the PC: [`workload`] |
+//! | cost beside accuracy | `trade` |
+//! | the paper's experiment | `reproduce` |
+//! | injected faults | `faults` |
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
 // `!(a > b)` is meant where it stands: a NaN belongs on that side.
@@ -14,22 +19,14 @@ pub mod baselines;
 pub mod workload;
 
 #[cfg(not(target_os = "none"))]
-pub mod bench;
-#[cfg(not(target_os = "none"))]
-pub mod bit_errors;
-#[cfg(not(target_os = "none"))]
-pub mod bound;
-#[cfg(not(target_os = "none"))]
-pub mod faults;
-#[cfg(not(target_os = "none"))]
-mod markdown;
-#[cfg(not(target_os = "none"))]
-mod parallel;
-#[cfg(not(target_os = "none"))]
-pub mod reproduce;
-#[cfg(not(target_os = "none"))]
-pub mod setting;
-#[cfg(not(target_os = "none"))]
-pub mod simulated;
-#[cfg(not(target_os = "none"))]
-pub mod trade;
+pub use commands::main;
+
+/// Compiles modules for the PC only.
+macro_rules! on_the_pc {
+    ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
+}
+
+on_the_pc!(bar bench bound commands faults page parallel plot reproduce setting simulated trade);
+
+#[cfg(test)]
+mod tests;

@@ -1,10 +1,7 @@
-//! `ridgetone-eval`: what proves Ridgetone, as commands. `cargo xtask` builds what they need and runs them.
+//! `ridgetone-eval`: what proves Ridgetone, as commands. `cargo xtask` builds their images and runs them.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
-mod commands;
-
-#[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    commands::main()
+    ridgetone_eval::main()
 }

@@ -105,19 +105,11 @@ impl Simulated {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// The bound for all of its channels, hertz, with or without an unknown slope in each.
-    ///
-    /// # Errors
-    /// Those of [`bound::sigma_hz`].
-    pub fn bound_hz(&self, slope: bool) -> Result<f64> {
-        Ok(Clue::sum(&self.clues(slope, usize::MAX)?).sigma_hz())
-    }
-
     /// What each channel tells about the frequency, of which only so many harmonics are there and unknown; with or
     /// without an unknown slope.
     ///
     /// # Errors
-    /// Those of [`bound::sigma_hz`].
+    /// Those of [`bound::clues`].
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
         let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };

@@ -3,8 +3,6 @@
 //! [`Requests`] knows no line and no clock, so that the emulator's loop and a serial port's use the same; [`ask`] waits for
 //! one answer on any [`Line`].
 
-pub mod noise;
-pub mod power_cuts;
 pub mod receiver;
 
 use anyhow::{Result, bail};

@@ -1,41 +1,33 @@
-//! What the methods cost that one would otherwise pick, on the same windows as the fit of one harmonic.
+//! The cost of the baselines, on the same windows as the fit of one harmonic.
 
-use super::report::grouped;
-use super::{Cell, Jobs, fits};
+use super::emulated::Jobs;
+use super::fits;
 use crate::baselines::{Method, Scratch};
 use crate::simulated::Simulated;
 use crate::workload::Measured;
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
-use std::fmt;
 
 /// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and Marquardt.
 const WINDOWS_S: [f64; 5] = [0.2, 0.3, 0.4, 0.6, 1.0];
-/// Those that the table for people shows.
-const SHOWN_S: [f64; 3] = [0.2, 0.4, 1.0];
-/// Harmonics of the scenes: the tone alone, which is all that the methods know of, and one like a grating's.
+/// Harmonics of the scenes: the tone alone, which all the methods assume, and those of a grating.
 pub const CARRIED: [u8; 2] = [1, 4];
 /// Numbers of channels.
 const CHANNELS: [u8; 2] = [2, 16];
 
-/// What one method's estimates of one kind cost.
+/// The cost of one method's estimates of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BaselineCell {
-    /// The method.
     pub method: &'static str,
-    /// Length of the window, seconds.
     pub window_s: f64,
-    /// Frames in it.
     pub frames: usize,
-    /// Harmonics that the scene carries.
+    /// Harmonics of the scene.
     pub carried: u8,
-    /// Channels that take part.
     pub channels: u8,
     /// Windows: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
     /// Those in which it found a frequency.
     pub found: u32,
-    /// Instructions, mean.
     pub instructions_mean: f64,
     /// Instructions of the costliest window.
     pub instructions_worst: u32,
@@ -61,7 +53,7 @@ impl Baselines {
         scenes.map(windows).collect::<Result<_>>().map(Self)
     }
 
-    /// What there is to measure, in its order: not what does not fit the chip, nor what is the same with fewer channels.
+    /// All kinds in their order, without those that do not fit the chip and those that are the same with fewer channels.
     fn kinds(&self) -> impl Iterator<Item = Kind<'_>> {
         self.0.iter().flat_map(|(window_s, carried, windows)| {
             CHANNELS.into_iter().flat_map(move |channels| {
@@ -83,10 +75,10 @@ impl Baselines {
         }
     }
 
-    /// Reads what came of them.
+    /// Reads their measurements.
     ///
     /// # Errors
-    /// The chip found something else than this PC.
+    /// The chip and this PC differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
         let mut scratch = Scratch::new();
         self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()
@@ -100,7 +92,7 @@ impl Kind<'_> {
         for window in windows {
             let next = measured.next();
             let Some(Measured::Baseline { instructions, frequency_bits }) = next else {
-                bail!("the baselines' benchmark told of {next:?} where an estimate was due");
+                bail!("the baselines' benchmark gave {next:?} in place of an estimate");
             };
             let frequency = frequency_bits.map(f32::from_bits);
             let here = method.estimate(&window.values, usize::from(channels), scratch);
@@ -127,33 +119,4 @@ impl Kind<'_> {
             instructions_worst: worst,
         })
     }
-}
-
-/// A row for each method, a column for each kind of window; the fit itself in the last row.
-pub fn write(baselines: &[BaselineCell], fits: &[Cell], f: &mut fmt::Formatter<'_>) -> fmt::Result {
-    writeln!(
-        f,
-        "What one would otherwise pick, and the fit of one harmonic; the same windows, the costliest of each:"
-    )?;
-    write!(f, "{:<20}", "channels x window")?;
-    let kinds = || CHANNELS.into_iter().flat_map(|channels| SHOWN_S.map(|window_s| (1, channels, window_s)));
-    for (_, channels, window_s) in kinds() {
-        write!(f, " {:>12}", format!("{channels} x {window_s} s"))?;
-    }
-    writeln!(f)?;
-    let mut row = |name: &str, cost: &dyn Fn((u8, u8, f64)) -> Option<u32>| {
-        write!(f, "{name:<20}")?;
-        for kind in kinds() {
-            write!(f, " {:>12}", cost(kind).map_or("-".into(), |cost| grouped(cost.into())))?;
-        }
-        writeln!(f)
-    };
-    for method in Method::ALL.map(Method::name) {
-        let of = |kind| baselines.iter().find(|c| c.method == method && (c.carried, c.channels, c.window_s) == kind);
-        row(method, &|kind| of(kind).map(|cell| cell.instructions_worst))?;
-    }
-    let fit = |kind| fits.iter().find(|c| c.harmonics == 1 && (c.carried, c.channels, c.window_s) == kind);
-    row("Ridgetone's fit", &|kind| fit(kind).map(|cell| cell.instructions_worst))?;
-    let (windows, found) = baselines.iter().fold((0, 0), |(w, g), cell| (w + cell.windows, g + cell.found));
-    writeln!(f, "A frequency was found in {found} of {windows} windows.\n")
 }

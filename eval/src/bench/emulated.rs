@@ -1,6 +1,6 @@
 //! The benchmark's image in the emulator: jobs in, measurements out.
 
-use crate::workload::{Job, Measured, encode_conversion, encode_frame};
+use crate::workload::{Job, Measured, Wire, encode_conversion, encode_frame};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone::frame::TimedConversion;
 use ridgetone_host::emulator::process::QEMU;
@@ -11,11 +11,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// After this time the emulator hangs. The whole benchmark takes it seconds.
-const PATIENCE: Duration = Duration::from_secs(600);
+/// The whole benchmark takes seconds: after this time the emulator hangs.
+const TIMEOUT: Duration = Duration::from_secs(600);
 
-/// Between two looks at whether it has ended.
-const LOOK: Duration = Duration::from_millis(20);
+/// Interval of the checks whether it has ended.
+const CHECK_EVERY: Duration = Duration::from_millis(20);
 
 /// A file of jobs in the making.
 #[derive(Clone, Debug, Default)]
@@ -56,7 +56,7 @@ impl Jobs {
     /// Has an image do all jobs, in a directory that is gone afterwards.
     ///
     /// # Errors
-    /// There is no emulator, the image fails (its last words are told) or takes for ever, or tells nonsense.
+    /// There is no emulator, the image fails (the error has its last words), takes too long or writes what is no result.
     pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
         let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
         self.add(Job::End);
@@ -84,13 +84,13 @@ impl Jobs {
             if let Some(status) = child.try_wait().context(QEMU)? {
                 break status;
             }
-            if began.elapsed() > PATIENCE {
+            if began.elapsed() > TIMEOUT {
                 // Fails only if it has ended by itself meanwhile.
                 let _ = child.kill();
                 let _ = child.wait();
-                bail!("the benchmark still runs after {} s", PATIENCE.as_secs());
+                bail!("the benchmark still runs after {} s", TIMEOUT.as_secs());
             }
-            std::thread::sleep(LOOK);
+            std::thread::sleep(CHECK_EVERY);
         };
         let mut words = String::new();
         if let Some(mut stderr) = child.stderr.take() {
@@ -98,7 +98,16 @@ impl Jobs {
         }
         ensure!(status.success(), "the benchmark ended with {status}: {}", words.trim());
         let results = fs::read_to_string(directory.path().join("results")).context("the benchmark's results")?;
-        let parse = |line| Measured::parse(line).with_context(|| format!("the benchmark said `{line}`"));
+        let parse = |line| Measured::parse(line).with_context(|| format!("the benchmark wrote `{line}`"));
         results.lines().map(parse).collect()
     }
+}
+
+/// The next measurement, which must be that of a packet.
+pub fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
+    let next = measured.next();
+    let Some(Measured::Message { instructions, wire }) = next else {
+        bail!("the benchmark gave {next:?} in place of a packet");
+    };
+    Ok((instructions, wire))
 }

@@ -1,6 +1,6 @@
-//! What a fit costs, by window, channels and harmonics.
+//! The cost of a fit, by window, channels and harmonics.
 
-use super::Jobs;
+use super::emulated::Jobs;
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
 use crate::workload::{Measured, Outcome};
@@ -9,7 +9,7 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fitter, FrameSpan, Status, Table};
 use serde::Serialize;
 
-/// Lengths of windows, seconds: from the shortest of the bars to the longest that can be set.
+/// Lengths of windows, seconds: from the shortest of the bars to the longest setting.
 pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
 /// Numbers of channels.
 pub const CHANNELS: [u8; 4] = [1, 2, 4, 16];
@@ -26,28 +26,25 @@ pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
     carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit that costs are told in (DESIGN.md,
-/// measured on the same emulator).
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit of costs (measured on the
+/// same emulator).
 pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 
-/// What fits of one kind cost.
+/// The cost of fits of one kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cell {
-    /// Length of the window, seconds.
     pub window_s: f64,
-    /// Frames in it.
     pub frames: usize,
     /// Channels with valid values.
     pub channels: u8,
     /// Most harmonics, the fundamental included.
     pub harmonics: u8,
-    /// Harmonics that the scene carries.
+    /// Harmonics of the scene.
     pub carried: u8,
     /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
     /// Those in which the tone was found.
     pub good: u32,
-    /// Instructions, mean.
     pub instructions_mean: f64,
     /// Instructions of the costliest window.
     pub instructions_worst: u32,
@@ -102,10 +99,10 @@ impl Fits {
         }
     }
 
-    /// Reads what came of them.
+    /// Reads their measurements.
     ///
     /// # Errors
-    /// The chip found something else than this PC.
+    /// The chip and this PC differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
         self.0.iter().map(|kind| kind.read(measured)).collect()
     }
@@ -119,7 +116,7 @@ impl Kind {
         for window in windows {
             let next = measured.next();
             let Some(Measured::Fit { instructions, stack_bytes, outcome }) = next else {
-                bail!("the benchmark told of {next:?} where a fit was due");
+                bail!("the benchmark gave {next:?} in place of a fit");
             };
             let valid = vec![self.mask(); window.values.len()];
             let mut table = Table { values: &window.values, valid: &valid };
@@ -153,7 +150,7 @@ impl Kind {
 }
 
 /// One window for each line of Table 2 that has a cycle in it.
-pub(super) fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
+pub fn windows(window_s: f64, carried: u8) -> Result<Vec<Simulated>> {
     let settings = Setting::table_2(Length::Seconds(window_s), SNR_DB, carried);
     settings.zip(1..).map(|(setting, seed)| setting.window(seed)).collect()
 }

@@ -1,6 +1,6 @@
-//! What frame assembly, contact and window cost, frame by frame through a touch.
+//! The cost of frame assembly, contact and window, frame by frame through a touch.
 
-use super::{Jobs, message};
+use super::emulated::{Jobs, message};
 use crate::workload::{Measured, Wire};
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Truth;
@@ -15,12 +15,11 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX};
 use serde::Serialize;
 
-/// What the frames of one phase cost.
+/// The cost of the frames of one phase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Phase {
-    /// `idle`, `hold`, `slide`, or `all` of the touch with what is between them.
+    /// `idle`, `hold`, `slide`, or `all` of the touch.
     pub name: &'static str,
-    /// Frames in it.
     pub frames: u32,
     /// Instructions a frame (21 conversions), mean.
     pub instructions_mean: f64,
@@ -54,10 +53,10 @@ impl Frames {
         jobs.add_detection(&self.conversions);
     }
 
-    /// Reads what came of it.
+    /// Reads its measurements.
     ///
     /// # Errors
-    /// The chip's detector said something else than this PC's.
+    /// The chip's detector and this PC's differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));
@@ -78,14 +77,14 @@ impl Frames {
             }
             let next = measured.next();
             let Some(Measured::Frame { instructions, windows }) = next else {
-                bail!("the benchmark told of {next:?} where a frame was due");
+                bail!("the benchmark gave {next:?} in place of a frame");
             };
             let number = frames.len();
             ensure!(windows == due, "frame {number}: {windows} windows are due on the chip, {due} here");
             frames.push(instructions);
         }
         let Truth { contact_s, slide_start_s, slide_end_s, .. } = self.truth;
-        // Well within each phase: past what is learned or settles at its start.
+        // Well within each phase: after the learning at its start.
         [
             ("idle", 0.2, contact_s - 0.05),
             ("hold", contact_s + 0.4, slide_start_s - 0.05),
@@ -98,7 +97,7 @@ impl Frames {
     }
 }
 
-/// Sums up the frames of a stretch of time.
+/// Sums up the frames of a span of time.
 fn phase(name: &'static str, from_s: f64, to_s: f64, frames: &[u32]) -> Result<Phase> {
     let within = |number: usize| (from_s..to_s).contains(&(number as f64 / frame_rate_hz()));
     let costs: Vec<u32> =

@@ -1,7 +1,13 @@
 //! The bound against a likelihood that knows nothing of it, and against the textbook.
 
-use super::{Channel, Clue, Harmonic, Window, clues, sigma_hz};
+use super::{Channel, Clue, Harmonic, Window, clues};
+use anyhow::Result;
 use std::f64::consts::{PI, TAU};
+
+/// The bound, hertz. Infinite where the window does not determine the frequency.
+fn sigma_hz(window: &Window, frequency_hz: f64, channels: &[Channel]) -> Result<f64> {
+    Ok(Clue::sum(&clues(window, frequency_hz, channels, &|_, _| 0.0)?).sigma_hz())
+}
 
 /// A scene of few channels whose likelihood is differentiated by numbers.
 struct Scene<'a> {

@@ -1,6 +1,5 @@
 //! The same runs on the firmware image, on the emulated chip.
 
-use super::campaign::opened;
 use super::judge::{Judgement, judge};
 use super::plan::Plan;
 use super::scan_order::Order;
@@ -17,7 +16,7 @@ use ridgetone_proto::telemetry::Packet;
 /// # Errors
 /// Those of the emulator: the firmware fails or falls silent.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
-    let (input, truth) = opened(plan)?;
+    let (input, truth) = plan.open()?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -28,8 +27,8 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     Ok(judge(plan, &truth, &ran(packets, &outcome)?))
 }
 
-/// What a run of the image showed, as one on the PC shows it. Which reads the firmware believed is not known: what
-/// arrived right at least once counts as delivered.
+/// The results of a run of the image in the form of one on the PC. Which reads the firmware took is not known: a
+/// conversion that arrived right at least once counts as delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     let mut order = Order::default();

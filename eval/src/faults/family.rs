@@ -1,4 +1,4 @@
-//! Families of faults: how one is drawn, and by what the firmware is to notice it.
+//! Families of faults: their random parameters, and the kinds of report that they must cause.
 
 use super::draw::Draw;
 use clap::ValueEnum;
@@ -9,7 +9,7 @@ use ridgetone_proto::fault::FaultKind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Family {
-    /// Nothing: what is told then is a false alarm.
+    /// Nothing: any report is a false alarm.
     None,
     /// A register's bit changes by itself.
     RegisterFlip,
@@ -17,9 +17,9 @@ pub enum Family {
     Reset,
     /// The converter stands still.
     Stall,
-    /// A bit from the chip falls over.
+    /// A bit error from the chip.
     DoutFlip,
-    /// A bit of a read's command falls over.
+    /// A bit error in a read's command.
     DinFlip,
     /// DOUT is stuck at ones or zeros.
     DoutStuck,
@@ -41,7 +41,7 @@ pub enum Family {
     Clock,
     /// An input is held at a rail.
     Input,
-    /// Some of all of these, one shortly after the other.
+    /// Several of these, one shortly after the other.
     Mixed,
 }
 
@@ -67,7 +67,7 @@ impl Family {
         Self::Mixed,
     ];
 
-    /// Those that a fault can be drawn of: all but the first and the last.
+    /// The families of a single fault: all but the first and the last.
     fn single() -> &'static [Self] {
         let [_, single @ .., _] = &Self::ALL;
         single
@@ -78,7 +78,7 @@ impl Family {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether it is known to the conversion how many are lost: then not one more may be told.
+    /// Whether the exact number of lost conversions is known: then the firmware must not report one more.
     pub const fn loss_is_known(self) -> bool {
         matches!(
             self,
@@ -100,8 +100,8 @@ impl Family {
             Self::RegisterFlip => "register changed by itself",
             Self::Reset => "chip reset itself",
             Self::Stall => "converter stood still, 1 to 600 ms",
-            Self::DoutFlip => "bit from the chip fell over",
-            Self::DinFlip => "bit of a read's command fell over",
+            Self::DoutFlip => "bit error from the chip",
+            Self::DinFlip => "bit error in a read's command",
             Self::DoutStuck => "DOUT stuck at ones or zeros, 0.2 to 300 ms",
             Self::BusCut => "bus cut: ones or zeros, 0.2 to 300 ms",
             Self::DrdyStuck => "DRDY stuck high or low, 1 to 600 ms",
@@ -116,16 +116,16 @@ impl Family {
         }
     }
 
-    /// Kinds of which one has to be told.
+    /// One of these kinds must be reported.
     pub const fn expected(self) -> &'static [FaultKind] {
         use FaultKind::*;
         match self {
             Self::None => &[],
             Self::RegisterFlip | Self::Reset => &[Registers],
-            // Shorter than the watch's half second it is a gap.
+            // If it is shorter than the watch's half second, it is a gap.
             Self::Stall | Self::DrdyStuck => &[Silent, Lost],
             Self::DoutFlip => &[Bus],
-            // What the chip then understands depends on the bit: it may read registers, write them, or do nothing.
+            // The bit decides what the chip does: it reads registers, writes them, or does nothing.
             Self::DinFlip => &[Bus, BusDead, Repeated, Registers, Channel, Lost],
             Self::DoutStuck | Self::BusCut => &[BusDead],
             Self::Storm => &[Storm, Repeated],
@@ -148,7 +148,7 @@ impl Family {
                 single[draw.whole(0, single.len() as u64 - 1) as usize].draw(draw)
             }
             Self::RegisterFlip => {
-                // CONFIG0 to GPIOC: GPIOD shows the pins, ID cannot be written.
+                // CONFIG0 to GPIOC: GPIOD shows the pins, ID is read-only.
                 let address = draw.whole(0, 7) as u8;
                 (Fault::RegisterFlip { address, mask: bit(draw, 0) }, 0.0)
             }

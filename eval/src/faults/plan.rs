@@ -1,15 +1,17 @@
-//! One run: a touch, and what is injected into it.
+//! One run: a touch, and the faults injected into it.
 
 use super::draw::Draw;
 use super::family::Family;
-use hal_mock::{Injection, Sliding};
+use anyhow::{Context, Result};
+use hal_mock::{Injection, Sliding, Truth};
+use ridgetone_host::input::{Input, Opened, Source};
 use ridgetone_proto::settings::Settings;
 
-/// Scene time of the first injection, seconds, at the least: the chip runs and knows the idle level.
+/// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is known.
 const FIRST_S: f64 = 0.35;
-/// Of the last one, before the scene's end, at the least: what it does is over and told.
+/// From the last one to the scene's end, seconds, at the least: its episode is over and reported.
 const LAST_S: f64 = 0.5;
-/// From the end of one to the next, seconds: a bout is over when its kind has not been seen for a second.
+/// From the end of one to the next, seconds: an episode is over when its kind has not been seen for a second.
 const APART_S: (f64, f64) = (1.25, 1.6);
 /// The same within a mixed run.
 const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
@@ -19,11 +21,9 @@ const MIXED: usize = 6;
 /// A run to be made.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What is injected.
     pub family: Family,
     /// The run's seed: of the scene, the noise and the injections.
     pub seed: u64,
-    /// The touch.
     pub sliding: Sliding,
     /// The injections, by scene time.
     pub injections: Vec<Injection>,
@@ -60,6 +60,18 @@ impl Plan {
             at_s += lasts_s + draw.even(least_s, most_s);
         }
         Self { family, seed, sliding, injections }
+    }
+
+    /// Its input and its truth.
+    ///
+    /// # Errors
+    /// A parameter of the scene out of its range: a mistake in the plan.
+    pub fn open(&self) -> Result<(Opened, Truth)> {
+        let source = Source::Scene(self.sliding.clone());
+        let mut input = Input { source, seed: self.seed, ..Input::default() }.open()?;
+        input.options.injections = self.injections.clone();
+        let truth = input.truth.context("a scene without its truth")?;
+        Ok((input, truth))
     }
 }
 

@@ -3,6 +3,7 @@
 //! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch twice a second, then the
 //! tasks that these start. The processor takes no time, the bus takes as long as the board's.
 
+use super::power_cuts::CutFlash;
 use super::scan_order::Order;
 
 use ads1258::Ads1258;
@@ -27,7 +28,6 @@ use ridgetone::tasks::requests::Requests;
 use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
 use ridgetone::tasks::watch;
 use ridgetone_host::input::Opened;
-use ridgetone_host::requests::power_cuts::CutFlash;
 use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::FlashStore;

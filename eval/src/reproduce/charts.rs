@@ -1,14 +1,14 @@
 //! The pictures of figures: errors by combination and by window (Figure 7), repeatability.
 
 use super::paper::{REPEATABILITY, TABLE_3};
-use super::plot::{Frame, Sample, Shape, key, marker, picture};
+use crate::plot::{Frame, Sample, Shape, key, log_axis, marker, picture};
 use super::results::{Combination, Windows};
 use ridgetone_host::axis::Axis;
 use ridgetone_host::svg::{Anchor, Svg};
 
 /// Errors of all combinations: the paper's, ours against the nominal frequency, and against the true one.
-pub fn errors(combinations: &[Combination], style: &str) -> String {
-    let mut svg = picture(400.0, "Errors by combination: the stimulator's and the methods' own", style);
+pub fn errors(combinations: &[Combination]) -> String {
+    let mut svg = picture(400.0, "Errors by combination: the stimulator's and the methods' own");
     svg.text(22.0, 26.0, Anchor::Start, "title", "RMS error over 55 mm, % of the frequency");
     let y = Axis { powers: (-3.0, 1.0), at: (310.0, 50.0) };
     log_axis(&mut svg, &y, (62.0, 942.0));
@@ -19,7 +19,7 @@ pub fn errors(combinations: &[Combination], style: &str) -> String {
         svg.text(x, 328.0, Anchor::Middle, "small", &name);
         svg.text(x, 344.0, Anchor::Middle, "small", &format!("{} mm", combination.period_mm));
         let percent = |hz: Option<f64>| hz.map(|hz| 100.0 * hz / nominal_hz).filter(|percent| *percent > 0.0);
-        let paper = number(combination).map(|c| TABLE_3[0].least_squares.percent[c]);
+        let paper = combination.number().map(|c| TABLE_3[0].least_squares.percent[c]);
         let two = combination.rms_hz(|run| run.pairs[0].least_squares_hz);
         let own_two = combination.own_rms_hz(|run| run.pairs[0].least_squares_hz);
         let own_all = combination.own_rms_hz(|run| run.all_fit_hz.map(|fit| fit.0));
@@ -45,32 +45,14 @@ pub fn errors(combinations: &[Combination], style: &str) -> String {
     svg.finish()
 }
 
-/// The number of a combination in the paper's tables, from 0 on.
-pub fn number(combination: &Combination) -> Option<usize> {
-    let own = (combination.speed_mm_s, combination.period_mm);
-    hal_mock::TABLE_2.into_iter().position(|line| line == own)
-}
-
-/// Powers of ten with their labels, in percent, and thin lines across.
-fn log_axis(svg: &mut Svg, axis: &Axis, (left, right): (f64, f64)) {
-    for power in axis.ticks() {
-        let value = 10f64.powi(power);
-        let (y, decimals) = (axis.place(value), usize::try_from(-power).unwrap_or(0));
-        svg.line((left, y), (right, y), "grid");
-        svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &format!("{value:.decimals$}"));
-    }
-    svg.line((left, axis.at.0), (left, axis.at.1), "axis");
-    svg.line((left, axis.at.0), (right, axis.at.0), "axis");
-}
-
 /// Height of a panel of Figure 7 with all around it, pixels.
 const PANEL: f64 = 196.0;
 
 /// Figure 7: error against the length of the window, one panel for each combination.
-pub fn windows(combinations: &[Combination], style: &str) -> String {
+pub fn windows(combinations: &[Combination]) -> String {
     let rows = combinations.len().div_ceil(2);
     let height = PANEL * rows as f64 + 60.0;
-    let mut svg = picture(height, "Error against the length of the window", style);
+    let mut svg = picture(height, "Error against the length of the window");
     for (n, combination) in combinations.iter().enumerate() {
         let (left, top) = ([62.0, 538.0][n % 2], 46.0 + PANEL * (n / 2) as f64);
         panel(&mut svg, combination, (left, top));
@@ -89,7 +71,7 @@ fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
     let (right, bottom) = (left + 404.0, top + 118.0);
     let y = Axis { powers: (-2.0, 2.0), at: (bottom, top) };
     let Combination { speed_mm_s, period_mm, .. } = combination;
-    let name = number(combination).map_or_else(String::new, |c| format!("C{}: ", c + 1));
+    let name = combination.number().map_or_else(String::new, |c| format!("C{}: ", c + 1));
     let title = format!("{name}{speed_mm_s} mm/s, {period_mm} mm, {:.2} Hz", combination.nominal_hz());
     svg.text(left - 40.0, top - 14.0, Anchor::Start, "title", &title);
     svg.text(right, top - 14.0, Anchor::End, "small", "RMS error, %");
@@ -101,7 +83,7 @@ fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
         svg.text(x, bottom + 17.0, Anchor::Middle, "small", &label);
     }
     svg.text(0.5 * (left + right), bottom + 33.0, Anchor::Middle, "small", "window, s");
-    if let Some(c) = number(combination) {
+    if let Some(c) = combination.number() {
         let height = y.place(TABLE_3[0].least_squares.percent[c]);
         svg.line((left, height), (right, height), "truth");
     }
@@ -119,8 +101,8 @@ fn panel(svg: &mut Svg, combination: &Combination, (left, top): (f64, f64)) {
 }
 
 /// Repeatability of both channels in every combination, beside the paper's ranges.
-pub fn repeatability(combinations: &[Combination], style: &str) -> String {
-    let mut svg = picture(340.0, "Repeatability", style);
+pub fn repeatability(combinations: &[Combination]) -> String {
+    let mut svg = picture(340.0, "Repeatability");
     svg.text(22.0, 26.0, Anchor::Start, "title", "Correlation of the runs of a combination (equation 11)");
     for (n, ((least, most), (left, right))) in
         REPEATABILITY.into_iter().zip([(62.0, 466.0), (538.0, 942.0)]).enumerate()
@@ -138,7 +120,7 @@ pub fn repeatability(combinations: &[Combination], style: &str) -> String {
         svg.text(left - 40.0, 53.0, Anchor::Start, "small", &format!("MEMS {}, piezoresistor 1", n + 1));
         for (c, combination) in combinations.iter().enumerate() {
             let x = frame.x.place(c as f64 + 0.5);
-            let name = number(combination).map_or_else(String::new, |c| format!("C{}", c + 1));
+            let name = combination.name();
             svg.text(x, 267.0, Anchor::Middle, "small", &name);
             if let Some(both) = combination.repeatability {
                 let y = frame.y.place(both[n].clamp(0.75, 1.0));

@@ -3,7 +3,7 @@
 use super::paper::{DELAY_S, LENGTH_MM, SPIKE_BEFORE_S};
 use super::taken::Taken;
 use crate::baselines::{Method, Scratch};
-use crate::trade;
+use crate::trade::contender::fit;
 use anyhow::Result;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use std::f64::consts::TAU;
@@ -98,13 +98,13 @@ pub fn least_squares_hz(
 /// hertz. None where it says that there is no single tone.
 ///
 /// # Errors
-/// Those of [`trade::fit`].
+/// Those of [`fit`].
 pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64)>> {
     let Some(part) = taken.codes.get(frames.clone()).filter(|part| !part.is_empty()) else { return Ok(None) };
     let zero = part[0];
     let values: Vec<[f32; TAXELS]> =
         part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
-    let fit = trade::fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
+    let fit = fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
     let good = fit.status == ridgetone_tone::Status::Good;
     Ok(good.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
 }

@@ -1,6 +1,6 @@
 //! The pictures that show runs: Figures 3, 4, 5, 6 and 10 of the paper.
 
-use super::plot::{Frame, Sample, key, picture, range, taxel_name};
+use crate::plot::{Frame, Sample, key, picture, range, taxel_name};
 use super::results::{Contact, Opposite, Overlay, Spectrum};
 use ridgetone_host::svg::{Anchor, Svg};
 use std::f64::consts::TAU;
@@ -12,9 +12,9 @@ const SPECTRUM_HZ: f64 = 40.0;
 const COLUMNS: [(f64, f64); 2] = [(62.0, 466.0), (538.0, 942.0)];
 
 /// Figure 3: contact detection and cropping.
-pub fn contacts(contacts: &[Contact], style: &str) -> String {
+pub fn contacts(contacts: &[Contact]) -> String {
     let title = "Contact detection and the slide cut out of it";
-    let mut svg = picture(430.0, title, style);
+    let mut svg = picture(430.0, title);
     for (contact, (left, right)) in contacts.iter().zip(COLUMNS) {
         svg.text(left - 40.0, 26.0, Anchor::Start, "title", &format!("Data series {}", contact.series));
         let all = contact.curves.iter().flat_map(|curve| curve.mv.iter().copied());
@@ -47,8 +47,8 @@ pub fn contacts(contacts: &[Contact], style: &str) -> String {
 }
 
 /// Figures 4 and 5: a stretch of a channel above its periodogram.
-pub fn spectra(spectra: &[Spectrum], style: &str) -> String {
-    let mut svg = picture(480.0, "Periodograms of a whole slide and of 0.35 s", style);
+pub fn spectra(spectra: &[Spectrum]) -> String {
+    let mut svg = picture(480.0, "Periodograms of a whole slide and of 0.35 s");
     for (n, (spectrum, (left, right))) in spectra.iter().zip(COLUMNS).enumerate() {
         let points = spectrum.curve.points();
         let length_s = spectrum.curve.step_s * points.len() as f64;
@@ -95,8 +95,8 @@ fn lines(svg: &mut Svg, spectrum: &Spectrum, (left, right): (f64, f64)) {
 }
 
 /// Figure 6: two channels and the sines of one frequency fitted to them, the second shifted down.
-pub fn overlay(overlay: &Overlay, style: &str) -> String {
-    let mut svg = picture(360.0, "Least squares over the whole slide", style);
+pub fn overlay(overlay: &Overlay) -> String {
+    let mut svg = picture(360.0, "Least squares over the whole slide");
     let title = format!("Data series {}: one frequency for both, {:.4} Hz", overlay.series, overlay.hz);
     svg.text(22.0, 26.0, Anchor::Start, "title", &title);
     let span = |n: usize| range(overlay.curves[n].mv.iter().copied());
@@ -128,8 +128,8 @@ pub fn overlay(overlay: &Overlay, style: &str) -> String {
 }
 
 /// Figure 10: two piezoresistors that face each other along the motion.
-pub fn opposite(opposite: &Opposite, style: &str) -> String {
-    let mut svg = picture(340.0, "Piezoresistors 1 and 3 have opposite signs", style);
+pub fn opposite(opposite: &Opposite) -> String {
+    let mut svg = picture(340.0, "Piezoresistors 1 and 3 have opposite signs");
     let title = format!("Data series {}: correlation {:+.2}", opposite.series, opposite.correlation);
     svg.text(22.0, 26.0, Anchor::Start, "title", &title);
     let points = [opposite.curves[0].points(), opposite.curves[1].points()];

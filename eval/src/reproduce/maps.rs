@@ -1,7 +1,6 @@
 //! The static images: four by four taxels before and after the slide, for each grating.
 
-use super::charts::number;
-use super::plot::picture;
+use crate::plot::picture;
 use super::results::Combination;
 use ridgetone_host::static_image::PLACES;
 use ridgetone_host::svg::{Anchor, Svg};
@@ -12,15 +11,15 @@ const CELL: f64 = 46.0;
 const PITCH: f64 = 228.0;
 
 /// One column for each grating at its slowest speed; above before, below after the slide.
-pub fn images(combinations: &[Combination], style: &str) -> String {
+pub fn images(combinations: &[Combination]) -> String {
     let shown: Vec<&Combination> = slowest(combinations);
-    let mut svg = picture(530.0, "Static images before and after the slide", style);
+    let mut svg = picture(530.0, "Static images before and after the slide");
     svg.text(22.0, 26.0, Anchor::Start, "title", "Static images, mV above idle");
     let values = shown.iter().flat_map(|c| c.runs.first()).flat_map(|run| run.images_v.iter().flatten());
     let most = values.fold(0.0_f64, |most, volts| most.max(volts.abs()));
     for (column, combination) in shown.iter().enumerate() {
         let left = 34.0 + PITCH * column as f64;
-        let name = number(combination).map_or_else(String::new, |c| format!("C{}: ", c + 1));
+        let name = combination.number().map_or_else(String::new, |c| format!("C{}: ", c + 1));
         svg.text(left, 52.0, Anchor::Start, "cell", &format!("{name}grating of {} mm", combination.period_mm));
         let Some(run) = combination.runs.first() else { continue };
         for (row, (image, when)) in run.images_v.iter().zip(["before the slide", "after the slide"]).enumerate() {

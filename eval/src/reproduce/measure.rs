@@ -6,14 +6,14 @@ use super::pictures;
 use super::protocol::{Imperfect, scene};
 use super::repeatability::correlation;
 use super::results::{Cause, Combination, Expected, Firmware, Pair, Pictures, Run, Windows, rms};
-use super::still::static_images;
 use super::taken::{Place, Taken};
 use crate::baselines::Scratch;
 use crate::parallel;
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::{Event, Span};
+use ridgetone_host::static_image::by_taxel;
+use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 
 /// All channels.
 pub const ALL: [usize; TAXELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -139,9 +139,22 @@ fn firmware(taken: &Taken) -> Option<Firmware> {
             _ => None,
         })
         .max_by(|a, b| a.window_s.total_cmp(&b.window_s))
-        .filter(|fit| fit.status == ridgetone_proto::telemetry::Status::Good)
+        .filter(|fit| fit.status == Status::Good)
         .map(|fit| (f64::from(fit.frequency), f64::from(fit.sigma)));
     Some(Firmware { contact_s, slide_s, tone_hz })
+}
+
+/// The firmware's static images before and after the slide (phases B and D): volts over the level before the touch by
+/// taxel; empty where it reported none or a taxel was dead. Of several holds the last one.
+fn static_images(taken: &Taken) -> [Vec<f64>; 2] {
+    [Hold::BeforeSlide, Hold::AfterSlide].map(|hold| {
+        let images = taken.events(|event| match event {
+            Event::Image(image) if image.hold == hold => Some(by_taxel(image)),
+            _ => None,
+        });
+        let level_v = |pressed: Option<_>| pressed.map(|pressed: ridgetone_proto::telemetry::Pressed| f64::from(pressed.level_v));
+        images.last().and_then(|image| image.into_iter().map(level_v).collect()).unwrap_or_default()
+    })
 }
 
 /// All windows of a length in a run's cut, every 50 ms.
@@ -179,7 +192,7 @@ fn windows(combination: &Combination, measured: &[Measured], n: usize, window_s:
         own_least_squares_hz: error(1, &truth)?,
         all_hz: error(2, &nominal),
         own_all_hz: error(2, &truth),
-        all_told: each().filter(|(window, _)| window[2].is_some()).count() as u32,
+        all_found: each().filter(|(window, _)| window[2].is_some()).count() as u32,
     })
 }
 

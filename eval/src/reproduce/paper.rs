@@ -30,8 +30,6 @@ pub struct Errors {
 pub struct PairErrors {
     /// The two channels, taxels as AIN numbers: 4 (unit - 1) + piezoresistor - 1.
     pub taxels: [usize; 2],
-    /// What the paper's table calls them, by unit and piezoresistor.
-    pub name: &'static str,
     /// By the periodogram's highest line.
     pub fft: Errors,
     /// By least squares.
@@ -42,7 +40,6 @@ pub struct PairErrors {
 pub const TABLE_3: [PairErrors; 2] = [
     PairErrors {
         taxels: [0, 4],
-        name: "piezo 1 of MEMS 1 and 2",
         fft: Errors {
             hz: [0.072, 0.135, 0.113, 0.182, 0.078, 0.168, 0.286, 0.033, 0.053, 0.063],
             percent: [1.72, 1.62, 3.1, 2.49, 1.62, 1.73, 1.85, 0.57, 0.46, 0.34],
@@ -54,7 +51,6 @@ pub const TABLE_3: [PairErrors; 2] = [
     },
     PairErrors {
         taxels: [12, 4],
-        name: "piezo 1 of MEMS 4 and 2",
         fft: Errors {
             hz: [0.072, 0.135, 0.1, 0.152, 0.075, 0.165, 0.257, 0.036, 0.059, 0.189],
             percent: [1.72, 1.61, 2.74, 2.08, 1.56, 1.7, 1.66, 0.62, 0.52, 1.03],
@@ -71,7 +67,8 @@ pub const TABLE_3: [PairErrors; 2] = [
 pub const REPEATABILITY: [(f64, f64); 2] = [(0.87, 0.97), (0.80, 0.89)];
 
 /// Readings of each channel a second (section 2.3).
-pub const FRAME_RATE_HZ: f64 = 241.0;
+#[cfg(test)]
+const FRAME_RATE_HZ: f64 = 241.0;
 /// Time before which the contact spike is looked for, seconds: t_init (equation 2).
 pub const SPIKE_BEFORE_S: f64 = 0.8;
 /// From the spike to the slide, seconds: delta t (equation 4).
@@ -104,7 +101,7 @@ mod tests {
                     // Both columns are rounded: hertz to a thousandth, percent to a hundredth.
                     let percent = 100.0 * errors.hz[c] / FREQUENCY_HZ[c];
                     let rounding = 0.0051 + 100.0 * 0.00051 / FREQUENCY_HZ[c];
-                    assert!((percent - errors.percent[c]).abs() < rounding, "C{} {}: {percent}", c + 1, pair.name);
+                    assert!((percent - errors.percent[c]).abs() < rounding, "C{} {:?}: {percent}", c + 1, pair.taxels);
                 }
             }
         }
@@ -114,5 +111,34 @@ mod tests {
     fn series_are_counted_as_in_the_paper() {
         // Table 3: runs 17-20 are C5, 25-28 are C7.
         assert_eq!((series(0, 0), series(4, 3), series(6, 0)), (1, 20, 25));
+    }
+
+    /// The page's figure of 45 %: by how much more amplitude unit 1 would have than unit 2 if the same noise on both made
+    /// the paper's correlations. A correlation of r is a noise of (1 - r) / r of the signal's power.
+    #[test]
+    fn the_papers_repeatability_needs_an_edge_stronger_by_45_percent() {
+        let [one, two] = REPEATABILITY.map(|(least, most)| 0.5 * (least + most));
+        let noise = |r: f64| (1.0 - r) / r;
+        assert!((100.0 * ((noise(two) / noise(one)).sqrt() - 1.0) - 45.0).abs() < 0.5);
+    }
+
+    /// The page's figures of f_C / N and f_C / (N - 1).
+    #[test]
+    fn the_papers_lines_are_those_of_one_sample_less() {
+        // C3 and C4 are close to the middle between two lines: their errors are of both.
+        let off_hz = |samples_less: f64| {
+            let tested = TABLE_2.into_iter().zip(TABLE_3[0].fft.hz).enumerate().filter(|(c, _)| ![2, 3].contains(c));
+            let squares = tested.map(|(_, ((speed_mm_s, period_mm), error_hz))| {
+                let nominal_hz = speed_mm_s / period_mm;
+                let line_hz = 1.0 / (LENGTH_MM / speed_mm_s - samples_less / FRAME_RATE_HZ);
+                let nearest_hz = (nominal_hz / line_hz).round() * line_hz;
+                ((nearest_hz - nominal_hz).abs() - error_hz).powi(2)
+            });
+            (squares.sum::<f64>() / 8.0).sqrt()
+        };
+        // C10 by hand: 55 mm at 48 mm/s are 276 samples, and 21 * 241 / 275 is 0.058 Hz below 18.46 Hz; the paper errs by
+        // 0.063 Hz. 21 * 48 / 55 is 0.134 Hz below it.
+        assert!((off_hz(1.0) - 0.004).abs() < 0.0005 && (off_hz(0.0) - 0.037).abs() < 0.0005);
+        assert!(off_hz(1.0) < off_hz(0.5) && off_hz(1.0) < off_hz(1.5));
     }
 }

@@ -1,23 +1,22 @@
-//! The scenes: the paper's ten combinations on the physical finger, and a stimulator as imperfect as the paper's figures
-//! say that its was.
+//! The scenes: the paper's ten combinations on the physical finger, with a stimulator as imperfect as the paper's figures
+//! suggest.
 //!
-//! The paper tells of "precise position control" and gives no figure. What its results give away is used here, and no
-//! more than three numbers of it:
+//! The paper names "precise position control" and gives no figure. Three numbers follow from its results:
 //! - **Speed.** The least-squares errors of Table 3 grow with the speed, more than with the grating: a straight line in
 //!   the speed through the ten figures of piezoresistors 1 of units 1 and 2 is the speed's error ([`Line::of_table_3`]).
-//!   Its sign is not in them; that the tone is too fast comes from the table's FFT row, see the document.
-//! - **Scatter from run to run**: twice what the ten figures stray from such a line that has an offset for each grating
-//!   besides, for each figure is of four runs.
-//! - **What differs from run to run otherwise**, as noise on every reading, such that piezoresistor 1 of unit 1 repeats
-//!   as well as the paper's ([`NOISE_UV`]).
+//!   Its sign follows from the table's FFT row: the tone is too fast, see the page.
+//! - **Scatter from run to run**: twice the residual of the ten figures after such a line with an offset for each grating,
+//!   for each figure is of four runs.
+//! - **All other differences from run to run**, as noise on every reading, such that piezoresistor 1 of unit 1 repeats as
+//!   well as the paper's ([`NOISE_UV`]).
 //!
 //! Ripple and jitter are plausible figures, the same for all.
 
 use super::paper::{GRATINGS_MM, RUNS, TABLE_3};
 use hal_mock::{Finger, Sliding, Stimulator, TABLE_2};
 
-/// Noise of every reading, uV RMS, in place of all that is not the same in two runs: with it piezoresistor 1 of unit 1
-/// repeats about as well as in the paper (0.92, the middle of its range). Much more than the electronics makes.
+/// Noise of every reading, uV RMS. It stands for everything that differs between two runs: with it piezoresistor 1 of unit
+/// 1 repeats about as well as in the paper (0.92, the middle of its range). The electronics makes much less.
 pub const NOISE_UV: f64 = 900.0;
 
 /// Ripple of the speed, percent of it, at the scene's 5 Hz; plausible.
@@ -27,23 +26,20 @@ pub const RIPPLE_PERCENT: f64 = 2.0;
 /// timing variations", which bounds it to 50 ms at 48 mm/s.
 pub const JITTER_S: f64 = 0.02;
 
-/// What is imperfect.
+/// The imperfections of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Imperfect {
     /// The speed: its mean, and from run to run.
     pub speed: bool,
-    /// It ripples.
     pub ripple: bool,
-    /// The slide's beginning.
     pub onset: bool,
-    /// The readings.
     pub noise: bool,
 }
 
 impl Imperfect {
-    /// All of it, as in the paper.
+    /// All, as in the paper.
     pub const ALL: Self = Self { speed: true, ripple: true, onset: true, noise: true };
-    /// Nothing: ramps of 20 ms, and the noise of bridge and converter.
+    /// None: ramps of 20 ms, and the noise of bridge and converter.
     pub const NOTHING: Self = Self { speed: false, ripple: false, onset: false, noise: false };
 }
 
@@ -59,8 +55,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// Through Table 3's least-squares errors of its first pair, by least squares. The scatter is what the figures leave
-    /// of a line with an offset for each grating besides, times the root of the number of runs that each figure is of.
+    /// Through Table 3's least-squares errors of its first pair, by least squares. The scatter is the residual
+    /// after a line with an offset for each grating, times the root of the number of runs of each figure.
     pub fn of_table_3() -> Self {
         let errors = TABLE_3[0].least_squares.percent;
         let points: Vec<(f64, f64)> = TABLE_2.into_iter().map(|(speed_mm_s, _)| speed_mm_s).zip(errors).collect();
@@ -77,11 +73,11 @@ impl Line {
         let [_, _, xx, xy, yy] = within;
         // Ten figures less four offsets and a slope.
         let freedom = (points.len() - GRATINGS_MM.len() - 1) as f64;
-        let rest_percent = ((yy - xy * xy / xx) / freedom).sqrt();
+        let residual_percent = ((yy - xy * xy / xx) / freedom).sqrt();
         Self {
             at_zero_percent: y - slope * x,
             slope_percent_s_mm: slope,
-            scatter_percent: f64::from(RUNS).sqrt() * rest_percent,
+            scatter_percent: f64::from(RUNS).sqrt() * residual_percent,
         }
     }
 
@@ -124,7 +120,7 @@ pub fn scene((speed_mm_s, period_mm): (f64, f64), run: u32, imperfect: Imperfect
     }
 }
 
-/// Where a run is around the mean: evenly spaced, and over every four runs with a mean of 0 and a mean square of 1.
+/// The deviation of a run: evenly spaced, with a mean of 0 and a mean square of 1 over every four runs.
 fn deviate(run: u32) -> f64 {
     // Not in order, so that two runs are as good as four for a look.
     let place = [-1.0, 1.0, 3.0, -3.0][(run % RUNS) as usize];
@@ -159,5 +155,30 @@ mod tests {
     fn four_runs_are_off_by_the_scatter_and_not_on_the_average() {
         let of_four = |power: i32| (0..RUNS).map(|run| deviate(run).powi(power)).sum::<f64>() / 4.0;
         assert!(of_four(1).abs() < 1e-12 && (of_four(2) - 1.0).abs() < 1e-12);
+    }
+
+    /// The figures of the scenes in the text of the page.
+    #[test]
+    fn the_page_names_these_figures() {
+        let page = include_str!("../../../docs/reproduction.md").replace('\n', " ");
+        let line = Line::of_table_3();
+        let speeds = [15.0, 30.0, 48.0].map(|v| format!("{:.2} % at {v} mm/s", line.at(v)));
+        // By grating: the mean difference of the paper's errors from the line.
+        let of_grating = |period_mm: f64| {
+            let errors = TABLE_2.into_iter().zip(TABLE_3[0].least_squares.percent);
+            let own = errors.filter(|((_, own_mm), _)| *own_mm == period_mm).map(|((v, _), percent)| percent - line.at(v));
+            let own: Vec<f64> = own.collect();
+            format!("{:+.2} % at {period_mm} mm", own.iter().sum::<f64>() / own.len() as f64)
+        };
+        let gratings = GRATINGS_MM.map(of_grating);
+        let others = [
+            format!("{:.2} % of the speed", line.scatter_percent),
+            format!("{RIPPLE_PERCENT} % of the speed at 5 Hz"),
+            format!("up to {} ms early or late", (1e3 * JITTER_S).round()),
+            format!("{} mV RMS on every reading", 1e-3 * NOISE_UV),
+        ];
+        for text in speeds.iter().chain(&gratings).chain(&others) {
+            assert!(page.contains(text), "{text}");
+        }
     }
 }

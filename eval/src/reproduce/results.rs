@@ -1,15 +1,27 @@
-//! What a reproduction leaves: figures of every run, of the windows, and the curves of the pictures.
+//! The data of a reproduction: figures of every run and of the windows, and the curves of the pictures.
 
+use hal_mock::TABLE_2;
 use serde::{Deserialize, Serialize};
+
+/// All that was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Reproduction {
+    /// Whether the firmware image ran in the emulator, or its library on a PC.
+    pub emulated: bool,
+    pub combinations: Vec<Combination>,
+    /// Table 2: what a perfect stimulator makes, those that the paper did not test included.
+    pub expected: Vec<Expected>,
+    /// Where the errors come from.
+    pub causes: Vec<Cause>,
+    pub pictures: Pictures,
+}
 
 /// A combination of speed and spatial period.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Combination {
-    /// Speed that the stimulator is told, mm/s.
+    /// Speed that the stimulator is set to, mm/s.
     pub speed_mm_s: f64,
-    /// Spatial period, mm.
     pub period_mm: f64,
-    /// Its runs.
     pub runs: Vec<Run>,
     /// Figure 7: shorter windows, all runs together.
     pub windows: Vec<Windows>,
@@ -18,12 +30,27 @@ pub struct Combination {
 }
 
 impl Combination {
-    /// The frequency that is expected: speed over period, hertz.
+    /// Its number in the paper's tables, from 0 on.
+    pub fn number(&self) -> Option<usize> {
+        TABLE_2.into_iter().position(|line| line == (self.speed_mm_s, self.period_mm))
+    }
+
+    /// Its name in the paper's tables, C1 to C10; empty if the paper has none.
+    pub fn name(&self) -> String {
+        self.number().map_or_else(String::new, |c| format!("C{}", c + 1))
+    }
+
+    /// The expected frequency: speed over period, hertz.
     pub fn nominal_hz(&self) -> f64 {
         self.speed_mm_s / self.period_mm
     }
 
-    /// RMS over the runs of what an estimate differs from the nominal frequency (equation 10), hertz. None if a run has
+    /// Hertz in percent of the nominal frequency.
+    pub fn percent(&self, hz: f64) -> f64 {
+        100.0 * hz / self.nominal_hz()
+    }
+
+    /// RMS over the runs of an estimate's difference from the nominal frequency (equation 10), hertz. None if a run has
     /// no estimate.
     pub fn rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
         rms(self.runs.iter().map(|run| Some(estimate(run)? - self.nominal_hz())))
@@ -35,7 +62,7 @@ impl Combination {
     }
 }
 
-/// Root of the mean square; none of none, or if one is missing.
+/// Root of the mean square. None if there are no values or one has no figure.
 pub fn rms(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let values: Option<Vec<f64>> = values.collect();
     let values = values.filter(|values| !values.is_empty())?;
@@ -49,7 +76,7 @@ pub struct Run {
     pub series: usize,
     /// The true frequency: the stimulator's mean speed over the period.
     pub true_hz: f64,
-    /// Beginning and end of the slide, in truth.
+    /// Start and end of the true slide.
     pub true_slide_s: (f64, f64),
     /// The paper's estimates over its 55 mm, for its two pairs of channels.
     pub pairs: [Pair; 2],
@@ -57,38 +84,34 @@ pub struct Run {
     pub all_fft_hz: Option<f64>,
     /// Our fit of all channels over the same 55 mm, and its standard deviation.
     pub all_fit_hz: Option<(f64, f64)>,
-    /// What the firmware told by itself, without knowing the speed.
+    /// The firmware's report, made without knowing the speed.
     pub firmware: Option<Firmware>,
-    /// Static images before and after the slide as the firmware told them, volts above idle by taxel.
+    /// The firmware's static images before and after the slide, volts above idle by taxel.
     pub images_v: [Vec<f64>; 2],
 }
 
 /// Estimates from two channels, hertz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
-    /// Naive Fourier analysis.
     pub fft_hz: Option<f64>,
     /// Least squares, by the paper's gradient descent.
     pub least_squares_hz: Option<f64>,
 }
 
-/// The firmware's own account of a run.
+/// The firmware's report of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Firmware {
-    /// Time of the contact.
     pub contact_s: f64,
-    /// Beginning and end of the slide as it found them.
+    /// Start and end of the slide that it found.
     pub slide_s: (f64, f64),
-    /// Frequency over the whole slide, and its standard deviation, hertz; none if it told no tone.
+    /// Frequency over the whole slide and its standard deviation, hertz; none if it found no tone.
     pub tone_hz: Option<(f64, f64)>,
 }
 
 /// RMS errors of all windows of a length, hertz, in all runs of a combination.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Windows {
-    /// Length, seconds.
     pub window_s: f64,
-    /// How many.
     pub windows: u32,
     /// Naive Fourier analysis of the paper's first pair, against the nominal frequency.
     pub fft_hz: f64,
@@ -96,44 +119,39 @@ pub struct Windows {
     pub least_squares_hz: f64,
     /// The same against the true frequency.
     pub own_least_squares_hz: f64,
-    /// Our fit of all channels, against the nominal frequency, where it told one.
+    /// Our fit of all channels against the nominal frequency, in the windows in which it found one.
     pub all_hz: Option<f64>,
     /// The same against the true frequency.
     pub own_all_hz: Option<f64>,
-    /// Windows in which it told one.
-    pub all_told: u32,
+    /// Windows in which our fit found a frequency.
+    pub all_found: u32,
 }
 
 /// Errors with a part of the imperfections only, over all combinations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cause {
-    /// What was imperfect.
     pub name: String,
     /// RMS of the relative error of the paper's least squares against the nominal frequency, percent, over 55 mm.
     pub least_squares_percent: f64,
-    /// Of our fit of all channels.
     pub all_percent: f64,
 }
 
-/// Table 2: what a perfect stimulator makes.
+/// Table 2: frequencies with a perfect stimulator.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
-    /// Speed, mm/s.
     pub speed_mm_s: f64,
-    /// Spatial period, mm.
     pub period_mm: f64,
-    /// What our fit of all channels finds in the paper's 55 mm, hertz.
+    /// Our fit of all channels over the paper's 55 mm, hertz.
     pub hz: Option<f64>,
-    /// What the firmware finds over the slide that it has found by itself, hertz.
+    /// The firmware's frequency over the slide that it finds by itself, hertz.
     pub firmware_hz: Option<f64>,
-    /// By how much it finds the slide's end too late, seconds.
+    /// Delay of the slide's end as the firmware finds it, seconds.
     pub end_late_s: Option<f64>,
 }
 
 /// A curve, evenly sampled.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
-    /// Time of its first sample, seconds.
     pub from_s: f64,
     /// From sample to sample, seconds.
     pub step_s: f64,
@@ -156,18 +174,14 @@ impl Curve {
     }
 }
 
-/// Figure 3: a run, where its contact is, and what is cut out.
+/// Figure 3: a run, its contact, and the part that is cut out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
-    /// Number of the data series.
     pub series: usize,
-    /// Taxels.
     pub taxels: [usize; 2],
-    /// Their curves.
     pub curves: [Curve; 2],
-    /// The spike, seconds.
     pub spike_s: f64,
-    /// What the paper's equations cut out, seconds.
+    /// The part that the paper's equations cut out, seconds.
     pub cut_s: (f64, f64),
     /// The true slide, seconds.
     pub slide_s: (f64, f64),
@@ -175,18 +189,14 @@ pub struct Contact {
     pub found_s: Option<(f64, f64)>,
 }
 
-/// Figures 4 and 5: a stretch of a channel, and its periodogram.
+/// Figures 4 and 5: a part of a channel, and its periodogram.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spectrum {
-    /// Number of the data series.
     pub series: usize,
-    /// Taxel.
     pub taxel: usize,
-    /// Its curve.
     pub curve: Curve,
-    /// Nominal frequency, hertz.
     pub nominal_hz: f64,
-    /// Line k + 1 is at so many hertz times k + 1.
+    /// Distance of two lines, hertz.
     pub line_hz: f64,
     /// Amplitudes of the lines from the first on, millivolts, to a thousandth.
     pub mv: Vec<f64>,
@@ -195,11 +205,8 @@ pub struct Spectrum {
 /// Figure 6: two channels with the fitted sines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overlay {
-    /// Number of the data series.
     pub series: usize,
-    /// Taxels.
     pub taxels: [usize; 2],
-    /// Their curves.
     pub curves: [Curve; 2],
     /// The common frequency, hertz.
     pub hz: f64,
@@ -210,25 +217,18 @@ pub struct Overlay {
 /// Figure 10: two channels while they slide.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Opposite {
-    /// Number of the data series.
     pub series: usize,
-    /// Taxels.
     pub taxels: [usize; 2],
-    /// Their curves.
     pub curves: [Curve; 2],
-    /// Pearson's correlation of the two.
     pub correlation: f64,
 }
 
-/// What the pictures are drawn from; what the runs did not include is missing.
+/// The data of the pictures, of those runs that were made.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
-    /// Figure 3.
     pub contacts: Vec<Contact>,
     /// Figures 4 and 5.
     pub spectra: Vec<Spectrum>,
-    /// Figure 6.
     pub overlay: Option<Overlay>,
-    /// Figure 10.
     pub opposite: Option<Opposite>,
 }

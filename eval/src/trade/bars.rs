@@ -1,8 +1,8 @@
 //! The bars of accuracy: what is measured for them, and whether they are met.
 
-use super::BarResult;
 use super::accuracy::{Accuracy, rounded};
 use super::contender::{Contender, fit, samples};
+use crate::bar::Bar;
 use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
@@ -136,18 +136,18 @@ impl Bars {
     }
 
     /// The bars.
-    pub fn verdicts(&self) -> Vec<BarResult> {
+    pub fn bars(&self) -> Vec<Bar> {
         vec![self.on_the_bound(), self.small(), self.octaves(), self.coverage(), self.false_alarms(), self.detected()]
     }
 
-    fn on_the_bound(&self) -> BarResult {
+    fn on_the_bound(&self) -> Bar {
         let above = self.cells.iter().filter(|cell| cell.is_above()).count();
         let worst = self.cells.iter().max_by(|a, b| a.ratio().total_cmp(&b.ratio()));
         let worst = worst.map_or_else(String::new, |cell| match cell.accuracy.error {
             Some(error) => format!("; worst {:.3} \u{b1} {:.3} ({})", error.ratio, error.ratio_sigma, cell.setting),
             None => format!("; no estimate at all ({})", cell.setting),
         });
-        BarResult {
+        Bar {
             bar: "RMS error over the bound".into(),
             limit: format!("at most {RATIO_BAR:.2} in each setting"),
             measured: format!("above in {above} of {} settings{worst}", self.cells.len()),
@@ -155,7 +155,7 @@ impl Bars {
         }
     }
 
-    fn small(&self) -> BarResult {
+    fn small(&self) -> Bar {
         let at = self.cells.iter().filter(|cell| cell.setting.snr_db == PERCENT_SNR_DB);
         let percent = |cell: &Cell| cell.accuracy.error.map_or(f64::INFINITY, |error| error.rms_percent);
         let worst = at.max_by(|a, b| percent(a).total_cmp(&percent(b)));
@@ -163,7 +163,7 @@ impl Bars {
             let bound = cell.accuracy.error.map_or(f64::NAN, |error| error.bound_percent);
             format!("worst {:.3} %, where the bound is {bound:.3} % ({})", percent(cell), cell.setting)
         });
-        BarResult {
+        Bar {
             bar: format!("RMS error at {PERCENT_SNR_DB} dB"),
             limit: format!("at most {PERCENT_BAR} % of the frequency in each setting"),
             measured,
@@ -171,12 +171,12 @@ impl Bars {
         }
     }
 
-    fn octaves(&self) -> BarResult {
+    fn octaves(&self) -> Bar {
         let sum = |count: &dyn Fn(&Accuracy) -> u32| self.cells.iter().map(|cell| count(&cell.accuracy)).sum::<u32>();
         let (windows, octaves) = (sum(&|a| a.windows), sum(&|a| a.octaves));
         let (ambiguous, good) = (sum(&|a| a.ambiguous), sum(&|a| a.good));
         let silent = windows - good - ambiguous;
-        BarResult {
+        Bar {
             bar: "octave errors".into(),
             limit: "none".into(),
             measured: format!("{octaves} in {windows} windows ({ambiguous} ambiguous, {silent} without a frequency)"),
@@ -184,7 +184,7 @@ impl Bars {
         }
     }
 
-    fn coverage(&self) -> BarResult {
+    fn coverage(&self) -> Bar {
         let groups = LENGTHS.into_iter().flat_map(|length| SNRS_DB.map(|snr_db| (length, snr_db)));
         let mut shares: Vec<(f64, String)> = groups
             .map(|(length, snr_db)| {
@@ -201,7 +201,7 @@ impl Bars {
         let within = |share: f64| share >= COVERAGE_BAR.0 && share <= COVERAGE_BAR.1;
         let tell =
             |end: Option<&(f64, String)>| end.map_or_else(String::new, |(share, at)| format!("{share:.1} % ({at})"));
-        BarResult {
+        Bar {
             bar: "95 % intervals that hold the truth, for each window and noise".into(),
             limit: format!("{} to {} %", COVERAGE_BAR.0, COVERAGE_BAR.1),
             measured: format!("{} to {}", tell(least), tell(most)),
@@ -209,13 +209,13 @@ impl Bars {
         }
     }
 
-    fn false_alarms(&self) -> BarResult {
+    fn false_alarms(&self) -> Bar {
         let worst = self.noise.iter().map(Found::percent).fold(f64::NEG_INFINITY, f64::max);
         let each = self.noise.iter().map(|found| {
             let length = found.length.map_or_else(String::new, |length| length.to_string());
             format!("{length}: {} of {}", found.found, found.windows)
         });
-        BarResult {
+        Bar {
             bar: "false alarms in noise alone, by window".into(),
             limit: format!("at most {FALSE_ALARM_BAR} %"),
             measured: format!("{worst:.2} % at most ({})", each.collect::<Vec<_>>().join(", ")),
@@ -223,10 +223,10 @@ impl Bars {
         }
     }
 
-    fn detected(&self) -> BarResult {
+    fn detected(&self) -> Bar {
         let Found { windows, found, .. } = self.detection;
         let share = self.detection.percent();
-        BarResult {
+        Bar {
             bar: format!("tones found at {DETECTION_SNR_DB} dB and {DETECTION_CYCLES} cycles"),
             limit: format!("at least {DETECTION_BAR} %"),
             measured: format!("{:.2} % ({found} of {windows})", rounded(share)),

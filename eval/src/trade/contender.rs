@@ -4,7 +4,7 @@ use crate::baselines::{Method, Scratch};
 use crate::bound::Clue;
 use crate::setting::Setting;
 use crate::simulated::Simulated;
-use crate::trade::accuracy::{Answer, Sample};
+use super::accuracy::{Answer, Sample};
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};

@@ -2,61 +2,19 @@
 
 use super::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
+use super::results::{RIDGETONE, Row};
 use crate::baselines::Method;
-use crate::bench;
-use crate::bench::{BASELINES_CARRIED, CHANNELS, HARMONICS, Report, SNR_DB, WINDOWS_S};
+use crate::bench::fits::{CHANNELS, HARMONICS, SNR_DB, WINDOWS_S, is_measured};
+use crate::bench::report::Report;
+use crate::bench::baselines;
 use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
-use serde::{Deserialize, Serialize};
 
-/// Clock of the STM32F405, hertz.
-const CLOCK_HZ: f64 = 168e6;
 /// Of the windows of the slowest method so many are left out for each that is taken.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
-
-/// One choice, and what it costs and brings. All windows of Table 2 that hold a cycle, at 20 dB.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Row {
-    /// `Ridgetone`, or the name of another method.
-    pub method: String,
-    /// Length of the window, seconds.
-    pub window_s: f64,
-    /// Frames in it.
-    pub frames: u32,
-    /// Harmonics that the scene carries.
-    pub carried: u8,
-    /// Most harmonics that are fitted.
-    pub harmonics: u8,
-    /// Channels.
-    pub channels: u8,
-    /// What it brings.
-    pub accuracy: Accuracy,
-    /// Instructions of the costliest window on the emulated chip, where it was counted.
-    pub instructions: Option<u32>,
-}
-
-/// Name of the fit under test.
-pub const RIDGETONE: &str = "Ridgetone";
-
-impl Row {
-    /// From the first frame of the window to the estimate, seconds: one instruction a cycle.
-    pub fn latency_s(&self) -> Option<f64> {
-        self.instructions.map(|instructions| self.window_s + f64::from(instructions) / CLOCK_HZ)
-    }
-
-    /// Passes of cosine and sine over 16 x 240 samples that cost as much.
-    pub fn passes(&self) -> Option<f64> {
-        self.instructions.map(|instructions| f64::from(instructions) / bench::PASS_INSTRUCTIONS)
-    }
-
-    /// RMS error, percent of the frequency.
-    pub fn rms_percent(&self) -> Option<f64> {
-        self.accuracy.error.map(|error| error.rms_percent)
-    }
-}
 
 /// Instructions of a row's costliest window on the chip, where they were counted.
 pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
@@ -74,10 +32,10 @@ pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
 fn contenders(carried: u8) -> Vec<Contender> {
     let fits = HARMONICS.into_iter().flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
     let mut all: Vec<Contender> = fits
-        .filter(|(harmonics, channels)| bench::is_measured(carried, *harmonics, *channels))
+        .filter(|(harmonics, channels)| is_measured(carried, *harmonics, *channels))
         .map(|(harmonics, channels)| Contender::Ridgetone { harmonics, channels })
         .collect();
-    if BASELINES_CARRIED.contains(&carried) {
+    if baselines::CARRIED.contains(&carried) {
         // What only runs on the chip with fewer channels is measured with those too.
         let own = |method: Method| [method.channels_max(), method.channels_max().min(method.channels_on_chip())];
         let mut baselines: Vec<Contender> = Method::ALL

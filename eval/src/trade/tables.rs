@@ -1,15 +1,39 @@
 //! The tables of `docs/trade.md`.
 
 use super::bars::{Bars, LENGTHS, SNRS_DB};
-use super::grid::{RIDGETONE, Row};
-use super::{BarResult, Trade};
+use super::results::{RIDGETONE, Row, Trade};
+use crate::bar;
 use crate::baselines::Method;
-use crate::bench::{BASELINES_CARRIED, CHANNELS, HARMONICS, WINDOWS_S, grouped};
-use crate::markdown::Table;
+use crate::bench::baselines::CARRIED;
+use crate::bench::fits::{CHANNELS, HARMONICS, WINDOWS_S};
+use crate::page::{Table, grouped};
 use crate::setting::Setting;
 use hal_mock::TABLE_2;
 use ridgetone_host::fit_report::significant;
 use ridgetone_proto::settings::TAXELS;
+
+/// A table by its name.
+pub fn table(trade: &Trade, name: &str) -> Option<String> {
+    Some(match name {
+        "windows" => windows(trade),
+        "ridgetone" => ridgetone(trade),
+        "harmonics" => harmonics(trade),
+        "baselines" => baselines(trade),
+        "bars" => bar::table(&trade.all_bars()),
+        "cells" => cells(&trade.bars),
+        _ => return None,
+    })
+}
+
+/// How many windows there were.
+fn windows(trade: &Trade) -> String {
+    let of_bars = trade.bars.windows;
+    let headings =
+        "each combination, for each setting|for each accuracy bar|of noise alone, for each length";
+    let mut table = Table::new(0, headings);
+    table.row(&[trade.windows, of_bars.accuracy, of_bars.noise].map(|count| grouped(count.into())));
+    table.end()
+}
 
 /// A figure, or a dash where there is none.
 fn or_dash(figure: Option<String>) -> String {
@@ -17,7 +41,7 @@ fn or_dash(figure: Option<String>) -> String {
 }
 
 /// Percent of the frequency.
-pub fn percent(row: &Row) -> String {
+fn percent(row: &Row) -> String {
     or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
 }
 
@@ -54,21 +78,10 @@ fn quality(row: &Row) -> impl Iterator<Item = String> {
 }
 
 /// Ridgetone: one table for each window.
-pub fn ridgetone(trade: &Trade) -> String {
+fn ridgetone(trade: &Trade) -> String {
     let of_window = |window_s: f64| {
-        let headings = [
-            "channels",
-            "harmonics",
-            "RMS, Hz",
-            "RMS, %",
-            "x bound",
-            "no answer, %",
-            "octaves, %",
-            "latency, ms",
-            "instructions",
-            "passes",
-        ];
-        let mut table = Table::new(0, &headings);
+        let headings = "channels|harmonics|RMS, Hz|RMS, %|x bound|no answer, %|octaves, %|latency, ms|instructions|passes";
+        let mut table = Table::new(0, headings);
         for channels in CHANNELS {
             for harmonics in HARMONICS {
                 let Some(row) = trade.ridgetone(window_s, harmonics, harmonics, channels) else { continue };
@@ -85,21 +98,11 @@ pub fn ridgetone(trade: &Trade) -> String {
 }
 
 /// What a setting of other harmonics than there are does.
-pub fn harmonics(trade: &Trade) -> String {
+fn harmonics(trade: &Trade) -> String {
     let [fewest, .., most] = HARMONICS;
     let all = TAXELS as u8;
-    let headings = [
-        "window, s",
-        "harmonics there",
-        "harmonics set",
-        "RMS, %",
-        "x bound",
-        "no answer, %",
-        "octaves, %",
-        "instructions",
-        "passes",
-    ];
-    let mut table = Table::new(0, &headings);
+    let headings = "window, s|harmonics there|harmonics set|RMS, %|x bound|no answer, %|octaves, %|instructions|passes";
+    let mut table = Table::new(0, headings);
     for window_s in WINDOWS_S {
         let grating = HARMONICS.map(|harmonics| (most, harmonics));
         for (carried, harmonics) in grating.into_iter().chain([(fewest, fewest), (fewest, most)]) {
@@ -115,21 +118,10 @@ pub fn harmonics(trade: &Trade) -> String {
 }
 
 /// Ridgetone beside the others, in each scene.
-pub fn baselines(trade: &Trade) -> String {
+fn baselines(trade: &Trade) -> String {
     let of_scene = |carried: u8| {
-        let headings = [
-            "window, s",
-            "method",
-            "channels",
-            "RMS, %",
-            "x bound",
-            "no answer, %",
-            "octaves, %",
-            "latency, ms",
-            "instructions",
-            "passes",
-        ];
-        let mut table = Table::new(2, &headings);
+        let headings = "window, s|method|channels|RMS, %|x bound|no answer, %|octaves, %|latency, ms|instructions|passes";
+        let mut table = Table::new(2, headings);
         for window_s in WINDOWS_S {
             let ours = trade.ridgetone(window_s, carried, carried, TAXELS as u8);
             let others = Method::ALL.into_iter().flat_map(|method| trade.baseline(window_s, carried, method));
@@ -144,26 +136,14 @@ pub fn baselines(trade: &Trade) -> String {
         let what = if carried == 1 { "The tone alone" } else { "A grating: the tone and its overtones" };
         format!("### {what}\n\n{}", table.end())
     };
-    BASELINES_CARRIED.map(of_scene).join("\n\n")
-}
-
-/// Every bar.
-pub fn bars(verdicts: &[BarResult]) -> String {
-    let mut table = Table::new(4, &["bar", "limit", "measured", ""]);
-    for BarResult { bar, limit, measured, met } in verdicts {
-        let verdict = if *met { "met" } else { "**NOT MET**" };
-        table.row(&[bar.clone(), limit.clone(), measured.clone(), verdict.into()]);
-    }
-    table.end()
+    CARRIED.map(of_scene).join("\n\n")
 }
 
 /// Error over bound in every setting of the bar.
-pub fn cells(bars: &Bars) -> String {
+fn cells(bars: &Bars) -> String {
     let of_noise = |snr_db: f64| {
         let lengths = LENGTHS.map(|length| length.to_string());
-        let mut headings = vec!["mm/s", "mm", "Hz"];
-        headings.extend(lengths.iter().map(String::as_str));
-        let mut table = Table::new(0, &headings);
+        let mut table = Table::new(0, &format!("mm/s|mm|Hz|{}", lengths.join("|")));
         for line in TABLE_2 {
             let of_line = |setting: &Setting| (setting.speed_mm_s, setting.period_mm) == line;
             let ours = |length| {

@@ -1,15 +1,50 @@
 //! Feeds from sources made for a test: a board that obeys, on the library's own receiver, and one that says nothing.
 
 use super::*;
-use crate::requests::power_cuts::CutFlash;
 use crate::requests::receiver::Receiver;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
 
+/// Two pages of flash in memory.
+struct Pages([u8; 2048]);
+
+impl ErrorType for Pages {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Pages {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.0.len()
+    }
+}
+
+impl NorFlash for Pages {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = 1024;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0[from as usize..to as usize].fill(0xff);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+        Ok(())
+    }
+}
+
 /// A board that answers orders as the firmware does, and says nothing else.
 struct Obedient {
-    board: Receiver<CutFlash<1024>>,
+    board: Receiver<Pages>,
     said: VecDeque<Said>,
     sequence: u16,
     /// Bytes that it was sent.
@@ -18,7 +53,7 @@ struct Obedient {
 
 impl Obedient {
     fn new() -> Self {
-        Self { board: Receiver::new(CutFlash::new(1)), said: VecDeque::new(), sequence: 1, heard: 0 }
+        Self { board: Receiver::new(Pages([0xff; 2048])), said: VecDeque::new(), sequence: 1, heard: 0 }
     }
 
     fn say(&mut self, event: Event) {

@@ -1,7 +1,7 @@
-//! Power that is lost at any word of what the settings' store writes, in a flash on this PC.
+//! Loss of power at every word that the store of settings writes, in a flash on this PC.
 //!
-//! The flash is as the manual has it: erasing sets bits, programming clears them, and what power is lost in the middle of
-//! has any part of its bits done. Nothing else is touched.
+//! The flash works as in the manual: erasing sets bits, programming clears them. An operation that loses power has changed
+//! any part of its bits, and no others.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use rand_chacha::ChaCha8Rng;
@@ -10,21 +10,19 @@ use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, PAGES, Store, WORD_BYTES};
 
-/// Two pages of flash that lose power after so many words and erasures.
+/// Two pages of flash that lose power after a number of words and erasures.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
     bytes: Vec<u8>,
     /// Operations until power is lost; none: it is not.
     left: Option<u64>,
-    /// Operations done.
+    /// Operations so far.
     pub done: u64,
     /// Whether power is gone.
     pub is_off: bool,
     /// Operations beyond the pages, or that program what is not erased. There must be none.
     pub wrong: u64,
-    /// Pages erased.
     pub erased: u64,
-    /// Reads.
     pub reads: u64,
     /// Whether a bit was cleared since power came.
     pub is_marked: bool,
@@ -48,13 +46,14 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         }
     }
 
-    /// Pages with anything in them.
+    /// Pages with this content.
+    #[cfg(test)]
     pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
 
-    /// What is in them.
+    /// Their content.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -65,7 +64,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self
     }
 
-    /// Whether the next operation is done in full, in part, or not at all.
+    /// Whether the next operation is complete, partial, or does not happen.
     fn next(&mut self) -> Done {
         if self.is_off {
             return Done::Not;
@@ -115,7 +114,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
             return Err(NorFlashErrorKind::Other);
         }
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
-        // A bit whose turn had not come is still set.
+        // The bits that were not done are still set.
         for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
             let before = *kept;
             *kept &= byte | !mask;
@@ -185,21 +184,20 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
     }
 }
 
-/// What was read after a loss of power, how often.
+/// Counts of the settings found after losses of power.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cuts {
-    /// Losses of power.
     pub injected: u64,
-    /// What was stored before.
+    /// The settings stored before.
     pub old: u64,
-    /// In how many of these it was said that what was stored last cannot be read.
-    pub told: u64,
-    /// What was being stored.
+    /// Among these, those with the report that the latest settings cannot be read.
+    pub reported: u64,
+    /// The settings that were being stored.
     pub new: u64,
     /// The defaults, where nothing had been stored before.
     pub defaults: u64,
-    /// Anything else; the old ones without a word that others had been begun; a store that refused when power was back; an
-    /// operation that a flash does not allow. Must be zero.
+    /// Anything else: other settings; the old ones without the report although new ones were begun; a store that refused
+    /// when power was back; an operation that a flash does not allow. Must be zero.
     pub wrong: u64,
 }
 
@@ -207,7 +205,7 @@ impl std::ops::AddAssign for Cuts {
     fn add_assign(&mut self, other: Self) {
         self.injected += other.injected;
         self.old += other.old;
-        self.told += other.told;
+        self.reported += other.reported;
         self.new += other.new;
         self.defaults += other.defaults;
         self.wrong += other.wrong;
@@ -219,9 +217,8 @@ pub fn settings(number: u64) -> Settings {
     Settings { window_s: 0.1 + (number % 3800) as f32 * 1e-3, ..Settings::DEFAULT }
 }
 
-/// Stores `saves` settings into pages that `prefilled` others went into, and loses power in the middle of every single word
-/// and erasure of that; then once more in the middle of one of those of the next storing, and looks again. `seed` says
-/// which bits were done by then.
+/// Stores `saves` settings into pages that hold `prefilled` others, and loses power in the middle of every word and erasure
+/// of that; then once more in the middle of the next save. `seed` chooses the bits that are done.
 pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u64) -> Cuts {
     let mut cuts = Cuts::default();
     let mut store = FlashStore::new(CutFlash::<PAGE_BYTES>::new(seed));
@@ -238,7 +235,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
             let saved = store.save(Some(&settings(number)), true);
             let left = store.release();
             if !left.is_off {
-                // More operations than it takes.
+                // The save was complete before the cut.
                 cuts.wrong += u64::from(saved.is_err());
                 flash = left;
                 break;
@@ -267,7 +264,7 @@ pub fn cut_everywhere<const PAGE_BYTES: u32>(prefilled: u64, saves: u64, seed: u
     cuts
 }
 
-/// Reads what a loss of power has left, twice.
+/// Reads the settings after a loss of power, twice.
 fn look<const PAGE_BYTES: u32>(
     flash: &CutFlash<PAGE_BYTES>,
     old: Option<Settings>,
@@ -285,7 +282,7 @@ fn look<const PAGE_BYTES: u32>(
         cuts.new += 1;
     } else if stored && Some(found.0) == old && (fell_back || !flash.is_marked) {
         cuts.old += 1;
-        cuts.told += u64::from(fell_back);
+        cuts.reported += u64::from(fell_back);
     } else if old.is_none() && found.0 == Settings::DEFAULT {
         cuts.defaults += 1;
     } else {

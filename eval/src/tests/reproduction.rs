@@ -1,23 +1,22 @@
-//! The reproduction: that its figures are those of the scenes, and that what is told of it is what was measured.
+//! The reproduction: that its figures are those of the scenes, and that the page is what was measured.
 
+use super::{from_root, read};
+use crate::reproduce;
+use crate::reproduce::measure::combinations;
+use crate::reproduce::paper::{LENGTH_MM, TABLE_3};
+use crate::reproduce::results::{Combination, Reproduction, Run, Windows, rms};
+use crate::reproduce::taken::Place;
 use hal_mock::{Sliding, SlidingScene, TABLE_2};
-use ridgetone_eval::reproduce::{Combination, Place, Reproduction, Run, TABLE_3, Windows, combinations};
-use std::fs;
-use std::path::PathBuf;
 use std::sync::OnceLock;
 
-fn from_root(path: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
-}
-
 fn shipped() -> Reproduction {
-    Reproduction::load(&from_root("docs/reproduction.json")).expect("the data")
+    reproduce::load(&from_root("docs/reproduction.json")).expect("the data")
 }
 
 /// C7 and C10, the two shortest, one run each.
 fn reduced() -> &'static Reproduction {
     static REDUCED: OnceLock<Reproduction> = OnceLock::new();
-    REDUCED.get_or_init(|| Reproduction::measure_some(&[6, 9], 1, Place::Pc).expect("a run"))
+    REDUCED.get_or_init(|| reproduce::measure_some(&[6, 9], 1, Place::Pc).expect("a run"))
 }
 
 /// Straight line through the ten least-squares errors of the paper's Table 3, percent, by numpy's polyfit.
@@ -102,67 +101,95 @@ fn static_images_are_what_the_grating_at_rest_makes() {
     }
 }
 
+/// The figures in the text of the page.
 #[test]
-fn the_text_says_what_is_so() {
+fn the_text_is_right() {
     let shipped = shipped();
     let nothing = &shipped.causes[0];
     assert!(nothing.least_squares_percent < 0.05 && nothing.all_percent < 0.05, "the error is the stimulator's");
     for (c, combination) in shipped.combinations.iter().enumerate() {
-        let percent = |hz: Option<f64>| 100.0 * hz.expect("an estimate") / combination.nominal_hz();
+        let percent = |hz: Option<f64>| combination.percent(hz.expect("an estimate"));
         let least_squares = |run: &Run| run.pairs[0].least_squares_hz;
-        let paper = TABLE_3[0].least_squares.percent[c];
-        assert!((percent(combination.rms_hz(least_squares)) - paper).abs() < 0.4, "C{}", c + 1);
+        for (pair, paper) in TABLE_3.iter().enumerate() {
+            let here = percent(combination.rms_hz(|run| run.pairs[pair].least_squares_hz));
+            assert!((here - paper.least_squares.percent[c]).abs() < 0.4, "C{}", c + 1);
+        }
         let (two, all) = (least_squares, |run: &Run| run.all_fit_hz.map(|fit| fit.0));
         let own = [percent(combination.own_rms_hz(two)), percent(combination.own_rms_hz(all))];
         assert!(own[0] < 0.1 && own[1] < own[0], "C{}: {own:?}", c + 1);
-        let firmware = percent(combination.own_rms_hz(|run| run.firmware?.tone_hz.map(|tone| tone.0)));
-        assert!(firmware < 0.1, "C{}: {firmware}", c + 1);
         let [one, two] = combination.repeatability.expect("four runs");
         assert!((0.86..0.98).contains(&one) && two < one, "C{}", c + 1);
         let at_04 = combination.windows.iter().find(|window| window.window_s == 0.4).expect("a window");
-        assert!(percent(Some(at_04.least_squares_hz)) < 2.0 && at_04.all_told == at_04.windows, "C{}", c + 1);
+        assert!(percent(Some(at_04.least_squares_hz)) < 2.0 && at_04.all_found == at_04.windows, "C{}", c + 1);
+        for run in &combination.runs {
+            let firmware = run.firmware.expect("a slide");
+            let (hz, _) = firmware.tone_hz.expect("a tone");
+            assert!((hz / run.true_hz - 1.0).abs() < 0.0005, "{firmware:?}");
+            let ((start_s, end_s), (true_start_s, true_end_s)) = (firmware.slide_s, run.true_slide_s);
+            assert!((start_s - true_start_s).abs() < 0.01 && (end_s - true_end_s).abs() < 0.05, "{firmware:?}");
+        }
+    }
+    for cell in &shipped.expected {
+        let nominal_hz = cell.speed_mm_s / cell.period_mm;
+        assert!((cell.firmware_hz.expect("a tone") / nominal_hz - 1.0).abs() < 1e-5, "{cell:?}");
+    }
+    for (pair, paper) in TABLE_3.iter().enumerate() {
+        let is_close = |(c, combination): &(usize, &Combination)| {
+            let here_hz = combination.rms_hz(|run| run.pairs[pair].fft_hz).expect("an estimate");
+            (here_hz - paper.fft.hz[*c]).abs() * LENGTH_MM / combination.speed_mm_s < 0.2
+        };
+        assert!(shipped.combinations.iter().enumerate().filter(is_close).count() >= 7);
     }
     assert!(shipped.pictures.opposite.expect("Figure 10").correlation < -0.5);
 }
 
 #[test]
-fn the_document_tells_what_was_measured() {
-    let document = reduced().document().expect("a document");
+fn static_images_depend_on_the_grating_and_not_on_the_speed() {
+    let shipped = shipped();
+    let (mut same_mv, mut other_mv) = (Vec::new(), Vec::new());
+    for (n, a) in shipped.combinations.iter().enumerate() {
+        for b in &shipped.combinations[..n] {
+            let [one, two] = [a, b].map(|combination| &combination.runs[0].images_v[0]);
+            let apart = rms(one.iter().zip(two).map(|(a, b)| Some(1e3 * (a - b)))).expect("images");
+            if a.period_mm == b.period_mm { same_mv.push(apart) } else { other_mv.push(apart) }
+        }
+    }
+    assert!(same_mv.iter().all(|apart| *apart < 0.3) && other_mv.iter().all(|apart| *apart > 0.6));
+}
+
+#[test]
+fn the_page_has_what_was_measured() {
+    let page = reproduce::page(reduced()).expect("a page");
     for (combination, run) in runs(reduced()) {
         let c = TABLE_2.into_iter().position(|line| line == (combination.speed_mm_s, combination.period_mm));
         let nominal_hz = combination.nominal_hz();
         let off_hz = |hz: Option<f64>| (hz.expect("an estimate") - nominal_hz).abs();
         let (fft, fit) = (off_hz(run.pairs[0].fft_hz), off_hz(run.pairs[0].least_squares_hz));
-        let row = document.lines().find(|line| line.starts_with(&format!("| C{} |", c.expect("the paper's") + 1)));
+        let row = page.lines().find(|line| line.starts_with(&format!("| C{} |", c.expect("the paper's") + 1)));
         let cells: Vec<&str> = row.expect("a row").split('|').map(str::trim).collect();
         let percent = |hz: f64| format!("{:.2}", 100.0 * hz / nominal_hz);
         assert_eq!((cells[5], cells[7]), (format!("{fft:.3}").as_str(), percent(fft).as_str()));
         assert_eq!((cells[9], cells[11]), (format!("{fit:.3}").as_str(), percent(fit).as_str()));
     }
-    // Pictures of runs that were not taken are left out, and the page is whole all the same.
-    assert!(!document.contains("figure-6.svg") && document.contains("figure-7.svg"));
-    let page = reduced().page().expect("a page");
-    assert_eq!(page.matches("<svg ").count(), reduced().pictures().len());
-    for text in [document, page] {
-        assert!(!text.contains("NaN") && !text.contains("inf ") && !text.contains("{{"), "{text}");
-    }
+    assert!(!page.contains("NaN") && !page.contains("inf "), "{page}");
+    // Pictures of runs that were not made are left out.
+    assert!(reproduce::pictures(reduced()).iter().all(|(name, _)| *name != "figure-6.svg"));
 }
 
 #[test]
-fn the_shipped_documents_are_what_their_data_give() {
+fn the_shipped_page_is_what_its_data_give() {
     let reproduction = shipped();
-    // `ridgetone reproduce --render` writes them anew after a change of the text, `ridgetone reproduce` measures.
+    // `cargo xtask reproduce --render` fills in the page again, `cargo xtask reproduce` measures.
     let same = |path: &str, text: String| {
-        let shipped = fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
-        assert!(shipped == text, "{path} is not what its data give: run `ridgetone reproduce --render`");
+        assert!(read(path) == text, "{path} is not what its data give: run `cargo xtask reproduce --render`");
     };
-    same("docs/reproduction.md", reproduction.document().expect("a document"));
-    same("docs/reproduction.html", reproduction.page().expect("a page"));
-    for (name, svg) in reproduction.pictures() {
+    same("docs/reproduction.md", reproduce::page(&reproduction).expect("a page"));
+    let pictures = reproduce::pictures(&reproduction);
+    assert_eq!((pictures.len(), reproduction.expected.len()), (8, 12));
+    for (name, svg) in pictures {
         same(&format!("docs/reproduction/{name}"), svg);
     }
     assert_eq!(reproduction.combinations.iter().map(|combination| combination.runs.len()).sum::<usize>(), 40);
-    assert_eq!((reproduction.pictures().len(), reproduction.expected.len()), (8, 12));
 }
 
 /// The last digits may differ between platforms.
@@ -186,14 +213,14 @@ fn the_shipped_data_are_what_a_run_gives() {
             pairs.chain(all).chain(times).map(|figure| figure.expect("an estimate")).collect()
         };
         for (now, then) in figures(run).into_iter().zip(figures(own)) {
-            assert!(close(now, then), "{now} is not {then}: run `ridgetone reproduce`");
+            assert!(close(now, then), "{now} is not {then}: run `cargo xtask reproduce`");
         }
     }
 }
 
 #[test]
 fn the_shipped_windows_are_what_runs_give() {
-    // Whole slides do not tell what becomes of short windows: C3 has 0.7 to 3.7 cycles in them, C7 3.1 to 15.5.
+    // Whole slides do not show short windows: C3 has 0.7 to 3.7 cycles in them, C7 3.1 to 15.5.
     let shipped = shipped();
     let runs = shipped.combinations[2].runs.len() as u32;
     let (measured, _) = combinations(&[2, 6], runs, Place::Pc).expect("runs");
@@ -202,20 +229,20 @@ fn the_shipped_windows_are_what_runs_give() {
         let then = then.expect("the same combination");
         assert_eq!(now.windows.len(), then.windows.len());
         for (now, then) in now.windows.iter().zip(&then.windows) {
-            let counts = |w: &Windows| (w.windows, w.all_told);
-            assert_eq!(counts(now), counts(then), "{then:?}: run `ridgetone reproduce`");
+            let counts = |w: &Windows| (w.windows, w.all_found);
+            assert_eq!(counts(now), counts(then), "{then:?}: run `cargo xtask reproduce`");
             let figures = |w: &Windows| {
-                let told = [w.all_hz, w.own_all_hz].map(|hz| hz.expect("told in some windows"));
-                [w.window_s, w.fft_hz, w.least_squares_hz, w.own_least_squares_hz, told[0], told[1]]
+                let all = [w.all_hz, w.own_all_hz].map(|hz| hz.expect("found in some windows"));
+                [w.window_s, w.fft_hz, w.least_squares_hz, w.own_least_squares_hz, all[0], all[1]]
             };
             for (now, then) in figures(now).into_iter().zip(figures(then)) {
-                assert!(close(now, then), "{now} is not {then}: run `ridgetone reproduce`");
+                assert!(close(now, then), "{now} is not {then}: run `cargo xtask reproduce`");
             }
         }
         let correlations = now.repeatability.into_iter().flatten().zip(then.repeatability.into_iter().flatten());
         assert_eq!(correlations.clone().count(), 2);
         for (now, then) in correlations {
-            assert!(close(now, then), "{now} is not {then}: run `ridgetone reproduce`");
+            assert!(close(now, then), "{now} is not {then}: run `cargo xtask reproduce`");
         }
     }
 }

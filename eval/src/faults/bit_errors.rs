@@ -22,6 +22,7 @@ use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, encode};
 use serde::Serialize;
+use std::ops::Add;
 
 /// Most bits that are flipped one by one in a frame.
 const SINGLE_MAX: u32 = 16;
@@ -51,8 +52,10 @@ pub struct BitErrors {
     pub next_lost: u64,
 }
 
-impl BitErrors {
-    fn and(self, other: Self) -> Self {
+impl Add for BitErrors {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
         Self {
             sent: self.sent + other.sent,
             refused: self.refused + other.refused,
@@ -79,15 +82,15 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
         rng.set_stream(*batch);
         Ok(flip(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
     })?;
-    Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::and))
+    Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::add))
 }
 
 fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
     let mut bit_errors = BitErrors::default();
     let mut decoder = Decoder::new();
     let behind = Packet { sequence: 0, event: Event::Release(Release { t_us: 1_000_000 }) };
-    let mut room = [0; WIRE_MAX];
-    let used = encode(&behind, &mut room).unwrap_or(0);
+    let mut wire = [0; WIRE_MAX];
+    let used = encode(&behind, &mut wire).unwrap_or(0);
     for (_, whole) in (0..frames).zip(telemetry.iter().cycle()) {
         let mut frame = whole.to_vec();
         while frame == *whole {
@@ -103,7 +106,7 @@ fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
         let given = frame.iter().chain(delimiter).filter_map(|byte| decoder.push(*byte)).count();
         bit_errors.accepted_damaged += u64::from(given > 0);
         bit_errors.refused += u64::from(given == 0);
-        let next = room[..used].iter().filter_map(|byte| decoder.push(*byte));
+        let next = wire[..used].iter().filter_map(|byte| decoder.push(*byte));
         bit_errors.next_lost += u64::from(!next.eq([behind.clone()]));
     }
     bit_errors

@@ -1,8 +1,8 @@
 //! Every method on clean tones, on what is no tone, and against the bound.
 
+use crate::baselines::{Frame, Method, Scratch};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_eval::baselines::{Frame, Method, Scratch};
 use std::f64::consts::TAU;
 
 /// The paper's 8.33 Hz at 241.14 frames per second, cycles per frame.

@@ -1,16 +1,14 @@
-//! What the pictures of a reproduction share: a look that is legible on light and on dark, frames with axes, keys.
+//! Style, frames with axes, markers and keys of all pictures; legible on light and on dark.
 
-use ridgetone_host::axis::Linear;
+use ridgetone_host::axis::{Axis, Linear};
 use ridgetone_host::picture::layout::thinned;
 use ridgetone_host::svg::{Anchor, Svg};
 
 /// Width of every picture, pixels.
-pub const WIDTH: f64 = 960.0;
+const WIDTH: f64 = 960.0;
 
-/// CSS of all pictures: by itself in each of them, once in the page.
-///
-/// Colours are those of Okabe and Ito, lighter on dark; what they tell apart has its own dash, marker or place too.
-pub const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
+/// CSS of all pictures. Colours are those of Okabe and Ito, lighter on dark. Dash, marker or place differ too.
+const STYLE: &str = "svg text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
 svg .title{font-size:14px;font-weight:600}svg .small{font-size:11px;fill:#555}svg .cell{font-size:12px}\
 svg path{fill:none}svg .card{fill:#fff;stroke:#bbb}svg .axis{stroke:#555}svg .grid{stroke:#e2e2e2}\
 svg .data{stroke:#667;stroke-width:.9;stroke-linejoin:round}\
@@ -30,8 +28,8 @@ svg .truth{stroke:#eee}svg .slide{fill:#274a68}svg .band{fill:#aaa;fill-opacity:
 svg .solid{stroke-dasharray:none;stroke-width:1.4}";
 
 /// A picture of some height, its first line a title.
-pub fn picture(height: f64, title: &str, style: &str) -> Svg {
-    Svg::new(WIDTH, height, title, style)
+pub fn picture(height: f64, title: &str) -> Svg {
+    Svg::new(WIDTH, height, title, STYLE)
 }
 
 /// A frame with an axis along each side.
@@ -96,14 +94,26 @@ impl Frame {
     }
 }
 
-/// Least and greatest of some values, with a bit of room around.
+/// Powers of ten with their labels, in percent, and thin lines across.
+pub fn log_axis(svg: &mut Svg, axis: &Axis, (left, right): (f64, f64)) {
+    for power in axis.ticks() {
+        let value = 10f64.powi(power);
+        let (y, decimals) = (axis.place(value), usize::try_from(-power).unwrap_or(0));
+        svg.line((left, y), (right, y), "grid");
+        svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &format!("{value:.decimals$}"));
+    }
+    svg.line((left, axis.at.0), (left, axis.at.1), "axis");
+    svg.line((left, axis.at.0), (right, axis.at.0), "axis");
+}
+
+/// Least and greatest of some values, with a margin.
 pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), v| (v.min(l), v.max(m)));
     if least > most {
         return (-1.0, 1.0);
     }
-    let room = 0.06 * (most - least).max(1e-6);
-    (least - room, most + room)
+    let margin = 0.06 * (most - least).max(1e-6);
+    (least - margin, most + margin)
 }
 
 /// A marker's shape.

@@ -1,7 +1,8 @@
 //! The fit on the bound: its error over many windows, against what no estimator can do better.
 
+use crate::bound::Clue;
+use crate::simulated::Simulated;
 use hal_mock::Sliding;
-use ridgetone_eval::simulated::Simulated;
 use ridgetone_tone::{CYCLES_FOR_SLOPE, Fitter, FrameSpan, Status, Table};
 
 /// RMS error over bound, greatest error over bound, and windows in which no tone was found.
@@ -21,7 +22,7 @@ fn measure(scene: &Sliding, window_s: f64, runs: u64) -> (f64, f64, u64) {
             continue;
         }
         let slope = window.frequency_hz * window_s >= f64::from(CYCLES_FOR_SLOPE);
-        let bound_hz = window.bound_hz(slope).expect("a bound");
+        let bound_hz = Clue::sum(&window.clues(slope, usize::MAX).expect("clues")).sigma_hz();
         let off = (f64::from(fit.frequency) * window.frame_rate_hz - window.frequency_hz) / bound_hz;
         squares += off * off;
         greatest = greatest.max(off.abs());

@@ -14,7 +14,7 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     }
     println!("{cuts:?}");
     assert!(
-        cuts.injected > 30_000 && cuts.old > 1000 && cuts.told > 1000 && cuts.new > 100 && cuts.defaults > 100,
+        cuts.injected > 30_000 && cuts.old > 1000 && cuts.reported > 1000 && cuts.new > 100 && cuts.defaults > 100,
         "{cuts:?}"
     );
     assert_eq!(cuts.wrong, 0, "{cuts:?}");

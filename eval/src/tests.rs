@@ -1,0 +1,17 @@
+//! Tests of several modules together, and that the pages in `docs/` are what their data give.
+
+mod bench;
+mod bound;
+mod emulated_faults;
+mod faults;
+mod methods;
+mod reproduction;
+mod trade;
+
+fn from_root(path: &str) -> std::path::PathBuf {
+    std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
+}
+
+fn read(path: &str) -> String {
+    std::fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}

@@ -1,0 +1,92 @@
+//! Faults injected into the chip, its bus and its lines, with the firmware's tasks simulated on this PC. `emulated_faults`
+//! does the same on the emulated chip; `cargo xtask faults --full` injects a hundred thousand.
+
+use super::read;
+use crate::faults::campaign::Campaign;
+use crate::faults::counts::Counts;
+use crate::faults::family::Family;
+use crate::faults::judge::Judgement;
+use crate::faults::lines;
+use crate::faults::row::{Delays, Place, Row};
+
+/// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
+#[test]
+fn a_thousand_faults_and_nothing_wrong_is_reported_as_right() {
+    let campaign = Campaign::on_pc(1100, 1, None).expect("a campaign");
+    let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
+    assert!(injected >= 1100, "{injected}");
+    for row in &campaign.rows {
+        let counts = row.counts;
+        let must_be_zero = [counts.wrong, counts.wrong_with_faults, counts.silent, counts.altered, counts.false_alarms];
+        assert!(must_be_zero == [0; 5] && row.is_clean(), "{row:?}");
+        // Every single one is reported; in a mixed run one fault may hide another.
+        let mixed = row.fault == Family::Mixed.title();
+        let reported = row.detected.map_or(0, |delays: Delays| delays.count);
+        assert!(if mixed { 10 * reported >= 9 * row.injected } else { reported == row.injected }, "{row:?}");
+        // Recovered before the next one; the firmware tries a chip that does not answer after growing pauses.
+        assert!(row.recovered.is_none_or(|delays| 5 * delays.count >= 4 * row.injected), "{row:?}");
+        assert!(row.counts.good > 0, "{row:?}");
+    }
+}
+
+/// Runs that once reported something wrong as right, lost conversions silently, or did not report a fault.
+#[test]
+fn what_once_went_wrong_does_not() {
+    for (family, seeds) in [
+        (Family::Reset, &[101, 155, 157][..]),
+        (Family::RegisterFlip, &[74, 79, 95, 170]),
+        (Family::DoutStuck, &[55, 76]),
+        (Family::Reference, &[251]),
+        (Family::DrdyStuck, &[28, 49, 50, 144]),
+        (Family::Storm, &[2, 188]),
+        (Family::Input, &[245, 2442, 2933]),
+        (Family::Mixed, &[21, 48, 940]),
+    ] {
+        for seed in seeds {
+            let row = &Campaign::on_pc(1, *seed, Some(family)).expect("a campaign").rows[0];
+            let wrong = row.counts.wrong + row.counts.wrong_with_faults;
+            assert_eq!((row.runs, wrong, row.counts.silent, row.counts.altered), (1, 0, 0, 0), "{row:?}");
+            let reported = row.detected.map_or(0, |delays| delays.count);
+            assert!(reported == row.injected || family == Family::Mixed, "{row:?}");
+        }
+    }
+}
+
+/// Without injections there are estimates and no faults.
+#[test]
+fn without_injections_there_is_no_fault() {
+    let campaign = Campaign::on_pc(60, 7, Some(Family::None)).expect("a campaign");
+    let row = &campaign.rows[0];
+    assert_eq!((row.runs, row.injected, row.counts.false_alarms, row.counts.wrong), (30, 0, 0, 0), "{row:?}");
+    assert_eq!((row.counts.good_with_faults, row.counts.doubtful), (0, 0), "{row:?}");
+}
+
+/// The page is of a full run with every family: `cargo xtask faults --full`.
+#[test]
+fn the_page_is_whole() {
+    let document = read("docs/faults.md");
+    let (_, numbers) = document.split_once("| injections in touches |").expect("a count");
+    let injected = numbers.lines().nth(2).and_then(|row| row.split('|').nth(1)).expect("a row");
+    let injected: u64 = injected.trim().replace(',', "").parse().expect("a number");
+    assert!(injected >= 100_000, "{injected} injections are no full run: cargo xtask faults --full");
+    let has = |row: String| assert!(document.lines().any(|line| line.starts_with(&row)), "no row {row}");
+    for family in Family::ALL {
+        [Place::Pc, Place::Emulator]
+            .iter()
+            .for_each(|place| has(format!("| {} | {} |", family.title(), place.title())));
+    }
+    lines::TITLES.iter().for_each(|title| has(format!("| {title}")));
+}
+
+/// Losses reported beyond the real ones, and wrong estimates with faults, are not clean.
+#[test]
+fn a_row_is_clean_only_if_everything_is_zero_that_must_be() {
+    let of = |family, counts: Counts| {
+        Row::of_family(family, Place::Pc, &[(1, Judgement { counts, ..Judgement::default() })])
+    };
+    assert!(of(Family::EdgesLost, Counts::default()).is_clean());
+    assert!(!of(Family::EdgesLost, Counts { excess: 1, ..Counts::default() }).is_clean());
+    assert!(of(Family::BusCut, Counts { excess: 1, ..Counts::default() }).is_clean());
+    assert!(!of(Family::BusCut, Counts { wrong_with_faults: 1, ..Counts::default() }).is_clean());
+    assert!(!of(Family::BusCut, Counts { silent: 1, ..Counts::default() }).is_clean());
+}

@@ -1,0 +1,47 @@
+//! The trade: that it runs, and that the page is what was measured.
+
+use super::{from_root, read};
+use crate::trade::{self, Effort};
+
+#[test]
+fn the_least_run_measures_every_choice_and_every_bar() {
+    let mut trade = trade::measure(Effort::Least, None).expect("a run");
+    // Six windows of: four harmonics with four channel counts; three other settings in a grating, one in a pure tone;
+    // eight baselines in two scenes.
+    assert_eq!(trade.rows.len(), 6 * (16 + 4 + 2 * 8));
+    assert!(trade.rows.iter().all(|row| row.accuracy.windows > 0));
+    // Seven lines of Table 2 have a cycle in 0.2 s, all ten in the other five windows; three noises.
+    assert_eq!(trade.bars.cells.len(), 3 * (7 + 5 * 10));
+    assert_eq!((trade.all_bars().len(), trade.chip.len()), (6, 0));
+    // Of two windows in a setting, too: the fit is near the bound and the peak of a periodogram is not.
+    let percent = |method: &str| {
+        let row = trade.rows.iter().find(|row| row.method == method && row.window_s == 1.0 && row.channels == 16);
+        row.and_then(|row| row.accuracy.error).expect("an error").rms_percent
+    };
+    assert!(30.0 * percent("Ridgetone") < percent("periodogram"));
+
+    trade.rows.iter_mut().for_each(|row| row.instructions = Some(168_000));
+    let (page, svg) = (trade::page(&trade).expect("a page"), trade::picture(&trade));
+    assert!(page.contains("| 1001.00 | 168,000 | 11.7 |"), "{page}");
+    for text in [page, svg] {
+        assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
+    }
+}
+
+#[test]
+fn the_page_and_its_picture_are_what_their_data_give() {
+    let trade = trade::load(&from_root("docs/trade.json")).expect("the data");
+    // `ridgetone-eval bench --render docs` fills in the page again, `cargo xtask bench --write` measures.
+    assert!(trade::page(&trade).expect("a page") == read("docs/trade.md"), "docs/trade.md is not what its data give");
+    assert!(trade::picture(&trade) == read("docs/trade.svg"), "docs/trade.svg is not what its data give");
+    // The text names the bars that are not met.
+    let not_met: Vec<_> = trade.all_bars().into_iter().filter(|bar| !bar.met).map(|bar| bar.bar).collect();
+    assert!(not_met.iter().all(|bar| bar.starts_with("fit, ")), "{not_met:?}");
+    // The text says that fewer channels and a single harmonic cost accuracy and save instructions.
+    for window_s in [0.2, 1.0] {
+        let row = |harmonics, channels| trade.ridgetone(window_s, 4, harmonics, channels).expect("a row");
+        let (all, four, one) = (row(4, 16), row(4, 4), row(1, 16));
+        assert!([four, one].iter().all(|row| row.rms_percent() > all.rms_percent()), "{window_s} s");
+        assert!([four, one].iter().all(|row| row.instructions < all.instructions), "{window_s} s");
+    }
+}

@@ -1,0 +1,85 @@
+//! The data of a trade, as `trade.json` has them.
+
+use super::accuracy::Accuracy;
+use super::bars::Bars;
+use crate::baselines::Method;
+use crate::bar::Bar;
+use crate::bench::fits::PASS_INSTRUCTIONS;
+use serde::{Deserialize, Serialize};
+
+/// Name of the fit under test.
+pub const RIDGETONE: &str = "Ridgetone";
+
+/// Clock of the STM32F405, hertz.
+const CLOCK_HZ: f64 = 168e6;
+
+/// All that was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trade {
+    /// Windows of each line of Table 2 in a row.
+    pub windows: u32,
+    /// Every choice.
+    pub rows: Vec<Row>,
+    /// The bars of accuracy.
+    pub bars: Bars,
+    /// The bars of instructions and memory on the chip.
+    pub chip: Vec<Bar>,
+}
+
+impl Trade {
+    /// Every bar, those of accuracy first.
+    pub fn all_bars(&self) -> Vec<Bar> {
+        let mut bars = self.bars.bars();
+        bars.extend(self.chip.iter().cloned());
+        bars
+    }
+
+    /// The row of a fit of up to `harmonics` harmonics in scenes of `carried`.
+    pub fn ridgetone(&self, window_s: f64, carried: u8, harmonics: u8, channels: u8) -> Option<&Row> {
+        let key = (RIDGETONE, window_s, carried, harmonics, channels);
+        self.rows
+            .iter()
+            .find(|row| (row.method.as_str(), row.window_s, row.carried, row.harmonics, row.channels) == key)
+    }
+
+    /// The rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip's
+    /// memory where these are fewer.
+    pub fn baseline(&self, window_s: f64, carried: u8, method: Method) -> impl Iterator<Item = &Row> {
+        let key = (method.name(), window_s, carried);
+        self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
+    }
+}
+
+/// One choice, its cost and its accuracy. All windows of Table 2 that hold a cycle, at 20 dB.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// [`RIDGETONE`], or the name of another method.
+    pub method: String,
+    pub window_s: f64,
+    pub frames: u32,
+    /// Harmonics of the scene.
+    pub carried: u8,
+    /// Most harmonics of the fit.
+    pub harmonics: u8,
+    pub channels: u8,
+    pub accuracy: Accuracy,
+    /// Instructions of the costliest window on the emulated chip, where they were counted.
+    pub instructions: Option<u32>,
+}
+
+impl Row {
+    /// From the first frame of the window to the estimate, seconds: one instruction a cycle.
+    pub fn latency_s(&self) -> Option<f64> {
+        self.instructions.map(|instructions| self.window_s + f64::from(instructions) / CLOCK_HZ)
+    }
+
+    /// The instructions in passes of cosine and sine over 16 x 240 samples.
+    pub fn passes(&self) -> Option<f64> {
+        self.instructions.map(|instructions| f64::from(instructions) / PASS_INSTRUCTIONS)
+    }
+
+    /// RMS error, percent of the frequency.
+    pub fn rms_percent(&self) -> Option<f64> {
+        self.accuracy.error.map(|error| error.rms_percent)
+    }
+}
