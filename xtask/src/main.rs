@@ -1,9 +1,8 @@
-//! `cargo xtask`: what one does with the workspace besides building it.
+//! `cargo xtask`: everything one does with the workspace besides building it.
 
-mod bench;
 mod demo;
 mod dfu;
-mod faults;
+mod eval;
 mod images;
 mod inspect;
 mod install;
@@ -30,8 +29,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Slides a grating over the emulated finger and shows what the firmware makes of it. Installs
-    /// what is missing and builds what is needed first.
+    /// Slides a grating over the emulated finger and shows the firmware's result. Installs and builds everything it needs.
     Demo {
         /// Where the picture goes, SVG.
         #[arg(long, default_value = "target/demo.svg")]
@@ -42,14 +40,25 @@ enum Task {
     },
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet.
-    Bench(bench::BenchArguments),
-    /// Injects faults by the thousand and prints what became of them; with --full writes docs/faults.md.
-    Faults(faults::FaultsArguments),
-    /// Runs every test, those of the emulated firmware included.
-    Test,
-    /// Finds or installs what the firmware and its tests need: the core library for Cortex-M, the emulator, a browser.
+    Bench(eval::BenchArguments),
+    /// Injects thousands of faults and prints their consequences; with --full fills in docs/faults.md.
+    Faults(eval::FaultsArguments),
+    /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md; `--help` lists its flags.
+    #[command(disable_help_flag = true)]
+    Reproduce {
+        /// Flags of `ridgetone-eval reproduce`.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "FLAGS")]
+        flags: Vec<String>,
+    },
+    /// Runs the tests on this PC and one emulated run of each kind.
+    Test {
+        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser.
+        #[arg(long)]
+        all: bool,
+    },
+    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser.
     Setup,
-    /// Builds the firmware images, checks that there is code in them and no panic that is not known, tells their sizes.
+    /// Builds the firmware images, checks that there is code in them and no unknown panic, prints their sizes.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
@@ -57,7 +66,7 @@ enum Task {
     },
     /// Builds the images of the real boards as ELF, raw and DFU files with their SHA-256 checksums.
     Release,
-    /// Packs what is published and builds each from its package alone, without network.
+    /// Packs the published crates and builds each from its package alone, without network.
     Package,
     /// Lints the firmware for every board and the benchmarks, warnings denied.
     LintFirmware,
@@ -71,10 +80,11 @@ enum Task {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
-        Task::Demo { svg, scene } => demo::run(&svg, scene.as_deref()),
-        Task::Bench(arguments) => bench::run(&arguments),
-        Task::Faults(arguments) => faults::run(&arguments),
-        Task::Test => test::run(),
+        Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
+        Task::Bench(arguments) => eval::bench(&arguments),
+        Task::Faults(arguments) => eval::faults(&arguments),
+        Task::Reproduce { flags } => eval::reproduce(&flags),
+        Task::Test { all } => test::run_tests(all),
         Task::Release => release::run(),
         Task::Package => package::check(),
         Task::LintFirmware => images::lint(),

@@ -1,45 +1,90 @@
-//! `test`: everything.
+//! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything.
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{self, clean, tell};
+use crate::tools::{clean, run, tell};
 use anyhow::{Context, Result};
 
-/// Runs the tests that need no emulator, then those that do, on an image built from this tree, and those that need a browser.
-pub fn run() -> Result<()> {
+/// The emulated runs without `--all`: names of tests in `host/tests`.
+const EMULATED: [&str; 5] = [
+    "a_physical_finger_is_the_same_on_the_chip_and_on_the_pc",
+    "the_readme_shows_what_the_demo_gives",
+    "settings_that_are_kept_survive_a_restart",
+    "the_log_tells_what_the_greeting_does",
+    "a_fit_too_slow_for_the_hop_costs_hops",
+];
+
+/// Tests that take longer than all others together: `cargo test` runs them by their names.
+const NEVER: [&str; 2] =
+    ["touch_after_touch_for_thirty_days", "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end"];
+
+/// Tests of the pages in a browser: their module.
+const PAGES: &str = "page::";
+
+/// `cargo test` of the whole workspace, always with the same features: so nothing is built twice.
+fn test(arguments: &[&str]) -> std::process::Command {
+    let mut cargo = clean("cargo");
+    cargo.args(["test", "--workspace"]).args(arguments);
+    cargo
+}
+
+/// Runs the tests.
+pub fn run_tests(all: bool) -> Result<()> {
     setup::qemu()?;
-    let browser = setup::browser()?;
     images::build(Board::Emulated.image())?;
+    tell("tests on this PC");
+    run(&mut test(&[])).context("tests on this PC")?;
+    if all {
+        return run_long();
+    }
+    tell("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
+    let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
+    run(emulated.args(EMULATED)).context("tests of the emulated firmware")
+}
+
+/// Runs everything that is ignored by default, but for [`NEVER`].
+fn run_long() -> Result<()> {
+    let browser = setup::browser()?;
     let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
-    tell("tests that need no emulator");
-    tools::run(clean("cargo").args(["test", "--workspace"])).context("tests without the emulator")?;
-    tell("tests of the emulated firmware, which take a few minutes");
-    let mut emulated = clean("cargo");
-    emulated.args(["test", "--package", "ridgetone-host"]);
-    for test in ["emulated", "crashes", "overload", "book"] {
-        emulated.args(["--test", test]);
-    }
-    emulated.args(["--", "--ignored"]).env("RIDGETONE_CHECKED_ELF", checked);
-    tools::run(&mut emulated).context("tests of the emulated firmware")?;
-    tools::run(clean("cargo").args([
-        "test",
-        "--package",
-        "ridgetone-eval",
-        "--test",
-        "emulated_faults",
-        "--",
-        "--ignored",
-    ]))
-    .context("faults on the emulated firmware")?;
+    tell("long tests, and all tests of the emulated firmware");
+    let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
+    long.args(NEVER.iter().flat_map(|name| ["--skip", name]));
+    long.env("RIDGETONE_CHECKED_ELF", checked);
+    long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
+    run(&mut long).context("long tests and tests of the emulated firmware")?;
     tell("tests of the pages in a browser");
-    let mut page = clean("cargo");
-    page.args(["test", "--package", "ridgetone-host", "--test", "view", "--", "--ignored"]);
-    tools::run(page.arg("--test-threads=1").env("RIDGETONE_BROWSER", browser)).context("the tests of the pages")?;
-    tell("the test of the benchmark");
-    let mut counted = clean("cargo");
-    counted.args(["test", "--package", "ridgetone-eval", "--test", "bench", "--", "--ignored"]);
-    tools::run(counted.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines))
-        .context("the test of the benchmark")
+    let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
+    run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
+    println!(
+        "ran: tests on this PC, long tests, all tests of the emulated firmware, the benchmark, pages in a browser"
+    );
+    println!("not run: {}", NEVER.join(", "));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tools::root;
+    use std::fs;
+
+    /// A test that is renamed or moved must not fall out of the list.
+    #[test]
+    fn the_listed_tests_exist() {
+        let sources = |folder: &str| {
+            let paths =
+                fs::read_dir(root().join(folder)).expect("a folder").map(|entry| entry.expect("an entry").path());
+            paths
+                .filter(|path| path.is_file())
+                .map(|path| fs::read_to_string(path).expect("a file"))
+                .collect::<String>()
+        };
+        let tests: String = ["host/tests", "host/tests/emulated", "host/tests/view", "tests"].map(sources).concat();
+        for name in EMULATED.iter().chain(&NEVER) {
+            assert!(tests.contains(&format!("fn {name}")), "{name}");
+        }
+        assert!(tests.contains("mod page;"));
+    }
 }

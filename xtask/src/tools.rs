@@ -3,7 +3,7 @@
 use anyhow::{Context, Result, bail};
 use std::env;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
 
 /// The workspace's root directory.
 pub fn root() -> &'static Path {
@@ -22,7 +22,7 @@ pub fn find(program: &str) -> Option<PathBuf> {
     env::split_paths(&env::var_os("PATH")?).map(|folder| folder.join(&name)).find(|path| path.is_file())
 }
 
-/// Says what takes a while, before it does.
+/// Announces a step that takes a while.
 pub fn tell(what: impl std::fmt::Display) {
     eprintln!("xtask: {what}");
 }
@@ -50,15 +50,32 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
 
 /// Runs a command to its end; its output goes to the terminal.
 pub fn run(command: &mut Command) -> Result<()> {
+    finish(start(command)?)
+}
+
+/// A command that runs.
+pub struct Running {
+    name: String,
+    child: Child,
+}
+
+/// Starts a command; its output goes to the terminal.
+pub fn start(command: &mut Command) -> Result<Running> {
     let name = command.get_program().to_string_lossy().into_owned();
-    let status = command.status().with_context(|| format!("cannot run {name}"))?;
+    let child = command.spawn().with_context(|| format!("cannot run {name}"))?;
+    Ok(Running { name, child })
+}
+
+/// Waits for its end.
+pub fn finish(Running { name, mut child }: Running) -> Result<()> {
+    let status = child.wait().with_context(|| format!("cannot run {name}"))?;
     if !status.success() {
         bail!("{name} failed ({status})");
     }
     Ok(())
 }
 
-/// Runs a command and gives what it printed, without the line's end.
+/// Runs a command and gives its output, without the end of the last line.
 pub fn output_of(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let Output { status, stdout, stderr } = command.output().with_context(|| format!("cannot run {name}"))?;

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "ten million frames: half a minute"]
+    #[ignore = "long, ten million frames: cargo xtask test --all"]
     fn of_ten_million_flipped_frames_none_is_taken() {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 10_000_000, 2).unwrap();

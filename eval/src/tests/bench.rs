@@ -5,7 +5,7 @@ use crate::bench;
 use std::path::PathBuf;
 
 #[test]
-#[ignore = "needs the emulator: cargo xtask test"]
+#[ignore = "needs the emulator: cargo xtask test --all"]
 fn two_runs_count_the_same() {
     let [elf, baselines] = ["RIDGETONE_BENCH_ELF", "RIDGETONE_BASELINES_ELF"]
         .map(|name| std::env::var_os(name).map(PathBuf::from).unwrap_or_else(|| panic!("{name} names an image")));

@@ -6,7 +6,7 @@ use ridgetone_host::emulator;
 use ridgetone_host::emulator::Options;
 
 #[test]
-#[ignore = "needs the emulator: cargo xtask test"]
+#[ignore = "needs the emulator: cargo xtask test --all"]
 fn a_run_of_each_family_of_faults_and_nothing_wrong_is_reported_as_right() {
     let elf = emulator::image::find().expect("an image");
     for family in &Family::ALL {
