@@ -1,5 +1,5 @@
-//! What one would otherwise pick: the usual estimators of the one frequency that all channels share,
-//! which Ridgetone's own fit is compared with.
+//! The estimators that one would otherwise pick for the one frequency that all channels share. Ridgetone's own fit is
+//! compared with them.
 //!
 //! Each is written as its source describes it and as somebody who knows the chip would write it: in
 //! f32, on samples less their mean, with a rotation in place of a sine for every sample. None of them
@@ -25,38 +25,7 @@ mod rotation;
 mod samples;
 pub mod zero_crossings;
 
-/// Channels of a frame.
-pub const CHANNELS: usize = 16;
-
-/// One frame's values, codes: whole numbers up to 2^24, offsets included.
-pub type Frame = [f32; CHANNELS];
-
-/// Most frames of a window, and points of the longest transform.
-pub const FRAMES_MAX: usize = 1024;
-
-/// Working memory for one window.
-#[derive(Clone, Debug)]
-pub struct Scratch {
-    /// A channel's samples, or their transform.
-    points: [f32; FRAMES_MAX],
-    /// A second channel's samples.
-    second: [f32; FRAMES_MAX],
-    /// The periodogram, summed over channels.
-    power: [f32; FRAMES_MAX / 2],
-}
-
-impl Scratch {
-    /// Empty; `const`, so that it can live in a static.
-    pub const fn new() -> Self {
-        Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] }
-    }
-}
-
-impl Default for Scratch {
-    fn default() -> Self {
-        Self::new()
-    }
-}
+pub use samples::{CHANNELS, FRAMES_MAX, Frame, Scratch};
 
 /// A method, by its number from 0 on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

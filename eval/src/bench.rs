@@ -38,17 +38,17 @@ pub struct BenchArgs {
     /// RAM that its statics take, bytes.
     #[arg(long)]
     pub ram_bytes: Option<u64>,
-    /// Only what is counted on the emulated chip.
+    /// Only the counts on the emulated chip.
     #[arg(long, requires = "elf")]
     pub chip: bool,
     /// Fewer windows, for a look.
     #[arg(long, conflicts_with = "chip")]
     pub quick: bool,
     /// Write trade.md, its picture and its data into a folder.
-    #[arg(long, value_name = "FOLDER", requires = "elf", conflicts_with_all = ["chip", "quick"])]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", requires = "elf", conflicts_with_all = ["chip", "quick"])]
     pub write: Option<PathBuf>,
     /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
-    #[arg(long, value_name = "FOLDER", exclusive = true)]
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", exclusive = true)]
     pub render: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
@@ -57,9 +57,6 @@ pub struct BenchArgs {
 
 /// Runs the benchmark and the baselines', and the default scene through the emulated board's `firmware` if there is one.
 /// `flash_bytes` and `ram_bytes` are those of the board's image.
-///
-/// # Errors
-/// The emulator or an image fails; the chip and this PC do not find the same.
 pub fn run(
     elf: &Path,
     baselines_elf: &Path,

@@ -2,13 +2,13 @@
 //!
 //! It is the exact Cramer-Rao bound for white Gaussian noise, with everything but the frequency unknown in each
 //! channel: offset, slope if wanted, cosine and sine amplitude of every harmonic. Channels share nothing but the
-//! frequency, so what each of them tells about it adds up: the squared length of the model's derivative by the
+//! frequency, so their information about it adds up: the squared length of the model's derivative by the
 //! frequency, less what the other unknowns could explain of it (its projection on their columns), over the variance of
 //! the noise. That variance may be unknown as well: it has no information in common with the model's parameters, so
 //! the bound stays the same.
 //!
 //! The same derivative, weighted by the noise it meets in a window, is the error that an estimator on the bound makes
-//! there to first order ([`Clue::score`]): what tells the luck of a window from the fault of an estimator.
+//! there to first order ([`Clue::score`]). It separates the noise of a window from the error of an estimator.
 //!
 //! Source: S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993), sections 3.7 to 3.9
 //! and example 3.14.
@@ -37,7 +37,7 @@ impl Harmonic {
     }
 }
 
-/// What is true of one channel.
+/// The truth of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Standard deviation of the noise of one frame, in the channel's unit, > 0.
@@ -46,7 +46,7 @@ pub struct Channel {
     pub harmonics: Vec<Harmonic>,
 }
 
-/// A window and what is unknown in it.
+/// A window and its unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window<'a> {
     /// Frames from the first to the last, those that are missing included.
@@ -55,11 +55,11 @@ pub struct Window<'a> {
     pub frame_rate_hz: f64,
     /// Bit k of a frame's mask: channel k has a valid value there, as in [`ridgetone_tone::Table`]. None: all have.
     pub valid: Option<&'a [u16]>,
-    /// Whether each channel has an unknown slope besides its unknown offset.
+    /// Whether each channel has an unknown slope and not only an unknown offset.
     pub slope: bool,
 }
 
-/// What a channel tells about the frequency.
+/// A channel's information about the frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clue {
     /// Fisher information, one over hertz squared.
@@ -70,7 +70,7 @@ pub struct Clue {
 }
 
 impl Clue {
-    /// What several channels tell together.
+    /// The information of several channels.
     pub fn sum(clues: &[Self]) -> Self {
         let add = |sum: Self, clue: &Self| Self {
             information: sum.information + clue.information,
@@ -90,13 +90,9 @@ impl Clue {
     }
 }
 
-/// What each channel tells about a frequency that is truly `frequency_hz`. `value(channel, frame)` is what the window
+/// The information of each channel about a frequency that is truly `frequency_hz`. `value(channel, frame)` is what the window
 /// holds; offset, slope (where it is unknown) and waves may be in it, for they have nothing in common with what is left
 /// of the derivative.
-///
-/// # Errors
-/// A rate, a frequency or a sigma that is not finite and greater than 0; an amplitude that is not finite; a mask of
-/// another length than the window, or with more channels than it has bits.
 pub fn clues(
     window: &Window,
     frequency_hz: f64,
@@ -129,14 +125,14 @@ pub fn clues(
     Ok(clues)
 }
 
-/// The model's columns, which channels of the same frames and as many harmonics have in common.
+/// The model's columns, the same for channels with the same frames and number of harmonics.
 struct Columns {
     frames: Vec<usize>,
     /// Seconds from the window's centre.
     times_s: Vec<f64>,
     /// Cosine and sine of each harmonic.
     waves: Vec<[Vec<f64>; 2]>,
-    /// What all unknowns but the frequency span.
+    /// A basis of all unknowns but the frequency.
     nuisance: Vec<Vec<f64>>,
 }
 
@@ -168,13 +164,13 @@ impl Columns {
         }
         let whole = length(&derivative);
         remove(&mut derivative, &self.nuisance);
-        let rest = length(&derivative);
-        // What is left of rounding is no information.
-        if rest <= DEPENDENT * whole {
+        let remainder = length(&derivative);
+        // A remainder of the size of rounding is no information.
+        if remainder <= DEPENDENT * whole {
             return Clue::default();
         }
         let met: f64 = derivative.iter().zip(&self.frames).map(|(part, frame)| part * value(*frame)).sum();
-        Clue { information: (rest / channel.sigma).powi(2), score: met / channel.sigma.powi(2) }
+        Clue { information: (remainder / channel.sigma).powi(2), score: met / channel.sigma.powi(2) }
     }
 }
 
@@ -184,8 +180,8 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     for mut column in columns {
         let whole = length(&column);
         remove(&mut column, &basis);
-        let rest = length(&column);
-        if rest > DEPENDENT * whole {
+        let remainder = length(&column);
+        if remainder > DEPENDENT * whole {
             column.iter_mut().for_each(|value| *value /= rest);
             basis.push(column);
         }

@@ -63,9 +63,6 @@ pub struct FaultsArgs {
 }
 
 /// The command.
-///
-/// # Errors
-/// Something is not zero that must be; those of the runs.
 pub fn run(args: &FaultsArgs) -> Result<()> {
     let start = Instant::now();
     let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;

@@ -31,9 +31,6 @@ const START_END: &str = " -->\n";
 const END: &str = "\n<!-- end -->";
 
 /// The page with every table replaced by what `table` gives for its name.
-///
-/// # Errors
-/// `table` knows no such name; a table has no end.
 pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<String> {
     let mut parts = page.split(START);
     let mut text = parts.next().unwrap_or_default().to_owned();

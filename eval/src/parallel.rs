@@ -6,9 +6,6 @@ use ridgetone_host::output::Progress;
 use std::sync::Mutex;
 
 /// Does `work` on every item and shows how many are done. The results do not depend on the number of cores.
-///
-/// # Errors
-/// One that `work` gives.
 pub fn map<T: Sync, R: Send>(what: &str, items: &[T], work: impl Fn(&T) -> Result<R> + Sync) -> Result<Vec<R>> {
     let progress = Mutex::new((0, Progress::default()));
     let counted = |item: &T| {

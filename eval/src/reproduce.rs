@@ -29,17 +29,11 @@ use taken::Place;
 const PAGE: &str = include_str!("../../docs/reproduction.md");
 
 /// Takes so many runs of each of the ten combinations.
-///
-/// # Errors
-/// A scene that cannot be made, a run without a contact, an error of the emulator.
 pub fn measure(runs: u32, place: Place<'_>) -> Result<Reproduction> {
     measure_some(&(0..COMBINATIONS).collect::<Vec<_>>(), runs, place)
 }
 
 /// Takes so many runs of some of the combinations, by their numbers from 0 on.
-///
-/// # Errors
-/// As [`measure`].
 pub fn measure_some(which: &[usize], runs: u32, place: Place<'_>) -> Result<Reproduction> {
     let (combinations, pictures) = measure::combinations(which, runs, place)?;
     let mut cells: Vec<(f64, f64)> = which.iter().map(|c| TABLE_2[*c]).collect();
@@ -56,9 +50,6 @@ pub fn measure_some(which: &[usize], runs: u32, place: Place<'_>) -> Result<Repr
 }
 
 /// Writes `reproduction.json`, and from it all that [`render`] does.
-///
-/// # Errors
-/// Those of the system.
 pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(reproduction)?;
     // A line for each run, window and curve, so that a diff shows which changed.
@@ -71,9 +62,6 @@ pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
 }
 
 /// Writes `reproduction.md` and the pictures in `reproduction/` from `reproduction.json`.
-///
-/// # Errors
-/// Those of the system; a run did not write the file.
 pub fn render(folder: &Path) -> Result<()> {
     let reproduction = load(&folder.join("reproduction.json"))?;
     let folder_of_pictures = folder.join("reproduction");
@@ -86,18 +74,12 @@ pub fn render(folder: &Path) -> Result<()> {
 }
 
 /// Reads `reproduction.json`.
-///
-/// # Errors
-/// Those of the system; a run did not write the file.
 pub fn load(path: &Path) -> Result<Reproduction> {
     let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
 /// The page. Figures that a run of some combinations lacks are dashes.
-///
-/// # Errors
-/// The page has a table that there is not.
 pub fn page(reproduction: &Reproduction) -> Result<String> {
     filled(PAGE, |name| tables::table(reproduction, name))
 }

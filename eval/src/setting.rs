@@ -28,7 +28,7 @@ impl fmt::Display for Length {
     }
 }
 
-/// What is measured.
+/// A setting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
     /// Speed of the grating, mm/s.
@@ -71,9 +71,6 @@ impl Setting {
     }
 
     /// A window; every seed gives another.
-    ///
-    /// # Errors
-    /// Those of [`Simulated::new`].
     pub fn window(&self, seed: u64) -> Result<Simulated> {
         match self.length {
             // Long enough, whatever the speed.
@@ -85,9 +82,6 @@ impl Setting {
     }
 
     /// A window of `window_s` seconds of its noise alone.
-    ///
-    /// # Errors
-    /// Those of [`Simulated::noise`].
     pub fn noise(&self, window_s: f64, seed: u64) -> Result<Simulated> {
         let scene = self.scene(Sliding::default().slide_mm, seed);
         Simulated::noise(&Sliding { hold_before_s: window_s + 1.5, ..scene }, window_s)

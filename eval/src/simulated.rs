@@ -1,4 +1,4 @@
-//! A window of a slide as the fit gets it, and what is true of it.
+//! A window of a slide as the fit gets it, and its truth.
 
 use crate::bound;
 use crate::bound::{Channel, Clue, Harmonic};
@@ -31,15 +31,12 @@ pub struct Simulated {
     pub frame_rate_hz: f64,
     /// The true frequency, hertz.
     pub frequency_hz: f64,
-    /// What is true of each channel, in codes.
+    /// The truth of each channel, in codes.
     pub channels: Vec<Channel>,
 }
 
 impl Simulated {
     /// A window of `window_s` seconds of a scene. The seed moves it within a cycle too.
-    ///
-    /// # Errors
-    /// A parameter of the scene; a slide too short for the window.
     pub fn new(parameters: &Sliding, window_s: f64) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let truth = scene.truth();
@@ -50,9 +47,6 @@ impl Simulated {
     }
 
     /// The whole slide of a scene as the detector cuts it out, its ends trimmed. The seed moves it within a frame.
-    ///
-    /// # Errors
-    /// A parameter of the scene; a slide too short for a fit, or too long for the detector.
     pub fn whole_slide(parameters: &Sliding) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
@@ -64,9 +58,6 @@ impl Simulated {
     }
 
     /// A window of `window_s` seconds of a scene's noise, from the hold before its slide.
-    ///
-    /// # Errors
-    /// A parameter of the scene; a hold too short for the window.
     pub fn noise(parameters: &Sliding, window_s: f64) -> Result<Self> {
         let scene = SlidingScene::new(parameters.clone())?;
         let (truth, from_s) = (scene.truth(), scene.truth().contact_s + AFTER_CONTACT_S);
@@ -105,11 +96,8 @@ impl Simulated {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// What each channel tells about the frequency, of which only so many harmonics are there and unknown; with or
+    /// The information of each channel about the frequency, if only so many harmonics are there and unknown; with or
     /// without an unknown slope.
-    ///
-    /// # Errors
-    /// Those of [`bound::clues`].
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
         let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };

@@ -46,9 +46,6 @@ impl Effort {
 }
 
 /// Measures accuracy here and takes the instructions from a report of the chip, if there is one.
-///
-/// # Errors
-/// A window that cannot be made.
 pub fn measure(effort: Effort, chip: Option<&Report>) -> Result<Trade> {
     let (windows, of_bars) = effort.windows();
     let mut rows = grid::measure(windows)?;
@@ -60,9 +57,6 @@ pub fn measure(effort: Effort, chip: Option<&Report>) -> Result<Trade> {
 }
 
 /// Writes `trade.json`, and from it `trade.md` and `trade.svg`.
-///
-/// # Errors
-/// Those of the system.
 pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(trade)?;
     // A line for each row and setting, so that a diff shows which changed.
@@ -72,9 +66,6 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
 }
 
 /// Writes `trade.md` and `trade.svg` from `trade.json`.
-///
-/// # Errors
-/// Those of the system; a run did not write the file.
 pub fn render(folder: &Path) -> Result<()> {
     let trade = load(&folder.join("trade.json"))?;
     let (page, svg) = (page(&trade)?, picture(&trade));
@@ -83,18 +74,12 @@ pub fn render(folder: &Path) -> Result<()> {
 }
 
 /// Reads `trade.json`.
-///
-/// # Errors
-/// Those of the system; a run did not write the file.
 pub fn load(path: &Path) -> Result<Trade> {
     let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
 /// The page.
-///
-/// # Errors
-/// The page has a table that there is not.
 pub fn page(trade: &Trade) -> Result<String> {
     filled(PAGE, |name| tables::table(trade, name))
 }

@@ -1,5 +1,4 @@
-//! The workload of the benchmarks: what a PC writes for the images `ridgetone-bench` and `baselines-bench`, and what they
-//! give back.
+//! The workload of the benchmarks: jobs from a PC for the images `ridgetone-bench` and `baselines-bench`, and their results.
 //!
 //! The file `workload` is a row of jobs; all numbers are little endian. A job is a [`Job`] of
 //! [`JOB_BYTES`]: kind (0 end, 1 fit, 2 detect, 3 encode, 4 intake, 5 baseline), most harmonics or the baseline's
@@ -10,7 +9,7 @@
 //! The job `end` comes last.
 //!
 //! The file `results` has one line of text for each [`Measured`], in the order of the jobs: a word
-//! that says what it is, then its numbers, those of floats as their bits in hexadecimal.
+//! for its kind, then its numbers, floats as their bits in hexadecimal.
 
 use ads1258::Conversion;
 use core::fmt;
@@ -29,7 +28,7 @@ pub const CONVERSION_BYTES: usize = 8;
 /// Most bytes of a result's line, its end included.
 pub const LINE_MAX: usize = 96;
 
-/// What the image is to do and measure.
+/// A job of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Job {
     /// Leave the emulator.
@@ -128,7 +127,7 @@ pub fn decode_conversion(bytes: &[u8; CONVERSION_BYTES]) -> TimedConversion {
     TimedConversion { t_us: u32::from_le_bytes([a, b, c, d]), conversion: Conversion::from_bytes(conversion) }
 }
 
-/// What a fit came to, as bits: the chip's must be the PC's.
+/// The result of a fit, as bits: the chip's must be the PC's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outcome {
     /// [`Status`](ridgetone_tone::Status) by its number, 255 if the window could not be read.
@@ -156,7 +155,7 @@ impl Outcome {
     }
 }
 
-/// What a packet came to on the wire: the chip's must be the PC's.
+/// The bytes of a packet on the wire: the chip's must be the PC's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
     /// Bytes, the zero behind them included; 0 if it was too long.
@@ -166,12 +165,12 @@ pub struct Wire {
 }
 
 impl Wire {
-    /// Encodes a packet into `wire` and gives how long it is. Apart from [`Self::new`], which must not be measured.
+    /// Encodes a packet into `wire` and returns its length. Separate from [`Self::new`], which must not be measured.
     pub fn write(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> usize {
         encode(packet, wire).unwrap_or(0)
     }
 
-    /// Of what is on the wire.
+    /// Of the bytes on the wire.
     pub fn new(wire: &[u8]) -> Self {
         let sum = (1..).zip(wire).fold(0u32, |sum, (place, byte)| sum.wrapping_add(*byte as u32 * place));
         Self { bytes: wire.len() as u32, sum }
@@ -187,7 +186,6 @@ pub enum Measured {
         instructions: u32,
         /// Most stack in use, bytes.
         stack_bytes: u32,
-        /// What it came to.
         outcome: Outcome,
     },
     /// One scan's conversions in the detector.
@@ -201,7 +199,6 @@ pub enum Measured {
     Message {
         /// Instructions.
         instructions: u32,
-        /// What it came to.
         wire: Wire,
     },
     /// One conversion read, stamped and queued.
@@ -287,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn results_come_back_from_lines_that_fit_their_room() {
+    fn results_come_back_from_lines_of_limited_length() {
         let most = u32::MAX;
         let outcome = Outcome { status: 255, frequency_bits: most, sigma_bits: most, harmonics: 255 };
         for measured in [

@@ -3,7 +3,7 @@
 use crate::images::{self, Board};
 use crate::setup;
 use crate::toolchain::Toolchain;
-use crate::tools::{clean, finish, root, run, start, tell};
+use crate::tools::{announce, clean, finish, root, run, start};
 use anyhow::{Context, Result};
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     let scene = scene.map(absolute).transpose()?;
     setup::qemu()?;
     Toolchain::find_or_install()?;
-    tell("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
+    announce("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
     let mut build = clean("cargo");
     // Both at once: the last step of each has one core.
     let build = start(build.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]))?;
@@ -26,7 +26,7 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     if let Some(folder) = svg.parent() {
         fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
     }
-    tell("sliding a grating over the emulated finger");
+    announce("sliding a grating over the emulated finger");
     let mut demo = clean("cargo");
     demo.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "demo"]);
     demo.arg("--elf").arg(elf).arg("--svg").arg(&svg);

@@ -3,7 +3,7 @@
 use crate::inspect::{self, Interrupt, Sizes};
 use crate::panics;
 use crate::toolchain::{TARGET, Toolchain};
-use crate::tools::{clean, find, run, target_dir, tell};
+use crate::tools::{announce, clean, find, run, target_dir};
 use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use std::fs;
@@ -95,7 +95,7 @@ impl Board {
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let Image { package, name, binary, profile, interrupts } = image;
     let toolchain = Toolchain::find_or_install()?;
-    tell(format_args!("building the image {name}, which may take a minute the first time"));
+    announce(format_args!("building the image {name}, which may take a minute the first time"));
     let mut cargo = toolchain.cargo("build");
     cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);
     run(&mut cargo).with_context(|| format!("the image {name} does not build"))?;
@@ -121,8 +121,8 @@ fn sizes(image: &Path, interrupts: &[Interrupt]) -> Result<Sizes> {
     inspect::check(&bytes, interrupts).with_context(|| format!("{} is not fit to run", image.display()))
 }
 
-/// Builds one image or all, and tells their sizes.
-pub fn build_and_tell(board: Option<Board>) -> Result<()> {
+/// Builds one image or all, and prints their sizes.
+pub fn build_and_print(board: Option<Board>) -> Result<()> {
     let boards = board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);
     for board in boards {
         let (path, sizes) = build(board.image())?;
@@ -139,7 +139,7 @@ pub fn lint() -> Result<()> {
     for Image { package, name, binary, profile, .. } in
         Board::ALL.map(Board::image).into_iter().chain([BENCH, BASELINES])
     {
-        tell(format_args!("linting the image {name}"));
+        announce(format_args!("linting the image {name}"));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = toolchain.cargo(if clippy { "clippy" } else { "check" });
         cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);

@@ -1,6 +1,6 @@
-//! Installing what is missing, where that is allowed.
+//! Installs missing programs, where that is allowed.
 
-use crate::tools::{clean, find, output_of, run, tell};
+use crate::tools::{announce, clean, find, output_of, run};
 use anyhow::{Result, bail};
 use std::process::Command;
 
@@ -24,10 +24,10 @@ pub fn debian(packages: &[&str]) -> Result<()> {
         output_of(&mut command)
     };
     let install: Vec<&str> = ["install", "--yes", "--no-install-recommends"].iter().chain(packages).copied().collect();
-    tell(format_args!("installing {list} with apt-get, which may take a minute"));
+    announce(format_args!("installing {list} with apt-get, which may take a minute"));
     if apt_get(&install).is_err() {
         // The package lists may be missing or old.
-        tell("fetching apt's package lists");
+        announce("fetching apt's package lists");
         apt_get(&["update", "--quiet"])?;
         apt_get(&install)?;
     }
@@ -37,7 +37,7 @@ pub fn debian(packages: &[&str]) -> Result<()> {
 /// Has rustup install the core library for `target`.
 pub fn rustup_target(target: &str) -> Result<()> {
     let Some(rustup) = find("rustup") else { bail!("rustup is not installed") };
-    tell(format_args!("rustup target add {target}, which may take a minute"));
+    announce(format_args!("rustup target add {target}, which may take a minute"));
     // One try: where downloads are not allowed, there is another way.
     run(clean(rustup).env("RUSTUP_MAX_RETRIES", "1").args(["target", "add", target]))
 }

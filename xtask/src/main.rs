@@ -27,6 +27,14 @@ struct Arguments {
     task: Task,
 }
 
+/// Flags for `ridgetone-eval`, `--help` among them.
+#[derive(clap::Args)]
+struct Flags {
+    /// Flags of the command of `ridgetone-eval`; `--help` lists them.
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    flags: Vec<String>,
+}
+
 #[derive(Subcommand)]
 enum Task {
     /// Slides a grating over the emulated finger and shows the firmware's result. Installs and builds everything it needs.
@@ -39,17 +47,16 @@ enum Task {
         scene: Option<PathBuf>,
     },
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
-    /// methods', with the bars they have to meet.
-    Bench(eval::BenchArguments),
-    /// Injects thousands of faults and prints their consequences; with --full fills in docs/faults.md.
-    Faults(eval::FaultsArguments),
-    /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md; `--help` lists its flags.
+    /// methods', with the bars they have to meet. With --write it fills in docs/trade.md.
     #[command(disable_help_flag = true)]
-    Reproduce {
-        /// Flags of `ridgetone-eval reproduce`.
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true, value_name = "FLAGS")]
-        flags: Vec<String>,
-    },
+    Bench(Flags),
+    /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a hundred thousand with --full,
+    /// which fills in docs/faults.md and takes most of an hour.
+    #[command(disable_help_flag = true)]
+    Faults(Flags),
+    /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md.
+    #[command(disable_help_flag = true)]
+    Reproduce(Flags),
     /// Runs the tests on this PC and one emulated run of each kind.
     Test {
         /// Everything: long tests, every emulated run, the benchmark, the pages in a browser.
@@ -81,15 +88,15 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
-        Task::Bench(arguments) => eval::bench(&arguments),
-        Task::Faults(arguments) => eval::faults(&arguments),
-        Task::Reproduce { flags } => eval::reproduce(&flags),
+        Task::Bench(Flags { flags }) => eval::bench(&flags),
+        Task::Faults(Flags { flags }) => eval::faults(&flags),
+        Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Test { all } => test::run_tests(all),
         Task::Release => release::run(),
         Task::Package => package::check(),
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
-        Task::Firmware { board } => images::build_and_tell(board),
+        Task::Firmware { board } => images::build_and_print(board),
         Task::Flash { board } => images::flash(board),
     };
     match done {

@@ -1,4 +1,4 @@
-//! `package`: whether what is published builds from its packages alone.
+//! `package`: checks that the published crates build from their packages alone.
 
 use crate::tools::{clean, run, target_dir};
 use anyhow::{Context, Result};

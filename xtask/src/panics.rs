@@ -22,7 +22,7 @@ const fn allowed(file: &'static str, places: usize, reason: &'static str) -> All
 }
 
 /// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which `Settings` bounds. No
-/// conversion, byte or order gives one. What the compiler checks there would cost instructions to write otherwise.
+/// conversion, byte or request gives one. What the compiler checks there would cost instructions to write otherwise.
 const COUNTED: &str = "indices are counted by loops within a shape's bounds, never taken from data";
 
 /// Panics that an image of the firmware may have. A place more than that is an error: write it without, or say here why not.
@@ -166,8 +166,8 @@ mod tests {
     fn places_are_found_with_the_registry_s_path_taken_off() {
         let registry = "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
         let found = places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
-        let told: Vec<String> = found.iter().map(ToString::to_string).collect();
-        assert_eq!(told, ["defmt-rtt/src/lib.rs:173:13", "src/search.rs:153:11"]);
+        let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert_eq!(texts, ["defmt-rtt/src/lib.rs:173:13", "src/search.rs:153:11"]);
     }
 
     #[test]
@@ -175,8 +175,11 @@ mod tests {
         let known = [("tone/src/normal.rs", 50, 27), ("tone/src/normal.rs", 86, 35)];
         assert_eq!(check(&image(&known)).expect("known"), 2);
         let one_more = [known[0], known[1], ("tone/src/normal.rs", 90, 1)];
-        let said = check(&image(&one_more)).expect_err("one more").to_string();
-        assert!(said.contains("3 places in tone/src/normal.rs, 2 known") && said.contains("normal.rs:90:1"), "{said}");
+        let error = check(&image(&one_more)).expect_err("one more").to_string();
+        assert!(
+            error.contains("3 places in tone/src/normal.rs, 2 known") && error.contains("normal.rs:90:1"),
+            "{error}"
+        );
         let other = check(&image(&[("src/search.rs", 153, 11)])).expect_err("not known").to_string();
         assert!(other.contains("src/search.rs:153:11"), "{other}");
     }

@@ -2,7 +2,7 @@
 
 use crate::dfu::{self, Segment};
 use crate::images::{self, Board};
-use crate::tools::{target_dir, tell};
+use crate::tools::{announce, target_dir};
 use anyhow::{Context, Result, ensure};
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, ProgramHeader};
@@ -18,7 +18,7 @@ const FOLDER: &str = "release-images";
 /// The list of checksums, which `sha256sum --check` reads.
 const SUMS: &str = "SHA256SUMS";
 
-/// Sections that are in flash, but for the first values of `.data`, whose place there is told by a symbol.
+/// Sections that are in flash, but for the first values of `.data`, whose place a symbol gives.
 const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 
 /// Builds each image, writes it as ELF, as raw bytes (for the drive that an ST-LINK shows) and for the chip's USB boot
@@ -36,7 +36,7 @@ pub fn run() -> Result<()> {
         let segments = segments(&elf)?;
         let (binary, dfu) = (raw(&segments)?, dfu::write(&segments));
         check(&elf, &binary, &dfu).with_context(|| format!("{board:?}"))?;
-        tell(format_args!("{}: {sizes}", board.name()));
+        announce(format_args!("{}: {sizes}", board.name()));
         for (extension, bytes) in [("elf", &elf), ("bin", &binary), ("dfu", &dfu)] {
             let name = format!("ridgetone-{}-{}.{extension}", env!("CARGO_PKG_VERSION"), board.name());
             put(&folder.join(&name), bytes)?;

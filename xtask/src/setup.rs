@@ -1,4 +1,4 @@
-//! `setup`: all that the firmware, its emulator and the tests need.
+//! `setup`: the tools of the firmware, its emulator and the tests.
 
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
@@ -18,7 +18,7 @@ const QEMU: &str = "qemu-system-arm";
 /// The machine it must know: an STM32F405.
 const MACHINE: &str = "netduinoplus2";
 
-/// Finds or installs everything, and tells what there is.
+/// Finds or installs everything, and prints the result.
 pub fn run() -> Result<()> {
     match Toolchain::find_or_install()? {
         Toolchain::Rustup => println!("core library for {TARGET}: with the compiler"),

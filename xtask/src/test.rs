@@ -2,7 +2,7 @@
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{clean, run, tell};
+use crate::tools::{announce, clean, run};
 use anyhow::{Context, Result};
 
 /// The emulated runs without `--all`: names of tests in `host/tests`.
@@ -32,12 +32,12 @@ fn test(arguments: &[&str]) -> std::process::Command {
 pub fn run_tests(all: bool) -> Result<()> {
     setup::qemu()?;
     images::build(Board::Emulated.image())?;
-    tell("tests on this PC");
+    announce("tests on this PC");
     run(&mut test(&[])).context("tests on this PC")?;
     if all {
         return run_long();
     }
-    tell("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
+    announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
     let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
 }
@@ -48,13 +48,13 @@ fn run_long() -> Result<()> {
     let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
-    tell("long tests, and all tests of the emulated firmware");
+    announce("long tests, and all tests of the emulated firmware");
     let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
     long.args(NEVER.iter().flat_map(|name| ["--skip", name]));
     long.env("RIDGETONE_CHECKED_ELF", checked);
     long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
     run(&mut long).context("long tests and tests of the emulated firmware")?;
-    tell("tests of the pages in a browser");
+    announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
     println!(

@@ -7,7 +7,7 @@
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 
 use crate::install;
-use crate::tools::{clean, find, output_of, tell};
+use crate::tools::{announce, clean, find, output_of};
 use anyhow::{Context, Result, anyhow, bail};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ impl Toolchain {
             "rustup" => Self::rustup().or_else(|_| Self::install_rustup()),
             "debian" => Self::debian().or_else(|_| Self::install_debian()),
             "" => Self::rustup().or_else(|_| Self::debian()).or_else(|_| Self::install_rustup()).or_else(|first| {
-                tell(format_args!("rustup cannot ({first:#}); trying Debian's packages"));
+                announce(format_args!("rustup cannot ({first:#}); trying Debian's packages"));
                 Self::install_debian().map_err(|second| {
                     anyhow!(
                         "no core library for {TARGET}: neither `rustup target add {TARGET}` ({first:#}) \

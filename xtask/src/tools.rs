@@ -23,7 +23,7 @@ pub fn find(program: &str) -> Option<PathBuf> {
 }
 
 /// Announces a step that takes a while.
-pub fn tell(what: impl std::fmt::Display) {
+pub fn announce(what: impl std::fmt::Display) {
     eprintln!("xtask: {what}");
 }
 

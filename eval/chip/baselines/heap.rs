@@ -6,7 +6,7 @@
 use core::ptr::addr_of_mut;
 use embedded_alloc::LlffHeap;
 
-/// Bytes: a matrix of 2 x 241 rows and 7 columns, six vectors of as many rows, and what is small.
+/// Bytes: a matrix of 2 x 241 rows and 7 columns, six vectors of as many rows, and small ones.
 const BYTES: usize = 40 * 1024;
 
 #[global_allocator]

@@ -29,7 +29,7 @@ fn main() -> ! {
                     }
                     let (instructions, frequency) =
                         counter.measure(|| estimate(method, window, usize::from(channels), SCRATCH));
-                    files.tell(Measured::Baseline { instructions, frequency_bits: frequency.map(f32::to_bits) })?;
+                    files.write(Measured::Baseline { instructions, frequency_bits: frequency.map(f32::to_bits) })?;
                 }
                 // The fit's image does the others.
                 _ => return None,

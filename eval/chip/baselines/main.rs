@@ -1,5 +1,5 @@
-//! The baselines' benchmark: as `ridgetone-bench`, an image of its own. The baselines' crate depends on the library, which
-//! can therefore not run them; the fit's image, in turn, is compiled as if there were no baselines.
+//! The baselines' benchmark: as `ridgetone-bench`, an image of its own. The fit's image is compiled
+//! without them, so that they do not change what is measured there.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
 

@@ -22,9 +22,7 @@ impl Files {
         match work(&Self { workload, results }) {
             Some(()) => semihost::exit(Exit::Done),
             None => {
-                semihost::print(format_args!(
-                    "the workload ends early or makes no sense, or results cannot be written"
-                ));
+                semihost::print(format_args!("the workload is not whole, or results cannot be written"));
                 semihost::exit(Exit::Bridge)
             }
         }
@@ -42,7 +40,7 @@ impl Files {
     }
 
     /// Writes a result.
-    pub fn tell(&self, measured: Measured) -> Option<()> {
+    pub fn write(&self, measured: Measured) -> Option<()> {
         let mut line = heapless::String::<LINE_MAX>::new();
         writeln!(line, "{measured}").ok()?;
         self.results.write_all(line.as_bytes()).then_some(())

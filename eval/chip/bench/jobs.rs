@@ -58,7 +58,7 @@ impl Bench<'_> {
                 Job::Encode => self.encode(&longest_packet())?,
                 Job::Intake => {
                     let instructions = intake::measure(&self.counter)?;
-                    self.files.tell(Measured::Intake { instructions })?;
+                    self.files.write(Measured::Intake { instructions })?;
                 }
                 // The baselines have an image of their own.
                 Job::Baseline { .. } => return None,
@@ -78,7 +78,7 @@ impl Bench<'_> {
         let from = stack::paint();
         let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
         let stack_bytes = stack::deepest(from);
-        self.files.tell(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
+        self.files.write(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
     }
 
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
@@ -97,7 +97,7 @@ impl Bench<'_> {
                 self.encode(&Packet { sequence, event })?;
                 sequence = sequence.wrapping_add(1);
             }
-            self.files.tell(Measured::Frame { instructions, windows })?;
+            self.files.write(Measured::Frame { instructions, windows })?;
         }
         Some(())
     }
@@ -105,7 +105,7 @@ impl Bench<'_> {
     fn encode(&mut self, packet: &Packet) -> Option<()> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
-        self.files.tell(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
+        self.files.write(Measured::Message { instructions, wire: Wire::new(wire.get(..used)?) })
     }
 }
 

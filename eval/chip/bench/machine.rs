@@ -73,7 +73,7 @@ pub mod stack {
     /// function's own registers below it.
     const OWN: u32 = 128;
 
-    /// Fills what is free of the stack; gives where that begins.
+    /// Fills the free stack; returns its start.
     #[inline(never)]
     pub fn paint() -> u32 {
         let from = cortex_m::register::msp::read();

@@ -5,10 +5,9 @@
 //! properties: Haendel, "Properties of the IEEE-STD-1057 four-parameter sine wave fit algorithm", IEEE Trans. Instrum.
 //! Meas. 49(6), 2000. It starts at the peak of the periodogram of all channels.
 
-use crate::baselines::periodogram::Peak;
-use crate::baselines::rotation::{Rotation, middle};
-use crate::baselines::samples::centred;
-use crate::baselines::{Frame, Scratch};
+use super::periodogram::Peak;
+use super::rotation::{Rotation, middle};
+use super::samples::{Frame, Scratch, centred};
 use core::f32::consts::TAU;
 use nalgebra::{Matrix4, Vector4};
 
@@ -37,7 +36,7 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     (count > 0.0).then(|| sum / count)
 }
 
-/// One channel's frequency. None if it leads away from the guess, if the unknowns cannot be told apart, or if it does not
+/// One channel's frequency. None if it leads away from the guess, if the unknowns cannot be separated, or if it does not
 /// converge.
 fn fit(points: &[f32], guess: f32) -> Option<f32> {
     let frames = points.len();

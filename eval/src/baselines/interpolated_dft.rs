@@ -9,10 +9,9 @@
 //! X(+1/2) - X(-1/2) = 2 h (X(+1/2) + X(-1/2)); the signs are as in the paper, but for time counted from the middle of
 //! the window, which turns the sign of one of the two coefficients.
 
-use crate::baselines::periodogram::Peak;
-use crate::baselines::rotation::Rotation;
-use crate::baselines::samples::centred;
-use crate::baselines::{Frame, Scratch};
+use super::periodogram::Peak;
+use super::rotation::Rotation;
+use super::samples::{Frame, Scratch, centred};
 use ridgetone_tone::phase::{cos_sin, from_turns};
 
 /// Repetitions. Two are enough for a complex exponential (Aboutanios and Mulgrew); the image takes one more.

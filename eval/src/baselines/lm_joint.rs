@@ -6,10 +6,9 @@
 //! and 3 x channels + 1 columns, of which all but four in a row are zero: 755 kB for 16 channels and 241 frames in f32,
 //! which is more than the chip's memory; 2 channels take 14 kB and fit.
 
-use crate::baselines::periodogram::Peak;
-use crate::baselines::rotation::{Rotation, middle};
-use crate::baselines::samples::centred;
-use crate::baselines::{Frame, Scratch};
+use super::periodogram::Peak;
+use super::rotation::{Rotation, middle};
+use super::samples::{Frame, Scratch, centred};
 use core::f32::consts::TAU;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;

@@ -13,10 +13,9 @@
 //! - the length of a step: here it grows by a fifth after a step down; a step up is halved and tried again;
 //! - the end: here a step shorter than [`ENOUGH`], or [`STEPS`] of them.
 
-use crate::baselines::periodogram::Peak;
-use crate::baselines::rotation::{Rotation, middle};
-use crate::baselines::samples::centred;
-use crate::baselines::{Frame, Scratch};
+use super::periodogram::Peak;
+use super::rotation::{Rotation, middle};
+use super::samples::{Frame, Scratch, centred};
 use core::f32::consts::TAU;
 
 /// Channels that take part: piezoresistor 1 of two of the paper's sensors.
@@ -42,10 +41,10 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     // How much E bends along each parameter. A channel that does not vary stays where it is: a sine of no amplitude.
     let mut bend = [1.0; 7];
     bend[6] = 0.0;
-    let rooms = [&mut scratch.points, &mut scratch.second];
+    let buffers = [&mut scratch.points, &mut scratch.second];
     let mut signals: [&[f32]; CHANNELS_MAX] = [&[], &[]];
     let mut size = 0.0;
-    for (channel, points) in rooms.into_iter().enumerate().take(channels) {
+    for (channel, points) in buffers.into_iter().enumerate().take(channels) {
         let Some(points) = centred(values, channel, points) else { continue };
         let (along_cos, along_sin) = Rotation::new(frequency, frames).project(points);
         let amplitude = 2.0 / frames as f32 * libm::sqrtf(along_cos * along_cos + along_sin * along_sin);

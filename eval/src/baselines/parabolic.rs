@@ -7,8 +7,8 @@
 //! themselves the parabola is further off at every length of window that was tried: without a window function a line is
 //! narrow, and its logarithm is nearer to a parabola.
 
-use crate::baselines::periodogram::Peak;
-use crate::baselines::{Frame, Scratch};
+use super::periodogram::Peak;
+use super::samples::{Frame, Scratch};
 
 /// The apex, cycles per frame.
 pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Option<f32> {

@@ -5,8 +5,7 @@
 //! observations", IEEE Trans. Inf. Theory 20(5), 1974). The transform is padded with zeros to the next power
 //! of two, no further: a line's distance to the next is the error's limit.
 
-use crate::baselines::samples::centred;
-use crate::baselines::{FRAMES_MAX, Frame, Scratch};
+use super::samples::{FRAMES_MAX, Frame, Scratch, centred};
 
 /// Shortest transform, points.
 const POINTS_MIN: usize = 16;

@@ -1,6 +1,37 @@
 //! A channel's samples, less their mean.
 
-use crate::baselines::{FRAMES_MAX, Frame};
+/// Channels of a frame.
+pub const CHANNELS: usize = 16;
+
+/// One frame's values, codes: whole numbers up to 2^24, offsets included.
+pub type Frame = [f32; CHANNELS];
+
+/// Most frames of a window, and points of the longest transform.
+pub const FRAMES_MAX: usize = 1024;
+
+/// Working memory for one window.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    /// A channel's samples, or their transform.
+    pub points: [f32; FRAMES_MAX],
+    /// A second channel's samples.
+    pub second: [f32; FRAMES_MAX],
+    /// The periodogram, summed over channels.
+    pub power: [f32; FRAMES_MAX / 2],
+}
+
+impl Scratch {
+    /// Empty; `const`, so that it can live in a static.
+    pub const fn new() -> Self {
+        Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] }
+    }
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// Fewest frames of a window: below four a sine with an offset is not determined.
 const FRAMES_MIN: usize = 4;

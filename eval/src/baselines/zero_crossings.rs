@@ -5,8 +5,7 @@
 //! squares through all of them. Noise makes several crossings where there is one: they count as one, in their middle,
 //! until the signal has left the hysteresis at the other side.
 
-use crate::baselines::samples::{centred, rms};
-use crate::baselines::{CHANNELS, Frame, Scratch};
+use super::samples::{CHANNELS, Frame, Scratch, centred, rms};
 
 /// Hysteresis to either side of zero, in root mean squares of the channel: half a sine's amplitude. With less of it the
 /// noise crosses too often at 10 dB, with more the overtones hide crossings.

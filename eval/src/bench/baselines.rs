@@ -76,9 +76,6 @@ impl Baselines {
     }
 
     /// Reads their measurements.
-    ///
-    /// # Errors
-    /// The chip and this PC differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
         let mut scratch = Scratch::new();
         self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()

@@ -54,9 +54,6 @@ impl Jobs {
     }
 
     /// Has an image do all jobs, in a directory that is gone afterwards.
-    ///
-    /// # Errors
-    /// There is no emulator, the image fails (the error has its last words), takes too long or writes what is no result.
     pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
         let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
         self.add(Job::End);

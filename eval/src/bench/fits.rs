@@ -100,9 +100,6 @@ impl Fits {
     }
 
     /// Reads their measurements.
-    ///
-    /// # Errors
-    /// The chip and this PC differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
         self.0.iter().map(|kind| kind.read(measured)).collect()
     }

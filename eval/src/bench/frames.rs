@@ -54,9 +54,6 @@ impl Frames {
     }
 
     /// Reads its measurements.
-    ///
-    /// # Errors
-    /// The chip's detector and this PC's differ.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));

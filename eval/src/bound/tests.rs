@@ -165,7 +165,7 @@ fn one_channel_over_many_cycles_is_the_textbooks() {
     }
 }
 
-/// To first order the best estimate moves as the data do: data made at a frequency a little off are told by as much,
+/// To first order the best estimate moves as the data do: data made at a frequency a little off move it by as much,
 /// whatever their offset and slope.
 #[test]
 fn the_score_tells_how_far_the_frequency_is_off() {

@@ -1,17 +1,17 @@
-//! Frames of telemetry with flipped bits: how many the decoder refuses, and whether the frame behind is read.
+//! Frames of telemetry with bit errors: how many the decoder refuses, and whether it reads the next frame.
 //!
 //! What a CRC-32 guarantees holds for the message that it is taken of, which is at most 504 bytes here: any burst of up
-//! to 32 bits is noticed, any 3 flipped bits, and in messages of up to 371 bytes any 4 (Koopman, *32-bit cyclic redundancy
+//! to 32 bits is noticed, any 3 bit errors, and in messages of up to 371 bytes any 4 (Koopman, *32-bit cyclic redundancy
 //! codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4
-//! up to 91,607). On the line that message is stuffed by COBS: where a flipped bit makes a zero, the frame falls into
+//! up to 91,607). On the line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes
 //! two; where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is lost. Of such
-//! frames, and of those with more flips, one in 2^32 passes the checksum by chance, so of ten million 0.002; the
+//! frames, and of those with more errors, one in 2^32 passes the checksum by chance, so of ten million 0.002; the
 //! stuffing refuses a part of them before, and the content's encoding behind it: what is left over, unknown, or out of
 //! range.
 //!
 //! One message passes by itself: the empty one, whose checksum is 0. Zeros in a row, as in `health`, are stuffed as ones,
-//! and five ones that two flips cut out of their frame are the empty message. The decoder refuses it since no packet is
-//! empty; how often it was met is counted.
+//! and five ones that two bit errors cut out of their frame are the empty message. The decoder refuses it since no packet is
+//! empty; the count `empty` has their number.
 
 use crate::parallel;
 use anyhow::Result;
@@ -24,31 +24,31 @@ use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, enco
 use serde::Serialize;
 use std::ops::Add;
 
-/// Most bits that are flipped one by one in a frame.
+/// Most single bit errors of a frame.
 const SINGLE_MAX: u32 = 16;
 /// Longest burst, bits.
 const BURST_MAX: u32 = 64;
 /// Frames that one seed makes: so many that a thread has something to do, so few that all have.
 const BATCH: u64 = 50_000;
 
-/// The checksum by a table, so that the decoder's, which has none, is not asked about itself.
+/// The checksum by a table: another implementation than the decoder's.
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// What became of frames with flipped bits.
+/// Counts of frames with bit errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BitErrors {
-    /// Frames sent, each with at least one bit flipped.
+    /// Frames sent, each with at least one bit error.
     pub sent: u64,
-    /// Of these, those of which the decoder gave nothing.
+    /// Of these, those of which the decoder returned nothing.
     pub refused: u64,
-    /// Of these, those of which it gave a packet: must be zero.
+    /// Of these, those of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those of which a part that is not empty passed the checksum, by another implementation of it; the
-    /// content's encoding may have refused it still.
+    /// Of these, those with a non-empty part whose checksum is right, by another implementation; the decoder may still
+    /// refuse the content.
     pub checksum_passed: u64,
-    /// Of these, those of which a part was the empty message.
+    /// Of these, those with the empty message as a part.
     pub empty: u64,
-    /// Undamaged frames behind them, with a delimiter in between, that were not read: must be zero.
+    /// Undamaged frames after them, with a delimiter between, that were not read. Must be zero.
     pub next_lost: u64,
 }
 
@@ -67,12 +67,9 @@ impl Add for BitErrors {
     }
 }
 
-/// Sends `frames` frames of telemetry, each with flipped bits: 1 to 16 anywhere in it, its delimiter included, or a
-/// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same flips, on however
-/// many threads. Ten million take half a minute on two cores.
-///
-/// # Errors
-/// The touch cannot be replayed.
+/// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter included, or a
+/// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same errors, on any number
+/// of threads. Ten million take half a minute on two cores.
 pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
     let serial = replay::run(touch, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {})?.serial;
     let telemetry: Vec<&[u8]> = serial.split_inclusive(|byte| *byte == 0).collect();
@@ -80,12 +77,12 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
     let counted = parallel::map("batches of damaged frames", &batches, |batch| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(*batch);
-        Ok(flip(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
+        Ok(count_batch(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
     })?;
     Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::add))
 }
 
-fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
+fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
     let mut bit_errors = BitErrors::default();
     let mut decoder = Decoder::new();
     let behind = Packet { sequence: 0, event: Event::Release(Release { t_us: 1_000_000 }) };
@@ -101,7 +98,7 @@ fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
         let (empty, filled) = lengths.fold((false, false), |(e, f), length| (e || length == 0, f || length > 0));
         (bit_errors.empty, bit_errors.checksum_passed) =
             (bit_errors.empty + u64::from(empty), bit_errors.checksum_passed + u64::from(filled));
-        // Behind a frame whose delimiter was hit there is the one of an idle line.
+        // After a frame whose delimiter is damaged comes that of an idle line.
         let delimiter: &[u8] = if frame.last() == Some(&0) { &[] } else { &[0] };
         let given = frame.iter().chain(delimiter).filter_map(|byte| decoder.push(*byte)).count();
         bit_errors.accepted_damaged += u64::from(given > 0);
@@ -112,7 +109,7 @@ fn flip(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
     bit_errors
 }
 
-/// Flips bits.
+/// Inverts bits.
 fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     let bits = 8 * frame.len() as u32;
     let mut at = |bit: u32| frame[bit as usize / 8] ^= 1 << (bit % 8);
@@ -123,14 +120,14 @@ fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     } else {
         let length = (2 + rng.next_u32() % (BURST_MAX - 1)).min(bits);
         let first = rng.next_u32() % (bits - length + 1);
-        // A burst begins and ends with a flipped bit.
+        // A burst begins and ends with a bit error.
         at(first);
         at(first + length - 1);
         (first + 1..first + length - 1).filter(|_| rng.next_u32().is_multiple_of(2)).for_each(at);
     }
 }
 
-/// Length of the message in what is between two zeros, if that is stuffed as it should be and has the right checksum.
+/// Length of the message between two zeros, if its stuffing and its checksum are right.
 fn passing(stuffed: &[u8]) -> Option<usize> {
     let mut plain = [0; 2 * WIRE_MAX];
     let decoded = cobs::decode(stuffed, &mut plain).ok()?;
@@ -144,7 +141,7 @@ mod tests {
     use ridgetone_host::input::Input;
 
     #[test]
-    fn no_flipped_frame_is_taken_and_the_next_is_read() {
+    fn no_frame_with_bit_errors_is_taken_and_the_next_is_read() {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
@@ -155,7 +152,7 @@ mod tests {
 
     #[test]
     #[ignore = "long, ten million frames: cargo xtask test --all"]
-    fn of_ten_million_flipped_frames_none_is_taken() {
+    fn of_ten_million_frames_with_bit_errors_none_is_taken() {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 10_000_000, 2).unwrap();
         println!("{bit_errors:?}");
@@ -186,8 +183,8 @@ mod tests {
         for first in 0..bits - 32 {
             let mut damaged = plain.clone();
             let pattern = u64::from(rng.next_u32() | 1) << (first % 8);
-            for (byte, flipped) in damaged[first as usize / 8..].iter_mut().zip(pattern.to_le_bytes()) {
-                *byte ^= flipped;
+            for (byte, errors) in damaged[first as usize / 8..].iter_mut().zip(pattern.to_le_bytes()) {
+                *byte ^= errors;
             }
             assert_eq!(passing(&cobs::encode_vec(&damaged)), None, "a burst from bit {first} on");
         }

@@ -29,9 +29,6 @@ pub struct Campaign {
 
 impl Campaign {
     /// Runs at least so many injections that act on this PC, as many of each family; only of one family if it is named.
-    ///
-    /// # Errors
-    /// A run that cannot be made; runs in which no injection acts.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>) -> Result<Self> {
         let families: Vec<_> = families(only).collect();
         // Runs without injections come on top.
@@ -56,9 +53,6 @@ impl Campaign {
     }
 
     /// Adds so many runs of each family on the emulated chip; only of one family if it is named.
-    ///
-    /// # Errors
-    /// Those of the emulator.
     pub fn on_emulator(&mut self, runs: u64, only: Option<Family>, options: emulator::Options<'_>) -> Result<()> {
         for family in families(only) {
             let seeds = self.seed..self.seed + runs;
@@ -74,9 +68,6 @@ impl Campaign {
     }
 
     /// Adds the rows of damage on the line and of lost power that belong to so many injections into the chip.
-    ///
-    /// # Errors
-    /// Those of [`lines::rows`].
     pub fn on_lines(&mut self, injections: u64) -> Result<()> {
         let (rows, bit_errors) = lines::rows(injections, self.seed)?;
         self.rows.extend(rows);
@@ -113,9 +104,6 @@ fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
 }
 
 /// Makes one run on this PC.
-///
-/// # Errors
-/// It cannot be made.
 pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let ran = task_sim::run(input, SETTINGS)?;

@@ -12,9 +12,6 @@ use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Packet;
 
 /// Makes one run, with the settings of the image.
-///
-/// # Errors
-/// Those of the emulator: the firmware fails or falls silent.
 pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let mut packets = Vec::new();

@@ -89,9 +89,6 @@ fn requests() -> Result<Vec<Vec<u8>>> {
 }
 
 /// Sends so many random bytes.
-///
-/// # Errors
-/// None.
 pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;
@@ -104,9 +101,6 @@ pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
 }
 
 /// Sends so many damaged requests: with bit errors, without their end, without a part, or two in one.
-///
-/// # Errors
-/// None.
 pub fn damaged_requests(frames: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;

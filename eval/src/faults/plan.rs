@@ -63,9 +63,6 @@ impl Plan {
     }
 
     /// Its input and its truth.
-    ///
-    /// # Errors
-    /// A parameter of the scene out of its range: a mistake in the plan.
     pub fn open(&self) -> Result<(Opened, Truth)> {
         let source = Source::Scene(self.sliding.clone());
         let mut input = Input { source, seed: self.seed, ..Input::default() }.open()?;

@@ -20,11 +20,11 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
     pub done: u64,
     /// Whether power is gone.
     pub is_off: bool,
-    /// Operations beyond the pages, or that program what is not erased. There must be none.
+    /// Operations beyond the pages, or that program words that are not erased. Must be zero.
     pub wrong: u64,
     pub erased: u64,
     pub reads: u64,
-    /// Whether a bit was cleared since power came.
+    /// Whether a bit was cleared since power returned.
     pub is_marked: bool,
     random: ChaCha8Rng,
 }

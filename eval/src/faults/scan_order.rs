@@ -1,14 +1,14 @@
-//! Whether whole scans come without a flaw.
+//! Whole scans without a flaw.
 
 use ads1258::Conversion;
 use ridgetone_proto::settings::SCAN;
 
-/// Conversions without a flaw that have come in the order of the scan, since its first slot.
+/// Conversions without a flaw in the order of the scan, since its first slot.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Order(usize);
 
 impl Order {
-    /// Takes a conversion that is new; true if it ends a scan without a flaw.
+    /// Takes a new conversion; true if it ends a scan without a flaw.
     pub fn take(&mut self, conversion: &Conversion) -> bool {
         let status = conversion.status;
         let clean = !status.is_overflow() && !status.is_supply_low();

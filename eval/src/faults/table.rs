@@ -9,9 +9,6 @@ use anyhow::{Context, Result};
 const PAGE: &str = include_str!("../../../docs/faults.md");
 
 /// The page.
-///
-/// # Errors
-/// The damaged frames were not counted.
 pub fn page(campaign: &Campaign) -> Result<String> {
     let numbers = numbers(campaign).context("without the damaged frames the page is not whole")?;
     filled(PAGE, |name| match name {

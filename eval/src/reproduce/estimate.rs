@@ -9,10 +9,10 @@ use ridgetone_proto::settings::{Settings, TAXELS};
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// What the paper's equations 2 to 5 cut out.
+/// The part of a run that the paper's equations 2 to 5 cut out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cut {
-    /// The taxel whose spike was taken: the one with the best defined.
+    /// The taxel with the clearest spike.
     pub taxel: usize,
     /// Device time of the spike, seconds.
     pub spike_s: f64,
@@ -95,10 +95,7 @@ pub fn least_squares_hz(
 }
 
 /// Our own fit of all channels with as many harmonics as the firmware is set to: frequency and standard deviation,
-/// hertz. None where it says that there is no single tone.
-///
-/// # Errors
-/// Those of [`fit`].
+/// hertz. None where it reports no single tone.
 pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64)>> {
     let Some(part) = taken.codes.get(frames.clone()).filter(|part| !part.is_empty()) else { return Ok(None) };
     let zero = part[0];
@@ -110,7 +107,7 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
 }
 
 /// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and of the sine, with
-/// times told from the first one. What the gradient descent of equation 9 ends at, for its frequency.
+/// times from the first one: the end of the gradient descent of equation 9 at this frequency.
 pub fn sine(points: &[(f64, f64)], hz: f64) -> [f64; 3] {
     let zero_s = points.first().map_or(0.0, |point| point.0);
     let mut sums = [[0.0; 4]; 3];

@@ -1,4 +1,4 @@
-//! The measurement: every run is taken once, and all that the tables and pictures need is computed from it.
+//! The measurement: every run is made once; the data of the tables and pictures follow from it.
 
 use super::estimate::{Cut, cut, fft_hz, joint_hz, least_squares_hz};
 use super::paper::{DELAY_S, STEP_S, TABLE_3, WINDOWS_S, series};
@@ -18,7 +18,7 @@ use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 /// All channels.
 pub const ALL: [usize; TAXELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// All that is kept of a run.
+/// The data of a run.
 struct Measured {
     run: Run,
     /// Per length of window, per window: naive Fourier analysis, least squares, our fit; hertz.
@@ -35,10 +35,7 @@ pub fn window_lengths_s() -> impl Iterator<Item = f64> {
     (0..=steps).map(move |step| ((shortest_s + f64::from(step) * STEP_S) * 1e3).round() / 1e3)
 }
 
-/// Takes and measures so many runs of some of the ten combinations, by their numbers from 0 on.
-///
-/// # Errors
-/// A scene that cannot be made, a run in which the contact is not found, those of the emulator.
+/// Makes and measures so many runs of some of the ten combinations, by their numbers from 0 on.
 pub fn combinations(which: &[usize], runs: u32, place: Place<'_>) -> Result<(Vec<Combination>, Pictures)> {
     let items: Vec<(usize, u32)> = which.iter().flat_map(|c| (0..runs).map(move |run| (*c, run))).collect();
     let all = parallel::map("runs", &items, |(c, run)| measure(*c, *run, runs, place))?;
@@ -91,7 +88,7 @@ fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> 
     })
 }
 
-/// The paper's cut, which has to be there.
+/// The paper's cut, or an error.
 fn found(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Result<Cut> {
     cut(taken, taxels, speed_mm_s).with_context(|| format!("no spike {DELAY_S} s before a slide at {speed_mm_s} mm/s"))
 }
@@ -118,7 +115,7 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
     })
 }
 
-/// What the firmware told by itself: its longest slide.
+/// The firmware's report: its longest slide.
 fn firmware(taken: &Taken) -> Option<Firmware> {
     let seconds = |t_us: u64| t_us as f64 / 1e6;
     let contact_s = taken
@@ -196,10 +193,7 @@ fn windows(combination: &Combination, measured: &[Measured], n: usize, window_s:
     })
 }
 
-/// What each imperfection alone does to the first run of every combination.
-///
-/// # Errors
-/// As [`combinations`].
+/// The effect of each imperfection alone on the first run of every combination.
 pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
     let only = |name, imperfect| (name, imperfect);
     let nothing = Imperfect::NOTHING;
@@ -236,9 +230,6 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
 }
 
 /// Table 2: every speed on every grating, with a perfect stimulator.
-///
-/// # Errors
-/// As [`combinations`].
 pub fn expected(cells: &[(f64, f64)], place: Place<'_>) -> Result<Vec<Expected>> {
     parallel::map("perfect runs", cells, |&(speed_mm_s, period_mm)| {
         let taken = Taken::new(scene((speed_mm_s, period_mm), 0, Imperfect::NOTHING), place)?;

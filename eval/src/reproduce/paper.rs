@@ -19,7 +19,6 @@ pub const NOT_TESTED: [(f64, f64, f64); 2] = [(48.0, 4.1, 11.71), (48.0, 3.6, 13
 /// A method's RMS errors in Table 3, C1 to C10.
 #[derive(Clone, Copy, Debug)]
 pub struct Errors {
-    /// In hertz.
     pub hz: [f64; COMBINATIONS],
     /// In percent of the nominal frequency.
     pub percent: [f64; COMBINATIONS],

@@ -1,4 +1,4 @@
-//! A run: a scene through the whole path, here or in the emulator, and what is left of it.
+//! A run: a scene through the whole path, here or in the emulator, and its data.
 
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
@@ -21,14 +21,14 @@ pub enum Place<'a> {
     Emulator(Options<'a>),
 }
 
-/// What a run leaves. Times are device times in seconds.
+/// The data of a run. Times are device times in seconds.
 #[derive(Clone, Debug)]
 pub struct Taken {
     /// The truth of the scene.
     pub truth: Truth,
-    /// All channels, and what was found in them.
+    /// All channels, and the events in them.
     pub recording: Recording,
-    /// What the firmware told.
+    /// The firmware's telemetry.
     pub packets: Vec<Packet>,
     /// ADC codes of each frame, whole numbers.
     pub codes: Vec<[f32; TAXELS]>,
@@ -37,14 +37,11 @@ pub struct Taken {
 }
 
 impl Taken {
-    /// Takes a run.
-    ///
-    /// # Errors
-    /// A parameter of the scene; those of the emulator.
+    /// Makes a run.
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
         let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
-        let truth = input.truth.context("the scene tells no truth")?;
+        let truth = input.truth.context("the scene has no truth")?;
         let (mut packets, mut conversions) = (Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {
             packets.push(packet.clone());

@@ -31,7 +31,7 @@ fn the_least_run_measures_every_choice_and_every_bar() {
 #[test]
 fn the_page_and_its_picture_are_what_their_data_give() {
     let trade = trade::load(&from_root("docs/trade.json")).expect("the data");
-    // `ridgetone-eval bench --render docs` fills in the page again, `cargo xtask bench --write` measures.
+    // `cargo xtask bench --render` fills in the page again, `cargo xtask bench --write` measures.
     assert!(trade::page(&trade).expect("a page") == read("docs/trade.md"), "docs/trade.md is not what its data give");
     assert!(trade::picture(&trade) == read("docs/trade.svg"), "docs/trade.svg is not what its data give");
     // The text names the bars that are not met.

@@ -1,10 +1,9 @@
 //! Many estimates against the truth and against the bound.
 //!
 //! The mean square error of a few hundred windows has an error of its own, 1 / sqrt(2 n) of the root for Gaussian
-//! errors, mostly because some draws of the noise are unluckier than others. How unlucky a draw is, is known: the error
-//! that an estimator on the bound would make in it, whose mean square is exactly the bound's. It serves as a control
-//! variate: what the squares have in common with it is taken off. For an estimator near the bound hardly anything is
-//! left to chance.
+//! errors, mostly because some draws of the noise are unluckier than others. The error of an estimator on
+//! the bound in the same draw is known, and its mean square is exactly the bound's. It serves as a control variate: the
+//! part of the squares that is correlated with it is subtracted. For an estimator near the bound little noise remains.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,18 +23,17 @@ const REGRESSED: usize = 10;
 pub struct Answer {
     /// Frequency, hertz.
     pub hz: f64,
-    /// What the estimator says of its own standard deviation, hertz.
+    /// The estimator's own standard deviation, hertz.
     pub sigma_hz: Option<f64>,
-    /// It says that another line may be the fundamental.
+    /// The estimator reports that another line may be the fundamental.
     pub ambiguous: bool,
 }
 
-/// A window and what an estimator made of it.
+/// A window and its estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// The true frequency, hertz.
     pub true_hz: f64,
-    /// The bound, hertz.
     pub bound_hz: f64,
     /// The error of an estimator on the bound in this very window, hertz.
     pub luck_hz: f64,
@@ -43,14 +41,13 @@ pub struct Sample {
     pub answer: Option<Answer>,
 }
 
-/// What came of many windows of one setting.
+/// The accuracy over many windows of one setting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Accuracy {
-    /// Windows.
     pub windows: u32,
-    /// Those with a frequency and no doubt.
+    /// Those with a single frequency.
     pub good: u32,
-    /// Those in which it was left open which line is the fundamental.
+    /// Those in which more than one line may be the fundamental.
     pub ambiguous: u32,
     /// Good ones at a multiple or a fraction of the truth.
     pub octaves: u32,
@@ -63,7 +60,6 @@ pub struct Accuracy {
 /// An error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Error {
-    /// RMS, hertz.
     pub rms_hz: f64,
     /// RMS, percent of the true frequency.
     pub rms_percent: f64,
@@ -135,8 +131,8 @@ fn mean(pairs: &[(f64, f64)], control: bool) -> (f64, f64) {
     let controlled = mean - slope * mean_control;
     // A few wild values can turn the regression about.
     let (value, slope) = if controlled > 0.0 { (controlled, slope) } else { (mean, 0.0) };
-    let rest = sum(&|a, b| (a - slope * b).powi(2));
-    (value, (rest / (n * (n - 2.0).max(1.0))).sqrt())
+    let residual = sum(&|a, b| (a - slope * b).powi(2));
+    (value, (residual / (n * (n - 2.0).max(1.0))).sqrt())
 }
 
 /// Whether an estimate of so many times the truth is a multiple or a fraction of it.
@@ -147,7 +143,7 @@ fn is_octave(times: f64) -> bool {
     })
 }
 
-/// Four significant digits, which is all that chance leaves.
+/// Four significant digits; the noise hides the others.
 pub fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
@@ -182,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn octaves_doubts_and_silence_are_counted() {
+    fn octaves_ambiguity_and_silence_are_counted() {
         let mut samples =
             vec![sample(0.0, 0.0), sample(10.2, 0.0), sample(-6.7, 0.0), sample(0.15, 0.0), sample(3.0, 0.0)];
         samples.push(Sample { answer: None, ..samples[0] });

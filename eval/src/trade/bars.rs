@@ -1,4 +1,4 @@
-//! The bars of accuracy: what is measured for them, and whether they are met.
+//! The bars of accuracy, and their measurements.
 
 use super::accuracy::{Accuracy, rounded};
 use super::contender::{Contender, fit, samples};
@@ -66,9 +66,7 @@ pub struct Windows {
 /// One setting's accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
-    /// The setting.
     pub setting: Setting,
-    /// What came of it.
     pub accuracy: Accuracy,
 }
 
@@ -87,7 +85,7 @@ impl Cell {
     }
 }
 
-/// What was found in windows of one kind.
+/// The tones found in windows of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// Length of the windows; none where it follows from the cycles.
@@ -108,24 +106,19 @@ fn percent(part: u32, all: u32) -> f64 {
     100.0 * f64::from(part) / f64::from(all)
 }
 
-/// All that was measured for the bars.
+/// All measurements for the bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
-    /// How many windows.
     pub windows: Windows,
     /// Accuracy: every length, noise and line of Table 2.
     pub cells: Vec<Cell>,
     /// Noise alone, by length.
     pub noise: Vec<Found>,
-    /// Detection.
     pub detection: Found,
 }
 
 impl Bars {
     /// Measures.
-    ///
-    /// # Errors
-    /// A window that cannot be made.
     pub fn measure(windows: Windows) -> Result<Self> {
         Ok(Self {
             windows,
@@ -199,12 +192,12 @@ impl Bars {
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (least, most) = (shares.first(), shares.last());
         let within = |share: f64| share >= COVERAGE_BAR.0 && share <= COVERAGE_BAR.1;
-        let tell =
+        let share_of =
             |end: Option<&(f64, String)>| end.map_or_else(String::new, |(share, at)| format!("{share:.1} % ({at})"));
         Bar {
             bar: "95 % intervals that hold the truth, for each window and noise".into(),
             limit: format!("{} to {} %", COVERAGE_BAR.0, COVERAGE_BAR.1),
-            measured: format!("{} to {}", tell(least), tell(most)),
+            measured: format!("{} to {}", share_of(least), share_of(most)),
             met: shares.iter().all(|(share, _)| within(*share)),
         }
     }

@@ -1,4 +1,4 @@
-//! Who estimates: Ridgetone's own fit as it is set, and its baselines.
+//! The estimators: Ridgetone's own fit, and the baselines.
 
 use crate::baselines::{Method, Scratch};
 use crate::bound::Clue;
@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 
-/// An estimator and what it may use.
+/// An estimator and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
@@ -21,7 +21,6 @@ pub enum Contender {
     },
     /// Another method on the first `channels` channels.
     Baseline {
-        /// The method.
         method: Method,
         /// Channels that it gets.
         channels: u8,
@@ -35,9 +34,6 @@ impl Contender {
     }
 
     /// Its estimate of a window.
-    ///
-    /// # Errors
-    /// The fit found frames overwritten, which cannot be in a table.
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone { harmonics, channels } => {
@@ -58,7 +54,7 @@ impl Contender {
         }
     }
 
-    /// Channels whose bound it is held against: those it may use; of a baseline all there are.
+    /// Channels of the bound that it is compared with: those it may use; for a baseline all.
     fn channels(&self) -> usize {
         match *self {
             Self::Ridgetone { channels, .. } => channels.into(),
@@ -68,9 +64,6 @@ impl Contender {
 }
 
 /// Ridgetone's fit of the first `channels` channels of a window's frames.
-///
-/// # Errors
-/// The fit found frames overwritten, which cannot be in a table.
 pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
     let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
     let mut table = Table { values, valid: &valid };
@@ -80,9 +73,6 @@ pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
 }
 
 /// One window for all contenders.
-///
-/// # Errors
-/// A window that cannot be made.
 pub fn samples(setting: &Setting, seed: u64, contenders: &[Contender]) -> Result<Vec<Sample>> {
     let window = setting.window(seed)?;
     let clues = window.clues(setting.slope(), setting.carried.into())?;

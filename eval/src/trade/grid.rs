@@ -1,4 +1,4 @@
-//! The trade: what window, channels and harmonics bring, beside other methods on the same windows.
+//! The trade: accuracy by window, channels and harmonics, beside other methods on the same windows.
 
 use super::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
@@ -11,7 +11,7 @@ use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
 
-/// Of the windows of the slowest method so many are left out for each that is taken.
+/// The slowest method gets one window in so many.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
@@ -28,7 +28,7 @@ pub fn instructions(row: &Row, chip: &Report) -> Option<u32> {
     same.map(|cell| cell.instructions_worst)
 }
 
-/// What contends in scenes of so many harmonics.
+/// The estimators for scenes of so many harmonics.
 fn contenders(carried: u8) -> Vec<Contender> {
     let fits = HARMONICS.into_iter().flat_map(|harmonics| CHANNELS.map(|channels| (harmonics, channels)));
     let mut all: Vec<Contender> = fits
@@ -36,7 +36,7 @@ fn contenders(carried: u8) -> Vec<Contender> {
         .map(|(harmonics, channels)| Contender::Ridgetone { harmonics, channels })
         .collect();
     if baselines::CARRIED.contains(&carried) {
-        // What only runs on the chip with fewer channels is measured with those too.
+        // A method that fits the chip only with fewer channels is measured with those too.
         let own = |method: Method| [method.channels_max(), method.channels_max().min(method.channels_on_chip())];
         let mut baselines: Vec<Contender> = Method::ALL
             .into_iter()
@@ -49,9 +49,6 @@ fn contenders(carried: u8) -> Vec<Contender> {
 }
 
 /// Measures all rows, `windows` of each line of Table 2.
-///
-/// # Errors
-/// A window that cannot be made.
 pub fn measure(windows: u32) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (window_s, number) in WINDOWS_S.into_iter().zip(0..) {

@@ -61,7 +61,7 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// Windows in which no single frequency was told, and those in which it was a multiple or a fraction of the true one,
+/// Windows without a single frequency, and those in which it was a multiple or a fraction of the true one,
 /// percent of all.
 fn failures(row: &Row) -> [String; 2] {
     let accuracy = &row.accuracy;
@@ -72,7 +72,7 @@ fn failures(row: &Row) -> [String; 2] {
     [share(accuracy.windows - accuracy.good), share(accuracy.octaves)]
 }
 
-/// What an estimator's error is, and how often it fails: under RMS in percent, x bound, no answer and octaves.
+/// An estimator's error, and how often it fails: under RMS in percent, x bound, no answer and octaves.
 fn quality(row: &Row) -> impl Iterator<Item = String> {
     [percent(row), ratio(row)].into_iter().chain(failures(row))
 }
@@ -97,7 +97,7 @@ fn ridgetone(trade: &Trade) -> String {
     WINDOWS_S.map(of_window).join("\n\n")
 }
 
-/// What a setting of other harmonics than there are does.
+/// The effect of a setting of other harmonics than there are.
 fn harmonics(trade: &Trade) -> String {
     let [fewest, .., most] = HARMONICS;
     let all = TAXELS as u8;

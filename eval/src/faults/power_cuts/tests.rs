@@ -103,7 +103,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
 
 /// In a touch nothing is erased, and what was stored stays.
 #[test]
-fn a_full_page_is_not_erased_against_orders() {
+fn a_full_page_is_not_erased_without_permission() {
     let mut store = FlashStore::new(CutFlash::<192>::new(1));
     for number in 0..4 {
         assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
@@ -116,7 +116,7 @@ fn a_full_page_is_not_erased_against_orders() {
     assert_eq!((flash.erased, flash.wrong), (1, 0));
 }
 
-/// Pages of which some words do not take what is programmed any more.
+/// Pages in which some words are worn out and cannot be programmed.
 struct Worn {
     flash: CutFlash<960>,
     is_worn: fn(u32) -> bool,
