@@ -182,7 +182,7 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         remove(&mut column, &basis);
         let remainder = length(&column);
         if remainder > DEPENDENT * whole {
-            column.iter_mut().for_each(|value| *value /= rest);
+            column.iter_mut().for_each(|value| *value /= remainder);
             basis.push(column);
         }
     }

@@ -186,6 +186,7 @@ pub enum Measured {
         instructions: u32,
         /// Most stack in use, bytes.
         stack_bytes: u32,
+        /// Its result.
         outcome: Outcome,
     },
     /// One scan's conversions in the detector.
@@ -199,6 +200,7 @@ pub enum Measured {
     Message {
         /// Instructions.
         instructions: u32,
+        /// Its bytes.
         wire: Wire,
     },
     /// One conversion read, stamped and queued.
