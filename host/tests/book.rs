@@ -32,10 +32,11 @@ const WITH_A_BOARD: [&str; 10] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 5] = [
-    ("cargo xtask bench --write", "host/tests/bench.rs"),
-    ("cargo xtask faults --full", "host/tests/faults.rs"),
-    ("ridgetone faults --only NAME --seed N --injections 1", "host/tests/faults.rs"),
+const LITTLE_OF: [(&str, &str); 6] = [
+    ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
+    ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
+    ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
+    ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
 ];
