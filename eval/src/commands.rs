@@ -10,7 +10,8 @@ use crate::trade::Effort;
 use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use ridgetone_host::cli::{FirmwareOptions, Senseless};
+use ridgetone_host::cli::FirmwareOptions;
+use ridgetone_host::usage::UsageError;
 use ridgetone_host::output;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -95,7 +96,7 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
         return reproduce::render(&args.out);
     }
     if args.firmware.elf.is_some() && !args.emulated {
-        return Err(Senseless("--elf names a firmware image, which only runs with --emulated".into()).into());
+        return Err(UsageError("--elf names a firmware image, which only runs with --emulated".into()).into());
     }
     let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
     let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
@@ -114,7 +115,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("ridgetone-eval: {error:#}");
-            ExitCode::from(if error.is::<Senseless>() { 2 } else { 1 })
+            ExitCode::from(if error.is::<UsageError>() { 2 } else { 1 })
         }
     }
 }

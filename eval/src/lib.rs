@@ -26,7 +26,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(bar bench bound commands faults page parallel plot reproduce setting simulated trade);
+on_the_pc!(axis bar bench bound commands faults page parallel plot reproduce setting simulated trade);
 
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ pub fn map<T: Sync, R: Send>(what: &str, items: &[T], work: impl Fn(&T) -> Resul
         if let Ok(mut progress) = progress.lock() {
             let (done, line) = &mut *progress;
             *done += 1;
-            line.tell_count(what, *done, items.len());
+            line.show_count(what, *done as u64, items.len() as u64);
         }
         result
     };

@@ -1,6 +1,6 @@
 //! Style, frames with axes, markers and keys of all pictures; legible on light and on dark.
 
-use ridgetone_host::axis::{Axis, Linear};
+use crate::axis::{Axis, Linear};
 use ridgetone_host::picture::layout::thinned;
 use ridgetone_host::svg::{Anchor, Svg};
 

@@ -1,76 +1,29 @@
-//! `calibrate`: what turns phases into spatial periods, from recordings of gratings whose periods are known.
+//! `calibrate`: the constants that turn phases into spatial periods, from recordings of gratings of known period.
 //!
-//! The lag between the columns of units is taken as a straight line of the grating's cycles per millimetre
-//! ([`Array::edge_phase_rad`]); here the line is drawn through measured lags by least squares.
+//! The lag between the columns of units is modelled as a straight line over the grating's cycles per millimetre
+//! ([`Array::edge_phase_rad`]); here the line is fitted to measured lags by least squares.
 
-use crate::cli::positive;
-use crate::input::{Input, Opened, Source, frame_rate_hz};
+use crate::input::Opened;
 use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
-use clap::Args;
 use ridgetone_proto::settings::{Array, Settings};
 use ridgetone_proto::telemetry::{Event, Packet, Span, TravelStatus};
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::fmt;
-use std::path::PathBuf;
 
-/// Fewest gratings: two make a line, and the third tells how straight it is.
+/// Fewest gratings: two make a line, and the third shows how straight it is.
 const GRATINGS_MIN: usize = 3;
 
-/// Longest period that the nominal pitch may make of a true one, over that: the contact's ends pull by a fifth of the
-/// lag then.
+/// Longest period by the nominal pitch over the true one: the contact's ends then change the lag by a fifth.
 const PULLED_MOST: f32 = 1.25;
 
 /// The same in pitches: at two, both directions look alike.
 const PITCHES_MOST: f32 = 1.98;
 
-/// `calibrate`
-#[derive(Args, Debug)]
-#[command(after_help = "\
-The units have to be under the same contact as later: what its ends do to the phases changes with its length, and so with
-the force. Gratings from one pitch to 1.75, slid for two seconds and more, at any speed and either way.
-
-Example:
-  ridgetone calibrate 2.5=a.csv 3=b.csv 3.5=c.csv 4=d.csv")]
-pub struct CalibrateArgs {
-    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file; three at least.
-    #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
-    pub files: Vec<(f64, PathBuf)>,
-    /// Pitch of the units themselves, mm.
-    #[arg(long, value_name = "MM", default_value_t = 2.3)]
-    pub nominal: f32,
-    /// One JSON object on one line instead of text.
-    #[arg(long)]
-    pub json: bool,
-}
-
-fn grating(text: &str) -> Result<(f64, PathBuf), String> {
-    let (period, file) = text.split_once('=').ok_or("say MM=FILE, such as 2.5=a.csv")?;
-    Ok((positive(period)?, file.into()))
-}
-
-impl CalibrateArgs {
-    /// Opens the recordings.
-    ///
-    /// # Errors
-    /// Those of [`Input::open`] and of scene files.
-    pub fn gratings(&self) -> Result<Vec<Grating>> {
-        let open = |(period_mm, path): &(f64, PathBuf)| {
-            let source = match path.extension().is_some_and(|extension| extension == "toml") {
-                true => Source::Scene(hal_mock::load_scene(path, frame_rate_hz())?),
-                false => Source::Trace { path: path.clone(), rate_hz: None, volts_per_unit: 1.0 },
-            };
-            let input = Input { source, ..Input::default() }.open()?;
-            Ok(Grating { name: path.display().to_string(), period_mm: *period_mm, input })
-        };
-        self.files.iter().map(open).collect()
-    }
-}
-
 /// A grating of known period.
 pub struct Grating {
-    /// What it is called in errors.
+    /// Its name in errors.
     pub name: String,
     /// Its spatial period, millimetres.
     pub period_mm: f64,
@@ -78,16 +31,16 @@ pub struct Grating {
     pub input: Opened,
 }
 
-/// What was measured of a grating.
+/// The measurement of a grating.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
     /// Its spatial period, millimetres.
     pub period_mm: f64,
     /// The lag between the columns, radians.
     pub lag_rad: f64,
-    /// What the calibrated line leaves of it, radians.
-    pub left_rad: f64,
-    /// Windows that it is the mean of.
+    /// Residual of the calibrated line, radians.
+    pub residual_rad: f64,
+    /// Windows whose mean it is.
     pub windows: usize,
 }
 
@@ -100,22 +53,19 @@ pub struct Calibration {
     pub edge_phase_rad: f64,
     /// [`Array::edge_phase_sigma_rad`].
     pub edge_phase_sigma_rad: f64,
-    /// What it comes from.
+    /// The measurements.
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods behind the simulated chip, and draws the line. `pitch_mm` is the units' own
+/// Measures gratings of different periods behind the simulated chip, and fits the line. `pitch_mm` is the units' own
 /// pitch.
-///
-/// # Errors
-/// Fewer than three gratings or periods too much alike; a recording without a window of a lag that is sure.
 pub fn run(gratings: Vec<Grating>, pitch_mm: f32) -> Result<Calibration> {
     ensure!(gratings.len() >= GRATINGS_MIN, "{} gratings: {GRATINGS_MIN} at least are needed", gratings.len());
     let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm)).collect::<Result<Vec<_>>>()?;
     line(points)
 }
 
-/// The lag of a grating, as one of nominal pitch without a pull would have it.
+/// The lag of a grating, as one of nominal pitch without the effect of the contact's ends would have it.
 fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result<Point> {
     let near = period_mm as f32;
     let array = Array {
@@ -152,7 +102,7 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result
         );
     }
     let lag_rad = lags.iter().sum::<f64>() / lags.len() as f64;
-    Ok(Point { period_mm, lag_rad, left_rad: 0.0, windows: lags.len() })
+    Ok(Point { period_mm, lag_rad, residual_rad: 0.0, windows: lags.len() })
 }
 
 /// The straight line through the lags over the wave number, by least squares.
@@ -162,13 +112,13 @@ fn line(mut points: Vec<Point>) -> Result<Calibration> {
     let wave = |point: &Point| TAU / point.period_mm;
     let (middle, lag) = (mean(&wave), mean(&|point| point.lag_rad));
     let spread = mean(&|point| (wave(point) - middle).powi(2));
-    ensure!(spread.sqrt() > 0.02 * middle, "the gratings' periods are too much alike: choose such as 2.5, 3 and 4 mm");
+    ensure!(spread.sqrt() > 0.02 * middle, "the gratings' periods are too similar: choose for example 2.5, 3 and 4 mm");
     let pitch_mm = mean(&|point| (wave(point) - middle) * (point.lag_rad - lag)) / spread;
     let edge_phase_rad = pitch_mm * middle - lag;
     let mut squares = 0.0;
     for point in &mut points {
-        point.left_rad = point.lag_rad - (pitch_mm * TAU / point.period_mm - edge_phase_rad);
-        squares += point.left_rad * point.left_rad;
+        point.residual_rad = point.lag_rad - (pitch_mm * TAU / point.period_mm - edge_phase_rad);
+        squares += point.residual_rad * point.residual_rad;
     }
     let edge_phase_sigma_rad = (squares / (count - 2.0)).sqrt();
     Ok(Calibration { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, gratings: points })
@@ -176,9 +126,9 @@ fn line(mut points: Vec<Point>) -> Result<Calibration> {
 
 impl fmt::Display for Calibration {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "period       lag  left by the line  windows")?;
-        for Point { period_mm, lag_rad, left_rad, windows } in &self.gratings {
-            writeln!(f, "{period_mm:>6.3} mm {lag_rad:>7.4} rad {left_rad:>12.4} rad {windows:>8}")?;
+        writeln!(f, "period       lag          residual  windows")?;
+        for Point { period_mm, lag_rad, residual_rad, windows } in &self.gratings {
+            writeln!(f, "{period_mm:>6.3} mm {lag_rad:>7.4} rad {residual_rad:>12.4} rad {windows:>8}")?;
         }
         writeln!(
             f,
@@ -193,7 +143,7 @@ mod tests {
     use super::*;
 
     fn points(of: &[(f64, f64)]) -> Vec<Point> {
-        of.iter().map(|&(period_mm, lag_rad)| Point { period_mm, lag_rad, left_rad: 0.0, windows: 1 }).collect()
+        of.iter().map(|&(period_mm, lag_rad)| Point { period_mm, lag_rad, residual_rad: 0.0, windows: 1 }).collect()
     }
 
     #[test]
@@ -202,21 +152,21 @@ mod tests {
         let found = line(points(&lags)).expect("a line");
         assert!((found.pitch_mm - 2.3).abs() < 1e-12 && (found.edge_phase_rad - 0.3).abs() < 1e-12, "{found:?}");
         assert!(found.edge_phase_sigma_rad < 1e-12);
-        assert!(found.gratings.iter().all(|point| point.left_rad.abs() < 1e-12));
+        assert!(found.gratings.iter().all(|point| point.residual_rad.abs() < 1e-12));
     }
 
     #[test]
-    fn what_is_not_straight_is_left() {
-        // Wave numbers 1, 2, 3 with lags 0, 3, 0: the line is level at 1, and leaves -1, 2, -1.
+    fn residuals_of_lags_that_are_not_straight() {
+        // Wave numbers 1, 2, 3 with lags 0, 3, 0: the line is level at 1, with residuals -1, 2, -1.
         let found = line(points(&[(TAU, 0.0), (TAU / 2.0, 3.0), (TAU / 3.0, 0.0)])).expect("a line");
         assert!(found.pitch_mm.abs() < 1e-12 && (found.edge_phase_rad + 1.0).abs() < 1e-12, "{found:?}");
         assert!((found.edge_phase_sigma_rad - 6f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]
-    fn what_cannot_be_calibrated_is_told() {
+    fn lags_that_cannot_be_calibrated_are_refused() {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
-        assert!(error.to_string().contains("too much alike"), "{error}");
+        assert!(error.to_string().contains("too similar"), "{error}");
         let error = run(Vec::new(), 2.3).expect_err("no line");
         assert!(error.to_string().contains("0 gratings: 3 at least"), "{error}");
     }

@@ -1,10 +1,10 @@
 //! `settings` and `command`: requests to a board over its line, and its replies.
 
-use crate::cli::Senseless;
 use crate::events;
-use crate::feed::{Feed, Happening, Source, new_orders};
-use crate::requests::{PATIENCE, Requests, ask};
+use crate::feed::{Feed, FeedEvent, Source, new_requests, request};
+use crate::requests::{PATIENCE, Requests};
 use crate::settings_form;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
 use ridgetone_proto::profile::{After, Knot};
@@ -22,7 +22,7 @@ pub struct Client<'a, S: Source> {
 impl<'a, S: Source> Client<'a, S> {
     /// A client of the board behind a feed.
     pub fn new(feed: &'a mut Feed<S>) -> Self {
-        Self { feed, requests: new_orders() }
+        Self { feed, requests: new_requests() }
     }
 
     /// The board's greeting.
@@ -36,13 +36,13 @@ impl<'a, S: Source> Client<'a, S> {
                 *hello = Some(greeting.clone());
             }
         };
-        ask(self.feed, &mut self.requests, Command::Greet, &mut |packet| keep(packet, &mut hello))?;
+        request(self.feed, &mut self.requests, Command::Greet, &mut |packet| keep(packet, &mut hello))?;
         // The reply may overtake the greeting.
         for _ in 0..PACKETS_MAX {
             if hello.is_some() {
                 break;
             }
-            if let Some(Happening::Packet(packet)) = self.feed.next(PATIENCE)? {
+            if let Some(FeedEvent::Data(packet)) = self.feed.next(PATIENCE)? {
                 keep(&packet, &mut hello);
             }
         }
@@ -67,14 +67,14 @@ impl<'a, S: Source> Client<'a, S> {
     /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
     ///
     /// # Errors
-    /// The board refuses the command, with the reason ([`Senseless`] for a setting), or does not answer.
+    /// The board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
-        let outcome = ask(self.feed, &mut self.requests, command, &mut |_| {})?;
+        let outcome = request(self.feed, &mut self.requests, command, &mut |_| {})?;
         let text = events::outcome(&outcome);
         match outcome {
             Outcome::Done => Ok(false),
             Outcome::DoneErased => Ok(true),
-            Outcome::Setting { field, .. } => Err(Senseless(settings_form::explain(&field, &text)).into()),
+            Outcome::Setting { field, .. } => Err(UsageError(settings_form::explain(&field, &text)).into()),
             Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
         }
     }

@@ -1,8 +1,8 @@
-//! `demo`: a scene through the emulated firmware, and what it found beside the truth.
+//! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
+use crate::digits::{decimals, with_sigma};
 use crate::emulator;
 use crate::emulator::{Options, Outcome};
-use crate::fit_report::{decimals, with_sigma};
 use crate::input::{Input, Source};
 use crate::names::name;
 use crate::picture;
@@ -16,15 +16,15 @@ use std::fmt;
 /// A run of a scene.
 #[derive(Clone, Debug)]
 pub struct Demo {
-    /// What was found, beside the truth.
+    /// The results, beside the truth.
     pub summary: Summary,
-    /// What came of the run.
+    /// Result of the run.
     pub outcome: Outcome,
     /// Every packet, in order.
     pub packets: Vec<Packet>,
 }
 
-/// What was found beside the truth. Times are device times in seconds.
+/// The results beside the truth. Times are device times in seconds.
 #[derive(Clone, Debug)]
 pub struct Summary {
     /// Speed of the grating, mm/s.
@@ -45,14 +45,14 @@ pub struct Summary {
     pub load: f32,
     /// The last health report.
     pub health: Option<Health>,
-    /// Conversions read by the board, and lost before it came.
+    /// Conversions read by the board, and lost.
     pub conversions: (u64, u64),
     /// Telemetry frames received, lost and damaged.
     pub frames: (u64, u32, u32),
 }
 
 impl Summary {
-    /// Error of the frequency found, percent of the nominal one.
+    /// Error of the frequency, percent of the nominal one.
     pub fn error_percent(&self) -> Option<f64> {
         let found = self.estimate.as_ref().filter(|estimate| estimate.status.has_tone())?;
         Some(100.0 * (f64::from(found.frequency) / self.truth.frequency_hz - 1.0))
@@ -60,13 +60,10 @@ impl Summary {
 }
 
 /// Runs a scene; the default one is 3.6 mm at 30 mm/s, 20 dB.
-///
-/// # Errors
-/// Those of [`Input::open`] and [`emulator::run`].
 pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
     let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
     let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
-    let truth = input.truth.context("the scene tells no truth")?;
+    let truth = input.truth.context("the scene has no truth")?;
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -85,7 +82,7 @@ impl Demo {
     }
 }
 
-/// A truth whose times are told from a zero that is so much earlier, seconds.
+/// A truth with all times later by `by_s` seconds.
 pub fn later(truth: Truth, by_s: f64) -> Truth {
     Truth {
         contact_s: truth.contact_s + by_s,

@@ -1,4 +1,4 @@
-//! `export`: a recording of telemetry in the formats of others.
+//! `export`: a recording of telemetry in other formats.
 
 mod mcap;
 mod schema;
@@ -7,7 +7,7 @@ mod table;
 pub use table::Kind;
 
 use crate::events;
-use crate::feed::{Feed, Happening, Source};
+use crate::feed::{Feed, FeedEvent, Source};
 use crate::live::Counts;
 use crate::output::Progress;
 use crate::recording::Recorded;
@@ -33,10 +33,7 @@ pub enum Format {
     Teleplot,
 }
 
-/// Writes a recording in a format; of CSV the table `kind`. Gives what was read.
-///
-/// # Errors
-/// The recording cannot be read, or holds nothing of that kind; those of `out`; this process was asked to end.
+/// Writes a recording in a format; for CSV the table `kind`. Gives the counts of packets.
 pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     match format {
         Format::Csv => table::write(path, kind, out),
@@ -52,10 +49,7 @@ pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Resu
     }
 }
 
-/// Gives every packet of a recording to `sink`, and tells how far it is.
-///
-/// # Errors
-/// The recording cannot be read; those of `sink`; this process was asked to end.
+/// Gives every packet of a recording to `sink`, and shows the progress.
 fn packets(path: &Path, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<Counts> {
     let recorded = Recorded::open(path)?;
     let bytes = recorded.bytes();
@@ -63,12 +57,12 @@ fn packets(path: &Path, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<C
     let mut progress = Progress::default();
     loop {
         match feed.next(Duration::ZERO)? {
-            Some(Happening::Packet(packet)) => sink(&packet)?,
-            Some(Happening::Over) => break,
+            Some(FeedEvent::Data(packet)) => sink(&packet)?,
+            Some(FeedEvent::Over) => break,
             _ => {}
         }
-        progress.tell_count("bytes", feed.source().done() as usize, bytes as usize);
-        if stop::is_asked() {
+        progress.show_count("bytes", feed.source().done(), bytes);
+        if stop::is_requested() {
             progress.end();
             bail!("{}: interrupted, nothing is written", feed.source().name());
         }

@@ -1,6 +1,6 @@
-//! Rows with time stamps onto an even grid: the fit wants one place per sampling interval.
+//! Rows with time stamps onto an even grid: the fit takes one row per sampling interval.
 
-use crate::fit_report::significant;
+use crate::digits::significant;
 use anyhow::{Result, bail, ensure};
 
 /// A spacing of more than this many median spacings is a gap: rows are missing in it.
@@ -9,7 +9,7 @@ const GAP: f64 = 1.5;
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
 
-/// Where each row lies.
+/// The place of each row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     /// Sampling rate, rows per second.
@@ -35,10 +35,7 @@ impl Grid {
     }
 
     /// From time stamps in seconds, strictly increasing. Jitter is harmless; a gap counts as rows that are missing.
-    /// `rate_hz` overrides the rate, which is otherwise the mean one. `name_row` tells an error where a row is.
-    ///
-    /// # Errors
-    /// Fewer than two rows; so many gaps that this is no steady sampling.
+    /// `rate_hz` overrides the rate, which is otherwise the mean one. `name_row` names a row in errors.
     pub fn from_stamps(time_s: &[f64], rate_hz: Option<f64>, name_row: impl Fn(usize) -> String) -> Result<Self> {
         let spacings: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let Some(median_s) = median(&spacings) else {
@@ -48,7 +45,7 @@ impl Grid {
         let mut place = 0;
         for spacing_s in &spacings {
             let steps = if *spacing_s > GAP * median_s { (spacing_s / median_s).round() } else { 1.0 };
-            // Clipped, so that a stamp in another century is refused below instead of overflowing.
+            // Clipped, so that a stamp in another century is refused below and does not overflow.
             place += steps.min(1e9) as usize;
             places.push(place);
         }

@@ -11,12 +11,12 @@ pub const REFERENCE_V: f64 = 4.096;
 /// From power-up to the chip's first answer, clock cycles (SBAS297G, power-up).
 const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 
-/// Overload, as a multiple of the reference: the chip clips and says so (SBAS297G, data format).
+/// Overload, as a multiple of the reference: the chip clips and sets a status bit (SBAS297G, data format).
 const OVERLOAD: f64 = 1.06;
 
 /// Where the voltages come from.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there is one of them at a time")]
+#[expect(clippy::large_enum_variant, reason = "only one exists at a time")]
 pub enum Source {
     /// A grating slid over the finger.
     Scene(Sliding),
@@ -36,7 +36,7 @@ pub enum Source {
 pub struct Input {
     /// Where the voltages come from.
     pub source: Source,
-    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may forbid it too.
+    /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may switch it off too.
     pub converter_noise: bool,
     /// Seed of that noise. A scene's own is in [`Sliding`].
     pub seed: u64,
@@ -50,22 +50,22 @@ impl Default for Input {
 
 /// An input, opened.
 pub struct Opened {
-    /// What the chip converts.
+    /// Voltages that the chip converts.
     pub scene: Box<dyn Scene>,
-    /// How the chip is made.
+    /// Properties of the chip.
     pub options: Options,
     /// Length in seconds.
     pub end_s: f64,
-    /// What a scene was made from.
+    /// True values of a scene.
     pub truth: Option<Truth>,
-    /// Something the user should know, one line.
+    /// A warning for the user, one line.
     pub warning: Option<String>,
 }
 
 /// From the end of a touch to the beginning of the next, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// A scene that begins again and again.
+/// A scene that repeats.
 pub struct Again<S> {
     scene: S,
     every_s: f64,
@@ -73,7 +73,7 @@ pub struct Again<S> {
 }
 
 impl<S: Scene> Again<S> {
-    /// Begins again every `every_s` seconds, until `end_s`.
+    /// Repeats `scene` every `every_s` seconds, until `end_s`.
     pub fn new(scene: S, every_s: f64, end_s: f64) -> Self {
         Self { scene, every_s, end_s }
     }
@@ -90,7 +90,7 @@ impl<S: Scene> Scene for Again<S> {
 }
 
 impl Opened {
-    /// The same again and again, with a second's pause, for ever.
+    /// Repeats the input for ever, with a second's pause.
     #[must_use]
     pub fn repeated(self) -> Self {
         let scene = Again::new(self.scene, self.end_s + PAUSE_S, f64::INFINITY);
@@ -107,7 +107,7 @@ impl Input {
     /// Reads the file or builds the scene.
     ///
     /// # Errors
-    /// What is wrong with the file, with its line; a parameter of the scene out of its range.
+    /// The file is refused, with the line; a parameter of the scene is out of its range.
     pub fn open(&self) -> Result<Opened> {
         let mut options = Options {
             noise: self.converter_noise,
@@ -135,13 +135,13 @@ impl Input {
     }
 }
 
-/// Longest input that is played, seconds: what is longer is a slip in a speed or in the unit of time.
+/// Longest input that is played, seconds: a longer one comes from a wrong speed or unit of time.
 const LENGTH_MAX_S: f64 = 3600.0;
 
-/// Share of the frame rate up to which a tone is told as what it is.
+/// Share of the frame rate up to which a tone is not aliased, with a margin.
 const TONE_MAX: f64 = 0.45;
 
-/// Refuses what would play for hours.
+/// Refuses an input that would play for hours.
 ///
 /// # Errors
 /// It is longer than an hour, or its length is no number.
@@ -153,19 +153,19 @@ pub fn check_length(what: &str, end_s: f64) -> Result<()> {
     Ok(())
 }
 
-/// Says so if a scene's tone is too fast for the scan.
+/// Warns of a scene whose tone is too fast for the scan.
 fn aliased(truth: &Truth) -> Option<String> {
     let most_hz = TONE_MAX * frame_rate_hz();
     (truth.frequency_hz > most_hz).then(|| {
         format!(
-            "the tone of {:.1} Hz is too fast for {:.2} frames a second and will be told as a slower one; up to {most_hz:.1} Hz are told right",
+            "the tone of {:.1} Hz is too fast for {:.2} frames a second and will appear as a slower one; up to {most_hz:.1} Hz are reported correctly",
             truth.frequency_hz,
             frame_rate_hz()
         )
     })
 }
 
-/// Names the first channel that leaves the chip's range.
+/// Warns of the first value outside the chip's range.
 fn overload(trace: &Trace, volts_per_unit: f64) -> Option<String> {
     let (table, limit_v) = (trace.table(), OVERLOAD * REFERENCE_V);
     let outside = |(row, values): (usize, &Vec<f64>)| {

@@ -1,63 +1,55 @@
-//! The PC side of Ridgetone, as a library for the command `ridgetone`, for `cargo xtask` and for tests.
+//! The PC side of Ridgetone, as a library for the command `ridgetone`, for `cargo xtask`, for `ridgetone-eval` and for tests.
 //!
-//! | what | where |
+//! | concept | where |
 //! |---|---|
-//! | a recording through the fit alone | [`grid`], [`table_fit`], [`fit_report`] |
+//! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
-//! | gratings of known period, for what turns phases into periods | [`calibrate`] |
-//! | speeds and places beside a recording | [`speed`] |
+//! | calibration of the array with gratings of known period | `calibrate` |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
-//! | where packets come from: a board's line, the emulated board, a recording; one decoder behind all | [`feed`] |
-//! | a board on a serial line, found again when it was unplugged | [`port`], [`listen`] |
-//! | the same on a terminal | [`monitor`] |
-//! | the same as a page in a browser | [`view`] |
-//! | telemetry in a file, and in the formats of others | [`record`], [`recording`], [`export`] |
-//! | what is known of a board at this moment, for a screen to show | [`live`] |
-//! | how many damaged frames the decoder takes: none | [`bit_errors`] |
-//! | orders to a board, and what came of them | [`orders`] |
-//! | packets as text, as JSON, for Teleplot | [`events`], [`teleplot`] |
-//! | the static image as a map of 4 x 4 | [`static_image`] |
-//! | a window made for a test, and the least error that any estimator can have in it | [`simulated`], [`bound`] |
-//! | what it costs on the emulated chip | [`mod@bench`] |
-//! | what each choice costs and brings, beside other methods: tables and a picture | [`setting`], [`trade`] |
-//! | faults injected into all of it, and what became of them | [`faults`] |
-//! | the paper's experiment, figure for figure | [`reproduce`] |
-//! | what was found beside the truth, and a picture of it | [`demo`], [`picture`] |
-//! | settings as TOML and `name=value`; requests to a board and its replies | [`settings_form`], [`client`] |
-//! | the command line | [`cli`], [`commands`], [`output`], [`stop`] |
+//! | a board on a serial line | `port` |
+//! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
+//! | requests to a board | [`requests`], `client` |
+//! | the state of a board, for a screen | [`live`], [`analysis`] |
+//! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
+//! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
+//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `teleplot` |
+//! | settings as TOML and `name=value` | [`settings_form`] |
+//! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
+//! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
 #![forbid(unsafe_code)]
 
-pub mod axis;
-pub mod calibrate;
+pub mod analysis;
+mod calibrate;
 pub mod cli;
-pub mod client;
-pub mod commands;
+mod client;
 pub mod demo;
+pub mod digits;
 pub mod emulator;
 pub mod events;
-pub mod export;
+mod export;
 pub mod feed;
-pub mod fit_report;
-pub mod grid;
+mod fit_report;
+mod grid;
 pub mod input;
-pub mod listen;
+mod listen;
 pub mod live;
-pub mod monitor;
+mod monitor;
 pub mod names;
 pub mod output;
 pub mod picture;
-pub mod port;
-pub mod record;
+mod port;
+mod record;
 pub mod recording;
 pub mod replay;
 pub mod requests;
 pub mod settings_form;
-pub mod speed;
+mod speed;
 pub mod static_image;
-pub mod stop;
+mod stop;
 pub mod svg;
-pub mod table_fit;
-pub mod teleplot;
-pub mod tone;
+mod table_fit;
+mod teleplot;
+mod tone;
+pub mod usage;
 pub mod view;

@@ -1,7 +1,7 @@
-//! Packets as they come, to whoever takes them one by one: until the source is over, or nobody wants any more.
+//! Packets of a feed one by one, until the source is over or the sink breaks off.
 
 use crate::events;
-use crate::feed::{Asking, Feed, Happening, Source};
+use crate::feed::{Feed, FeedEvent, Requester, Source};
 use crate::stop;
 use anyhow::{Result, bail};
 use ridgetone_proto::command::Outcome;
@@ -9,33 +9,30 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-/// How often it is looked whether to stop, and what is to be sent.
+/// Longest wait between two looks at [`stop`] and at due requests.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// After which time damage is told without a loss.
+/// Time after which damage is reported without a loss.
 const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
-/// Gives packets to `sink` and tells standard error when the board goes and comes, and what was lost; sends what is to be
-/// asked. Ends when the source is over, when the sink breaks off, or when this process is asked to ([`stop`]).
-///
-/// # Errors
-/// Those of the feed and of `sink`; the board refuses what it is asked, or does not answer.
+/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
+/// the source is over, when the sink breaks off, or when this process is to stop ([`stop`]).
 pub fn run<S: Source>(
     feed: &mut Feed<S>,
-    asking: &mut Asking,
+    requester: &mut Requester,
     sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
 ) -> Result<()> {
-    let (mut told, mut untold_since, mut is_there) = ((0, 0), None, false);
-    while !stop::is_asked() {
-        let happening = match feed.next(LOOK) {
-            // Ctrl-C reaches the emulator too, which may be the first to end.
-            Err(_) if stop::is_asked() => break,
-            happening => happening?,
+    let (mut reported, mut damaged_since, mut is_connected) = ((0, 0), None, false);
+    while !stop::is_requested() {
+        let event = match feed.next(LOOK) {
+            // Ctrl-C reaches the emulator too, which may end first.
+            Err(_) if stop::is_requested() => break,
+            event => event?,
         };
-        match happening {
-            Some(Happening::Packet(packet)) => {
-                is_there = true;
-                if let Some((_, outcome)) = asking.hear(&packet)
+        match event {
+            Some(FeedEvent::Data(packet)) => {
+                is_connected = true;
+                if let Some((_, outcome)) = requester.answered(&packet)
                     && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
                 {
                     bail!("{}: {}", feed.name(), events::outcome(&outcome));
@@ -44,26 +41,26 @@ pub fn run<S: Source>(
                     break;
                 }
             }
-            Some(Happening::Came(name)) => eprintln!("ridgetone: {name}: open"),
-            Some(Happening::Went(name, why)) => {
-                is_there = false;
+            Some(FeedEvent::Connected(name)) => eprintln!("ridgetone: {name}: open"),
+            Some(FeedEvent::Disconnected(name, why)) => {
+                is_connected = false;
                 eprintln!("ridgetone: {name}: {why}; waiting for the board");
             }
-            Some(Happening::Over) => break,
+            Some(FeedEvent::Over) => break,
             None => {}
         }
-        if is_there && feed.has_board() {
-            asking.tick(feed)?;
+        if is_connected && feed.has_board() {
+            requester.tick(feed)?;
         }
         let counts = feed.counts();
-        if (counts.missing, counts.damaged) == told {
+        if (counts.missing, counts.damaged) == reported {
             continue;
         }
-        // What is damaged mostly turns out as lost with the next packet. At a wrong baud rate there is none.
-        let since = *untold_since.get_or_insert_with(Instant::now);
-        if counts.missing > told.0 || since.elapsed() > DAMAGED_ALONE {
+        // A damaged packet mostly shows as a loss with the next packet. At a wrong baud rate there is no next packet.
+        let since = *damaged_since.get_or_insert_with(Instant::now);
+        if counts.missing > reported.0 || since.elapsed() > DAMAGED_ALONE {
             eprintln!("ridgetone: {} packets lost, {} damaged so far", counts.missing, counts.damaged);
-            (told, untold_since) = ((counts.missing, counts.damaged), None);
+            (reported, damaged_since) = ((counts.missing, counts.damaged), None);
         }
     }
     Ok(())

@@ -1,8 +1,9 @@
-//! `ridgetone`: the command. What it does is in the library of this crate.
+//! The command `ridgetone`; its work is in the library of this crate.
 #![forbid(unsafe_code)]
 
 use clap::Parser;
-use ridgetone_host::cli::{Cli, Senseless};
+use ridgetone_host::cli::Cli;
+use ridgetone_host::usage::UsageError;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
@@ -16,14 +17,14 @@ fn main() -> ExitCode {
         // Help or the version.
         Err(error) => return if error.print().is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE },
     };
-    match ridgetone_host::commands::run(cli) {
+    match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever read our output has had enough, as `head` has.
+        // The reader of the output has closed it, as `head` does.
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             let line = format!("{error:#}").replace(['\n', '\r'], " ");
             eprintln!("ridgetone: {line}");
-            ExitCode::from(if error.is::<Senseless>() { 2 } else { 1 })
+            ExitCode::from(if error.is::<UsageError>() { 2 } else { 1 })
         }
     }
 }

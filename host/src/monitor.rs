@@ -1,11 +1,12 @@
-//! `monitor`: what a board does, live on the terminal. The screen is drawn from [`crate::live`]; here are the terminal, the
-//! keys and the beat.
+//! `monitor`: a board live on the terminal. The screen is drawn from [`crate::live`]; this file has the terminal, the keys
+//! and the refresh.
 
 mod chart;
 mod health;
 mod map;
 pub mod screen;
 mod strips;
+mod style;
 #[cfg(test)]
 mod tests;
 mod tone;
@@ -20,46 +21,42 @@ use ridgetone_proto::settings::Settings;
 use std::time::{Duration, Instant};
 use view::{Action, View};
 
-/// Between two pictures.
-const BEAT: Duration = Duration::from_millis(50);
+/// Time between two pictures.
+const REFRESH: Duration = Duration::from_millis(50);
 
-/// The screen and what is behind it.
+/// The screen and its state.
 pub struct Monitor {
     following: Following,
-    /// What is known, as it goes on.
     live: Live,
-    /// What was known when the screen was paused.
-    still: Option<Box<Live>>,
+    /// The state when the screen was paused.
+    paused: Option<Box<Live>>,
     view: View,
 }
 
 impl Monitor {
-    /// Of a feed; with `settings` these are put into force on the board first, but not stored.
+    /// A screen for a feed; `settings` are put into force on the board first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
         let following = Following::new(feed, settings);
         // https://no-color.org
         let has_colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
         let (live, view) = (following.live(), View::new(following.raw().clone(), has_colour));
-        Self { following, live, still: None, view }
+        Self { following, live, paused: None, view }
     }
 
-    /// Shows it until the user leaves, or this process is asked to end. Gives the feed back, with what it has counted.
-    ///
-    /// # Errors
-    /// The terminal does not work; those of the feed. The terminal is as it was before in any case.
+    /// Shows the screen until the user leaves or this process is to stop. Gives the feed back, for its counts.
     pub fn run(mut self) -> (Feed, Result<()>) {
         let shown = ratatui::try_init().context("the terminal").and_then(|mut terminal| {
             let shown = self.show(&mut terminal);
             ratatui::restore();
             shown
         });
-        (self.following.leave(), shown)
+        (self.following.finish(), shown)
     }
 
     fn show(&mut self, terminal: &mut ratatui::DefaultTerminal) -> Result<()> {
-        while !stop::is_asked() {
-            terminal.draw(|frame| screen::draw(frame, self.still.as_deref().unwrap_or(&self.live), &self.view))?;
-            self.take(BEAT)?;
+        while !stop::is_requested() {
+            terminal.draw(|frame| screen::draw(frame, self.paused.as_deref().unwrap_or(&self.live), &self.view))?;
+            self.take(REFRESH)?;
             while event::poll(Duration::ZERO)? {
                 if let TerminalEvent::Key(key) = event::read()?
                     && let Some(action) = self.view.press(key)
@@ -68,22 +65,22 @@ impl Monitor {
                     return Ok(());
                 }
             }
-            self.still = self.view.is_paused.then(|| self.still.take().unwrap_or_else(|| Box::new(self.live.clone())));
+            self.paused =
+                self.view.is_paused.then(|| self.paused.take().unwrap_or_else(|| Box::new(self.live.clone())));
         }
         Ok(())
     }
 
-    /// Does what a key asks for. False: leave.
+    /// Does the action of a key. False: leave.
     fn act(&mut self, action: Action) -> bool {
         match action {
             Action::Quit => return false,
             Action::Clear => {
                 self.live.clear();
-                self.still = None;
+                self.paused = None;
             }
             Action::Raw => {
-                let wanted = self.view.raw != RawFrames::On;
-                self.following.want_raw(wanted);
+                self.following.want_raw(self.view.raw != RawFrames::On);
                 self.view.raw = self.following.raw().clone();
                 if self.view.raw == RawFrames::Off {
                     self.live.strips = Default::default();
@@ -93,13 +90,13 @@ impl Monitor {
         true
     }
 
-    /// Takes what comes within a time.
+    /// Folds all events within a time.
     fn take(&mut self, most: Duration) -> Result<()> {
         let begun = Instant::now();
         loop {
             let left = most.saturating_sub(begun.elapsed());
-            let happening = self.following.next(left)?;
-            self.following.fold(happening.as_ref(), &mut self.live);
+            let event = self.following.next(left)?;
+            self.following.fold(event.as_ref(), &mut self.live);
             self.view.raw = self.following.raw().clone();
             if begun.elapsed() >= most {
                 return Ok(());

@@ -1,4 +1,4 @@
-//! Where results go: standard output line by line, files whole or not at all, progress beside them.
+//! Output: lines on standard output, complete files, and progress on standard error.
 
 use crate::recording;
 use anyhow::{Context, Result, bail};
@@ -7,10 +7,7 @@ use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Writes one line to standard output at once: whoever reads it reads live.
-///
-/// # Errors
-/// Standard output is closed or full.
+/// Writes one line to standard output and flushes it, for a live reader.
 pub fn line(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -19,11 +16,11 @@ pub fn line(text: &str) -> Result<()> {
     Ok(())
 }
 
-/// Writes a file under a temporary name beside its place and renames it: it is there whole or not at all. A file that was
-/// there is replaced, but for a recording of telemetry, which nobody can make again.
+/// Writes a file under a temporary name beside its place and renames it, so that it is never incomplete. An existing file is
+/// replaced, but for a recording of telemetry, which nobody can make again.
 ///
 /// # Errors
-/// There is a recording; those of the system and of `write`, with the file's name.
+/// A recording exists; those of the system and of `write`, with the file's name.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
     if recording::is_telemetry(path).unwrap_or(false) {
@@ -38,7 +35,7 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As for any other new file: the process's mask decides.
+        // As any other new file: the process's mask decides.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(directory).with_context(named)?;
@@ -50,52 +47,52 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     Ok(())
 }
 
-/// Tells how far a run has come, every two seconds of wall time.
+/// Shows the progress of a run on standard error, every two seconds of wall time.
 #[derive(Debug)]
 pub struct Progress {
-    told: Instant,
-    terminal: bool,
-    shown: bool,
+    shown: Instant,
+    is_terminal: bool,
+    /// Whether the cursor is at the end of a progress line.
+    is_open: bool,
 }
 
-/// Between two reports.
+/// Time between two reports.
 const EVERY: Duration = Duration::from_secs(2);
 
 impl Default for Progress {
     fn default() -> Self {
-        Self { told: Instant::now(), terminal: std::io::stderr().is_terminal(), shown: false }
+        Self { shown: Instant::now(), is_terminal: std::io::stderr().is_terminal(), is_open: false }
     }
 }
 
 impl Progress {
-    /// So much is done, in seconds of the input.
-    pub fn tell(&mut self, done_s: f64, total_s: f64) {
-        self.say(format_args!("{done_s:.1} of {total_s:.1} s"));
+    /// Seconds of the input done, and its length.
+    pub fn show_seconds(&mut self, done_s: f64, total_s: f64) {
+        self.show(format_args!("{done_s:.1} of {total_s:.1} s"));
     }
 
-    /// So many of something are done.
-    pub fn tell_count(&mut self, what: &str, done: usize, total: usize) {
-        self.say(format_args!("{what}: {done} of {total}"));
+    /// Items done, and their number.
+    pub fn show_count(&mut self, what: &str, done: u64, total: u64) {
+        self.show(format_args!("{what}: {done} of {total}"));
     }
 
-    /// It is so far, in the caller's words.
-    pub fn say(&mut self, how_far: Arguments<'_>) {
-        if self.told.elapsed() < EVERY {
+    /// Any text.
+    pub fn show(&mut self, text: Arguments<'_>) {
+        if self.shown.elapsed() < EVERY {
             return;
         }
-        self.told = Instant::now();
-        let text = format!("ridgetone: {how_far}");
-        if self.terminal {
-            eprint!("\r{text} ");
-            self.shown = true;
+        self.shown = Instant::now();
+        if self.is_terminal {
+            eprint!("\rridgetone: {text} ");
+            self.is_open = true;
         } else {
-            eprintln!("{text}");
+            eprintln!("ridgetone: {text}");
         }
     }
 
-    /// Ends the line that [`tell`](Self::tell) has written over and over.
+    /// Ends the progress line.
     pub fn end(&mut self) {
-        if std::mem::take(&mut self.shown) {
+        if std::mem::take(&mut self.is_open) {
             eprintln!();
         }
     }

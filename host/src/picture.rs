@@ -1,13 +1,13 @@
-//! The picture of a run: sixteen strips, what was found in them, and the fitted tone close up.
+//! The picture of a run: sixteen strips, the results, and the fitted tone close up.
 //!
-//! Channels are told apart by place and label, data from fit by dots and line; colour only helps.
+//! Place and label distinguish the channels, dots and line distinguish data and fit; colour only helps.
 
 pub mod layout;
 mod recording;
 
 pub use recording::Recording;
 
-use crate::fit_report::{decimals, significant, with_sigma};
+use crate::digits::{decimals, significant, with_sigma};
 use crate::names::name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
@@ -81,7 +81,7 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     (title, subtitle)
 }
 
-/// Contact, slide, fitted window and release: across all strips, with labels above that keep out of each other's way.
+/// Contact, slide, fitted window and release: across all strips, with labels above that do not overlap.
 fn phases(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
     let x = |t_s: f64| TIME.x(t_s, from_s, to_s);
     let mut labels = Spaced::default();

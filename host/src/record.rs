@@ -1,6 +1,6 @@
-//! `record`: a board's bytes into a file, until it is asked to end.
+//! `record`: a board's bytes into a file.
 
-use crate::feed::{Asking, Feed, Source};
+use crate::feed::{Feed, Requester, Source};
 use crate::listen;
 use crate::live::time_s;
 use crate::output::Progress;
@@ -10,15 +10,12 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::path::Path;
 
-/// Writes what comes into a new file until the source is over, `length_s` of device time have passed, or this process is
-/// asked to end. The file is valid at any moment. Gives the feed back, with what it has counted.
-///
-/// # Errors
-/// The file is there already or cannot be written; those of the feed. What came until then is in the file.
+/// Writes all bytes into a new file until the source is over, `length_s` of device time have passed, or this process is to
+/// stop. The file is valid at any moment. Gives the feed back, for its counts.
 pub fn run<S: Source>(
     feed: Feed<S>,
     path: &Path,
-    mut asking: Asking,
+    mut requester: Requester,
     length_s: Option<f64>,
 ) -> Result<(Feed<S>, Result<()>)> {
     let file = recording::create(path, &feed.name())?;
@@ -29,14 +26,14 @@ pub fn run<S: Source>(
         packets += 1;
         if let Some(t_s) = time_s(&packet.event) {
             let done_s = t_s - *begun_s.get_or_insert(t_s);
-            progress.say(format_args!("{done_s:.1} s recorded, {packets} packets"));
+            progress.show(format_args!("{done_s:.1} s recorded, {packets} packets"));
             if length_s.is_some_and(|length_s| done_s >= length_s) {
                 return Ok(ControlFlow::Break(()));
             }
         }
         Ok(ControlFlow::Continue(()))
     };
-    let heard = listen::run(&mut feed, &mut asking, &mut sink);
+    let ended = listen::run(&mut feed, &mut requester, &mut sink);
     progress.end();
-    Ok((feed, heard))
+    Ok((feed, ended))
 }

@@ -1,14 +1,13 @@
-//! Telemetry in a file: a short header and behind it the very bytes that came over the line.
+//! Telemetry in a file: a short header, then the bytes of the line.
 //!
 //! ```text
-//! ridgetone telemetry 1 {"protocol":4,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes as they came>
+//! ridgetone telemetry 1 {"protocol":5,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! There is no index and no end mark: a file that was cut off anywhere is valid up to there, and what was in the middle of
-//! being written is at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave
+//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave
 //! them, are read too.
 
-use crate::feed::{Said, Source};
+use crate::feed::{FeedEvent, Source};
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL};
 use serde::{Deserialize, Serialize};
@@ -17,31 +16,31 @@ use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
-/// What such a file begins with.
+/// Beginning of such a file.
 const MAGIC: &str = "ridgetone telemetry ";
 
 /// Version of this format.
 const FORMAT: u32 = 1;
 
-/// The longest header, bytes: what is longer is none.
+/// Longest header, bytes.
 const HEADER_MAX: u64 = 4096;
 
-/// Bytes of a file in which a whole frame must be if they are telemetry: frames have
+/// Bytes at the beginning of a file of telemetry that hold a complete frame: frames have
 /// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
-/// What a recording says of itself.
+/// The header of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the wire contract ([`PROTOCOL`]).
     pub protocol: u8,
     /// Version of the command that wrote it.
     pub version: String,
-    /// What the bytes came from.
+    /// Source of the bytes.
     pub source: String,
 }
 
-/// Begins a recording of what comes from `source`. What is written to it is on the disk's way at once.
+/// Begins a recording of `source`. The file is not buffered.
 ///
 /// # Errors
 /// The file exists already, or cannot be written.
@@ -50,7 +49,7 @@ pub fn create(path: &Path, source: &str) -> Result<File> {
     let mut file = match File::create_new(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-            bail!("{}: there is such a file already, and no recording is overwritten: choose another name", named())
+            bail!("{}: this file exists already, and no recording is overwritten: choose another name", named())
         }
         Err(error) => return Err(error).with_context(named),
     };
@@ -62,9 +61,6 @@ pub fn create(path: &Path, source: &str) -> Result<File> {
 }
 
 /// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its beginning.
-///
-/// # Errors
-/// It cannot be read.
 pub fn is_telemetry(path: &Path) -> Result<bool> {
     let named = || path.display().to_string();
     let mut start = Vec::new();
@@ -74,7 +70,7 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
     Ok(start.starts_with(MAGIC.as_bytes()) || start.iter().any(is_frame))
 }
 
-/// A recording as a source: all it holds, as fast as it is asked.
+/// A recording as a source, without delays.
 #[derive(Debug)]
 pub struct Recorded {
     name: String,
@@ -122,12 +118,12 @@ impl Recorded {
         Ok(())
     }
 
-    /// What it says of itself, if it has a header.
+    /// Its header, if it has one.
     pub fn header(&self) -> Option<&Header> {
         self.header.as_ref()
     }
 
-    /// Bytes that the file had when it was opened.
+    /// Bytes of the file when it was opened.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -143,15 +139,15 @@ impl Source for Recorded {
         self.name.clone()
     }
 
-    fn next(&mut self, _: Duration) -> Result<Option<Said>> {
+    fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         let bytes = self.file.fill_buf().with_context(|| self.name.clone())?.to_vec();
         self.file.consume(bytes.len());
         self.done += bytes.len() as u64;
-        Ok(Some(if bytes.is_empty() { Said::Over } else { Said::Bytes(bytes) }))
+        Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }))
     }
 
     fn send(&mut self, _: &[u8]) -> Result<()> {
-        bail!("{}: a recording cannot be told anything", self.name)
+        bail!("{}: a recording takes no requests", self.name)
     }
 
     fn has_board(&self) -> bool {
@@ -162,14 +158,14 @@ impl Source for Recorded {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::feed::{Feed, Happening};
+    use crate::feed::Feed;
     use crate::input::Input;
     use crate::replay;
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::Packet;
 
-    /// What the library makes of the default scene: its bytes on the wire, and its packets.
-    fn sent() -> (Vec<u8>, Vec<Packet>) {
+    /// The default scene's telemetry: its bytes and its packets.
+    fn telemetry() -> (Vec<u8>, Vec<Packet>) {
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
             packets.push(packet.clone());
@@ -185,17 +181,17 @@ mod tests {
         let mut packets = Vec::new();
         loop {
             match feed.next(Duration::ZERO).unwrap() {
-                Some(Happening::Packet(packet)) => packets.push(packet),
-                Some(Happening::Over) => return (packets, feed.counts()),
+                Some(FeedEvent::Data(packet)) => packets.push(packet),
+                Some(FeedEvent::Over) => return (packets, feed.counts()),
                 other => panic!("{other:?}"),
             }
         }
     }
 
     #[test]
-    fn what_was_recorded_comes_back_and_a_torn_end_costs_one_packet_at_most() {
+    fn a_recording_is_read_back_and_a_cut_off_end_costs_at_most_one_packet() {
         let folder = tempfile::tempdir().unwrap();
-        let (bytes, packets) = sent();
+        let (bytes, packets) = telemetry();
         let path = folder.path().join("whole");
         create(&path, "a test").unwrap().write_all(&bytes).unwrap();
         let header = Recorded::open(&path).unwrap().header().cloned().unwrap();
@@ -222,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_telemetry_or_of_another_version_is_refused() {
+    fn other_files_and_versions_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let refused = |name: &str, content: &[u8]| {
             let path = folder.path().join(name);

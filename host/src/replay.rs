@@ -72,7 +72,7 @@ pub fn run_watched(
     wire.send(pipeline.hello());
     let mut count = 0;
     let whole = conversions(input, &mut |timed| {
-        ensure!(!stop::is_asked(), "interrupted");
+        ensure!(!stop::is_requested(), "interrupted");
         watch(timed);
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
@@ -82,7 +82,7 @@ pub fn run_watched(
         }
         Ok(())
     });
-    if !stop::is_asked() {
+    if !stop::is_requested() {
         whole?;
     }
     pipeline.finish(&mut |event| wire.send(event));

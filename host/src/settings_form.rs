@@ -15,7 +15,7 @@
 //! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on the command line the
 //! board's.
 
-use crate::cli::Senseless;
+use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
 use ridgetone_proto::settings::{Array, Settings, SettingsError, SlideRule};
 use serde::{Deserialize, Serialize};
@@ -118,11 +118,11 @@ pub fn load(path: &Path) -> Result<Settings> {
 /// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
 ///
 /// # Errors
-/// [`Senseless`]: an unknown name, a value of the wrong type, or one out of its bounds.
+/// [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut settings = *settings;
     for change in changes {
-        let refuse = |why: String| anyhow!(Senseless(format!("{change}: {why}")));
+        let refuse = |why: String| anyhow!(UsageError(format!("{change}: {why}")));
         let (name, value) = change.split_once('=').ok_or_else(|| refuse("write NAME=VALUE".into()))?;
         // A word needs no quotes here, because the shell would remove them.
         let given = format!("{name}={value}").parse::<Table>();
@@ -231,7 +231,7 @@ mod tests {
             ("array=3", &["expected struct Array"]),
         ] {
             let error = changed(&[change]).unwrap_err();
-            assert!(error.is::<Senseless>(), "{change}");
+            assert!(error.is::<UsageError>(), "{change}");
             let text = error.to_string();
             assert!(parts.iter().all(|part| text.contains(part)), "{change}: {text}");
         }

@@ -1,4 +1,4 @@
-//! Speeds and places that come with a recording: a profile for the chip's code, or a column beside the channels.
+//! Speeds and places of a recording: a profile for the library, or a column beside the channels.
 
 use crate::grid::Grid;
 use anyhow::{Context, Result, bail, ensure};
@@ -10,27 +10,21 @@ use std::path::Path;
 /// Name of a profile's column of speeds.
 pub const SPEED_COLUMN: &str = "speed_mm_s";
 
-/// What happens behind a profile's last knot.
+/// Behaviour after a profile's last knot.
 pub const fn after(repeats: bool) -> After {
     if repeats { After::Repeat } else { After::Hold }
 }
 
 /// Reads a speed profile.
-///
-/// # Errors
-/// Those of [`knots`].
 pub fn profile(path: &Path, after: After) -> Result<Profile> {
-    made(path, &knots(path, after)?, after)
+    check(path, &knots(path, after)?, after)
 }
 
-fn made(path: &Path, knots: &[Knot], after: After) -> Result<Profile> {
+fn check(path: &Path, knots: &[Knot], after: After) -> Result<Profile> {
     Profile::new(knots, after).with_context(|| path.display().to_string())
 }
 
 /// Reads the knots of a speed profile: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
-///
-/// # Errors
-/// One line that names the file: no such column, a time outside the chip's range, what the profile itself refuses.
 pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
     let table = Table::load(path)?;
     let file = table.file();
@@ -44,11 +38,11 @@ pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
         ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
         knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
     }
-    made(path, &knots, after)?;
+    check(path, &knots, after)?;
     Ok(knots)
 }
 
-/// A column that tells where the finger is.
+/// A column with the finger's place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Column {
     /// Its place on the surface, millimetres.

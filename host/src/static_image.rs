@@ -1,4 +1,4 @@
-//! The static image as a map: which taxel is where under the skin.
+//! The static image as a map: the place of each taxel under the skin.
 //!
 //! The array has 2 x 2 units, and each unit four piezoresistors on a cross (Oddo et al. 2009, section 2.1 and figure 1):
 //! AIN 4 u + k is piezoresistor k + 1 of unit u + 1. Units 1 and 3 come before 2 and 4 along the sliding direction x,
@@ -13,8 +13,8 @@
 //! 11 10 | 15 14
 //! ```
 //!
-//! Which side of the array units 1 and 2 are on, and piezoresistor 2 of each, the paper does not tell; here it is the
-//! upper one.
+//! The paper does not say on which side of the array units 1 and 2 are, nor piezoresistor 2 of each; here it is the upper
+//! side.
 
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
@@ -26,31 +26,36 @@ pub const SIDE: usize = 4;
 /// The taxel at each place of the map, row by row from the top, in a row along the sliding direction.
 pub const PLACES: [[usize; SIDE]; SIDE] = [[0, 1, 4, 5], [3, 2, 7, 6], [8, 9, 12, 13], [11, 10, 15, 14]];
 
-/// What there is one of for every taxel, as a map.
+/// Values of the taxels as a map.
 ///
 /// ```
 /// let taxels = std::array::from_fn(|taxel| taxel);
-/// assert_eq!(crate::static_image::map(&taxels)[1], [3, 2, 7, 6]);
+/// assert_eq!(ridgetone_host::static_image::map(&taxels)[1], [3, 2, 7, 6]);
 /// ```
 pub fn map<T: Copy>(by_taxel: &[T; TAXELS]) -> [[T; SIDE]; SIDE] {
     PLACES.map(|row| row.map(|taxel| by_taxel[taxel]))
 }
 
-/// What there is of every taxel of an image; none of the dead.
+/// Levels of an image by taxel; none for a dead taxel.
 pub fn by_taxel(image: &Image) -> [Option<Pressed>; TAXELS] {
     std::array::from_fn(|taxel| image.taxels.iter().find(|found| usize::from(found.taxel) == taxel).copied())
+}
+
+/// The levels of an image as a map, volts; none for a dead taxel.
+pub fn map_v(image: &Image) -> [[Option<f32>; SIDE]; SIDE] {
+    map(&by_taxel(image)).map(|row| row.map(|found| found.map(|pressed| pressed.level_v)))
 }
 
 /// The map of an image as four lines of text in millivolts, each behind `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
     let mut lines = String::new();
-    for row in map(&by_taxel(image)) {
+    for row in map_v(image) {
         lines += indent;
         for (column, found) in row.into_iter().enumerate() {
             let gap = if column == SIDE / 2 { " |" } else { "" };
             // Writing to a string cannot fail.
             let _ = match found {
-                Some(found) => write!(lines, "{gap}{:>+9.3}", 1e3 * found.level_v),
+                Some(level_v) => write!(lines, "{gap}{:>+9.3}", 1e3 * level_v),
                 None => write!(lines, "{gap}{:>9}", "dead"),
             };
         }

@@ -1,27 +1,24 @@
-//! Ctrl-C, and the signals that ask a program to end: a second one ends it at once.
+//! Ctrl-C and the signals that ask a program to end; a second one ends it at once.
 
 use anyhow::{Context, Result};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-static ASKED: AtomicBool = AtomicBool::new(false);
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Exit status of a program that was ended by Ctrl-C twice, as a shell has it.
+/// Exit status after Ctrl-C, as shells have it.
 const INTERRUPTED: i32 = 130;
 
-/// From now on Ctrl-C only asks; [`is_asked`] says so.
-///
-/// # Errors
-/// The system refuses.
+/// From now on the first Ctrl-C sets [`is_requested`] instead of ending the process.
 pub fn on_signal() -> Result<()> {
     ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::Relaxed) {
+        if REQUESTED.swap(true, Ordering::Relaxed) {
             std::process::exit(INTERRUPTED);
         }
     })
     .context("Ctrl-C")
 }
 
-/// Whether this process was asked to end.
-pub fn is_asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+/// Whether this process is to end.
+pub fn is_requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// Where a text is anchored.
+/// Anchor of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
     /// Begins at the point.
@@ -20,8 +20,8 @@ pub struct Svg {
 }
 
 impl Svg {
-    /// A picture of so many pixels on a white card, which is legible on a light and on a dark page. `title` is for
-    /// those who cannot see it; `style` is CSS.
+    /// A picture of `width` by `height` pixels on a white card, legible on a light and on a dark page. `title` is for screen
+    /// readers; `style` is CSS.
     pub fn new(width: f64, height: f64, title: &str, style: &str) -> Self {
         let mut body = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n"
@@ -66,7 +66,7 @@ impl Svg {
         ));
     }
 
-    /// A filled rectangle, so opaque from 0 to 1.
+    /// A filled rectangle with an opacity from 0 to 1.
     pub fn shade(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str, opacity: f64) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\" fill-opacity=\"{opacity:.2}\"/>"

@@ -36,11 +36,11 @@ pub struct Selection {
 pub struct ChannelResult {
     /// Name of its column.
     pub name: String,
-    /// None if it is constant (or a ramp): it took no part.
+    /// None for a constant column or a ramp, which the fit leaves out.
     pub values: Option<ChannelValues>,
 }
 
-/// What the fit found in one channel, in the file's unit.
+/// Results of one channel, in the file's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelValues {
     /// Level at the window's centre.
@@ -49,7 +49,7 @@ pub struct ChannelValues {
     pub amplitude: f64,
     /// Phase of the fundamental at the window's centre, radians: amplitude x cos(2 pi f t + phase). Zero without a tone.
     pub phase_rad: f32,
-    /// Standard deviation of what the fit leaves.
+    /// Standard deviation of the residuals.
     pub residual: f64,
 }
 
@@ -64,9 +64,9 @@ pub struct TableFit {
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
-    /// Whether there is a tone.
+    /// The status, as in telemetry.
     pub status: Status,
-    /// What the frequency counts its cycles in.
+    /// Unit in which cycles are counted.
     pub abscissa: Abscissa,
     /// Frequency and its standard deviation, hertz, or cycles per millimetre by place; none without a tone.
     pub tone: Option<(f64, f64)>,
@@ -77,10 +77,6 @@ pub struct TableFit {
 }
 
 /// Fits the selected rows and columns.
-///
-/// # Errors
-/// One line that names the file: no rate, a window outside the data, unknown or too many columns, too many rows,
-/// time stamps without a steady rate.
 pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let file = rows.file();
     let columns = columns(rows, selection)?;
@@ -128,7 +124,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     }
     let harmonics = selection.harmonics.unwrap_or(HARMONICS_MAX as u8);
     let Ok(found) = Fitter::new(harmonics).fit(&mut span) else {
-        bail!("{file}: the fit did not see all rows");
+        bail!("{file}: the fit did not reach all rows");
     };
 
     let (abscissa, per_unit) = match selection.place {
@@ -159,7 +155,7 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     })
 }
 
-/// Which of the columns has a name.
+/// Index of the column with a name.
 fn named(rows: &Rows, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
@@ -234,7 +230,7 @@ impl Scaled {
             let zero = column().next().unwrap_or(0.0);
             let (least, greatest) = column().fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
             let span = greatest - least;
-            // A constant channel takes no part, whatever its unit.
+            // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
             for (place, value) in grid.places.iter().zip(column()) {
                 scaled.values[*place][c] = ((value - zero) / unit) as f32;

@@ -6,7 +6,7 @@ use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Event, Packet};
 use std::fmt::Write;
 
-/// Makes lines of packets. It needs all of them: raw frames become volts by the reference that the board has told.
+/// Turns packets into lines. It needs all packets: raw frames become volts by the reference in the board's greeting.
 #[derive(Clone, Copy, Debug)]
 pub struct Teleplot {
     vref_v: f32,
@@ -19,7 +19,7 @@ impl Default for Teleplot {
 }
 
 impl Teleplot {
-    /// The lines of a packet, without the last one's end; empty if it has no numbers that go on. Times are device time in
+    /// The lines of a packet, without the end of the last line; empty for a packet without numbers. Times are device time in
     /// milliseconds.
     pub fn lines(&mut self, packet: &Packet) -> String {
         let mut lines = String::new();

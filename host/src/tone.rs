@@ -28,7 +28,7 @@ pub enum JsonTone<T> {
 }
 
 impl<T: Copy> JsonTone<T> {
-    /// Of a frequency and its standard deviation, if there is one; `period` makes of both those of the period.
+    /// Fields of a frequency and its standard deviation; `period` turns both into those of the period.
     pub fn new(abscissa: Abscissa, tone: Option<(T, T)>, period: fn((T, T)) -> (T, T)) -> Self {
         let (frequency, sigma) = (tone.map(|(frequency, _)| frequency), tone.map(|(_, sigma)| sigma));
         match abscissa {
@@ -48,7 +48,7 @@ pub fn period((frequency, sigma): (f64, f64)) -> (f64, f64) {
     (1.0 / frequency, sigma / frequency / frequency)
 }
 
-/// The same of the numbers on the wire.
+/// The same in the precision of telemetry.
 pub fn period_f32((frequency, sigma): (f32, f32)) -> (f32, f32) {
     let (period, sigma) = period((frequency.into(), sigma.into()));
     (period as f32, sigma as f32)

@@ -1,53 +1,52 @@
-//! `view`: what a board does, live on one page in a browser. The page shows [`crate::live`], as the terminal does; here is
-//! what brings it there.
+//! `view`: a board live on one page in a browser. The page shows [`crate::live`], as the terminal does.
 //!
-//! | what | where |
+//! | step | file |
 //! |---|---|
-//! | what the page is told, and when | [`hub`] |
-//! | where it is fetched from: this computer only | [`server`] |
-//! | why there is nothing to see, in words | [`words`] |
+//! | what the pages get, and when | [`hub`] |
+//! | the server, for this computer only | [`server`] |
+//! | the status line | [`status`] |
 //!
 //! The page itself is in `host/assets`, inside the binary with the plotting library ([uPlot](https://github.com/leeoniya/uPlot),
-//! MIT). Nothing is fetched from anywhere else.
+//! MIT). It loads nothing from anywhere else.
 
 pub mod hub;
 pub mod server;
-pub mod words;
+pub mod status;
 
 use crate::feed::{Feed, Following};
 use crate::{output, stop};
 use anyhow::Result;
-use hub::{BEAT, Hub};
+use hub::{Hub, UPDATE_EVERY};
 use ridgetone_proto::settings::Settings;
 use server::Server;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The longest that nobody looks whether to stop.
+/// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Serves the page at a [`server::loopback`] address, of which it prints the URL, until this process is asked to end. With
-/// `settings` these are put into force on the board first, but not stored. Gives the feed back, with what it has counted.
+/// Serves the page at a [`server::loopback`] address, and prints its URL, until this process is to stop. `settings` are put
+/// into force on the board first, but not stored. Gives the feed back, for its counts.
 ///
 /// # Errors
 /// The port is in use; those of the feed.
 pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed, Result<()>) {
     let mut following = Following::new(feed, settings);
     let served = serve(&mut following, address);
-    (following.leave(), served)
+    (following.finish(), served)
 }
 
 fn serve(following: &mut Following, address: SocketAddr) -> Result<()> {
     let hub = Arc::new(Hub::new(following.live()));
     let server = Server::start(address, Arc::clone(&hub))?;
     output::line(&format!("http://{}/", server.address()))?;
-    let mut told = Instant::now();
-    while !stop::is_asked() {
-        let happening = following.next(LOOK)?;
-        hub.take(happening.as_ref(), following);
-        if told.elapsed() >= BEAT {
-            told = Instant::now();
+    let mut published = Instant::now();
+    while !stop::is_requested() {
+        let event = following.next(LOOK)?;
+        hub.take(event.as_ref(), following);
+        if published.elapsed() >= UPDATE_EVERY {
+            published = Instant::now();
             hub.publish()?;
         }
     }

@@ -1,4 +1,4 @@
-//! `view`: what its pages are told, the server, and the page in a browser, which `cargo xtask test` installs.
+//! `view`: the messages to its pages, the server, and the page in a browser, which `cargo xtask test` installs.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -6,8 +6,8 @@ mod common;
 mod page;
 #[path = "view/served.rs"]
 mod served;
-#[path = "view/told.rs"]
-mod told;
+#[path = "view/updates.rs"]
+mod updates;
 
 use ridgetone::pipeline::Pipeline;
 use ridgetone_host::input::Input;
@@ -18,7 +18,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
-/// What a board says of the default scene up to a device time, with every frame as it was read.
+/// What a board sends of the default scene up to a device time, with every frame as it was read.
 fn packets(until_s: f64) -> Vec<Packet> {
     let mut events = Vec::new();
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));

@@ -3,7 +3,7 @@
 use super::paper::{REPEATABILITY, TABLE_3};
 use crate::plot::{Frame, Sample, Shape, key, log_axis, marker, picture};
 use super::results::{Combination, Windows};
-use ridgetone_host::axis::Axis;
+use crate::axis::Axis;
 use ridgetone_host::svg::{Anchor, Svg};
 
 /// Errors of all combinations: the paper's, ours against the nominal frequency, and against the true one.

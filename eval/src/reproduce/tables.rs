@@ -3,7 +3,7 @@
 use super::paper::{FREQUENCY_HZ, GRATINGS_MM, NOT_TESTED, PairErrors, REPEATABILITY, TABLE_3};
 use super::results::{Combination, Reproduction, Run, Windows};
 use crate::page::{Table, figure};
-use ridgetone_host::fit_report::significant;
+use ridgetone_host::digits::significant;
 
 /// A table by its name.
 pub fn table(reproduction: &Reproduction, name: &str) -> Option<String> {

@@ -4,8 +4,8 @@ use super::results::{Row, Trade};
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};
 use crate::plot::{Sample, Shape, key, log_axis, marker, picture};
-use ridgetone_host::axis::Axis;
-use ridgetone_host::fit_report::significant;
+use crate::axis::Axis;
+use ridgetone_host::digits::significant;
 use ridgetone_host::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
 

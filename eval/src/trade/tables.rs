@@ -9,7 +9,7 @@ use crate::bench::fits::{CHANNELS, HARMONICS, WINDOWS_S};
 use crate::page::{Table, grouped};
 use crate::setting::Setting;
 use hal_mock::TABLE_2;
-use ridgetone_host::fit_report::significant;
+use ridgetone_host::digits::significant;
 use ridgetone_proto::settings::TAXELS;
 
 /// A table by its name.

@@ -1,4 +1,4 @@
-// What the command tells, folded into one state: host/src/view/hub.rs says what comes.
+// The messages of the command, folded into one state; host/src/view/hub.rs defines them.
 
 export class Model {
   constructor() {
@@ -25,12 +25,12 @@ export class Model {
     const excess = Math.max(0, strips.t_s.length - state.frames_most);
     [strips.t_s, strips.number, ...strips.volts].forEach((values) => values.splice(0, excess));
     state.live = { ...message.live, history, strips, log: message.log ?? log };
-    for (const part of ["update", "words", "no_raw", "spectrum", "curves"]) {
+    for (const part of ["update", "status", "no_raw", "spectrum", "curves"]) {
       if (part in message) state[part] = message[part];
     }
   }
 
-  // The same, as it is now, whatever comes later.
+  // A copy that later messages do not change.
   frozen() {
     const copy = new Model();
     copy.missed = this.missed;

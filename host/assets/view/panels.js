@@ -1,4 +1,4 @@
-// What is no plot: the numbers above, the static image, the board's health, and the log.
+// All but the plots: the tiles, the static image, the board's health, and the log.
 import { PHASES, seconds, withSigma, words } from "./format.js";
 import { colour } from "./plots.js";
 
@@ -9,7 +9,7 @@ const put = (id, text) => {
 };
 const sum = (values) => values.reduce((a, b) => a + b, 0);
 
-// Frequency of an estimate with its uncertainty, or that there is none.
+// Frequency of an estimate with its uncertainty; null without a tone.
 const tone = (estimate) => {
   if (estimate.frequency_hz !== undefined && estimate.frequency_hz !== null) {
     return withSigma(estimate.frequency_hz, estimate.sigma_hz, "Hz");
@@ -50,26 +50,26 @@ export function tiles(live) {
 
 export function health(model) {
   const { live } = model.state;
-  const { health: told, hello } = live.latest;
-  const rows = [["wrong now", live.faults.length ? live.faults.map(words).join(", ") : "nothing", live.faults.length > 0]];
-  if (told) {
-    const seen = Object.entries(told.faults).filter(([, count]) => count > 0).map(([kind, count]) => `${words(kind)} ${count}`);
+  const { health: latest, hello } = live.latest;
+  const rows = [["faults now", live.faults.length ? live.faults.map(words).join(", ") : "none", live.faults.length > 0]];
+  if (latest) {
+    const counts = Object.entries(latest.faults).filter(([, count]) => count > 0).map(([kind, count]) => `${words(kind)} ${count}`);
     rows.push(
-      ["faults seen", seen.length ? seen.join(", ") : "none", seen.length > 0],
-      ["conversions lost", told.conversions_lost, told.conversions_lost > 0],
-      ["conversions doubtful", told.conversions_doubtful, told.conversions_doubtful > 0],
-      ["windows not fitted", told.hops_skipped, told.hops_skipped > 0],
-      ["messages dropped", told.messages_dropped, told.messages_dropped > 0],
-      ["chip set up anew", told.chip_restarts, told.chip_restarts > 0],
-      ["orders damaged", told.requests_damaged, told.requests_damaged > 0],
-      ["frame rate", `${told.frame_rate_hz.toFixed(3)} Hz`],
-      ["processor load", told.load > 0 ? `${(100 * told.load).toFixed(1)} %` : "not measured"],
-      ["supply, reference", `${told.supply_v.toFixed(3)} V, ${told.reference_v.toFixed(3)} V`],
-      ["temperature", `${told.temperature_c.toFixed(1)} °C`],
-      ["offset, gain", `${(1e6 * told.offset_v).toFixed(1)} µV, ${told.gain.toFixed(5)}`],
-      ["stack", told.stack_bytes > 0 ? `${told.stack_used_bytes} of ${told.stack_bytes} bytes` : "not measured"],
+      ["faults seen", counts.length ? counts.join(", ") : "none", counts.length > 0],
+      ["conversions lost", latest.conversions_lost, latest.conversions_lost > 0],
+      ["conversions doubtful", latest.conversions_doubtful, latest.conversions_doubtful > 0],
+      ["windows not fitted", latest.hops_skipped, latest.hops_skipped > 0],
+      ["messages dropped", latest.messages_dropped, latest.messages_dropped > 0],
+      ["chip restarts", latest.chip_restarts, latest.chip_restarts > 0],
+      ["requests damaged", latest.requests_damaged, latest.requests_damaged > 0],
+      ["frame rate", `${latest.frame_rate_hz.toFixed(3)} Hz`],
+      ["processor load", latest.load > 0 ? `${(100 * latest.load).toFixed(1)} %` : "not measured"],
+      ["supply, reference", `${latest.supply_v.toFixed(3)} V, ${latest.reference_v.toFixed(3)} V`],
+      ["temperature", `${latest.temperature_c.toFixed(1)} °C`],
+      ["offset, gain", `${(1e6 * latest.offset_v).toFixed(1)} µV, ${latest.gain.toFixed(5)}`],
+      ["stack", latest.stack_bytes > 0 ? `${latest.stack_used_bytes} of ${latest.stack_bytes} bytes` : "not measured"],
     );
-  } else rows.push(["the board's", "not told yet"]);
+  } else rows.push(["the board's", "none yet"]);
   const { received, missing, damaged } = live.counts;
   rows.push(["packets received", received], ["packets missing", missing, missing > 0], ["packets damaged", damaged, damaged > 0]);
   rows.push(["restarts", live.restarts, live.restarts > 0], ["updates this page missed", model.missed, model.missed > 0]);
@@ -101,15 +101,15 @@ export function log({ log: lines }) {
   }));
 }
 
-// The latest static image and its rows of taxels; none without one.
+// The latest static image and its rows of taxels; null without one.
 export function image({ live, places }) {
-  const told = live.latest.image_after ?? live.latest.image_before;
-  if (!told) return null;
-  const level = new Map(told.taxels.map((taxel) => [taxel.taxel, taxel]));
-  return { told, rows: places.map((row) => row.map((taxel) => ({ taxel, ...(level.get(taxel) ?? { level_v: null, sigma_v: null }) }))) };
+  const latest = live.latest.image_after ?? live.latest.image_before;
+  if (!latest) return null;
+  const level = new Map(latest.taxels.map((taxel) => [taxel.taxel, taxel]));
+  return { image: latest, rows: places.map((row) => row.map((taxel) => ({ taxel, ...(level.get(taxel) ?? { level_v: null, sigma_v: null }) }))) };
 }
 
-// Draws it; positive and negative differ by sign, too, not by colour alone.
+// Draws the static image; the sign is written too, so that colour is not needed.
 export function map(canvas, found) {
   const box = canvas.parentElement;
   const scale = window.devicePixelRatio;

@@ -3,11 +3,11 @@
 import { round125 } from "./format.js";
 
 const TAXELS = 16;
-// Decibels below which a spectrum is not looked at.
+// Lower end of the axis, decibels.
 const FLOOR_DB = -70;
-// Hops from which on there was a pause between two windows.
+// Windows more than this many hops apart have a pause between them.
 const GAP = 2.5;
-// Least height of the history, as a share of the frequency: a millionth looks like noise and is none.
+// Least height of the history, as a share of the frequency: magnified further, a millionth would look like noise.
 const LEAST_SHARE = 1e-4;
 
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -17,7 +17,7 @@ const middle = (values) => {
   return known.length ? known.reduce((a, b) => a + b, 0) / known.length : 0;
 };
 
-// Base of all: `series` without x, `tell` makes the data of a state.
+// Base of all: `series` without x, `draw` makes the data of a state.
 class Plot {
   constructor(card, onZoom, options) {
     this.box = card.querySelector(".plot");
@@ -29,7 +29,7 @@ class Plot {
       grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1 }, ...more,
     });
     this.plot = new uPlot({
-      ...this.room(),
+      ...this.size(),
       padding: [10, 12, 0, 0],
       legend: { show: false },
       cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false } },
@@ -38,10 +38,10 @@ class Plot {
       series: [{}, ...options.series],
       hooks: { setSelect: [(u) => (u.select.width > 0 || u.select.height > 0) && onZoom()], draw: options.draw ?? [] },
     }, [[], ...options.series.map(() => [])], this.box);
-    new ResizeObserver(() => this.plot.setSize(this.room())).observe(this.box);
+    new ResizeObserver(() => this.plot.setSize(this.size())).observe(this.box);
   }
 
-  room() {
+  size() {
     return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
   }
 
@@ -50,8 +50,8 @@ class Plot {
     this.plot.setData(data);
   }
 
-  // Says instead of an empty plot why it is empty.
-  say(why) {
+  // Shows the reason instead of an empty plot; none for a plot with data.
+  explain(why) {
     this.empty.hidden = why === "";
     this.empty.textContent = why;
     this.box.classList.toggle("dim", why !== "");
@@ -80,7 +80,7 @@ export class Strips extends Plot {
     this.apart = apart;
   }
 
-  tell({ live: { strips } }, length_s) {
+  draw({ live: { strips } }, length_s) {
     const end = strips.t_s.at(-1);
     const from = Math.max(0, strips.t_s.findIndex((t_s) => t_s > end - length_s));
     const t_s = strips.t_s.slice(from);
@@ -119,7 +119,7 @@ export class History extends Plot {
     this.plot.addBand({ series: [2, 1], fill: () => colour("band") });
   }
 
-  tell({ live: { history, now_s, latest } }, length_s) {
+  draw({ live: { history, now_s, latest } }, length_s) {
     const abscissa = history.at(-1)?.abscissa;
     const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
     found.sort((a, b) => a.t_s - b.t_s);
@@ -168,8 +168,8 @@ export class Spectrum extends Plot {
     this.mark = mark;
   }
 
-  // The tone that the board has told is marked.
-  tell({ spectrum }, tone_hz) {
+  // The board's tone is marked.
+  draw({ spectrum }, tone_hz) {
     this.mark.hz = tone_hz;
     const bins = spectrum.power_db.slice(1);
     this.show([bins.map((_, bin) => (bin + 1) * spectrum.bin_hz), bins]);
@@ -184,7 +184,7 @@ export class Fit extends Plot {
   }
 
   // What was read of a taxel, and the fundamental over it.
-  tell({ curves }, taxel) {
+  draw({ curves }, taxel) {
     const mv = (values) => values?.map((value) => (value === null ? null : 1e3 * value)) ?? curves.t_s.map(() => null);
     this.show([curves.t_s, mv(curves.read_v[taxel]), mv(curves.tone_v[taxel])]);
   }

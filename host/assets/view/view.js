@@ -1,4 +1,4 @@
-// The page: takes what the command tells, and shows it unless it is paused.
+// The page: takes the messages of the command, and shows them unless it is paused.
 import { Model } from "./model.js";
 import { words } from "./format.js";
 import { Fit, History, Spectrum, Strips } from "./plots.js";
@@ -7,8 +7,8 @@ import * as save from "./save.js";
 
 const $ = (id) => document.getElementById(id);
 const model = new Model();
-// What was known when the page was paused.
-let still = null;
+// The state when the page was paused.
+let paused = null;
 let isConnected = false;
 let isDue = false;
 
@@ -22,16 +22,16 @@ const plots = {
 const mapCanvas = $("map").querySelector("canvas");
 
 function pause(wanted) {
-  if (wanted === (still !== null)) return;
-  still = wanted && model.state !== null ? model.frozen() : null;
-  $("pause").textContent = still === null ? "Pause" : "Resume";
-  $("pause").setAttribute("aria-pressed", String(still !== null));
-  document.body.classList.toggle("paused", still !== null);
-  ask();
+  if (wanted === (paused !== null)) return;
+  paused = wanted && model.state !== null ? model.frozen() : null;
+  $("pause").textContent = paused === null ? "Pause" : "Resume";
+  $("pause").setAttribute("aria-pressed", String(paused !== null));
+  document.body.classList.toggle("paused", paused !== null);
+  schedule();
 }
 
 // Draws at the browser's next picture, once.
-function ask() {
+function schedule() {
   if (isDue) return;
   isDue = true;
   requestAnimationFrame(() => {
@@ -40,16 +40,15 @@ function ask() {
   });
 }
 
-function status() {
+function showStatus() {
   const { state } = model;
-  const said = isConnected || state === null ? (state?.words ?? "Connecting.") : "";
-  $("words").textContent = isConnected ? said : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
-  $("words").classList.toggle("alarm", !isConnected || ["gone", "waiting"].includes(state?.live.line.state));
+  $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
+  $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
 function draw() {
-  status();
-  const shown = still ?? model;
+  showStatus();
+  const shown = paused ?? model;
   if (shown.state === null) return;
   const { state } = shown;
   const { live } = state;
@@ -60,8 +59,8 @@ function draw() {
   panels.health(shown);
   panels.log(live);
   drawMap(state);
-  // What is zoomed in stays as it is.
-  if (still === null) drawPlots(state);
+  // A zoomed plot stays as it is.
+  if (paused === null) drawPlots(state);
 }
 
 function drawMap(state) {
@@ -70,11 +69,11 @@ function drawMap(state) {
   empty.hidden = found !== null;
   mapCanvas.hidden = found === null;
   if (found === null) {
-    empty.textContent = "No static image yet: it is told when a hold, before a slide or after one, is over.";
+    empty.textContent = "No static image yet: it comes when a hold, before a slide or after one, is over.";
     $("map-small").textContent = "";
     return;
   }
-  $("map-small").textContent = `${words(found.told.hold)}, mV, x →`;
+  $("map-small").textContent = `${words(found.image.hold)}, mV, x →`;
   panels.map(mapCanvas, found);
 }
 
@@ -82,29 +81,29 @@ function drawPlots(state) {
   const { live } = state;
   const hasRaw = live.strips.t_s.length > 1;
   const noRaw = state.no_raw ?? "No raw frames yet.";
-  if (hasRaw) plots.strips.tell(state, Number($("strips-s").value));
-  plots.strips.say(hasRaw ? "" : noRaw);
-  const hasTone = plots.history.tell(state, Number($("history-s").value));
-  plots.history.say(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
+  if (hasRaw) plots.strips.draw(state, Number($("strips-s").value));
+  plots.strips.explain(hasRaw ? "" : noRaw);
+  const hasTone = plots.history.draw(state, Number($("history-s").value));
+  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
   const { estimate } = live.latest;
   const tone_hz = estimate?.frequency_hz ?? null;
   const { spectrum, curves } = state;
-  if (spectrum) plots.spectrum.tell(state, spectrum.of_estimate ? tone_hz : null);
-  plots.spectrum.say(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
+  if (spectrum) plots.spectrum.draw(state, spectrum.of_estimate ? tone_hz : null);
+  plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
   $("spectrum-small").textContent = spectrum ? (spectrum.of_estimate ? "of the latest window" : "of the latest frames") : "";
   const taxel = chosen(estimate);
   const canFit = Boolean(curves) && taxel !== null;
   const channel = estimate?.channels.find((found) => found.taxel === taxel);
   $("fit-small").textContent = channel && tone_hz !== null
     ? `Taxel ${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, residual ${(1e3 * channel.residual_v).toFixed(2)} mV. ` : "";
-  if (canFit) plots.fit.tell(state, taxel);
-  plots.fit.say(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
+  if (canFit) plots.fit.draw(state, taxel);
+  plots.fit.explain(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
 }
 
 const noFit = (estimate) => {
   if (!estimate) return "No estimate yet.";
   if (estimate.abscissa === "place") return "By place there is no curve in time.";
-  return estimate.frequency_hz === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are gone.";
+  return estimate.frequency_hz === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
 };
 
 // The taxel to show: the one that was chosen, or the one whose tone is the strongest.
@@ -116,38 +115,38 @@ function chosen(estimate) {
 
 function connect() {
   const source = new EventSource("/events");
-  const told = (take) => (event) => {
+  const on = (take) => (event) => {
     isConnected = true;
     take(JSON.parse(event.data));
-    ask();
+    schedule();
   };
-  source.addEventListener("state", told((message) => model.begin(message)));
-  source.addEventListener("update", told((message) => model.add(message)));
+  source.addEventListener("state", on((message) => model.begin(message)));
+  source.addEventListener("update", on((message) => model.add(message)));
   source.addEventListener("error", () => {
     isConnected = false;
-    ask();
-    // Most errors the browser mends by itself.
+    schedule();
+    // The browser recovers from most errors by itself.
     if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1000);
   });
 }
 
-$("pause").addEventListener("click", () => pause(still === null));
+$("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
   if (event.key === " " && !["BUTTON", "SELECT"].includes(event.target.tagName)) {
     event.preventDefault();
-    pause(still === null);
+    pause(paused === null);
   }
 });
 for (const select of document.querySelectorAll("select")) {
   select.addEventListener("change", () => {
-    const { state } = still ?? model;
+    const { state } = paused ?? model;
     if (state !== null) drawPlots(state);
   });
 }
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
 for (const button of document.querySelectorAll("[data-save]")) {
   button.addEventListener("click", () => {
-    const { state } = still ?? model;
+    const { state } = paused ?? model;
     if (state === null) return;
     const card = button.closest(".card");
     const what = card.dataset.name;
@@ -157,8 +156,8 @@ for (const button of document.querySelectorAll("[data-save]")) {
 }
 const redraw = () => {
   Object.values(plots).forEach((plot) => plot.plot.redraw(false, true));
-  ask();
+  schedule();
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
-new ResizeObserver(ask).observe($("map"));
+new ResizeObserver(schedule).observe($("map"));
 connect();

@@ -1,37 +1,40 @@
-//! `order`: what a board can be told to do.
+//! `command`: requests to a board.
 
-use super::BoardOptions;
+use super::board::BoardOptions;
+use crate::client::Client;
+use crate::speed;
+use anyhow::Result;
 use clap::{Args, Subcommand};
+use ridgetone_proto::command::Command;
 use std::path::PathBuf;
 
-/// `order`
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
-Settings have a command of their own: `ridgetone settings`. Raw frames come with `ridgetone record --raw`.
+`ridgetone settings` changes settings. `ridgetone record --raw` records raw frames.
 
 Examples:
   ridgetone command stop
   ridgetone command follow speed.csv --port /dev/ttyUSB0")]
 pub enum BoardCommand {
-    /// Begin anew, as after power-up: the level without touch is learnt again, so nothing should touch the finger.
+    /// Start over, as after power-up: the board learns its level without touch again, so nothing should touch the finger.
     #[command(after_help = "\
 Example:
   ridgetone command start")]
     Start(BoardOptions),
-    /// Tell nothing but health until `command start`.
+    /// Send nothing but health until `command start`.
     #[command(after_help = "\
 Example:
   ridgetone command stop")]
     Stop(BoardOptions),
-    /// Reset the board; what is stored stays, a speed profile does not.
+    /// Reset the board; stored settings stay, a speed profile does not.
     #[command(after_help = "\
 Example:
   ridgetone command restart")]
     Restart(BoardOptions),
     /// Estimate by place from now on, in cycles per mm, with this speed over the surface.
     #[command(after_help = "\
-FILE.csv has the columns time_s (device time, as the board tells it) and speed_mm_s, at most 32 rows, straight lines in
-between. One row is a steady speed.
+FILE.csv has the columns time_s (device time, as in the board's telemetry) and speed_mm_s, at most 32 rows, straight
+lines in between. One row is a steady speed.
 
 Example:
   ridgetone command follow speed.csv")]
@@ -43,16 +46,37 @@ Example:
     Unfollow(BoardOptions),
 }
 
-/// `order follow`
 #[derive(Debug, Args)]
 pub struct FollowArgs {
     /// The speed profile.
     #[arg(value_name = "FILE.csv")]
-    pub file: PathBuf,
-    /// It begins again where it ends [default: its last speed goes on].
+    file: PathBuf,
+    /// Repeat the profile when it ends [default: its last speed goes on].
     #[arg(long)]
-    pub repeats: bool,
-    /// Which board.
+    repeats: bool,
     #[command(flatten)]
-    pub board: BoardOptions,
+    board: BoardOptions,
+}
+
+impl BoardCommand {
+    pub(super) fn run(self) -> Result<()> {
+        let (board, request, done) = match self {
+            Self::Start(board) => (board, Command::Start, "it starts over"),
+            Self::Stop(board) => (board, Command::Stop, "it sends nothing but health until `command start`"),
+            Self::Restart(board) => (board, Command::Restart, "it restarts"),
+            Self::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
+            Self::Follow(args) => {
+                let after = speed::after(args.repeats);
+                let knots = speed::knots(&args.file, after)?;
+                let mut feed = args.board.open_for_request()?;
+                Client::new(&mut feed).follow(&knots, after)?;
+                eprintln!("ridgetone: {}: estimates come by place, in cycles per mm", feed.name());
+                return Ok(());
+            }
+        };
+        let mut feed = board.open_for_request()?;
+        Client::new(&mut feed).request(request)?;
+        eprintln!("ridgetone: {}: {done}", feed.name());
+        Ok(())
+    }
 }

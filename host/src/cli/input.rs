@@ -1,38 +1,37 @@
-//! What the chip feels: a recording, or a scene.
+//! What the simulated chip feels: a recording or a scene.
 
-use super::{Senseless, number, positive};
-use crate::input::{Input, Source, frame_rate_hz};
-use anyhow::Result;
+use super::parse::{number, positive};
+use crate::input::{Input, Opened, Source, frame_rate_hz};
+use crate::usage::UsageError;
+use anyhow::{Result, bail};
 use clap::Args;
 use hal_mock::Sliding;
 use std::path::PathBuf;
 
-/// Parameters of the scene.
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
-    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml tells what may be in it [default: a plain scene].
+    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a plain scene].
     #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
-    pub scene_file: Option<PathBuf>,
+    scene_file: Option<PathBuf>,
     /// Speed of the grating, mm/s [default: 30].
     #[arg(long, value_name = "MM_S", value_parser = positive)]
-    pub scene_speed: Option<f64>,
+    scene_speed: Option<f64>,
     /// Spatial period of the grating, mm [default: 3.6].
     #[arg(long, value_name = "MM", value_parser = positive)]
-    pub period: Option<f64>,
+    period: Option<f64>,
     /// Power of the tone over that of the noise, dB, or `none` for no noise [default: 20].
     #[arg(long, value_name = "DB", value_parser = decibel, allow_negative_numbers = true)]
-    pub snr: Option<Decibel>,
+    snr: Option<Decibel>,
     /// Seed of all noise, and of the channels' differences where there is no scene file [default: 1, or the file's].
     #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
+    seed: Option<u64>,
 }
 
-/// What the chip feels.
 #[derive(Args, Clone, Debug)]
 pub struct InputOptions {
     /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene].
     #[arg(value_name = "FILE.csv")]
-    pub file: Option<PathBuf>,
+    pub(super) file: Option<PathBuf>,
     /// Volts per unit of FILE.csv.
     #[arg(
         long,
@@ -42,21 +41,20 @@ pub struct InputOptions {
         allow_negative_numbers = true,
         requires = "file"
     )]
-    pub scale: f64,
+    scale: f64,
     /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
-    pub rate: Option<f64>,
+    pub(super) rate: Option<f64>,
     /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
     #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
-    pub noise: bool,
-    /// The scene, without FILE.csv.
+    noise: bool,
     #[command(flatten)]
-    pub scene: SceneOptions,
+    pub(super) scene: SceneOptions,
 }
 
 /// A ratio of powers in decibels; none for no noise at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Decibel(pub Option<f64>);
+#[derive(Clone, Copy, Debug)]
+struct Decibel(Option<f64>);
 
 fn decibel(text: &str) -> Result<Decibel, String> {
     if text == "none" { Ok(Decibel(None)) } else { number(text).map(|db| Decibel(Some(db))) }
@@ -66,21 +64,18 @@ fn on_off(text: &str) -> Result<bool, String> {
     match text {
         "on" => Ok(true),
         "off" => Ok(false),
-        _ => Err("say on or off".into()),
+        _ => Err("choose on or off".into()),
     }
 }
 
 impl SceneOptions {
-    /// Whether any of it was given.
-    fn is_given(&self) -> bool {
-        let Self { scene_file, scene_speed, period, snr, seed } = self;
-        scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some() || seed.is_some()
+    /// Whether an option makes a scene.
+    fn makes_scene(&self) -> bool {
+        let Self { scene_file, scene_speed, period, snr, seed: _ } = self;
+        scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some()
     }
 
     /// The scene's parameters.
-    ///
-    /// # Errors
-    /// What is wrong with the scene file, with its line.
     pub fn sliding(&self) -> Result<Sliding> {
         if let Some(path) = &self.scene_file {
             let scene = hal_mock::load_scene(path, frame_rate_hz())?;
@@ -98,30 +93,41 @@ impl SceneOptions {
 }
 
 impl InputOptions {
-    /// Whether any of it was given.
-    pub(super) fn is_given(&self) -> bool {
-        self.file.is_some() || !self.noise || self.scene.is_given()
+    /// Whether any option was given.
+    pub fn is_given(&self) -> bool {
+        self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
     }
 
-    /// What the chip feels.
-    ///
-    /// # Errors
-    /// [`Senseless`]: parameters of a scene together with a recording. What is wrong with a scene file.
+    /// The input that the options describe.
     pub fn input(&self) -> Result<Input> {
-        let SceneOptions { scene_file, scene_speed, period, snr, seed } = &self.scene;
-        let makes_scene = scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some();
-        if self.file.is_some() && makes_scene {
+        if self.file.is_some() && self.scene.makes_scene() {
             let why = "--scene, --scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
-            return Err(Senseless(why.into()).into());
+            return Err(UsageError(why.into()).into());
         }
-        let source = match &self.file {
-            Some(path) => Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale },
-            None => Source::Scene(self.scene.sliding()?),
-        };
-        let seed = match &source {
-            Source::Scene(scene) => scene.seed,
-            Source::Trace { .. } => seed.unwrap_or(1),
+        let (source, seed) = match &self.file {
+            Some(path) => {
+                let source = Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale };
+                (source, self.scene.seed.unwrap_or(1))
+            }
+            None => {
+                let scene = self.scene.sliding()?;
+                let seed = scene.seed;
+                (Source::Scene(scene), seed)
+            }
         };
         Ok(Input { source, converter_noise: self.noise, seed })
+    }
+
+    /// Opens an input that has to fill a window, and prints its warning.
+    pub fn open_for(&self, window_s: f32) -> Result<Opened> {
+        let input = self.input()?.open()?;
+        if let Some(file) = self.file.as_ref().filter(|_| input.end_s < f64::from(window_s)) {
+            let (file, end_s) = (file.display(), input.end_s);
+            bail!("{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter --window");
+        }
+        if let Some(warning) = &input.warning {
+            eprintln!("ridgetone: warning: {warning}");
+        }
+        Ok(input)
     }
 }

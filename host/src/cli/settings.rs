@@ -1,7 +1,8 @@
 //! Settings of the library, from a file and from options over it.
 
-use super::{ArrayOptions, Senseless};
+use super::array::ArrayOptions;
 use crate::settings_form;
+use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::{Settings, SlideRule};
@@ -47,7 +48,7 @@ impl SettingsOptions {
     /// The settings.
     ///
     /// # Errors
-    /// The file cannot be read, or a setting is out of its bounds ([`Senseless`]).
+    /// The file cannot be read, or a setting is out of its bounds ([`UsageError`]).
     pub fn settings(&self) -> Result<Settings> {
         let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
         // A zero would switch the setting off; as an option it is out of bounds.
@@ -66,7 +67,7 @@ impl SettingsOptions {
             array: self.array.array(base.array),
             ..base
         };
-        settings.validate().map_err(|error| Senseless(settings_form::explained(&error)))?;
+        settings.validate().map_err(|error| UsageError(settings_form::explained(&error)))?;
         Ok(settings)
     }
 }

@@ -8,7 +8,7 @@ use ridgetone::frame::TimedConversion;
 
 /// First byte of the transfer that reads a result (SBAS297G, data read by command).
 const READ_RESULT: u8 = 0x30;
-/// NEW in the status byte: a result that had not been read before.
+/// NEW in the status byte: a result that was not read before.
 const NEW: u8 = 0x80;
 
 /// Nanoseconds in a microsecond: the board counts these, the chip those.
@@ -16,28 +16,33 @@ const NS_PER_US: u64 = 1000;
 
 /// A chip on the bridge.
 pub struct ChipEnd {
-    chip: Ads1258,
+    pub(super) chip: Ads1258,
     end_s: f64,
-    /// The board's counter, extended; it wraps every 71 minutes.
-    now_us: u64,
-    start_us: Option<u64>,
-    /// Of the first result that was read.
-    first_edge_us: Option<u64>,
-    ended: bool,
-    /// What is to happen to the board, and at what time of its, microseconds.
+    /// Board time, microseconds: the board's counter, extended; it wraps every 71 minutes.
+    pub(super) now_us: u64,
+    /// Board time of the first rising START.
+    pub(super) start_us: Option<u64>,
+    /// Board time of the first edge whose result was read: zero of the device time.
+    pub(super) first_edge_us: Option<u64>,
+    /// Whether the board was informed that the input is over.
+    pub(super) ended: bool,
+    /// What happens to the board with the first reply at or after this board time, microseconds.
     crash: Option<(u64, Crash)>,
+    /// When the telemetry line is blocked, from and until, seconds of scene time.
+    line_blocked_s: Option<(f64, f64)>,
     keep: bool,
-    conversions: Vec<TimedConversion>,
-    served: u64,
-    arrived: u64,
+    pub(super) conversions: Vec<TimedConversion>,
+    /// Results read by the board.
+    pub(super) served: u64,
+    /// Results of which at least one read arrived as they were converted.
+    pub(super) arrived: u64,
     /// Edge of the result that arrived last.
     arrived_ns: Option<u64>,
-    line_blocked_s: Option<(f64, f64)>,
 }
 
 impl ChipEnd {
-    /// A chip in front of an input. With `keep` every conversion that the board reads is kept.
-    pub fn new(input: Opened, keep: bool) -> Self {
+    /// A chip in front of an input. With `keep` it keeps every conversion that the board reads.
+    pub fn new(input: Opened, keep: bool, crash: Option<(u64, Crash)>, line_blocked_s: Option<(f64, f64)>) -> Self {
         Self {
             end_s: input.end_s,
             chip: Ads1258::new(input.scene, input.options),
@@ -45,28 +50,17 @@ impl ChipEnd {
             start_us: None,
             first_edge_us: None,
             ended: false,
-            crash: None,
+            crash,
+            line_blocked_s,
             keep,
             conversions: Vec::new(),
             served: 0,
             arrived: 0,
             arrived_ns: None,
-            line_blocked_s: None,
         }
     }
 
-    /// Has something happen to the board with the first reply at or after `at_us` of its time, microseconds.
-    pub fn arrange(&mut self, at_us: u64, crash: Crash) {
-        self.crash = Some((at_us, crash));
-    }
-
-    /// With the telemetry line blocked from one scene time to another, seconds.
-    #[must_use]
-    pub fn blocking(self, line_blocked_s: Option<(f64, f64)>) -> Self {
-        Self { line_blocked_s, ..self }
-    }
-
-    /// Does what the board asks; `payload` becomes what DOUT said.
+    /// Answers a request; `payload` becomes the bytes on DOUT.
     pub fn answer(&mut self, request: &Request, payload: &mut [u8]) -> Reply {
         self.now_us += u64::from(request.now_us.wrapping_sub(self.now_us as u32));
         let now_ns = self.now_us * NS_PER_US;
@@ -103,7 +97,7 @@ impl ChipEnd {
         }
     }
 
-    /// The board has read a result.
+    /// Counts a result that the board has read.
     fn read(&mut self, bytes: [u8; 4]) {
         let conversion = Conversion::from_bytes(bytes);
         let edge_ns = self.chip.latest_drdy_fall_ns();
@@ -119,8 +113,8 @@ impl ChipEnd {
         if self.keep {
             self.conversions.push(TimedConversion { t_us: self.edge_us(), conversion });
         }
-        // Decided by the edge, not by when the board gets round to reading: what it is given then does not depend on
-        // how fast it is, and is what `replay` gets.
+        // Decided by the edge and not by the time of the read: then the board's speed does not matter, and the board gets
+        // what `replay` gets.
         let (Some(edge_ns), Some(zero_ns)) = (self.chip.latest_drdy_fall_ns(), self.chip.scene_zero_ns()) else {
             return;
         };
@@ -132,54 +126,14 @@ impl ChipEnd {
         (self.chip.latest_drdy_fall_ns().unwrap_or(0) / NS_PER_US) as u32
     }
 
-    /// Board time, microseconds.
-    pub fn now_us(&self) -> u64 {
-        self.now_us
-    }
-
-    /// Board time of the first rising START, microseconds.
-    pub fn start_us(&self) -> Option<u64> {
-        self.start_us
-    }
-
-    /// Board time of the first edge whose result was read, microseconds: zero of the device time.
-    pub fn first_edge_us(&self) -> Option<u64> {
-        self.first_edge_us
-    }
-
-    /// Seconds of the input done, and those it has.
+    /// Seconds of the input done, and its length.
     pub fn progress_s(&self) -> (f64, f64) {
         (self.chip.scene_time_s().unwrap_or(0.0), self.end_s)
     }
 
-    /// Whether the board has been told that the input is over.
-    pub fn ended(&self) -> bool {
-        self.ended
-    }
-
     fn is_line_blocked(&self) -> bool {
-        let now_s = self.chip.scene_time_s().unwrap_or(0.0);
+        let now_s = self.progress_s().0;
         self.line_blocked_s.is_some_and(|(from_s, until_s)| (from_s..until_s).contains(&now_s))
-    }
-
-    /// The chip.
-    pub fn chip(&self) -> &Ads1258 {
-        &self.chip
-    }
-
-    /// Results of which at least one read arrived as they were converted.
-    pub fn arrived(&self) -> u64 {
-        self.arrived
-    }
-
-    /// Results read by the board, and results that were overwritten before it came.
-    pub fn served_and_lost(&self) -> (u64, u64) {
-        (self.served, self.chip.counters().lost)
-    }
-
-    /// The conversions kept.
-    pub fn into_conversions(self) -> Vec<TimedConversion> {
-        self.conversions
     }
 }
 
@@ -190,7 +144,7 @@ mod tests {
 
     fn end(end_s: f64) -> ChipEnd {
         let scene = Box::new(Constant { end_s, ..Constant::default() });
-        ChipEnd::new(Opened { scene, options: Options::default(), end_s, truth: None, warning: None }, true)
+        ChipEnd::new(Opened { scene, options: Options::default(), end_s, truth: None, warning: None }, true, None, None)
     }
 
     fn request(operation: Operation, level: bool, length: u8, now_us: u32) -> Request {
@@ -215,7 +169,7 @@ mod tests {
         let mut end = end(f64::INFINITY);
         end.answer(&request(Operation::Poll, false, 0, u32::MAX), &mut []);
         let reply = end.answer(&request(Operation::Start, true, 0, 10), &mut []);
-        assert_eq!(end.now_us(), (1 << 32) + 10);
+        assert_eq!(end.now_us, (1 << 32) + 10);
         let reply = end.answer(&request(Operation::Poll, false, 0, 10 + reply.next_drdy_us), &mut []);
         assert!(!reply.drdy_high && reply.drdy_us < 10_000);
     }
@@ -234,7 +188,7 @@ mod tests {
             reply = end.answer(&request(Operation::Transfer, false, 5, now_us), &mut payload);
         }
         assert!(now_us >= 10_000);
-        assert_eq!(end.served_and_lost(), (end.conversions.len() as u64, 0));
+        assert_eq!((end.served, end.chip.counters().lost), (end.conversions.len() as u64, 0));
         let t_us: Vec<u32> = end.conversions.iter().map(|c| c.t_us).collect();
         assert!(t_us.iter().rev().skip(1).all(|t_us| *t_us < 10_000), "{t_us:?}");
     }

@@ -1,4 +1,4 @@
-//! The firmware image: where it is, and whether it is one.
+//! The firmware image: its place, and checks that a file is one.
 
 use anyhow::{Context, Result, bail, ensure};
 use object::{Architecture, Object, ObjectSymbol};
@@ -7,20 +7,20 @@ use std::path::{Path, PathBuf};
 /// Where `cargo xtask firmware` puts the emulated board's image, from cargo's target directory.
 const IMAGE: &str = "firmware/emulated/ridgetone-firmware.elf";
 
-/// DRDY's interrupt handler: without it an image is not ours.
+/// DRDY's interrupt handler: an image without it is not ours.
 const HANDLER: &str = "EXTI4";
 
-/// Where the handlers go that a firmware does not have.
+/// Handler of all interrupts without their own.
 const NO_HANDLER: &str = "DefaultHandler";
 
-/// A file's name that only the image for the emulator knows.
+/// A file name that is only in the image for the emulator.
 const MARKER: &[u8] = b"spi.request\0";
 
-/// The image to run when none is named: in `CARGO_TARGET_DIR`, else in `target` of the workspace around the present
+/// The default image: in `CARGO_TARGET_DIR`, else in `target` of the workspace around the current
 /// directory, else of the one this program was built in.
 ///
 /// # Errors
-/// There is none.
+/// There is no image.
 pub fn find() -> Result<PathBuf> {
     let here = std::env::current_dir().unwrap_or_default();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
@@ -35,7 +35,7 @@ pub fn find() -> Result<PathBuf> {
 /// Checks that a file is an image of our firmware; gives its absolute path.
 ///
 /// # Errors
-/// One line that says what it is instead.
+/// It is another file; one line says which.
 pub fn check(path: &Path) -> Result<PathBuf> {
     let shown = path.display();
     let bytes = std::fs::read(path).with_context(|| format!("{shown}"))?;

@@ -1,32 +1,29 @@
-//! The emulated firmware's defmt log, as lines. What the numbers in it stand for is in the image.
+//! The emulated firmware's defmt log, as lines. The image has the texts, the log their numbers.
 
 use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, Table};
 use std::path::Path;
 
-/// Makes lines of the bytes of a log.
+/// Decodes a log.
 pub struct Log {
     table: Table,
-    /// Bytes of a frame that is not complete.
+    /// Bytes of an incomplete frame.
     rest: Vec<u8>,
-    tell: fn(&str),
+    print: fn(&str),
 }
 
 impl Log {
-    /// Of this image's log; each line goes to `tell`: board time in seconds, level, text.
-    ///
-    /// # Errors
-    /// The image has no log, or one in a version of defmt that is not known here.
-    pub fn new(image: &Path, tell: fn(&str)) -> Result<Self> {
+    /// Decodes the log of this image; each line goes to `print`: board time in seconds, level, text.
+    pub fn new(image: &Path, print: fn(&str)) -> Result<Self> {
         let shown = image.display();
         let bytes = std::fs::read(image).with_context(|| format!("{shown}"))?;
         let Some(table) = Table::parse(&bytes).with_context(|| format!("{shown}: its log"))? else {
             bail!("{shown}: an image without a log");
         };
-        Ok(Self { table, rest: Vec::new(), tell })
+        Ok(Self { table, rest: Vec::new(), print })
     }
 
-    /// Takes bytes as they come.
+    /// Takes bytes of the log.
     pub fn push(&mut self, bytes: &[u8]) {
         self.rest.extend_from_slice(bytes);
         // A frame ends with a zero.
@@ -35,9 +32,9 @@ impl Log {
         decoder.received(&self.rest[..=last]);
         loop {
             match decoder.decode() {
-                Ok(frame) => (self.tell)(&frame.display(false).to_string()),
+                Ok(frame) => (self.print)(&frame.display(false).to_string()),
                 Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => (self.tell)("(a damaged frame)"),
+                Err(DecodeError::Malformed) => (self.print)("(a damaged frame)"),
             }
         }
         self.rest.drain(..=last);

@@ -22,19 +22,16 @@ pub struct Emulator {
     pub log: File,
     /// To the board's third serial port.
     line: ChildStdin,
-    /// Bytes that the line has not taken yet.
+    /// Bytes that the line did not accept yet.
     unsent: Vec<u8>,
-    /// What the board's third serial port says.
+    /// From the board's third serial port.
     pub serial: ChildStdout,
-    /// What the emulator itself says.
+    /// The emulator's standard error.
     pub messages: ChildStderr,
 }
 
 impl Emulator {
     /// Starts the emulator on an image, whose path must be absolute. An instruction takes 2^`icount_shift` ns.
-    ///
-    /// # Errors
-    /// The emulator is not installed, or the system refuses a directory, a FIFO or a process.
     pub fn start(image: &Path, icount_shift: u8) -> Result<Self> {
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         let request = fifo(&directory.path().join("spi.request"))?;
@@ -64,31 +61,25 @@ impl Emulator {
         else {
             bail!("{QEMU}: no pipes");
         };
-        // A board that does not listen must not stop what serves it.
+        // A board that does not read must not block the loop that serves it.
         let flags = fcntl_getfl(&line).context("the line to the emulated board")?;
         fcntl_setfl(&line, flags | OFlags::NONBLOCK).context("the line to the emulated board")?;
         let directory = Some(directory);
         Ok(Self { child, directory, request, reply, log, line, unsent: Vec::new(), serial, messages })
     }
 
-    /// Both ends of the bridge are open: their names, and the directory, are no longer needed. Removed now, nothing is
-    /// left behind even if this program is killed.
+    /// Removes the directory when both ends of the bridge are open: then nothing is left behind even if this program is
+    /// killed.
     pub fn connected(&mut self) {
         self.directory = None;
     }
 
     /// Sends a reply.
-    ///
-    /// # Errors
-    /// The board does not take it: a full pipe is as bad as a closed one, since it asks before it is answered.
     pub fn reply(&mut self, bytes: &[u8]) -> Result<()> {
         self.reply.write_all(bytes).context("the bridge to the emulated board")
     }
 
-    /// Sends bytes to the board's serial port, as many as it takes now and the rest with the next call.
-    ///
-    /// # Errors
-    /// Those of the system; that the emulator has ended is none.
+    /// Sends bytes to the board's serial port; bytes that it does not accept now go with the next call.
     pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.unsent.extend_from_slice(bytes);
         while !self.unsent.is_empty() {
@@ -103,10 +94,7 @@ impl Emulator {
         Ok(())
     }
 
-    /// How the emulator ended, if it has.
-    ///
-    /// # Errors
-    /// Those of the system.
+    /// The emulator's exit status, if it has ended.
     pub fn exit_status(&mut self) -> Result<Option<ExitStatus>> {
         self.child.try_wait().context(QEMU)
     }
@@ -114,13 +102,13 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Both fail only if it has ended already.
+        // Both fail only after its end.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-/// Makes a FIFO and opens it for both directions: that never blocks, whoever comes or goes at the other end.
+/// Makes a FIFO and opens it for both directions, which never blocks, whatever happens at the other end.
 fn fifo(path: &Path) -> Result<File> {
     let named = || path.display().to_string();
     rustix::fs::mkfifoat(CWD, path, Mode::RUSR | Mode::WUSR).with_context(named)?;

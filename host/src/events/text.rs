@@ -1,6 +1,6 @@
 //! One line a packet: time, type, and values with units. A static image has its map below.
 
-use crate::fit_report::with_sigma;
+use crate::digits::with_sigma;
 use crate::names::name;
 use crate::static_image;
 use crate::tone::period_f32;

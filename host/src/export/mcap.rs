@@ -1,10 +1,10 @@
-//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at device time. No compression: that
-//! would need C.
+//! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at device time. No compression, which would
+//! need C.
 
 use super::packets;
 use super::schema::Schema;
 use crate::events;
-use crate::live::{Counts, Strips, time_s};
+use crate::live::{Counts, Frame, time_s};
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{NoSeek, WriteOptions};
 use anyhow::{Result, bail};
@@ -15,10 +15,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Writes all packets. The recording is read twice: schemas stand in front.
-///
-/// # Errors
-/// The recording cannot be read or is empty; those of `out`.
+/// Writes all packets. It reads the recording twice: schemas come first.
 pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     let mut schemas: BTreeMap<String, Schema> = BTreeMap::new();
     let mut messages = Messages::new();
@@ -51,7 +48,7 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Makes messages of packets.
+/// Turns packets into messages.
 struct Messages {
     vref_v: f32,
     /// Device time of the latest packet that has one.
@@ -63,7 +60,7 @@ impl Messages {
         Self { vref_v: Settings::DEFAULT.vref_v, time_ns: 0 }
     }
 
-    /// Kind of a packet and what `--json` makes of it; raw frames with their volts beside the codes.
+    /// Kind of a packet and its object of `--json`; raw frames with volts beside the codes.
     fn message(&mut self, packet: &Packet) -> Result<(String, Value)> {
         if let Some(t_s) = time_s(&packet.event) {
             self.time_ns = (t_s * 1e6).round() as u64 * 1000;
@@ -71,7 +68,7 @@ impl Messages {
         let mut message = serde_json::to_value(events::serializable(packet))?;
         match &packet.event {
             Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
-            Event::Raw(raw) => message["volts"] = serde_json::to_value(Strips::frame(raw, self.vref_v).volts)?,
+            Event::Raw(raw) => message["volts"] = serde_json::to_value(Frame::new(raw, self.vref_v).volts)?,
             _ => {}
         }
         let kind = message["type"].as_str().unwrap_or("unknown").to_owned();

@@ -1,7 +1,7 @@
 //! Tables as CSV.
 
 use super::packets;
-use crate::live::{Counts, Point, Strips};
+use crate::live::{Counts, Frame, Point};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -10,12 +10,12 @@ use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
 
-/// What a table is of.
+/// Rows of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
-    /// A row for each estimate; what is not known is empty.
+    /// A row for each estimate; unknown values are empty.
     Estimates,
-    /// A row for each raw frame, in volts: what `replay`, `fit` and `emulate` take.
+    /// A row for each raw frame, in volts: as `replay`, `fit` and `emulate` read it.
     Frames,
     /// A row for each second: counters and readings.
     Health,
@@ -42,9 +42,6 @@ struct HealthRow {
 }
 
 /// Writes one.
-///
-/// # Errors
-/// The recording cannot be read, or has no such rows; those of `out`.
 pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut csv = csv::Writer::from_writer(out);
     let mut rows = 0u64;
@@ -86,8 +83,8 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     Ok(counts)
 }
 
-/// Frames in volts. A taxel that no frame has a valid value of is at 0 V; a frame that lacks any other is left out, as
-/// `replay` and `fit` take a gap for frames that are missing.
+/// Frames in volts. A taxel without any valid value is at 0 V; a frame that lacks any other taxel is left out, since `replay`
+/// and `fit` take a gap for missing frames.
 fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) -> Result<Counts> {
     let mut alive = 0u16;
     packets(path, &mut |packet| {
@@ -116,7 +113,7 @@ fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) ->
             return Ok(());
         }
         *rows += 1;
-        let frame = Strips::frame(raw, vref_v);
+        let frame = Frame::new(raw, vref_v);
         let volts = frame.volts.iter().map(|volts| volts.unwrap_or(0.0).to_string());
         Ok(csv.write_record(std::iter::once(format!("{:.6}", frame.t_s)).chain(volts))?)
     })?;

@@ -1,51 +1,50 @@
-//! A feed, what it tells folded into [`Live`], and the board behind it kept sending raw frames: what the terminal's screen
-//! and the web page have in common.
+//! A feed folded into [`Live`], whose board keeps sending raw frames: the common part of the terminal's screen and the web
+//! page.
 
-use super::{Asking, Feed, Happening};
+use super::decoded::Feed;
+use super::requester::Requester;
+use super::source::FeedEvent;
 use crate::events;
-use crate::live::{Line, Live};
+use crate::live::{Connection, Live};
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Packet;
 use std::time::Duration;
 
 /// Raw frames: what strips are drawn from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum RawFrames {
-    /// They cannot be asked for: there is no board, or nothing that could.
+    /// There is no board to request them from.
     #[default]
     Unavailable,
-    /// They are not wanted.
+    /// Nobody wants them.
     Off,
-    /// They are asked for.
+    /// They are requested.
     On,
-    /// They were asked for, and this came of it.
+    /// The request failed, for this reason.
     Refused(String),
 }
 
 /// A feed that is followed.
 pub struct Following {
     feed: Feed,
-    asking: Asking,
+    requester: Requester,
     raw: RawFrames,
 }
 
 impl Following {
-    /// Of a feed, whose board is asked for raw frames if there is one; with `settings` these are put into force on the board
-    /// first, but not stored.
+    /// Follows a feed, and requests raw frames if there is a board; `settings` are put into force first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
         let raw = if feed.has_board() { RawFrames::On } else { RawFrames::Unavailable };
-        let mut asking = Asking::default();
-        if let Some(settings) = settings {
-            asking.give(Command::Set { settings, keep: false });
-        }
+        let mut requester = Requester::with_settings(settings);
         if raw == RawFrames::On {
-            asking.want_raw(true);
+            requester.want_raw(true);
         }
-        Self { feed, asking, raw }
+        Self { feed, requester, raw }
     }
 
-    /// Nothing is known yet, but where it will come from.
+    /// A state that knows the name of the source alone.
     pub fn live(&self) -> Live {
         Live::new(self.feed.name())
     }
@@ -55,29 +54,25 @@ impl Following {
         &self.raw
     }
 
-    /// Asks for raw frames, or no longer; where there is no board that is not possible.
+    /// Requests raw frames, or ends them; without a board it does nothing.
     pub fn want_raw(&mut self, wanted: bool) {
         if self.raw != RawFrames::Unavailable {
             self.raw = if wanted { RawFrames::On } else { RawFrames::Off };
-            self.asking.want_raw(wanted);
+            self.requester.want_raw(wanted);
         }
     }
 
-    /// Waits for what happens next, at most so long.
-    ///
-    /// # Errors
-    /// Those of the feed.
-    pub fn next(&mut self, most: Duration) -> Result<Option<Happening>> {
+    /// Waits for the next event, at most for `most`.
+    pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         self.feed.next(most)
     }
 
-    /// Folds what has happened, if anything has, and sends what is due to the board. To be called after every
-    /// [`Self::next`].
-    pub fn fold(&mut self, happening: Option<&Happening>, live: &mut Live) {
-        match happening {
-            Some(Happening::Packet(packet)) => {
+    /// Folds an event, if there is one, and sends the request that is due. Call it after every [`Self::next`].
+    pub fn fold(&mut self, event: Option<&FeedEvent<Packet>>, live: &mut Live) {
+        match event {
+            Some(FeedEvent::Data(packet)) => {
                 live.take(packet);
-                if let Some((command, outcome)) = self.asking.hear(packet)
+                if let Some((command, outcome)) = self.requester.answered(packet)
                     && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
                 {
                     let why = events::outcome(&outcome);
@@ -87,34 +82,33 @@ impl Following {
                     live.note(why);
                 }
             }
-            Some(Happening::Came(name)) => {
-                live.source.clone_from(name);
-                live.line = Line::There;
+            Some(FeedEvent::Connected(name)) => {
+                live.now.source.clone_from(name);
+                live.now.connection = Connection::Connected;
                 live.note(format!("{name}: open"));
             }
-            Some(Happening::Went(name, why)) => {
+            Some(FeedEvent::Disconnected(name, why)) => {
                 live.note(format!("{name}: {why}"));
-                live.line = Line::Gone { why: why.clone() };
+                live.now.connection = Connection::Disconnected { why: why.clone() };
             }
-            Some(Happening::Over) => live.line = Line::Over,
+            Some(FeedEvent::Over) => live.now.connection = Connection::Over,
             None => {}
         }
-        live.counts = self.feed.counts();
+        live.now.counts = self.feed.counts();
         if self.feed.has_board()
-            && live.line == Line::There
-            && let Err(error) = self.asking.tick(&mut self.feed)
+            && live.now.connection == Connection::Connected
+            && let Err(error) = self.requester.tick(&mut self.feed)
         {
             live.note(format!("{error:#}"));
             self.raw = RawFrames::Refused("no raw frames: no answer (RX?)".into());
         }
     }
 
-    /// Ends it; gives the feed back, with what it has counted. A board is not left with raw frames on its line. Whether it
-    /// hears that is not waited for: they end by themselves.
-    pub fn leave(mut self) -> Feed {
+    /// Ends raw frames, and gives the feed back. It does not wait for the answer: the board stops by itself after a minute.
+    pub fn finish(mut self) -> Feed {
         if self.raw == RawFrames::On {
-            self.asking.want_raw(false);
-            let _ = self.asking.tick(&mut self.feed);
+            self.requester.want_raw(false);
+            let _ = self.requester.tick(&mut self.feed);
         }
         self.feed
     }

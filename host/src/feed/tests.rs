@@ -1,23 +1,28 @@
-//! Feeds from sources made for a test: a board that obeys, on the library's own receiver, and one that says nothing.
+//! Feeds from sources made for a test: a board that obeys requests, with the library's own receiver.
 
 use super::*;
 use crate::requests::receiver::Receiver;
+use anyhow::Result;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{PROTOCOL, Packet};
+use std::collections::VecDeque;
+use std::io::Write;
+use std::time::{Duration, Instant};
 
-/// Two pages of flash in memory.
-struct Pages([u8; 2048]);
+/// Two pages of flash.
+struct RamFlash(Vec<u8>);
 
-impl ErrorType for Pages {
+impl ErrorType for RamFlash {
     type Error = NorFlashErrorKind;
 }
 
-impl ReadNorFlash for Pages {
+impl ReadNorFlash for RamFlash {
     const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
         Ok(())
     }
@@ -27,40 +32,40 @@ impl ReadNorFlash for Pages {
     }
 }
 
-impl NorFlash for Pages {
-    const WRITE_SIZE: usize = 4;
+impl NorFlash for RamFlash {
+    const WRITE_SIZE: usize = ridgetone_proto::store::WORD_BYTES;
     const ERASE_SIZE: usize = 1024;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        self.0[from as usize..to as usize].fill(0xff);
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
         Ok(())
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
+        self.0[from as usize..to as usize].fill(0xff);
         Ok(())
     }
 }
 
-/// A board that answers orders as the firmware does, and says nothing else.
+/// A board that answers requests as the firmware does, and sends nothing else.
 struct Obedient {
-    board: Receiver<Pages>,
-    said: VecDeque<Said>,
+    board: Receiver<RamFlash>,
+    outgoing: VecDeque<FeedEvent<Vec<u8>>>,
     sequence: u16,
-    /// Bytes that it was sent.
-    heard: usize,
+    /// Number of bytes received.
+    received: usize,
 }
 
 impl Obedient {
     fn new() -> Self {
-        Self { board: Receiver::new(Pages([0xff; 2048])), said: VecDeque::new(), sequence: 1, heard: 0 }
+        Self { board: Receiver::new(RamFlash(vec![0xff; 2048])), outgoing: VecDeque::new(), sequence: 1, received: 0 }
     }
 
-    fn say(&mut self, event: Event) {
+    fn emit(&mut self, event: Event) {
         let mut wire = [0; WIRE_MAX];
         let used = encode(&Packet { sequence: self.sequence, event }, &mut wire).unwrap();
         self.sequence += 1;
-        self.said.push_back(Said::Bytes(wire[..used].to_vec()));
+        self.outgoing.push_back(FeedEvent::Data(wire[..used].to_vec()));
     }
 }
 
@@ -69,14 +74,14 @@ impl Source for Obedient {
         "an obedient board".into()
     }
 
-    fn next(&mut self, _: Duration) -> Result<Option<Said>> {
-        Ok(self.said.pop_front())
+    fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        Ok(self.outgoing.pop_front())
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        self.heard += bytes.len();
+        self.received += bytes.len();
         for reply in self.board.hear(bytes) {
-            self.say(Event::Reply(reply));
+            self.emit(Event::Reply(reply));
         }
         Ok(())
     }
@@ -87,32 +92,32 @@ fn packet(sequence: u16, t_us: u64) -> Packet {
 }
 
 #[test]
-fn what_is_asked_is_sent_answered_and_raw_frames_only_while_they_are_wanted() {
+fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_wanted() {
     let mut feed = Feed::new(Obedient::new());
-    let mut asking = Asking::default();
+    let mut requester = Requester::default();
     let settings = Settings { window_s: 0.5, ..Settings::DEFAULT };
-    asking.give(Command::Set { settings, keep: false });
-    asking.give(Command::Set { settings: Settings { window_s: 9.0, ..settings }, keep: false });
-    asking.want_raw(true);
+    requester.push(Command::Set { settings, keep: false });
+    requester.push(Command::Set { settings: Settings { window_s: 9.0, ..settings }, keep: false });
+    requester.want_raw(true);
     let mut answers = Vec::new();
-    let talk = |feed: &mut Feed<Obedient>, asking: &mut Asking, answers: &mut Vec<_>| {
+    let talk = |feed: &mut Feed<Obedient>, requester: &mut Requester, answers: &mut Vec<_>| {
         for _ in 0..10 {
-            asking.tick(feed).unwrap();
-            while let Some(Happening::Packet(packet)) = feed.next(Duration::ZERO).unwrap() {
-                answers.extend(asking.hear(&packet));
+            requester.tick(feed).unwrap();
+            while let Some(FeedEvent::Data(packet)) = feed.next(Duration::ZERO).unwrap() {
+                answers.extend(requester.answered(&packet));
             }
         }
     };
-    talk(&mut feed, &mut asking, &mut answers);
+    talk(&mut feed, &mut requester, &mut answers);
     assert_eq!(feed.source().board.in_force().0, settings);
     let outcomes: Vec<_> = answers.iter().map(|(_, outcome)| outcome).collect();
     assert!(matches!(outcomes[..], [Outcome::Done, Outcome::Setting { .. }, Outcome::Done]), "{outcomes:?}");
     assert!(matches!(answers[2].0, Command::Raw { frames } if frames > 241 * 10), "{answers:?}");
-    // Nothing more is sent until they have to be asked for anew.
-    let heard = feed.source().heard;
-    talk(&mut feed, &mut asking, &mut answers);
-    assert_eq!((feed.source().heard, answers.len()), (heard, 3));
-    // A board that starts anew has forgotten.
+    // Nothing more is sent until raw frames have to be requested again.
+    let received = feed.source().received;
+    talk(&mut feed, &mut requester, &mut answers);
+    assert_eq!((feed.source().received, answers.len()), (received, 3));
+    // A restarted board no longer sends them.
     let (boot, source) = Default::default();
     let hello = Hello {
         protocol: PROTOCOL,
@@ -122,11 +127,11 @@ fn what_is_asked_is_sent_answered_and_raw_frames_only_while_they_are_wanted() {
         source,
         boot,
     };
-    asking.hear(&Packet { sequence: 0, event: Event::Hello(hello) });
-    talk(&mut feed, &mut asking, &mut answers);
+    requester.answered(&Packet { sequence: 0, event: Event::Hello(hello) });
+    talk(&mut feed, &mut requester, &mut answers);
     assert!(matches!(answers[3].0, Command::Raw { frames } if frames > 0), "{answers:?}");
-    asking.want_raw(false);
-    talk(&mut feed, &mut asking, &mut answers);
+    requester.want_raw(false);
+    talk(&mut feed, &mut requester, &mut answers);
     assert!(answers.len() == 5 && answers[4] == (Command::Raw { frames: 0 }, Outcome::Done), "{answers:?}");
 }
 
@@ -137,14 +142,14 @@ fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
     let mut set = |settings| client.request(Command::Set { settings, keep: true });
     assert!(!set(Settings { hop_s: 0.5, ..Settings::DEFAULT }).unwrap());
     let refused = set(Settings { harmonics: 9, ..Settings::DEFAULT }).unwrap_err();
-    assert!(refused.is::<crate::cli::Senseless>());
+    assert!(refused.is::<crate::usage::UsageError>());
     assert!(refused.to_string().contains("harmonics = 9") && refused.to_string().contains("from 1 to 5"), "{refused}");
     assert!(!client.request(Command::Forget).unwrap());
     assert_eq!(feed.source().board.in_force().0, Settings::DEFAULT);
 }
 
 #[test]
-fn bytes_are_written_down_as_they_come_and_a_cut_off_frame_is_ended() {
+fn bytes_are_recorded_as_they_arrive_and_a_cut_off_frame_is_ended() {
     use std::sync::{Arc, Mutex};
     #[derive(Clone, Default)]
     struct Kept(Arc<Mutex<Vec<u8>>>);
@@ -159,19 +164,24 @@ fn bytes_are_written_down_as_they_come_and_a_cut_off_frame_is_ended() {
         }
     }
     let mut board = Obedient::new();
-    board.say(packet(0, 5).event);
-    let Some(Said::Bytes(frame)) = board.said.pop_front() else { panic!("no bytes") };
-    let went = Said::Went("here".into(), "unplugged".into());
-    board.said.extend([Said::Bytes(frame.clone()), Said::Bytes(frame[..4].to_vec()), went, Said::Over]);
+    board.emit(packet(0, 5).event);
+    let Some(FeedEvent::Data(frame)) = board.outgoing.pop_front() else { panic!("no bytes") };
+    let disconnected = FeedEvent::Disconnected("here".into(), "unplugged".into());
+    board.outgoing.extend([
+        FeedEvent::Data(frame.clone()),
+        FeedEvent::Data(frame[..4].to_vec()),
+        disconnected,
+        FeedEvent::Over,
+    ]);
     let kept = Kept::default();
     let mut feed = Feed::new(board).recorded(Box::new(kept.clone()));
-    let mut happened = Vec::new();
-    while happened.last() != Some(&Happening::Over) {
-        happened.extend(feed.next(Duration::ZERO).unwrap());
+    let mut events = Vec::new();
+    while events.last() != Some(&FeedEvent::Over) {
+        events.extend(feed.next(Duration::ZERO).unwrap());
     }
     let expected =
-        [Happening::Packet(packet(1, 5)), Happening::Went("here".into(), "unplugged".into()), Happening::Over];
-    assert_eq!(happened, expected);
+        [FeedEvent::Data(packet(1, 5)), FeedEvent::Disconnected("here".into(), "unplugged".into()), FeedEvent::Over];
+    assert_eq!(events, expected);
     assert_eq!(*kept.0.lock().unwrap(), [&frame[..], &frame[..4], &[0]].concat());
     assert_eq!((feed.counts().received, feed.counts().damaged), (1, 1));
     assert_eq!(feed.next(Duration::ZERO).unwrap(), None);
@@ -188,7 +198,7 @@ fn packets_come_at_their_time_and_pauses_are_not_waited_out() {
     assert_eq!(wait_ms(10_500, 100), 150);
     // One that is late comes at once.
     assert_eq!(wait_ms(10_400, 300), 0);
-    // A gap, and a board that started anew: from there on.
+    // A gap, and a restarted board: a new mark.
     assert_eq!(wait_ms(60_000, 300), 0);
     assert_eq!(wait_ms(61_000, 300), 500);
     assert_eq!(wait_ms(0, 800), 0);
@@ -201,7 +211,7 @@ fn another_protocol_is_an_error_that_says_what_to_do() {
     let (boot, source) = Default::default();
     let settings = Settings::DEFAULT;
     let hello = Hello { protocol: PROTOCOL + 1, version: [9, 0, 0], frame_rate_hz: 241.14, settings, source, boot };
-    board.say(Event::Hello(hello));
+    board.emit(Event::Hello(hello));
     let error = Feed::new(board).next(Duration::ZERO).unwrap_err().to_string();
     assert!(error.contains("an obedient board") && error.contains("build both from one version"), "{error}");
 }

@@ -1,13 +1,13 @@
-//! Estimates one after the other: what a chart of the frequency shows.
+//! The latest estimates, for a chart of the frequency.
 
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Span, Status, TravelStatus};
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Estimates that are kept: eight minutes of sliding at the default hop.
+/// Estimates kept: eight minutes of sliding at the default hop.
 pub const POINTS: usize = 2000;
 
-/// An estimate, as short as a chart needs it. What is not known is `None`.
+/// An estimate, with the fields that a chart needs; unknown values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Point {
     /// Device time of the window's end, seconds.
@@ -16,7 +16,7 @@ pub struct Point {
     pub window_s: f32,
     /// What the window covers.
     pub span: Span,
-    /// Unit in which the frequency counts its cycles.
+    /// Unit in which cycles are counted.
     pub abscissa: Abscissa,
     /// The estimate's status, as with `--json`.
     pub status: Status,
@@ -39,7 +39,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// Of an estimate.
+    /// The short form of an estimate.
     pub fn new(estimate: &Estimate) -> Self {
         let tone = |value| estimate.status.has_tone().then_some(value);
         let known = |value| estimate.travel.is_known().then_some(value);
@@ -67,7 +67,7 @@ impl Point {
 pub struct History(VecDeque<Point>);
 
 impl History {
-    /// Adds one; the oldest goes if there are too many.
+    /// Adds an estimate, and drops the oldest one if there are too many.
     pub fn push(&mut self, point: Point) {
         if self.0.len() == POINTS {
             self.0.pop_front();
@@ -75,7 +75,7 @@ impl History {
         self.0.push_back(point);
     }
 
-    /// They, oldest first.
+    /// All estimates, oldest first.
     pub fn points(&self) -> impl DoubleEndedIterator<Item = &Point> + ExactSizeIterator {
         self.0.iter()
     }

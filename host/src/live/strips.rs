@@ -1,4 +1,4 @@
-//! The channels as they were read, for strips: the latest raw frames.
+//! The latest raw frames, for strips of the channels.
 
 use ads1258::reading;
 use ridgetone_proto::settings::TAXELS;
@@ -6,7 +6,7 @@ use ridgetone_proto::telemetry::Raw;
 use serde::{Serialize, Serializer};
 use std::collections::VecDeque;
 
-/// Frames that are kept: four seconds at 241.14 frames a second.
+/// Frames kept: four seconds at 241.14 frames a second.
 pub const STRIP_FRAMES: usize = 965;
 
 /// A frame.
@@ -14,43 +14,41 @@ pub const STRIP_FRAMES: usize = 965;
 pub struct Frame {
     /// Device time of its first slot, seconds.
     pub t_s: f64,
-    /// Its number since start-up, counting those that were lost.
+    /// Its number since start-up, lost frames included.
     pub number: u32,
-    /// Voltage of each taxel; none where it was not read or cannot be trusted.
+    /// Voltage of each taxel; none where it is missing or doubtful.
     pub volts: [Option<f32>; TAXELS],
 }
 
-/// The latest frames, oldest first. Serialised by columns: `t_s`, `number`, and `volts` as one list for each taxel.
+impl Frame {
+    /// A raw frame in volts, against a reference of `vref_v` volts.
+    pub fn new(raw: &Raw, vref_v: f32) -> Self {
+        let usable = raw.present & raw.good;
+        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
+        Self { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
+    }
+}
+
+/// The latest [`STRIP_FRAMES`] frames, oldest first. Serialised by columns: `t_s`, `number`, and `volts` as one list for each
+/// taxel.
 #[derive(Clone, Debug, Default)]
 pub struct Strips(VecDeque<Frame>);
 
 impl Strips {
-    /// Adds a frame as it was told, read against a reference of `vref_v` volts.
-    pub fn push(&mut self, raw: &Raw, vref_v: f32) {
-        self.add(Self::frame(raw, vref_v));
-    }
-
-    /// Adds a frame; the oldest goes if there are too many.
-    pub fn add(&mut self, frame: Frame) {
+    /// Adds a frame, and drops the oldest one if there are too many.
+    pub fn push(&mut self, frame: Frame) {
         if self.0.len() == STRIP_FRAMES {
             self.0.pop_front();
         }
         self.0.push_back(frame);
     }
 
-    /// A raw frame in volts.
-    pub fn frame(raw: &Raw, vref_v: f32) -> Frame {
-        let usable = raw.present & raw.good;
-        let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
-        Frame { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
-    }
-
-    /// They, oldest first.
+    /// All frames, oldest first.
     pub fn frames(&self) -> impl DoubleEndedIterator<Item = &Frame> + ExactSizeIterator {
         self.0.iter()
     }
 
-    /// Whether there is none.
+    /// Whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

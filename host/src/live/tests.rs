@@ -1,9 +1,10 @@
-//! The model, folded from what the library makes of the default scene, whose truth the scene itself tells.
+//! The state, folded from the packets of the default scene, beside the truth of the scene.
 
 use super::*;
 use crate::input::Input;
-use crate::replay;
+use crate::{replay, static_image};
 use ridgetone_proto::boot::{Boot, SettingsSource};
+use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::telemetry::{PROTOCOL, Raw, Status};
 
 fn packets() -> Vec<Packet> {
@@ -20,31 +21,31 @@ fn packets() -> Vec<Packet> {
 fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
     let mut live = Live::new("a scene");
     let truth = Input::default().open().unwrap().truth.unwrap();
-    let mut phases = vec![live.phase];
+    let mut phases = vec![live.now.phase];
     for packet in &packets() {
         live.take(packet);
-        if phases.last() != Some(&live.phase) {
-            phases.push(live.phase);
+        if phases.last() != Some(&live.now.phase) {
+            phases.push(live.now.phase);
         }
     }
     use Phase::{Held, HeldAfter, Idle, Sliding, Unknown};
     assert_eq!(phases, [Unknown, Idle, Held, Sliding, HeldAfter, Idle]);
-    assert!((live.phase_since_s.unwrap() - truth.release_s).abs() < 0.05, "{:?} {truth:?}", live.phase_since_s);
-    assert!((live.now_s.unwrap() - truth.end_s).abs() < 1.5);
-    assert_eq!((live.touches, live.restarts), (1, 0));
+    assert!((live.now.phase_since_s.unwrap() - truth.release_s).abs() < 0.05, "{:?} {truth:?}", live.now.phase_since_s);
+    assert!((live.now.now_s.unwrap() - truth.end_s).abs() < 1.5);
+    assert_eq!((live.now.touches, live.now.restarts), (1, 0));
     let slide = live.whole_slide().unwrap();
     assert_eq!(slide.status, Status::Good);
     assert!((f64::from(slide.frequency) / truth.frequency_hz - 1.0).abs() < 1e-3);
     let points: Vec<_> = live.history.points().collect();
     assert!(points.len() > 3 && points.iter().all(|p| p.frequency.is_some() && p.sigma.is_some()), "{points:?}");
     assert!(points.windows(2).all(|pair| pair[0].t_s <= pair[1].t_s + 1.0));
-    let (before, after) = (live.image(Hold::BeforeSlide).unwrap(), live.image(Hold::AfterSlide).unwrap());
+    let (before, after) = (live.image_before().unwrap(), live.image_after().unwrap());
     assert!(before.end_us <= after.start_us);
-    let (hold, map) = live.map_v().unwrap();
+    let image = live.image().unwrap();
     // Row 1 begins with taxel 3.
     let level_v = after.taxels.iter().find(|found| found.taxel == 3).map(|found| found.level_v);
-    assert_eq!((hold, map[1][0]), (Hold::AfterSlide, level_v));
-    assert!(live.health().is_some() && live.strips.is_empty() && live.faults().is_empty());
+    assert_eq!((image.hold, static_image::map_v(image)[1][0]), (Hold::AfterSlide, level_v));
+    assert!(live.health().is_some() && live.strips.is_empty() && live.now.faults.is_empty());
     assert!(live.log.iter().any(|line| line.contains("contact")) && live.log.iter().all(|line| !line.contains('\n')));
 }
 
@@ -57,12 +58,12 @@ fn it_can_be_serialised_with_the_names_that_json_lines_have() {
     let raw = Raw { t_us: 5_000_000, number: 1200, present: 0b1011, good: 0b0111, codes };
     live.take(&Packet { sequence: 99, event: Event::Raw(raw) });
     let json = serde_json::to_value(&live).unwrap();
-    assert_eq!((&json["phase"], &json["line"]["state"]), (&"idle".into(), &"there".into()));
+    assert_eq!((&json["phase"], &json["connection"]["state"]), (&"idle".into(), &"connected".into()));
     assert_eq!(json["latest"]["hello"]["type"], "hello");
     assert_eq!(json["latest"]["whole_slide"]["status"], "good");
     assert_eq!(json["latest"]["image_after"]["hold"], "after_slide");
     assert_eq!(json["history"].as_array().unwrap().len(), live.history.points().len());
-    // A code of the reference's is the reference's voltage; taxel 2 was not read, taxel 3 cannot be trusted.
+    // A code of the reference's is the reference's voltage; taxel 2 was not read, taxel 3 is doubtful.
     let strips = &json["strips"];
     assert_eq!((&strips["t_s"][0], &strips["number"][0]), (&5.0.into(), &1200.into()));
     assert!((strips["volts"][1][0].as_f64().unwrap() - 4.096).abs() < 1e-6);
@@ -84,10 +85,10 @@ fn a_restart_begins_a_new_axis_and_a_repeated_greeting_does_not() {
     let lines = live.log.len();
     live.take(&hello(700));
     live.take(&hello(701));
-    assert_eq!((live.restarts, live.log.len()), (0, lines + 1));
+    assert_eq!((live.now.restarts, live.log.len()), (0, lines + 1));
     assert!(live.estimate().is_some() && live.settings().vref_v == 2.5);
     live.take(&hello(0));
-    assert_eq!((live.restarts, live.phase, live.now_s), (1, Phase::Idle, None));
+    assert_eq!((live.now.restarts, live.now.phase, live.now.now_s), (1, Phase::Idle, None));
     assert!(live.estimate().is_none() && live.history.points().len() == 0);
 }
 
@@ -101,7 +102,7 @@ fn faults_stand_as_long_as_they_last_and_memory_is_bounded() {
     live.take(&fault(FaultKind::Clock, None));
     live.take(&fault(FaultKind::Supply, None));
     live.take(&fault(FaultKind::Clock, Some(2_000_000)));
-    let kinds: Vec<_> = live.faults().iter().map(|fault| fault.kind).collect();
+    let kinds: Vec<_> = live.now.faults.iter().map(|fault| fault.kind).collect();
     assert_eq!(kinds, [FaultKind::Supply]);
     let estimate = packets().into_iter().find(|packet| matches!(packet.event, Event::Estimate(_))).unwrap();
     for number in 0..3000 {

@@ -1,6 +1,6 @@
 //! The frequency's history, with its uncertainty.
 
-use super::screen::{alarm, boxed};
+use super::style::{alarm, boxed};
 use super::view::View;
 use crate::live::{Live, Point};
 use ratatui::Frame;
@@ -10,13 +10,13 @@ use ratatui::symbols::Marker;
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use ridgetone_proto::telemetry::{Abscissa, Status};
 
-/// Least height of the chart, as a share of the frequency: a millionth looks like noise and is none.
+/// Least height of the chart, as a share of the frequency: magnified further, a millionth would look like noise.
 const LEAST_SHARE: f64 = 1e-4;
 
-/// Room above and below, as a share of the height.
+/// Margin above and below, as a share of the height.
 const MARGIN: f64 = 0.1;
 
-/// Dots that a bar of uncertainty is made of: as many as the chart has rows of them at most.
+/// Dots of a bar of uncertainty: more than the chart has rows of dots.
 const BAR_DOTS: usize = 96;
 
 /// Draws it.
@@ -28,8 +28,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     };
     let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
     let last_s = live.history.points().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
-    let end_s = live.now_s.unwrap_or(last_s).max(last_s);
-    // The axis is as long from the beginning on.
+    let end_s = live.now.now_s.unwrap_or(last_s).max(last_s);
+    // The axis has its full length from the start.
     let begin_s = (end_s - view.history_s()).max(0.0);
     let end_s = begin_s + view.history_s();
     let shown: Vec<&Point> =
@@ -63,11 +63,11 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     frame.render_widget(chart, area);
 }
 
-/// The frequencies that are to fit in, with their uncertainties; none if there is none.
+/// Range of the frequencies with their uncertainties; none without a frequency.
 fn bounds(points: &[&Point]) -> Option<[f64; 2]> {
     let known = points.iter().filter_map(|point| Some((f64::from(point.frequency?), f64::from(point.sigma?))));
     let (low, high) = known.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (frequency, sigma)| {
-        // One that is hardly known must not flatten the others.
+        // An uncertain estimate must not flatten the others.
         let sigma = sigma.min(0.1 * frequency);
         (low.min(frequency - sigma), high.max(frequency + sigma))
     });
@@ -80,7 +80,7 @@ fn bounds(points: &[&Point]) -> Option<[f64; 2]> {
     Some([middle - half, middle + half])
 }
 
-/// Decimals that tell the labels apart.
+/// Decimals at which the labels differ.
 fn decimals(bounds: [f64; 2]) -> usize {
     (1.0 - (bounds[1] - bounds[0]).log10().floor()).clamp(0.0, 7.0) as usize
 }

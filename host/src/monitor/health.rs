@@ -1,6 +1,6 @@
-//! The board's readings, and everything that was lost, on the board and on the line.
+//! The board's readings, and all losses, on the board and on the line.
 
-use super::screen::{alarm, boxed};
+use super::style::{alarm, boxed};
 use super::view::View;
 use crate::live::Live;
 use crate::names::name;
@@ -11,14 +11,14 @@ use ratatui::widgets::Paragraph;
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let (title, style) = match live.faults() {
-        [] => (format!("health: nothing is wrong; {} packets", live.counts.received), Default::default()),
+    let (title, style) = match live.now.faults.as_slice() {
+        [] => (format!("health: nothing is wrong; {} packets", live.now.counts.received), Default::default()),
         faults => {
             let names: Vec<_> = faults.iter().map(|fault| name(fault.kind)).collect();
             (format!("health: FAULT: {}", names.join(", ")), alarm(view))
         }
     };
-    let title = if live.health().is_none() { "health: not told yet".to_owned() } else { title };
+    let title = if live.health().is_none() { "health: none yet".to_owned() } else { title };
     let lines = vec![readings(live), losses(live, view)];
     frame.render_widget(Paragraph::new(lines).block(boxed(title).title_style(style)), area);
 }
@@ -36,7 +36,7 @@ fn readings(live: &Live) -> Line<'static> {
     ))
 }
 
-/// Zeros are as they should be; everything else is an alarm.
+/// Every count but zero is an alarm.
 fn losses(live: &Live, view: &View) -> Line<'static> {
     let mut spans = Vec::new();
     let mut count = |before: &str, count: u32, what: &str| {
@@ -44,8 +44,8 @@ fn losses(live: &Live, view: &View) -> Line<'static> {
         spans.push(Span::raw(before.to_owned()));
         spans.push(Span::styled(format!("{count} {what}"), style));
     };
-    count("line: ", live.counts.missing, "lost");
-    count(", ", live.counts.damaged, "damaged");
+    count("line: ", live.now.counts.missing, "lost");
+    count(", ", live.now.counts.damaged, "damaged");
     if let Some(health) = live.health() {
         count(", ", health.messages_dropped, "dropped");
         count("; ADC: ", health.conversions_lost, "lost");

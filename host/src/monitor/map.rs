@@ -1,6 +1,6 @@
-//! The static image: how far each taxel was pushed in the latest hold, as a map of 4 x 4.
+//! The static image: the level of each taxel in the latest hold, as a map of 4 x 4.
 
-use super::screen::boxed;
+use super::style::boxed;
 use crate::live::Live;
 use crate::static_image;
 use ratatui::Frame;
@@ -11,8 +11,7 @@ use ridgetone_proto::telemetry::Hold;
 
 /// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
-    let hold = live.map_v().map(|(hold, _)| hold);
-    let title = match hold {
+    let title = match live.image().map(|image| image.hold) {
         Some(Hold::BeforeSlide) => "map before the slide, mV",
         Some(Hold::AfterSlide) => "map after the slide, mV",
         None => "static map, mV",
@@ -21,11 +20,11 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
 }
 
 fn lines(live: &Live) -> Vec<Line<'static>> {
-    let Some((hold, map)) = live.map_v() else {
-        return vec![Line::raw("none yet: it is told when"), Line::raw("a hold is over")];
+    let Some(image) = live.image() else {
+        return vec![Line::raw("none yet: it comes when"), Line::raw("a hold is over")];
     };
     let mut lines = Vec::new();
-    for (row, values) in map.iter().enumerate() {
+    for (row, values) in static_image::map_v(image).iter().enumerate() {
         let mut text = String::new();
         for (column, value) in values.iter().enumerate() {
             let gap = if column == static_image::SIDE / 2 { " |" } else { "" };
@@ -37,7 +36,7 @@ fn lines(live: &Live) -> Vec<Line<'static>> {
         }
         lines.push(Line::raw(text));
     }
-    let sigma = live.image(hold).and_then(static_image::greatest_sigma_v);
+    let sigma = static_image::greatest_sigma_v(image);
     lines.push(Line::raw(sigma.map_or(String::new(), |sigma_v| format!("+-{:.3} mV at most", 1e3 * sigma_v))));
     lines
 }

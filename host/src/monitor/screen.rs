@@ -1,47 +1,32 @@
-//! The screen: [`Live`] drawn into whatever room there is, 80 x 24 at the least.
+//! The screen: [`Live`] drawn into the terminal, at least 80 x 24.
 //!
-//! Colours are the terminal's own, so that it is readable on dark and on light: what matters is bold or reversed, and
-//! only what is wrong is red.
+//! Colours are the terminal's own, so that the screen is readable on dark and on light: important text is bold or reversed,
+//! and only alarms are red.
 
+use super::style::{alarm, bold, boxed};
 use super::view::{HELP, KEYS, View};
 use super::{chart, health, map, strips, tone};
-use crate::live::{Line, Live, Phase};
+use crate::live::{Connection, Live};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Modifier, Style};
-use ratatui::text::{Line as Text, Span};
-use ratatui::widgets::{Block, Clear, Paragraph};
+use ratatui::style::{Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Clear, Paragraph};
 
-/// The least room that everything fits into.
+/// Smallest size into which everything fits: columns and rows.
 pub const LEAST: (u16, u16) = (80, 24);
 
-/// Columns of what stands at the right.
+/// Columns of the right side.
 const RIGHT: u16 = 30;
 
 /// Rows of the map's box, and of the health's.
 const MAP_ROWS: u16 = 10;
 const HEALTH_ROWS: u16 = 4;
 
-/// Rows that the log gets where there are more than [`LEAST`].
+/// Rows of the log on screens with more rows than [`LEAST`].
 const LOG_ROWS: u16 = 8;
 
-/// Style of what is wrong.
-pub fn alarm(view: &View) -> Style {
-    let style = Style::new().add_modifier(Modifier::BOLD);
-    if view.has_colour { style.fg(Color::Red) } else { style.add_modifier(Modifier::REVERSED) }
-}
-
-/// Bold.
-pub fn bold() -> Style {
-    Style::new().add_modifier(Modifier::BOLD)
-}
-
-/// A box with a title.
-pub fn boxed(title: impl Into<String>) -> Block<'static> {
-    Block::bordered().title(format!(" {} ", title.into()))
-}
-
-/// Draws all of it.
+/// Draws the screen.
 pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {
@@ -53,7 +38,7 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
         return;
     }
     let spare = area.height - LEAST.1;
-    // A row for each strip is more than any log.
+    // First a row for each strip, then the log.
     let log_rows = if spare >= 8 + LOG_ROWS { LOG_ROWS } else { 0 };
     let middle_rows = MAP_ROWS + if spare >= 8 { 8 } else { 0 };
     let [top, above, middle, below, log, keys] = Layout::vertical([
@@ -84,46 +69,37 @@ pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
 }
 
 fn header(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let state = match &live.line {
-        Line::Waiting => Span::raw("nothing heard yet"),
-        Line::There if live.hello().is_none() && live.now_s.is_none() => Span::raw("open, nothing heard yet"),
-        Line::There => Span::raw("connected"),
-        Line::Gone { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
-        Line::Over => Span::raw("over"),
+    let state = match &live.now.connection {
+        Connection::Waiting => Span::raw("nothing received yet"),
+        Connection::Connected if live.hello().is_none() && live.now.now_s.is_none() => {
+            Span::raw("open, nothing received yet")
+        }
+        Connection::Connected => Span::raw("connected"),
+        Connection::Disconnected { .. } => Span::styled("UNPLUGGED, waiting for it", alarm(view)),
+        Connection::Over => Span::raw("over"),
     };
-    let mut spans = vec![Span::styled("ridgetone", bold()), Span::raw(format!("  {}  ", live.source)), state];
+    let mut spans = vec![Span::styled("ridgetone", bold()), Span::raw(format!("  {}  ", live.now.source)), state];
     if let Some(hello) = live.hello() {
         let [major, minor, patch] = hello.version;
         spans.push(Span::raw(format!("  firmware {major}.{minor}.{patch}")));
     }
-    if let Some(now_s) = live.now_s {
+    if let Some(now_s) = live.now.now_s {
         spans.push(Span::raw(format!("  {now_s:.1} s")));
     }
-    if live.restarts > 0 {
-        spans.push(Span::styled(format!("  {} restarts", live.restarts), alarm(view)));
+    if live.now.restarts > 0 {
+        spans.push(Span::styled(format!("  {} restarts", live.now.restarts), alarm(view)));
     }
     if view.is_paused {
         spans.push(Span::raw("  "));
         spans.push(Span::styled(" PAUSED ", Style::new().add_modifier(Modifier::REVERSED)));
     }
-    frame.render_widget(Text::from(spans), area);
-}
-
-/// Name of a phase, for people.
-pub fn phase_name(phase: Phase) -> &'static str {
-    match phase {
-        Phase::Unknown => "not known yet",
-        Phase::Idle => "no contact",
-        Phase::Held => "contact, held",
-        Phase::Sliding => "sliding",
-        Phase::HeldAfter => "held again",
-    }
+    frame.render_widget(Line::from(spans), area);
 }
 
 fn log_lines(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let rows = usize::from(area.height.saturating_sub(2));
     let skipped = live.log.len().saturating_sub(rows);
-    let lines: Vec<Text<'_>> = live.log.iter().skip(skipped).map(|line| Text::raw(line.as_str())).collect();
+    let lines: Vec<Line<'_>> = live.log.iter().skip(skipped).map(|line| Line::raw(line.as_str())).collect();
     frame.render_widget(Paragraph::new(lines).block(boxed("what happened")), area);
 }
 
@@ -133,6 +109,6 @@ fn help(frame: &mut Frame<'_>, area: Rect) {
     let y = area.y + (area.height - height) / 2;
     let place = Rect { x, y, width, height };
     frame.render_widget(Clear, place);
-    let lines: Vec<Text<'_>> = HELP.iter().map(|line| Text::raw(format!(" {line}"))).collect();
+    let lines: Vec<Line<'_>> = HELP.iter().map(|line| Line::raw(format!(" {line}"))).collect();
     frame.render_widget(Paragraph::new(lines).block(boxed("help")), place);
 }

@@ -1,6 +1,6 @@
 //! The sixteen channels: strips of their voltage where raw frames come, otherwise their amplitudes in the latest window.
 
-use super::screen::{alarm, boxed};
+use super::style::{alarm, boxed};
 use super::view::View;
 use crate::feed::RawFrames;
 use crate::live::{Frame as RawFrame, Live};
@@ -19,7 +19,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let columns = if usize::from(rows) >= TAXELS { 1 } else { 2 };
     let width = usize::from(area.width.saturating_sub(2)) / columns;
     let (title, lines) = if live.strips.is_empty() {
-        (format!("amplitudes in the window; {}", why_none(view)), amplitudes(live, width))
+        (format!("amplitudes in the window; {}", no_frames(view)), amplitudes(live, width))
     } else {
         raw(live, view, width)
     };
@@ -33,7 +33,7 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     }
 }
 
-fn why_none(view: &View) -> String {
+fn no_frames(view: &View) -> String {
     match &view.raw {
         RawFrames::Unavailable => "no raw frames".into(),
         RawFrames::Off => "r: strips".into(),
@@ -53,14 +53,14 @@ fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
         channels?.iter().find(|channel| usize::from(channel.taxel) == taxel).map(|channel| channel.amplitude_v)
     });
     let most_v = found.iter().flatten().copied().fold(0.0f32, f32::max);
-    let room = width.saturating_sub(3 + 10 + 1);
+    let columns = width.saturating_sub(3 + 10 + 1);
     let line = |(taxel, amplitude_v): (usize, &Option<f32>)| {
         let value = match amplitude_v {
             None => format!("{:>10}", "-"),
             Some(volts) => format!("{:>7.3} mV", 1e3 * volts),
         };
         let share = amplitude_v.filter(|_| most_v > 0.0).map_or(0.0, |volts| volts / most_v);
-        let eighths = (share * 8.0 * room as f32).round() as usize;
+        let eighths = (share * 8.0 * columns as f32).round() as usize;
         Line::raw(format!("{}{value} {}", label(taxel), bar(eighths)))
     };
     found.iter().enumerate().map(line).collect()

@@ -4,7 +4,7 @@ use super::screen::{LEAST, draw};
 use super::view::{Action, View};
 use crate::feed::RawFrames;
 use crate::input::Input;
-use crate::live::{Line, Live, time_s};
+use crate::live::{Connection, Live, time_s};
 use crate::replay;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -89,7 +89,7 @@ fn at_80_by_24_everything_is_there() {
             "h help",
         ],
     );
-    // Both columns of eight strips, the one without frames told.
+    // Both columns of eight strips, the one without frames named.
     for taxel in 0..TAXELS {
         let label = format!("{taxel:>2} ");
         assert!(lines.iter().any(|line| line.contains(&label)));
@@ -105,9 +105,9 @@ fn at_80_by_24_everything_is_there() {
 }
 
 #[test]
-fn it_uses_the_terminal_s_own_colours_and_red_only_for_what_is_wrong() {
+fn it_uses_the_terminal_s_own_colours_and_red_only_for_alarms() {
     let mut live = with_frames(touched());
-    // Of the estimates none is wrong; a fault and a loss are.
+    // All estimates are good; a fault and a loss are alarms.
     live.strips = Default::default();
     let colours = |live: &Live, view: &View| {
         let buffer = drawn(live, view, (100, 40));
@@ -120,7 +120,7 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_what_is_wrong() {
     assert_eq!(colours(&live, &view()), []);
     let fault = Fault { kind: FaultKind::Supply, from_us: 1, until_us: None, count: 3 };
     live.take(&Packet { sequence: 1, event: Event::Fault(fault) });
-    live.counts.missing = 7;
+    live.now.counts.missing = 7;
     let buffer = drawn(&live, &view(), LEAST);
     assert_shows(&lines(&buffer), &["health: FAULT: supply", "7 lost"]);
     let red = colours(&live, &view());
@@ -130,7 +130,7 @@ fn it_uses_the_terminal_s_own_colours_and_red_only_for_what_is_wrong() {
 }
 
 #[test]
-fn larger_screens_show_a_strip_a_row_and_what_happened() {
+fn larger_screens_show_a_strip_a_row_and_the_log() {
     let lines = lines(&drawn(&with_frames(touched()), &view(), (120, 48)));
     assert_shows(&lines, &["what happened", "contact", "the finger is off"]);
     let strips = lines
@@ -140,7 +140,7 @@ fn larger_screens_show_a_strip_a_row_and_what_happened() {
 }
 
 #[test]
-fn without_raw_frames_there_are_amplitudes_and_it_is_said_why() {
+fn without_raw_frames_there_are_amplitudes_and_the_reason() {
     let shown = |raw| lines(&drawn(&touched(), &View::new(raw, true), LEAST));
     assert_shows(&shown(RawFrames::Unavailable), &["amplitudes in the window; no raw frames", " mV █"]);
     assert_shows(&shown(RawFrames::Refused("no answer".into())), &["no answer"]);
@@ -150,16 +150,16 @@ fn without_raw_frames_there_are_amplitudes_and_it_is_said_why() {
 #[test]
 fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     let mut live = Live::new("emulated board");
-    assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["nothing heard yet", "no estimate yet", "none yet"]);
+    assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["nothing received yet", "no estimate yet", "none yet"]);
     assert_shows(&lines(&drawn(&live, &view(), (60, 20))), &["needs 80 x 24"]);
     for size in [(1, 1), (79, 24), (80, 23), (300, 100)] {
         drawn(&with_frames(touched()), &view(), size);
     }
-    live.line = Line::Gone { why: "no such device".into() };
+    live.now.connection = Connection::Disconnected { why: "no such device".into() };
     assert_shows(&lines(&drawn(&live, &view(), LEAST)), &["UNPLUGGED"]);
     let mut view = view();
     view.press(KeyEvent::from(KeyCode::Char('h')));
-    assert_shows(&lines(&drawn(&live, &view, LEAST)), &["ask the board for raw frames", "any key closes this"]);
+    assert_shows(&lines(&drawn(&live, &view, LEAST)), &["request raw frames of the board", "any key closes this"]);
 }
 
 /// The default scene with raw frames, up to a moment of its slide.
@@ -175,7 +175,7 @@ fn sliding(until_s: f64) -> Live {
     .unwrap();
     for packet in packets.iter().filter(|packet| time_s(&packet.event).is_none_or(|t_s| t_s <= until_s)) {
         live.take(packet);
-        live.counts.received += 1;
+        live.now.counts.received += 1;
     }
     live
 }

@@ -1,9 +1,9 @@
 //! The latest frequency, period and speed, and the phase of the touch.
 
-use super::screen::{alarm, bold, boxed, phase_name};
+use super::style::{alarm, bold, boxed};
 use super::view::View;
-use crate::fit_report::{decimals, with_sigma};
-use crate::live::Live;
+use crate::digits::{decimals, with_sigma};
+use crate::live::{Live, Phase};
 use crate::names::name;
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -17,9 +17,20 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
 }
 
 fn phase(live: &Live) -> String {
-    match live.phase_since_s.filter(|_| live.touches > 0) {
-        Some(since_s) => format!("{} since {since_s:.2} s", phase_name(live.phase)),
-        None => phase_name(live.phase).to_owned(),
+    let name = phase_name(live.now.phase);
+    match live.now.phase_since_s.filter(|_| live.now.touches > 0) {
+        Some(since_s) => format!("{name} since {since_s:.2} s"),
+        None => name.to_owned(),
+    }
+}
+
+fn phase_name(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Unknown => "not known yet",
+        Phase::Idle => "no contact",
+        Phase::Held => "contact, held",
+        Phase::Sliding => "sliding",
+        Phase::HeldAfter => "held again",
     }
 }
 
@@ -43,8 +54,8 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
     lines
 }
 
-/// A frequency with its uncertainty, or that there is none.
-pub fn frequency(estimate: &Estimate) -> String {
+/// A frequency with its uncertainty, or the status without one.
+fn frequency(estimate: &Estimate) -> String {
     if !estimate.status.has_tone() {
         return format!("- ({})", name(estimate.status));
     }
@@ -65,7 +76,7 @@ fn travel(travel: &Travel) -> [String; 2] {
         return [format!("period {why}"), format!("speed  {why}")];
     }
     let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = *travel;
-    // Short, for a narrow box; a speed that the host has told is exact as far as is known here.
+    // Short, for a narrow box.
     let short = |value: f32, sigma: f32, least| {
         let places = decimals(sigma.into(), least);
         format!("{value:.places$} +- {sigma:.places$}")

@@ -1,4 +1,4 @@
-//! How the screen is looked at, and the keys that change it.
+//! What the screen shows, and the keys that change it.
 
 use crate::feed::RawFrames;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -9,34 +9,34 @@ const HISTORY_S: [f64; 5] = [10.0, 30.0, 60.0, 180.0, 600.0];
 /// Lengths of the strips that can be shown, seconds.
 const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
-/// What a key asks of whoever runs the screen.
+/// An action that a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Leave.
     Quit,
-    /// Forget what is shown.
+    /// Delete what is shown.
     Clear,
-    /// Ask for raw frames, or no longer.
+    /// Request raw frames, or end them.
     Raw,
 }
 
-/// How the screen is looked at.
+/// What the screen shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The screen stands still; packets are taken all the same.
+    /// The screen stands still; packets are still folded.
     pub is_paused: bool,
     /// The help is shown.
     pub shows_help: bool,
     /// Whether raw frames come.
     pub raw: RawFrames,
-    /// Red for what is wrong. Nothing else has a colour: the terminal's own fit its background.
+    /// Alarms are red. Nothing else has a colour: the terminal's own fit its background.
     pub has_colour: bool,
     history: usize,
     strips: usize,
 }
 
 impl View {
-    /// As it begins.
+    /// The view at the start.
     pub fn new(raw: RawFrames, has_colour: bool) -> Self {
         Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
     }
@@ -51,7 +51,7 @@ impl View {
         STRIPS_S[self.strips]
     }
 
-    /// Takes a key; gives what it asks of others.
+    /// Takes a key; gives the action that the caller has to do.
     pub fn press(&mut self, key: KeyEvent) -> Option<Action> {
         if key.kind == KeyEventKind::Release {
             return None;
@@ -77,22 +77,22 @@ impl View {
     }
 }
 
-/// The keys, for the last line of the screen.
+/// Keys, for the last line of the screen.
 pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] strips  h help";
 
 /// The help.
 pub const HELP: &[&str] = &[
     "q, Esc, Ctrl-C  leave",
-    "p, space        pause the screen; packets are still taken",
+    "p, space        pause the screen; packets are still read",
     "c               clear history, strips, maps and log",
-    "r               ask the board for raw frames, or no longer",
+    "r               request raw frames of the board, or end them",
     "+  -            shorter, longer history",
     "]  [            shorter, longer strips",
     "",
     "The chart shows the frequency of every window with one",
     "standard deviation up and down; x: not good (see status).",
     "A strip is one channel's voltage about its mean, all on",
-    "one scale. The map shows how far each taxel was pushed in",
+    "one scale. The map shows the level of each taxel in",
     "the latest hold, x to the right; times are device time.",
     "",
     "any key closes this",

@@ -1,4 +1,4 @@
-//! Where things are in the picture, in pixels.
+//! Places in the picture, in pixels.
 
 use crate::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
@@ -12,7 +12,7 @@ pub const STRIPS_Y: f64 = 98.0;
 /// Bottom of the last one.
 pub const STRIPS_END_Y: f64 = STRIPS_Y + STRIP * TAXELS as f64;
 
-/// Width of a character of a label, on the safe side.
+/// Width of a character of a label, rounded up.
 const CHARACTER: f64 = 7.0;
 
 /// A part of the picture with a time axis of its own.
@@ -25,7 +25,7 @@ pub struct Panel {
 }
 
 impl Panel {
-    /// Where a time is, with the panel's axis from `from_s` to `to_s`.
+    /// Place of a time on the panel's axis from `from_s` to `to_s`.
     pub fn x(&self, t_s: f64, from_s: f64, to_s: f64) -> f64 {
         self.left + (self.right - self.left) * (t_s - from_s) / (to_s - from_s)
     }
@@ -36,7 +36,7 @@ impl Panel {
     }
 }
 
-/// Centred labels on one line; one that would touch another is left out.
+/// Centred labels on one line; a label that would touch another is left out.
 #[derive(Debug, Default)]
 pub struct Spaced {
     wanted: Vec<(f64, String)>,
@@ -48,7 +48,7 @@ impl Spaced {
         self.wanted.push((x, text));
     }
 
-    /// Those that there is room for, moved in from the panel's ends where they would stick out.
+    /// The labels that fit, moved into the panel at its ends.
     pub fn placed(mut self, panel: Panel) -> Vec<(f64, String)> {
         self.wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut placed = Vec::new();
@@ -78,7 +78,7 @@ pub fn nice(value: f64) -> f64 {
     digit * power
 }
 
-/// At most four points for each pixel column: first, extremes and last. What is left out could not be seen.
+/// At most four points for each pixel column: first, extremes and last. The others are invisible.
 pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut out = Vec::new();
     for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {

@@ -1,4 +1,4 @@
-//! What a run leaves for the picture: sixteen channels over time, and what was found in them.
+//! The data of the picture: sixteen channels over time, and the results.
 
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -10,8 +10,7 @@ const FIRST_CHID: u8 = 0x08;
 /// Samples from which a channel's idle level is taken.
 const IDLE_SAMPLES: usize = 48;
 
-/// Sixteen channels and what was found in them. Times are device times in seconds: since the
-/// first conversion.
+/// Sixteen channels and the results. Times are device times in seconds: since the first conversion.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
     /// Per taxel: time, and volts above its idle level.
@@ -75,7 +74,7 @@ impl Recording {
         if from_s < to_s { (from_s, to_s) } else { (0.0, 1.0) }
     }
 
-    /// Widest range of any channel in a stretch of time, volts.
+    /// Widest range of any channel in a span of time, volts.
     pub fn range_v(&self, from_s: f64, to_s: f64) -> f64 {
         let range = |channel: &Vec<(f64, f64)>| {
             let (least, greatest) = extremes(channel, from_s, to_s);
@@ -85,7 +84,7 @@ impl Recording {
     }
 }
 
-/// Least and greatest value in a stretch of time; zeros if there is none.
+/// Least and greatest value in a span of time; zeros without a sample.
 pub fn extremes(channel: &[(f64, f64)], from_s: f64, to_s: f64) -> (f64, f64) {
     let inside = channel.iter().filter(|(t_s, _)| (from_s..=to_s).contains(t_s));
     let (least, greatest) = inside.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), (_, v)| (v.min(l), v.max(g)));

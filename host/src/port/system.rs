@@ -1,6 +1,6 @@
 //! The serial ports of this computer.
 
-use super::{Found, Ports, Usb};
+use super::list::{Found, Ports, Usb};
 use serialport::{SerialPort, SerialPortType};
 use std::io;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// Speed of the telemetry line, bits per second (the firmware's is in `src/board/serial_line.rs`); 8 data bits, no parity, 1 stop bit.
 pub const BAUD: u32 = 921_600;
 
-/// The longest that a read waits.
+/// Longest wait of a read.
 const READ_WAIT: Duration = Duration::from_millis(100);
 
 /// Where Linux lists its terminals.
@@ -20,10 +20,10 @@ pub(super) const TERMINALS: &str = "/sys/class/tty";
 pub struct System;
 
 impl Ports for System {
-    type Line = Box<dyn SerialPort>;
+    type SerialLine = Box<dyn SerialPort>;
 
     fn list(&self) -> io::Result<Vec<Found>> {
-        // The library panics where there is no such directory, as in some containers.
+        // The library panics without this directory, as in some containers.
         #[cfg(target_os = "linux")]
         std::fs::read_dir(TERMINALS).map_err(|error| io::Error::new(error.kind(), format!("{TERMINALS}: {error}")))?;
         let ports = serialport::available_ports()?;
@@ -46,7 +46,7 @@ impl Ports for System {
         Ok(found)
     }
 
-    fn open(&self, name: &str) -> io::Result<Self::Line> {
+    fn open(&self, name: &str) -> io::Result<Self::SerialLine> {
         Ok(serialport::new(name, BAUD).timeout(READ_WAIT).open()?)
     }
 }

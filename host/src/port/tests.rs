@@ -1,12 +1,16 @@
 //! A board that moves from one pseudo-terminal to another.
 
+use super::link::LOOK_EVERY;
+use super::list::{Found, Usb, only};
 use super::*;
-use crate::feed::{Feed, Happening};
+use crate::feed::{Feed, FeedEvent};
 use ridgetone_proto::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use std::cell::RefCell;
 use std::fs::File;
+use std::io::{self, ErrorKind, Read, Write};
 use std::rc::Rc;
+use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -45,13 +49,13 @@ impl Bench {
 }
 
 impl Ports for Bench {
-    type Line = <System as Ports>::Line;
+    type SerialLine = <System as Ports>::SerialLine;
 
     fn list(&self) -> io::Result<Vec<Found>> {
         Ok(self.0.borrow().clone())
     }
 
-    fn open(&self, name: &str) -> io::Result<Self::Line> {
+    fn open(&self, name: &str) -> io::Result<Self::SerialLine> {
         System.open(name)
     }
 }
@@ -63,23 +67,23 @@ fn frame(sequence: u16) -> Vec<u8> {
     wire[..used].to_vec()
 }
 
-fn came<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+fn connected<P: Ports>(link: &mut Feed<Link<P>>) -> String {
     match link.next(PATIENCE).unwrap() {
-        Some(Happening::Came(name)) => name,
+        Some(FeedEvent::Connected(name)) => name,
         other => panic!("{other:?} instead of a board"),
     }
 }
 
-fn went<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+fn disconnected<P: Ports>(link: &mut Feed<Link<P>>) -> String {
     match link.next(PATIENCE).unwrap() {
-        Some(Happening::Went(name, _)) => name,
+        Some(FeedEvent::Disconnected(name, _)) => name,
         other => panic!("{other:?} instead of an unplugged board"),
     }
 }
 
 fn numbers<P: Ports>(link: &mut Feed<Link<P>>, count: usize) -> Vec<u16> {
-    let number = |happening| match happening {
-        Some(Happening::Packet(packet)) => packet.sequence,
+    let number = |event: Option<FeedEvent<Packet>>| match event {
+        Some(FeedEvent::Data(packet)) => packet.sequence,
         other => panic!("{other:?} instead of a packet"),
     };
     (0..count).map(|_| number(link.next(PATIENCE).unwrap())).collect()
@@ -91,17 +95,17 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     let mut first = Plugged::new();
     bench.has(&[("/dev/none", None), (&first.name, Some("R-7")), ("/dev/other", Some("R-8"))]);
     let mut link = Feed::new(Link::open(bench.clone(), wanted(&first.name)).unwrap());
-    assert_eq!(came(&mut link), first.name);
+    assert_eq!(connected(&mut link), first.name);
     (0..10).for_each(|number| first.send(&frame(number)));
     first.send(&frame(10)[..7]);
     assert_eq!(numbers(&mut link, 10), (0..10).collect::<Vec<_>>());
-    // That the half frame was read too: nothing more comes.
+    // The half frame was read too: nothing more comes.
     assert!(link.next(Duration::from_millis(300)).unwrap().is_none());
 
     let old_name = first.name.clone();
     // As long as one end is open the system gives the name to nobody else.
     drop(first);
-    assert_eq!(went(&mut link), old_name);
+    assert_eq!(disconnected(&mut link), old_name);
     let unsent = link.send(b"x").unwrap_err();
     assert_eq!(unsent.downcast_ref::<io::Error>().map(io::Error::kind), Some(ErrorKind::NotConnected), "{unsent:#}");
     // Another board at the old name is not ours.
@@ -112,7 +116,7 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     let mut second = Plugged::new();
     assert_ne!(second.name, stranger.name);
     bench.has(&[(&stranger.name, Some("R-8")), (&second.name, Some("R-7"))]);
-    assert_eq!(came(&mut link), second.name);
+    assert_eq!(connected(&mut link), second.name);
     second.send(&frame(20)[9..]);
     (21..30).for_each(|number| second.send(&frame(number)));
     assert_eq!(numbers(&mut link, 9), (21..30).collect::<Vec<_>>());
@@ -120,9 +124,9 @@ fn moves(wanted: impl FnOnce(&str) -> Wanted) {
     assert_eq!((link.counts().damaged, link.counts().missing), (2, 11));
 
     link.send(b"to the board").unwrap();
-    let mut heard = [0; 12];
-    second.end.read_exact(&mut heard).unwrap();
-    assert_eq!(&heard, b"to the board");
+    let mut received = [0; 12];
+    second.end.read_exact(&mut received).unwrap();
+    assert_eq!(&received, b"to the board");
 }
 
 #[test]
@@ -143,32 +147,32 @@ fn without_a_serial_number_it_is_the_name_that_counts() {
     let plug = |board: &Plugged| std::os::unix::fs::symlink(&board.name, &link_name).unwrap();
     let mut first = Plugged::new();
     plug(&first);
-    // Two adapters with one number, as cheap ones have: it says nothing.
+    // Two adapters with one number, as cheap ones have: it identifies nothing.
     bench.has(&[(&first.name, Some("0001")), ("/dev/other", Some("0001"))]);
     let mut link = Feed::new(Link::open(bench.clone(), Wanted::Name(name.into())).unwrap());
-    assert_eq!(came(&mut link), name);
+    assert_eq!(connected(&mut link), name);
     first.send(&frame(65_535));
     assert_eq!(numbers(&mut link, 1), [65_535]);
     std::fs::remove_file(&link_name).unwrap();
     drop(first);
-    assert_eq!(went(&mut link), name);
+    assert_eq!(disconnected(&mut link), name);
     assert!(link.next(3 * LOOK_EVERY).unwrap().is_none());
     let mut second = Plugged::new();
     plug(&second);
-    assert_eq!(came(&mut link), name);
+    assert_eq!(connected(&mut link), name);
     second.send(&frame(2));
     assert_eq!((numbers(&mut link, 1), link.counts().missing, link.counts().damaged), (vec![2], 2, 0));
 }
 
 #[test]
-fn what_is_not_there_is_told_with_what_is() {
+fn a_missing_board_is_an_error_that_lists_the_ports() {
     let bench = Bench::default();
     let open = |wanted| Link::open(bench.clone(), wanted).map(|_| ()).unwrap_err().to_string();
     let number = || Wanted::UsbSerial("R-9".into());
     assert_eq!(open(number()), "no serial port has the USB serial number R-9: there is no serial port");
     bench.has(&[("/dev/none-a", Some("R-8")), ("/dev/none-b", None)]);
-    let told = open(number());
-    assert!(told.ends_with("there are /dev/none-a (USB, serial number R-8), /dev/none-b"), "{told}");
+    let error = open(number());
+    assert!(error.ends_with("there are /dev/none-a (USB, serial number R-8), /dev/none-b"), "{error}");
     assert!(open(Wanted::Name("/dev/none-a".into())).starts_with("/dev/none-a: "));
     bench.has(&[("/dev/none-a", Some("R-9")), ("/dev/none-b", Some("R-9"))]);
     assert!(open(number()).starts_with("more than one port has the USB serial number R-9, choose with --port"));
@@ -186,12 +190,14 @@ fn the_only_port_is_found_and_of_several_none_is_guessed() {
     // A port of the mainboard is there whether anything is plugged into it or not.
     assert!(only(&[("/dev/a", None)]).unwrap_err().contains("--port"));
     assert_eq!(only(&[("/dev/a", None), ("/dev/b", Some("R-7"))]), Ok("/dev/b".into()));
-    let told = only(&[("/dev/a", None), ("/dev/b", Some("R-7")), ("/dev/c", Some("R-8"))]).unwrap_err();
-    assert!(told.contains("--usb-serial") && told.contains("R-7") && told.contains("R-8") && !told.contains("/dev/a"));
+    let error = only(&[("/dev/a", None), ("/dev/b", Some("R-7")), ("/dev/c", Some("R-8"))]).unwrap_err();
+    assert!(
+        error.contains("--usb-serial") && error.contains("R-7") && error.contains("R-8") && !error.contains("/dev/a")
+    );
 }
 
 #[test]
-fn the_ports_of_this_computer_can_be_listed_or_it_is_told_why_not() {
+fn the_ports_of_this_computer_are_listed_or_an_error_names_the_directory() {
     match System.list() {
         Ok(found) => assert!(found.iter().all(|port| port.name.starts_with("/dev/")), "{found:?}"),
         Err(error) => assert!(error.to_string().contains(system::TERMINALS), "{error}"),

@@ -1,34 +1,34 @@
-//! What the pages are told: everything to one that comes, and what is new to all of them, ten times a second.
+//! What the pages get: a new page everything, and all pages ten times a second what is new.
 //!
-//! Whoever folds the packets never waits for a page. Each page has a short queue; one that is too slow for it loses what is
-//! in it, is told everything anew, and how many updates it has missed.
+//! The thread that folds packets never waits for a page. Each page has a short queue; a page that is too slow for it loses
+//! the queue, and gets everything again with the number of updates that it missed.
 
-use super::words;
-use crate::feed::{Following, Happening};
-use crate::live::analysis::{Curves, Spectrum, curves, spectrum};
-use crate::live::{Frame, Live, POINTS, Point, STRIP_FRAMES, Strips};
+use super::status;
+use crate::analysis::{Curves, Spectrum, curves, spectrum};
+use crate::feed::{FeedEvent, Following};
+use crate::live::{Live, Now, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
-/// Between two updates.
-pub const BEAT: Duration = Duration::from_millis(100);
+/// Time between two updates.
+pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
 
-/// Updates that wait for a page: those of six seconds.
+/// Length of a page's queue, updates: six seconds.
 const QUEUE: usize = 64;
 
-/// Between two spectra.
+/// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
 
-/// Something that a page is told.
+/// A message to a page.
 #[derive(Clone, Debug)]
 pub struct Message {
     /// `state`: everything; `update`: what is new.
@@ -37,7 +37,7 @@ pub struct Message {
     pub json: Arc<str>,
 }
 
-/// What all pages show.
+/// The common state of all pages.
 pub struct Hub {
     inner: Mutex<Inner>,
     updates: Sender<Message>,
@@ -45,49 +45,57 @@ pub struct Hub {
 
 struct Inner {
     live: Live,
-    /// Why there are no raw frames, if that is known.
+    /// Why there are no raw frames, if there is a reason.
     no_raw: Option<String>,
-    heard: Option<Instant>,
-    /// What has come since the latest update.
+    /// Arrival of the latest packet.
+    received: Option<Instant>,
+    /// Estimates and frames since the latest update.
     points: Vec<Point>,
-    frames: Vec<Frame>,
-    log_told: VecDeque<String>,
-    restarts_told: u32,
-    /// Device time of the estimate whose curves were told.
-    curves_of_us: Option<u64>,
-    /// What was made of the raw frames, when, and whether some have come since.
+    frames: Strips,
+    /// Log and restarts as of the latest update.
+    sent_log: VecDeque<String>,
+    sent_restarts: u32,
     spectrum: Option<Spectrum>,
     spectrum_made: Instant,
+    /// Whether raw frames arrived after the spectrum was made.
     spectrum_is_old: bool,
     curves: Option<Curves>,
+    /// Device time of the estimate that the curves show.
+    curves_of_us: Option<u64>,
     number: u64,
+}
+
+/// Fields of both kinds of message.
+#[derive(Serialize)]
+struct Common<'a> {
+    update: u64,
+    status: String,
+    no_raw: Option<&'a str>,
 }
 
 /// Everything.
 #[derive(Serialize)]
 struct State<'a> {
-    update: u64,
+    #[serde(flatten)]
+    common: Common<'a>,
     missed: u64,
     version: &'static str,
     places: [[usize; SIDE]; SIDE],
     points_most: usize,
     frames_most: usize,
-    words: String,
-    no_raw: Option<&'a str>,
     live: &'a Live,
     spectrum: Option<&'a Spectrum>,
     curves: Option<&'a Curves>,
 }
 
-/// What is new.
+/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are gone.
 #[derive(Serialize)]
 struct Update<'a> {
-    update: u64,
-    words: String,
-    no_raw: Option<&'a str>,
-    live: Live,
+    #[serde(flatten)]
+    common: Common<'a>,
+    live: &'a Now,
     points: &'a [Point],
-    strips: Strips,
+    strips: &'a Strips,
     log: Option<&'a VecDeque<String>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spectrum: Option<Option<&'a Spectrum>>,
@@ -96,98 +104,82 @@ struct Update<'a> {
 }
 
 impl Hub {
-    /// Of what is known so far.
+    /// A hub without pages.
     pub fn new(live: Live) -> Self {
-        let restarts_told = live.restarts;
         let inner = Inner {
-            log_told: live.log.clone(),
+            sent_log: live.log.clone(),
+            sent_restarts: live.now.restarts,
             live,
             no_raw: None,
-            heard: None,
+            received: None,
             points: Vec::new(),
-            frames: Vec::new(),
-            restarts_told,
-            curves_of_us: None,
+            frames: Strips::default(),
             spectrum: None,
             spectrum_made: Instant::now(),
             spectrum_is_old: false,
             curves: None,
+            curves_of_us: None,
             number: 0,
         };
         Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0 }
     }
 
-    /// Folds what has happened, if anything has.
-    pub fn take(&self, happening: Option<&Happening>, following: &mut Following) {
-        let mut inner = self.lock();
-        following.fold(happening, &mut inner.live);
-        inner.no_raw = words::no_raw(following.raw());
-        let Some(Happening::Packet(packet)) = happening else { return };
-        inner.heard = Some(Instant::now());
+    /// Folds an event, if there is one.
+    pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
+        let inner = &mut *self.lock();
+        following.fold(event, &mut inner.live);
+        inner.no_raw = status::no_raw(following.raw());
+        let Some(FeedEvent::Data(packet)) = event else { return };
+        inner.received = Some(Instant::now());
         match packet.event {
-            Event::Estimate(_) => {
-                let point = inner.live.history.points().next_back().copied();
-                inner.points.extend(point);
-            }
-            Event::Raw(_) => {
-                let frame = inner.live.strips.frames().next_back().copied();
-                inner.frames.extend(frame);
-            }
+            Event::Estimate(_) => inner.points.extend(inner.live.history.points().next_back()),
+            Event::Raw(_) => inner.live.strips.frames().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
             _ => {}
         }
     }
 
-    /// Tells all pages what is new. To be called every [`BEAT`].
-    ///
-    /// # Errors
-    /// It cannot be written as JSON; there is no such thing in it.
+    /// Sends all pages what is new. Call it every [`UPDATE_EVERY`].
     pub fn publish(&self) -> Result<()> {
-        self.tell_new(&mut self.lock())
+        self.send_new(&mut self.lock())
     }
 
-    fn tell_new(&self, inner: &mut Inner) -> Result<()> {
+    fn send_new(&self, inner: &mut Inner) -> Result<()> {
         inner.number += 1;
         let analysed = inner.analyse();
-        let message = if inner.live.restarts == inner.restarts_told {
+        let message = if inner.live.now.restarts == inner.sent_restarts {
             Message { kind: "update", json: inner.update(analysed)?.into() }
         } else {
-            // A new axis: nothing of what pages have fits it.
+            // The time axis is new: no data that pages have fit it.
             Message { kind: "state", json: inner.state(0)?.into() }
         };
-        (inner.points, inner.frames) = (Vec::new(), Vec::new());
-        (inner.log_told, inner.restarts_told) = (inner.live.log.clone(), inner.live.restarts);
-        // Nobody listens: that is no error.
+        (inner.points, inner.frames) = Default::default();
+        (inner.sent_log, inner.sent_restarts) = (inner.live.log.clone(), inner.live.now.restarts);
+        // It fails without any page, which is no error.
         let _ = self.updates.send(message);
         Ok(())
     }
 
-    /// Everything that is known, for a page that comes, and all updates from then on.
-    ///
-    /// # Errors
-    /// As [`Self::publish`].
+    /// Everything, for a new page, and the queue of all updates after it.
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
-        // Under one lock with the rest, so that nothing comes twice and nothing is left out.
-        self.tell_new(&mut inner)?;
+        // Under one lock, so that the state and the queue neither overlap nor leave a gap.
+        self.send_new(&mut inner)?;
         let updates = self.updates.subscribe();
         Ok((Message { kind: "state", json: inner.state(missed)?.into() }, updates))
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        // Whoever panicked with it left a model that is as good as any.
+        // A panic under the lock leaves a state that can still be shown.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Whether the spectrum and the curves are new.
-type Analysed = (bool, bool);
-
 impl Inner {
-    fn analyse(&mut self) -> Analysed {
+    /// Makes spectrum and curves if they are due; tells for each whether it is new.
+    fn analyse(&mut self) -> (bool, bool) {
         if self.live.strips.is_empty() {
-            let had = (self.spectrum.take().is_some(), self.curves.take().is_some());
             self.curves_of_us = None;
-            return had;
+            return (self.spectrum.take().is_some(), self.curves.take().is_some());
         }
         self.spectrum_is_old |= !self.frames.is_empty();
         let is_due = self.spectrum_is_old && self.spectrum_made.elapsed() >= SPECTRUM_EVERY;
@@ -205,40 +197,32 @@ impl Inner {
         (is_due, is_new)
     }
 
-    fn words(&self) -> String {
-        words::say(&self.live, self.heard.map(|heard| heard.elapsed()))
+    fn common(&self) -> Common<'_> {
+        let status = status::status(&self.live, self.received.map(|received| received.elapsed()));
+        Common { update: self.number, status, no_raw: self.no_raw.as_deref() }
     }
 
     fn state(&self, missed: u64) -> Result<String> {
-        let (no_raw, words, live) = (self.no_raw.as_deref(), self.words(), &self.live);
         Ok(serde_json::to_string(&State {
-            update: self.number,
+            common: self.common(),
             missed,
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
             points_most: POINTS,
             frames_most: STRIP_FRAMES,
-            words,
-            no_raw,
-            live,
+            live: &self.live,
             spectrum: self.spectrum.as_ref(),
             curves: self.curves.as_ref(),
         })?)
     }
 
-    fn update(&self, (spectrum, curves): Analysed) -> Result<String> {
-        let mut strips = Strips::default();
-        self.frames.iter().for_each(|frame| strips.add(*frame));
-        let log = (self.live.log != self.log_told).then_some(&self.live.log);
-        let (no_raw, words, live) = (self.no_raw.as_deref(), self.words(), self.live.without_rows());
+    fn update(&self, (spectrum, curves): (bool, bool)) -> Result<String> {
         Ok(serde_json::to_string(&Update {
-            update: self.number,
-            words,
-            no_raw,
-            live,
+            common: self.common(),
+            live: &self.live.now,
             points: &self.points,
-            strips,
-            log,
+            strips: &self.frames,
+            log: (self.live.log != self.sent_log).then_some(&self.live.log),
             spectrum: spectrum.then_some(self.spectrum.as_ref()),
             curves: curves.then_some(self.curves.as_ref()),
         })?)

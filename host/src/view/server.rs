@@ -1,13 +1,13 @@
-//! Where the page is fetched from: this computer only, and by pages of this server's own only.
+//! The server of the page: for this computer only, and for its own pages only.
 //!
 //! | path | what |
 //! |---|---|
 //! | `/` and the files it names | the page |
-//! | `/events` | everything at first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
+//! | `/events` | everything first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
 //! | `/state.json` | everything, once |
 //!
-//! A page from elsewhere could reach a loopback address through the user's browser, by a name that it has pointed there: what
-//! does not name this computer as its host is refused. No answer may be read by another origin or framed.
+//! A page from elsewhere could reach a loopback address through the user's browser, with a host name that points there: the
+//! server refuses requests with any other host than this computer. Other origins may neither read nor frame an answer.
 
 use super::hub::{Hub, Message};
 use anyhow::{Context, Result};
@@ -30,7 +30,7 @@ use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::oneshot;
 
-/// After which a page that has lost the server tries again.
+/// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
 
 /// The files of the page: name, type, content.
@@ -48,7 +48,7 @@ const FILES: [(&str, &str, &str); 11] = [
     ("/uPlot.css", "text/css; charset=utf-8", include_str!("../../assets/uplot/uPlot.min.css")),
 ];
 
-/// What every answer says: nothing from elsewhere may be loaded, nothing of it used elsewhere or kept.
+/// Headers of every answer: the page loads nothing from elsewhere, and nobody else may use or store it.
 const HEADERS: [(HeaderName, &str); 6] = [
     (
         header::CONTENT_SECURITY_POLICY,
@@ -61,7 +61,7 @@ const HEADERS: [(HeaderName, &str); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// A server that runs. Dropped, it ends.
+/// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
@@ -79,7 +79,7 @@ pub fn loopback(text: &str) -> Result<SocketAddr, String> {
         .as_deref()
         .unwrap_or(text)
         .parse()
-        .map_err(|_| "say an address and a port, such as 127.0.0.1:8321".to_owned())?;
+        .map_err(|_| "write an address and a port, such as 127.0.0.1:8321".to_owned())?;
     match address.ip().is_loopback() {
         true => Ok(address),
         false => Err(format!("{} can be reached from elsewhere: only 127.0.0.1 and [::1] are served", address.ip())),
@@ -87,7 +87,7 @@ pub fn loopback(text: &str) -> Result<SocketAddr, String> {
 }
 
 impl Server {
-    /// Begins to serve what `hub` has, at an address that [`loopback`] has read.
+    /// Serves the hub's messages at a [`loopback`] address.
     ///
     /// # Errors
     /// The port is in use, or the system refuses.
@@ -100,19 +100,19 @@ impl Server {
         let (stop, stopped) = oneshot::channel();
         let routes = routes(hub).layer(from_fn_with_state(address, guard));
         let serve = async move {
-            // It fails only if there is no runtime, and this is one.
+            // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
             let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
-            // Pages listen for ever: they are not waited for.
+            // It does not wait for pages, which listen for ever.
             if let Either::Left((Err(error), _)) = select(served, stopped).await {
-                eprintln!("ridgetone: the page is served no longer: {error}");
+                eprintln!("ridgetone: the page is no longer served: {error}");
             }
         };
         let thread = std::thread::spawn(move || runtime.block_on(serve));
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Where it listens.
+    /// Its address.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -121,7 +121,7 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         if let Some(stop) = self.stop.take() {
-            // It has ended by itself.
+            // It fails if the server has ended.
             let _ = stop.send(());
         }
         if let Some(thread) = self.thread.take() {
@@ -138,7 +138,7 @@ fn routes(hub: Arc<Hub>) -> Router {
     routes.route("/events", get(events)).route("/state.json", get(state)).with_state(hub)
 }
 
-/// Lets through what names this computer as its host, and says on every answer what may be done with it.
+/// Refuses requests with another host than this computer, and adds [`HEADERS`] to every answer.
 async fn guard(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
     let mut response = match host.is_some_and(|host| is_ours(host, address)) {
@@ -169,7 +169,7 @@ async fn state(State(hub): State<Arc<Hub>>) -> Response {
 }
 
 async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {
-    Sse::new(told(hub)).keep_alive(KeepAlive::default())
+    Sse::new(messages(hub)).keep_alive(KeepAlive::default())
 }
 
 /// A page that listens.
@@ -179,8 +179,8 @@ struct Page {
     missed: u64,
 }
 
-/// What a page is told, for ever.
-fn told(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
+/// The messages to a page, for ever.
+fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(Page { hub, updates: None, missed: 0 }, |mut page| async {
         let message = page.next().await?;
         Some((Ok(Event::default().event(message.kind).retry(RETRY).data(&*message.json)), page))
@@ -196,7 +196,7 @@ impl Page {
                 Err(RecvError::Closed) => return None,
             }
         }
-        // It has come, or was too slow: everything, and from there on.
+        // The page is new, or was too slow: it gets everything, then the updates after it.
         let (message, updates) = self.hub.join(self.missed).ok()?;
         self.updates = Some(updates);
         Some(message)
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_that_is_too_slow_is_told_everything_anew_and_how_much_it_has_missed() {
+    fn a_slow_page_gets_everything_again_and_the_number_of_missed_updates() {
         let hub = Arc::new(Hub::new(crate::live::Live::new("a test")));
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
         let mut page = Page { hub: Arc::clone(&hub), updates: None, missed: 0 };
@@ -261,7 +261,7 @@ mod tests {
         }
         let (kind, state) = next();
         let missed = state["missed"].as_u64().unwrap();
-        // All but those that a queue holds.
+        // All but the length of the queue.
         assert!(kind == "state" && (900..1000).contains(&missed), "{kind}, {missed}");
         assert_eq!(state["update"].as_u64(), Some(number + 1002));
         hub.publish().unwrap();

@@ -90,7 +90,7 @@ pub fn run(end_s: f64, alone: bool) {
     };
     let (begun, mut progress) = (Instant::now(), Progress::default());
     let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |done_s, all_s| {
-        progress.tell(done_s, all_s)
+        progress.show_seconds(done_s, all_s)
     });
     progress.end();
     let outcome = outcome.expect("a run");

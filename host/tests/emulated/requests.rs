@@ -1,4 +1,4 @@
-//! Orders to the emulated board, over its serial line.
+//! Requests to the emulated board, over its serial line.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -13,7 +13,7 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Abscissa, Event, Packet, Span};
 use std::time::Duration;
 
-/// What came of a run: packets, and with which of them each order was answered.
+/// Result of a run: packets, and the number of packets up to each answer.
 struct Talked {
     packets: Vec<Packet>,
     answers: Vec<(usize, Outcome)>,
@@ -33,21 +33,21 @@ fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let (mut packets, mut answers) = (Vec::new(), Vec::new());
     let (mut first, count) = (Some((bytes.to_vec(), commands.clone())), commands.len());
     let mut talk = |now: Duration, packet: Option<&Packet>| {
-        let mut said = Vec::new();
+        let mut sent = Vec::new();
         if let Some(packet) = packet {
             packets.push(packet.clone());
             if let Some((bytes, commands)) = first.take() {
-                said = bytes;
-                commands.into_iter().for_each(|command| requests.give(command));
+                sent = bytes;
+                commands.into_iter().for_each(|command| requests.push(command));
             }
-            answers.extend(requests.hear(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
+            answers.extend(requests.answered(&packet.event).map(|(_, outcome)| (packets.len(), outcome)));
         }
-        said.extend(requests.due(now)?);
-        Ok(said)
+        sent.extend(requests.due(now)?);
+        Ok(sent)
     };
     let input = Input::default().open().expect("an input");
-    let outcome = emulator::run_talking(input, Options::new(&elf), &mut talk, &mut |_, _| {}).expect("a run");
-    assert_eq!(answers.len(), count, "every order is answered once");
+    let outcome = emulator::run_packets(input, Options::new(&elf), &mut talk, &mut |_, _| {}).expect("a run");
+    assert_eq!(answers.len(), count, "every request is answered once");
     let replies = packets.iter().filter(|packet| matches!(packet.event, Event::Reply(_))).count();
     assert!(replies >= count);
     assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
@@ -79,7 +79,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
     let refused = Outcome::Setting { field, value: 5.0, least: 0.1, greatest: 3.9 };
     let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
     assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
-    // The greeting comes again, with what is in force.
+    // The greeting comes again, with the settings in force.
     let hello = run.packets.iter().filter_map(|packet| match &packet.event {
         Event::Hello(hello) => Some((hello.settings, hello.source)),
         _ => None,

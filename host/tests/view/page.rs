@@ -38,21 +38,21 @@ fn assert_drawn(browser: &mut Browser, plots: &[&str]) {
 
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
-fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
+fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(3.2));
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);
     let mut browser = Browser::start(LOOK);
     browser.open(&view.url);
-    browser.wait("document.getElementById('words')?.textContent.startsWith('The recording is over') === true");
+    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
     let lines = common::json_lines(&common::run(&[&["monitor", "--json"][..], &arguments].concat()));
     let estimate = lines.iter().rfind(|line| line["type"] == "estimate").expect("an estimate");
-    let (told_hz, sigma_hz) = (estimate["frequency_hz"].as_f64().unwrap(), estimate["sigma_hz"].as_f64().unwrap());
+    let (expected_hz, sigma_hz) = (estimate["frequency_hz"].as_f64().unwrap(), estimate["sigma_hz"].as_f64().unwrap());
     let shown = text(&mut browser, "frequency");
     let numbers: Vec<&str> = shown.trim_end_matches(" Hz").split(" ± ").collect();
     let decimals = numbers[0].split_once('.').expect("decimals").1.len();
-    assert_eq!(shown, format!("{told_hz:.decimals$} ± {sigma_hz:.decimals$} Hz"));
+    assert_eq!(shown, format!("{expected_hz:.decimals$} ± {sigma_hz:.decimals$} Hz"));
     assert!(decimals >= 4, "{shown}");
     assert_eq!(text(&mut browser, "phase"), "sliding");
     browser.wait("[...document.querySelectorAll('.empty')].every((text) => text.hidden)");
@@ -65,7 +65,7 @@ fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
     let (from, to) = (format!("{}", estimate["t_s"].as_f64().unwrap() - 1.0), format!("{}", estimate["t_s"]));
     let fit = common::run(&["fit", common::text(&saved), "--from", &from, "--to", &to, "--json"]);
     let fitted_hz = common::json_lines(&fit)[0]["frequency_hz"].as_f64().expect("a frequency");
-    assert!((fitted_hz - told_hz).abs() < 2.0 * sigma_hz, "{fitted_hz} and {told_hz}");
+    assert!((fitted_hz - expected_hz).abs() < 2.0 * sigma_hz, "{fitted_hz} and {expected_hz}");
     let (_, csv) = browser.offered(&save("history", "csv"));
     let estimates = lines.iter().filter(|line| line["type"] == "estimate").count();
     let csv = String::from_utf8(csv).expect("UTF-8");
@@ -105,7 +105,7 @@ fn a_recording_is_shown_as_json_tells_it_and_can_be_paused_and_saved() {
     assert_quiet(&browser, &view);
 }
 
-/// Nothing was said in the console, and nothing asked for but of the server.
+/// The console is empty, and all requests went to the server.
 fn assert_quiet(browser: &Browser, view: &View) {
     assert_eq!(browser.errors(), Vec::<String>::new());
     let requests = browser.requests();
@@ -115,7 +115,7 @@ fn assert_quiet(browser: &Browser, view: &View) {
 
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
-fn a_restarted_command_is_found_again_and_what_is_missing_is_said() {
+fn a_restarted_command_is_found_again_and_missing_raw_frames_are_explained() {
     let folder = common::directory();
     let only: Vec<_> = packets(3.2)
         .into_iter()
@@ -129,16 +129,16 @@ fn a_restarted_command_is_found_again_and_what_is_missing_is_said() {
     let address = view.address().to_owned();
     let mut browser = Browser::start(LOOK);
     browser.open(&view.url);
-    browser.wait("document.getElementById('words')?.textContent.startsWith('The recording is over') === true");
+    browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
     let why = browser.value("document.querySelector('#strips .empty').textContent");
     assert_eq!(why, "This recording holds no raw frames, from which this is drawn.");
     assert_drawn(&mut browser, &["history", "map"]);
     let shown = text(&mut browser, "frequency");
     assert!(shown.ends_with(" Hz"), "{shown}");
     drop(view);
-    browser.wait("document.getElementById('words').textContent.startsWith('The command cannot be reached')");
+    browser.wait("document.getElementById('status').textContent.startsWith('The command cannot be reached')");
     let _again = View::at(&address, &arguments);
-    browser.wait("document.getElementById('words').textContent.startsWith('The recording is over')");
+    browser.wait("document.getElementById('status').textContent.startsWith('The recording is over')");
     assert_eq!(text(&mut browser, "frequency"), shown);
 }
 

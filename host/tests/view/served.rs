@@ -10,10 +10,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Status, head and body of the answer to a request; of an endless one what comes within `most`.
-fn ask(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
+fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100))).expect("a timeout");
-    write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("asked");
+    write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
     let (mut bytes, mut part, begun) = (Vec::new(), [0; 65_536], Instant::now());
     while begun.elapsed() < most {
         match line.read(&mut part) {
@@ -31,7 +31,7 @@ fn ask(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, S
 const LONG: Duration = Duration::from_secs(20);
 
 #[test]
-fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
+fn it_serves_this_computer_only_and_its_state_as_json() {
     let folder = common::directory();
     let packets = packets(3.0);
     let path = recorded(folder.path(), &packets);
@@ -39,12 +39,12 @@ fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
     let address = view.address().to_owned();
     let port = address.strip_prefix("127.0.0.1:").expect("loopback");
     let state = || -> Value {
-        let (status, head, body) = ask(&address, "/state.json", &address, LONG);
+        let (status, head, body) = request(&address, "/state.json", &address, LONG);
         assert!(status == 200 && head.contains("content-type: application/json"), "{head}");
         serde_json::from_str(&body).expect("JSON")
     };
     let begun = Instant::now();
-    while state()["live"]["line"]["state"] != "over" {
+    while state()["live"]["connection"]["state"] != "over" {
         assert!(begun.elapsed() < LONG, "{}", state());
         sleep(Duration::from_millis(100));
     }
@@ -60,25 +60,25 @@ fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
         ["example.org", &format!("example.org:{port}"), &format!("127.0.0.1.example.org:{port}"), "127.0.0.1:1", ""]
     {
         for path in ["/", "/state.json", "/events", "/uPlot.js"] {
-            let (status, _, body) = ask(&address, path, host, LONG);
+            let (status, _, body) = request(&address, path, host, LONG);
             assert!(status == 403 || host.is_empty() && status == 400, "{host} {path}: {status}");
             assert!(!body.contains("latest") && !body.contains("uPlot"), "{host} {path}");
         }
     }
     for host in [format!("localhost:{port}"), format!("[::1]:{port}")] {
-        assert_eq!(ask(&address, "/", &host, LONG).0, 200, "{host}");
+        assert_eq!(request(&address, "/", &host, LONG).0, 200, "{host}");
     }
     for path in ["/", "/view.js", "/uPlot.css", "/state.json"] {
-        let (_, head, _) = ask(&address, path, &address, LONG);
+        let (_, head, _) = request(&address, path, &address, LONG);
         assert!(head.contains("content-security-policy: default-src 'self';"), "{head}");
         assert!(head.contains("cache-control: no-store") && !head.contains("access-control"), "{head}");
     }
-    assert_eq!(ask(&address, "/../Cargo.toml", &address, LONG).0, 404);
-    let (_, head, body) = ask(&address, "/events", &address, Duration::from_secs(1));
+    assert_eq!(request(&address, "/../Cargo.toml", &address, LONG).0, 404);
+    let (_, head, body) = request(&address, "/events", &address, Duration::from_secs(1));
     assert!(head.contains("text/event-stream"), "{head}");
     assert!(body.contains("event: state") && body.matches("event: update").count() >= 3, "{}", body.len());
 
-    // On no address but the one that was said: every other one of 127.0.0.0/8 is this computer too.
+    // On no address but the given one: every other one of 127.0.0.0/8 is this computer too.
     assert!(TcpStream::connect(format!("127.0.0.2:{port}")).is_err());
 
     // Ctrl-C ends it, though a page is listening.
@@ -93,13 +93,13 @@ fn it_serves_this_computer_only_and_says_what_it_knows_as_json() {
         assert!(begun.elapsed() < LONG, "it does not end");
         sleep(Duration::from_millis(20));
     };
-    let mut said = String::new();
-    view.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
-    assert!(status.success() && said.contains(" telemetry frames received, 0 lost, 0 damaged"), "{status}: {said}");
+    let mut stderr = String::new();
+    view.child.stderr.take().expect("a pipe").read_to_string(&mut stderr).expect("text");
+    assert!(status.success() && stderr.contains(" telemetry frames received, 0 lost, 0 damaged"), "{status}: {stderr}");
 }
 
 #[test]
-fn what_can_be_reached_from_elsewhere_or_is_taken_is_refused_on_one_line() {
+fn addresses_that_others_reach_or_that_are_taken_are_refused_on_one_line() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.5));
     let file = common::text(&path);
@@ -112,7 +112,7 @@ fn what_can_be_reached_from_elsewhere_or_is_taken_is_refused_on_one_line() {
     let address = taken.local_addr().expect("an address").to_string();
     let output = common::run(&["view", "--file", file, "--listen", &address]);
     assert_eq!(output.status.code(), Some(1));
-    let said = common::stderr(&output);
-    assert!(said.contains(&address) && said.contains("choose another"), "{said}");
+    let stderr = common::stderr(&output);
+    assert!(stderr.contains(&address) && stderr.contains("choose another"), "{stderr}");
     common::assert_one_line(&common::run(&["view", "--file", "no such file"]), 1, &["no such file"]);
 }

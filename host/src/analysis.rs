@@ -1,7 +1,7 @@
-//! What is not told on the wire, from the frames that are: the spectrum of a window by the library's own periodogram, and
-//! the tone that the board has fitted as curves over the same frames.
+//! Analysis of raw frames that the board does not send: the spectrum of a window by the library's periodogram, and the
+//! reported tone as curves over the same frames.
 
-use super::{Frame, Live, Strips};
+use crate::live::{Frame, Live, Strips};
 use ads1258::reading;
 use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::TAXELS;
@@ -10,7 +10,7 @@ use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Fitter, FrameSpan, Table, Values};
 use serde::Serialize;
 use std::f64::consts::TAU;
 
-/// Power of a bin in which there is nothing at all, decibels: below what 24 bits and 16 channels can show.
+/// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
 const LEAST_DB: f32 = -120.0;
 
 /// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).
@@ -24,25 +24,25 @@ pub struct Spectrum {
     pub of_estimate: bool,
     /// From one bin to the next, hertz; the first is at 0 Hz.
     pub bin_hz: f64,
-    /// Share of the channels' power that a line at each bin's frequency takes, decibels: 0 if there is nothing else.
+    /// Share of the channels' power in a spectral line at each bin's frequency, decibels: 0 for that line alone.
     pub power_db: Vec<f32>,
     /// The strongest line between the bins, hertz, if there is one.
     pub strongest_hz: Option<f64>,
 }
 
-/// The tone as the board has told it, over those frames that it was fitted to and that are there.
+/// The reported tone over the frames of its window, as far as they are kept.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Curves {
     /// Device time of each frame, seconds.
     pub t_s: Vec<f64>,
-    /// For each taxel what was read in it, volts; none where that cannot be trusted.
+    /// Voltages of each taxel; none where they are missing or doubtful.
     pub read_v: Vec<Vec<Option<f32>>>,
-    /// For each taxel its offset and the fundamental, volts; none where it took no part.
+    /// For each taxel its offset and the fundamental, volts; none if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
 }
 
-/// Spectrum of the latest estimate's window, if its frames are all there, else of the latest frames as long as a window.
-/// None without raw frames, or with too few.
+/// Spectrum of the latest estimate's window, if all its frames are kept, else of the latest frames, as many as a window has.
+/// None with too few raw frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let window = live.estimate().and_then(|estimate| windowed(&live.strips, estimate)).filter(|found| found.is_whole);
     let of_estimate = window.is_some();
@@ -69,8 +69,7 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     })
 }
 
-/// The latest estimate's tone over the frames of its window. None if it has none, if it counts in place, or if none of the
-/// frames is there any more.
+/// The latest estimate's tone over the frames of its window. None without a tone in time, or without any of the frames.
 pub fn curves(live: &Live) -> Option<Curves> {
     let estimate = live.estimate()?;
     if !estimate.status.has_tone() || estimate.abscissa != Abscissa::Time {
@@ -84,7 +83,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
     let curve = |taxel: usize| {
         let channel = estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
         let value = |frame: &Frame| {
-            // Phases are told as if all of a scan were read at once; this taxel's slot comes later.
+            // Phases are those of a scan read at once; this taxel's slot is later.
             let t_s = frame.t_s + taxel as f64 * slot_s - centre_s;
             let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad)).cos() as f32;
             channel.offset_v + channel.amplitude_v * wave
@@ -100,18 +99,18 @@ pub fn curves(live: &Live) -> Option<Curves> {
 
 /// Frames of an estimate's window.
 struct Windowed {
-    /// Those that are there.
+    /// Those that are kept.
     frames: Vec<Frame>,
     /// Half way from its first frame to its last, seconds.
     centre_s: f64,
-    /// Whether its first and its last are there.
+    /// Whether its first and its last frame are kept.
     is_whole: bool,
 }
 
 fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     let (oldest, newest) = (strips.frames().next()?, strips.frames().next_back()?);
     let frame_s = (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
-    // A window ends with its last frame, so it lasts one frame less from stamp to stamp.
+    // A window ends with its last frame: from stamp to stamp it is one frame shorter.
     let end_s = estimate.t_us as f64 / 1e6;
     let start_s = end_s - f64::from(estimate.window_s) + frame_s;
     let slack_s = 0.5 * frame_s;
@@ -135,7 +134,7 @@ fn nominal_hz(live: &Live) -> f32 {
     live.hello().map_or(ridgetone_proto::settings::FRAME_RATE_HZ, |hello| hello.frame_rate_hz)
 }
 
-/// Frames as the library takes them: codes less each taxel's first one, and which of them count.
+/// Frames as the library takes them: codes minus each taxel's first code, and a mask of valid taxels.
 fn table(frames: &[Frame], slots: u32, vref_v: f32) -> (Vec<Values>, Vec<u16>) {
     let code_v = f64::from(reading::volts(1, vref_v));
     let zero = |taxel: usize| frames.iter().find_map(|frame| frame.volts[taxel]).unwrap_or(0.0);

@@ -1,8 +1,8 @@
-//! What pages are told, and what is made of raw frames for them.
+//! The messages to the pages, and the analysis of raw frames for them.
 
 use super::{packets, recorded};
-use ridgetone_host::feed::{Feed, Following, Happening, Source};
-use ridgetone_host::live::analysis::{curves, spectrum};
+use ridgetone_host::analysis::{curves, spectrum};
+use ridgetone_host::feed::{Feed, FeedEvent, Following, Source};
 use ridgetone_host::live::{Live, Strips};
 use ridgetone_host::recording::Recorded;
 use ridgetone_host::view::hub::Hub;
@@ -94,9 +94,9 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     packets(f64::INFINITY).iter().for_each(|packet| over.take(packet));
     let slide_s = over.whole_slide().expect("a slide").t_us as f64 / 1e6;
     let mut later = Strips::default();
-    over.strips.frames().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.add(*frame));
+    over.strips.frames().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.push(*frame));
     over.strips = later;
-    let found = ridgetone_host::live::analysis::curves(&over).expect("those that are there");
+    let found = ridgetone_host::analysis::curves(&over).expect("those that are there");
     assert!((119..123).contains(&found.t_s.len()) && found.t_s.iter().all(|t_s| *t_s < slide_s + 0.003));
     assert!(!spectrum(&over).expect("of the latest frames").of_estimate);
 }
@@ -149,29 +149,29 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
     let (state, mut updates) = hub.join(0).expect("a state");
     let mut early = json(&state.json);
     assert_eq!(
-        (state.kind, &early["words"].as_str().map(|words| words.starts_with("Nothing was heard"))),
+        (state.kind, &early["status"].as_str().map(|status| status.starts_with("Nothing was received"))),
         ("state", &Some(true))
     );
-    let mut happened = 0;
+    let mut events = 0;
     loop {
-        let happening = following.next(Duration::ZERO).expect("a feed");
-        hub.take(happening.as_ref(), &mut following);
-        happened += 1;
-        if happened % 50 == 0 {
-            hub.publish().expect("told");
+        let event = following.next(Duration::ZERO).expect("a feed");
+        hub.take(event.as_ref(), &mut following);
+        events += 1;
+        if events % 50 == 0 {
+            hub.publish().expect("published");
         }
         while let Ok(message) = updates.try_recv() {
             assert_eq!(message.kind, "update");
             add(&mut early, &json(&message.json));
         }
-        if happening == Some(Happening::Over) {
+        if event == Some(FeedEvent::Over) {
             break;
         }
     }
-    hub.publish().expect("told");
+    hub.publish().expect("published");
     let last = json(&updates.try_recv().expect("an update").json);
     add(&mut early, &last);
-    assert_eq!(last["live"]["line"]["state"], "over");
+    assert_eq!(last["live"]["connection"]["state"], "over");
     assert!(last["no_raw"].as_str().is_some_and(|why| why.contains("recording")));
     let late = json(&hub.join(0).expect("a state").0.json);
     let frames = early["live"]["strips"]["number"].as_array().expect("a list").len();

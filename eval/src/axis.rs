@@ -1,13 +1,13 @@
-//! Axes: where a value is in a picture, and where the ticks are.
+//! Axes: places of values and of ticks in a picture.
 
-use crate::picture::layout::nice;
+use ridgetone_host::picture::layout::nice;
 
 /// An axis of powers of ten.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
     /// Its least and its greatest power.
     pub powers: (f64, f64),
-    /// Where they are, pixels.
+    /// Their places, pixels.
     pub at: (f64, f64),
 }
 
@@ -20,7 +20,7 @@ impl Axis {
         Self { powers: (from, most.log10().ceil().max(from + 1.0)), at }
     }
 
-    /// Where a value is, pixels.
+    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.powers;
         self.at.0 + (self.at.1 - self.at.0) * (value.log10() - from) / (to - from)
@@ -37,12 +37,12 @@ impl Axis {
 pub struct Linear {
     /// Its ends.
     pub range: (f64, f64),
-    /// Where they are, pixels.
+    /// Their places, pixels.
     pub at: (f64, f64),
 }
 
 impl Linear {
-    /// Where a value is, pixels.
+    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.range;
         self.at.0 + (self.at.1 - self.at.0) * (value - from) / (to - from)

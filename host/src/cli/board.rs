@@ -1,0 +1,57 @@
+//! The board to talk to.
+
+use super::firmware::FirmwareOptions;
+use super::input::InputOptions;
+use crate::feed::{Emulated, Feed};
+use crate::input::Input;
+use crate::port::{Link, System, Wanted};
+use crate::usage::UsageError;
+use anyhow::Result;
+use clap::Args;
+
+#[derive(Args, Clone, Debug)]
+pub struct BoardOptions {
+    /// A board at this serial port; without NAME, and without any of these, at the only port there is (`ridgetone ports`).
+    #[arg(long, value_name = "NAME", num_args = 0..=1, conflicts_with_all = ["usb_serial", "emulated"])]
+    port: Option<Option<String>>,
+    /// The board, or the adapter on its line, with this USB serial number.
+    #[arg(long, value_name = "NUMBER", conflicts_with = "emulated")]
+    usb_serial: Option<String>,
+    /// The emulated board: the firmware image in QEMU, in front of a scene.
+    #[arg(long)]
+    emulated: bool,
+    #[command(flatten)]
+    pub(super) firmware: FirmwareOptions,
+}
+
+impl BoardOptions {
+    /// Opens the board's line. The emulated board is in front of `input`, or of a plain scene, and runs at `pace`, or as fast
+    /// as it can; with `again` its input repeats.
+    pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
+        if self.emulated {
+            let elf = self.firmware.image()?;
+            let silence = self.firmware.options(&elf).silence;
+            let input = input.map_or_else(|| Ok(Input::default()), InputOptions::input)?.open()?;
+            if let Some(warning) = &input.warning {
+                eprintln!("ridgetone: warning: {warning}");
+            }
+            let input = if again { input.repeated() } else { input };
+            return Ok(Feed::new(Box::new(Emulated::start(input, elf, silence, pace))));
+        }
+        if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
+            return Err(misplaced());
+        }
+        let wanted = Wanted::new(self.port.clone().flatten(), self.usb_serial.clone());
+        Ok(Feed::new(Box::new(Link::open(System, wanted)?)))
+    }
+
+    /// The same for requests alone: the emulated board feels a plain scene at the speed of a real one.
+    pub fn open_for_request(&self) -> Result<Feed> {
+        self.open(None, Some(1.0), true)
+    }
+}
+
+/// Options of the emulated board without `--emulated`.
+pub fn misplaced() -> anyhow::Error {
+    UsageError("FILE.csv, a scene and --elf are for the emulated board: add --emulated".into()).into()
+}

@@ -1,0 +1,51 @@
+//! `calibrate`: the array's constants from gratings of known period.
+
+use super::parse::positive;
+use crate::calibrate::{self, Grating};
+use crate::input::{Input, Source, frame_rate_hz};
+use crate::output;
+use anyhow::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args, Debug)]
+#[command(after_help = "\
+The units have to be under the same contact as later: the ends of the contact change the phases, by an amount that depends
+on its length, and so on the force. Use gratings from one pitch to 1.75, slid for two seconds or more, at any speed and
+in either direction.
+
+Example:
+  ridgetone calibrate 2.5=a.csv 3=b.csv 3.5=c.csv 4=d.csv")]
+pub struct CalibrateArgs {
+    /// Spatial period in mm and recording of a grating: a CSV file of volts, or a scene file; at least three.
+    #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
+    files: Vec<(f64, PathBuf)>,
+    /// Pitch of the units themselves, mm.
+    #[arg(long, value_name = "MM", default_value_t = 2.3)]
+    nominal: f32,
+    /// One JSON object on one line instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+fn grating(text: &str) -> Result<(f64, PathBuf), String> {
+    let (period, file) = text.split_once('=').ok_or("write MM=FILE, such as 2.5=a.csv")?;
+    Ok((positive(period)?, file.into()))
+}
+
+impl CalibrateArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let open = |(period_mm, path): &(f64, PathBuf)| {
+            let source = match path.extension().is_some_and(|extension| extension == "toml") {
+                true => Source::Scene(hal_mock::load_scene(path, frame_rate_hz())?),
+                false => Source::Trace { path: path.clone(), rate_hz: None, volts_per_unit: 1.0 },
+            };
+            let input = Input { source, ..Input::default() }.open()?;
+            Ok(Grating { name: path.display().to_string(), period_mm: *period_mm, input })
+        };
+        let gratings = self.files.iter().map(open).collect::<Result<_>>()?;
+        let found = calibrate::run(gratings, self.nominal)?;
+        let text = if self.json { serde_json::to_string(&found)? } else { found.to_string() };
+        output::line(text.trim_end())
+    }
+}

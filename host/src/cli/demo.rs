@@ -1,0 +1,51 @@
+//! `demo`: a scene through the emulated firmware, beside the truth.
+
+use super::firmware::FirmwareOptions;
+use crate::input::frame_rate_hz;
+use crate::output::Progress;
+use crate::{demo, output, settings_form};
+use anyhow::{Result, bail};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  ridgetone demo --svg demo.svg")]
+pub struct DemoArgs {
+    /// Another scene than the default one: a scene file.
+    #[arg(long, value_name = "FILE.toml")]
+    scene: Option<PathBuf>,
+    /// Settings of the firmware, sent to it over its line at the start [default: its own].
+    #[arg(long, value_name = "FILE.toml")]
+    settings: Option<PathBuf>,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+    /// Draw the channels and the results here.
+    #[arg(long, value_name = "FILE.svg")]
+    svg: Option<PathBuf>,
+}
+
+impl DemoArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let scene = self.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+        if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
+            bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");
+        }
+        let elf = self.firmware.image()?;
+        let mut options = self.firmware.options(&elf);
+        if let Some(path) = &self.settings {
+            options.settings = settings_form::load(path)?;
+        }
+        let mut progress = Progress::default();
+        let demo = demo::run(scene.unwrap_or_default(), options, &mut |done_s, total_s| {
+            progress.show_seconds(done_s, total_s);
+        });
+        progress.end();
+        let demo = demo?;
+        if let Some(path) = &self.svg {
+            output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
+        }
+        output::line(demo.summary.to_string().trim_end())
+    }
+}

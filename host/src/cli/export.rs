@@ -1,0 +1,63 @@
+//! `export`: a recording of telemetry in other formats.
+
+use super::lines::report;
+use crate::export::{Format, Kind, run};
+use crate::live::Counts;
+use crate::usage::UsageError;
+use crate::{output, stop};
+use anyhow::Result;
+use clap::Args;
+use std::io::{IsTerminal, Write};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The CSV of frames is what `replay`, `fit` and `emulate` read: the same touch with other settings. In that of estimates
+frequency and sigma are in hertz, or in cycles per mm where abscissa is place.
+
+Examples:
+  ridgetone export touch.rec --format csv -o estimates.csv
+  ridgetone export touch.rec --format csv --table frames -o frames.csv
+  ridgetone export touch.rec --format mcap -o touch.mcap
+  ridgetone export touch.rec --format ndjson | head")]
+pub struct ExportArgs {
+    /// Recording of telemetry.
+    #[arg(value_name = "RECORDING")]
+    file: PathBuf,
+    /// Format.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    format: Format,
+    /// Rows of the CSV table [default: estimates].
+    #[arg(long, value_enum, value_name = "KIND")]
+    table: Option<Kind>,
+    /// File to write [default: standard output].
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl ExportArgs {
+    pub(super) fn run(self) -> Result<()> {
+        if self.table.is_some() && self.format != Format::Csv {
+            return Err(UsageError("--table is for --format csv: the others hold everything".into()).into());
+        }
+        stop::on_signal()?;
+        let kind = self.table.unwrap_or(Kind::Estimates);
+        let mut counts = Counts::default();
+        if let Some(path) = &self.output {
+            output::whole_file(path, |file| {
+                counts = run(&self.file, self.format, kind, file)?;
+                Ok(())
+            })?;
+        } else {
+            let stdout = std::io::stdout().lock();
+            if self.format == Format::Mcap && stdout.is_terminal() {
+                return Err(UsageError("MCAP is not for a terminal: write it to a file with -o".into()).into());
+            }
+            let mut out = std::io::BufWriter::new(stdout);
+            counts = run(&self.file, self.format, kind, &mut out)?;
+            out.flush()?;
+        }
+        report(counts);
+        Ok(())
+    }
+}

@@ -1,0 +1,87 @@
+//! `fit`: the joint fit alone, on a table of channels.
+
+use super::parse::{number, positive};
+use crate::speed::Column;
+use crate::table_fit::Selection;
+use crate::{fit_report, output, settings_form, table_fit};
+use anyhow::Result;
+use clap::Args;
+use hal_mock::Table;
+use std::path::PathBuf;
+
+/// A rate on the command line that differs from the time stamps by more than this share gives a warning.
+const RATES_DIFFER: f64 = 0.01;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Jitter of the
+time stamps is averaged out, and a gap of a few rows counts as missing rows.
+
+Examples:
+  ridgetone fit recording.csv
+  ridgetone fit recording.csv --from 1.57 --to 13.57 --json
+  ridgetone fit no_time.csv --rate 241.14 --columns ain0,ain1,ain2
+  ridgetone fit by_hand.csv --speed-column speed_mm_s")]
+pub struct FitArgs {
+    /// Recording: CSV with a header.
+    #[arg(value_name = "FILE.csv")]
+    file: PathBuf,
+    /// Rows per second [default: from the column time_s].
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    rate: Option<f64>,
+    /// First time to use, seconds as in time_s; without that column, row / rate.
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    from: Option<f64>,
+    /// Last time to use, seconds.
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    to: Option<f64>,
+    /// Fit by place, with this column as the speed over the surface, mm/s: cycles per mm at any speed.
+    #[arg(long, value_name = "NAME", conflicts_with = "position_column")]
+    speed_column: Option<String>,
+    /// Fit by place, with this column as the place on the surface, mm.
+    #[arg(long, value_name = "NAME")]
+    position_column: Option<String>,
+    /// Columns to fit, at most 16 [default: all but time_s, speed and place].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    columns: Vec<String>,
+    /// Settings file; only harmonics and interferer_hz are used here, and the two options below override them.
+    #[arg(long, value_name = "FILE.toml")]
+    settings: Option<PathBuf>,
+    /// Most harmonics to fit, the fundamental included, 1 to 5 [default: 5].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=5))]
+    harmonics: Option<u8>,
+    /// Known interferer in all columns, hertz, such as mains of 50 or 60; it may be aliased [default: none].
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    mains: Option<f64>,
+    /// One JSON object on one line instead of the table.
+    #[arg(long)]
+    json: bool,
+}
+
+impl FitArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let table = Table::load(&self.file)?;
+        let selection = Selection {
+            rate_hz: self.rate,
+            from_s: self.from,
+            to_s: self.to,
+            columns: self.columns,
+            harmonics: self.harmonics.or(settings.map(|settings| settings.harmonics)),
+            place: self.position_column.map(Column::Position).or(self.speed_column.map(Column::Speed)),
+            interferer_hz: self.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
+        };
+        if let (Some(rate_hz), Some([first, .., last])) = (self.rate, table.time_s()) {
+            let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
+            if (rate_hz / by_stamps_hz - 1.0).abs() > RATES_DIFFER {
+                eprintln!("ridgetone: warning: --rate {rate_hz} Hz is used, though time_s gives {by_stamps_hz:.4} Hz");
+            }
+        }
+        let fit = table_fit::fit(&table, &selection)?;
+        if self.json {
+            output::line(&fit_report::json(table.file(), &fit)?)
+        } else {
+            output::line(fit_report::text(&fit).trim_end())
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! `record`: the telemetry of a board into a file.
+
+use super::board::BoardOptions;
+use super::input::InputOptions;
+use super::lines::report;
+use super::parse::positive;
+use crate::feed::Requester;
+use crate::{record, settings_form, stop};
+use anyhow::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Ends with Ctrl-C, after --for, or when the board's scene is over; the file is valid at any moment. `monitor --file`,
+`replay` and `export` read it.
+
+Examples:
+  ridgetone record -o touch.rec
+  ridgetone record --port /dev/ttyUSB0 --raw --for 60 -o touch.rec
+  ridgetone record --emulated --raw -o touch.rec")]
+pub struct RecordArgs {
+    #[command(flatten)]
+    board: BoardOptions,
+    #[command(flatten)]
+    input: InputOptions,
+    /// File to write; an existing one is not overwritten.
+    #[arg(short, long, value_name = "RECORDING")]
+    output: PathBuf,
+    /// Include every raw frame (20 kB a second).
+    #[arg(long)]
+    raw: bool,
+    /// Length in seconds of device time [default: until Ctrl-C].
+    #[arg(long = "for", value_name = "S", value_parser = positive)]
+    length: Option<f64>,
+    /// Put these settings into force first; they are not stored.
+    #[arg(long, value_name = "FILE.toml")]
+    settings: Option<PathBuf>,
+}
+
+impl RecordArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
+        let mut requester = Requester::with_settings(settings);
+        if self.raw {
+            requester.want_raw(true);
+        }
+        stop::on_signal()?;
+        // A request takes a moment: a board that runs ahead of it would have sent much by then.
+        let pace = (self.raw || settings.is_some()).then_some(1.0);
+        let feed = self.board.open(Some(&self.input), pace, false)?;
+        let (feed, recorded) = record::run(feed, &self.output, requester, self.length)?;
+        report(feed.counts());
+        recorded
+    }
+}

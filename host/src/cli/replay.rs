@@ -1,0 +1,77 @@
+//! `replay`: a recording or a scene through the library.
+
+use super::input::InputOptions;
+use super::lines::{LineOptions, print, printer, report};
+use super::settings::SettingsOptions;
+use crate::feed::{Feed, Requester};
+use crate::live::Counts;
+use crate::output::Progress;
+use crate::recording::Recorded;
+use crate::usage::UsageError;
+use crate::{recording, replay, speed, stop};
+use anyhow::Result;
+use clap::Args;
+use ridgetone_proto::settings::Settings;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+FILE.csv may also be a recording of telemetry, as `record` writes it: then its packets are printed.
+
+Examples:
+  ridgetone replay trace.csv
+  ridgetone replay touch.rec
+  ridgetone replay counts.csv --scale 1e-3 --json
+  ridgetone replay --scene scenes/c8.toml
+  ridgetone replay --scene-speed 15 --period 2.6 --snr 10
+  ridgetone replay trace.csv --speed 30 --delay 1 --length 55
+  ridgetone replay trace.csv --settings finger.toml")]
+pub struct ReplayArgs {
+    #[command(flatten)]
+    pub(super) input: InputOptions,
+    #[command(flatten)]
+    pub(super) settings: SettingsOptions,
+    /// Speed over the surface while it varies: CSV with time_s (device time) and speed_mm_s, at most 32 rows, straight
+    /// lines in between. Estimates then come in cycles per mm.
+    #[arg(long, value_name = "FILE.csv")]
+    profile: Option<PathBuf>,
+    /// Repeat the profile when it ends [default: its last speed goes on].
+    #[arg(long, requires = "profile")]
+    profile_repeats: bool,
+    #[command(flatten)]
+    lines: LineOptions,
+}
+
+impl ReplayArgs {
+    pub(super) fn run(self) -> Result<()> {
+        stop::on_signal()?;
+        // A file that cannot be read is left to the reader of tables, whose message names the problem.
+        if let Some(file) = self.input.file.as_ref().filter(|file| recording::is_telemetry(file).unwrap_or(false)) {
+            return self.print_telemetry(file);
+        }
+        let settings = self.settings.settings()?;
+        let after = speed::after(self.profile_repeats);
+        let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
+        let input = self.input.open_for(settings.window_s)?;
+        let mut progress = Progress::default();
+        let outcome = replay::run(input, settings, profile, &mut printer(self.lines), &mut |done_s, total_s| {
+            progress.show_seconds(done_s, total_s);
+        });
+        progress.end();
+        let outcome = outcome?;
+        let (received, missing, damaged) = (outcome.received, outcome.missing, outcome.damaged);
+        report(Counts { received, missing, damaged, ..Counts::default() });
+        Ok(())
+    }
+
+    fn print_telemetry(&self, file: &Path) -> Result<()> {
+        if self.settings.settings()? != Settings::DEFAULT || self.profile.is_some() || self.input.rate.is_some() {
+            let file = file.display();
+            let why = format!(
+                "{file}: the telemetry has its settings already; for others replay its frames: `ridgetone export {file} --format csv --table frames -o frames.csv`, `ridgetone replay frames.csv`"
+            );
+            return Err(UsageError(why).into());
+        }
+        print(Feed::new(Recorded::open(file)?), Requester::default(), self.lines)
+    }
+}

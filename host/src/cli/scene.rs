@@ -1,0 +1,72 @@
+//! `scene`: a scene as a CSV trace.
+
+use super::input::SceneOptions;
+use crate::input::{check_length, frame_rate_hz};
+use crate::output;
+use anyhow::Result;
+use clap::Args;
+use hal_mock::{SlidingScene, write_csv};
+use serde::Serialize;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  ridgetone scene --scene-speed 15 --period 2.6 -o trace.csv
+  ridgetone scene --scene scenes/hand.toml -o hand.csv")]
+pub struct SceneArgs {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// File to write: time_s and 16 columns of volts at the scan's 241.14 rows per second.
+    #[arg(short, long, value_name = "FILE.csv")]
+    output: PathBuf,
+    /// Also the truth as one JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct TruthJson<'a> {
+    r#type: &'static str,
+    file: &'a str,
+    rows: u64,
+    rate_hz: f64,
+    contact_s: f64,
+    slide_start_s: f64,
+    slide_end_s: f64,
+    release_s: f64,
+    end_s: f64,
+    frequency_hz: f64,
+}
+
+impl SceneArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let mut scene = SlidingScene::new(self.scene.sliding()?)?;
+        let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
+        check_length("the scene", truth.end_s)?;
+        output::whole_file(&self.output, |file| {
+            rows = write_csv(&mut scene, rate_hz, file)?;
+            Ok(())
+        })?;
+        let file = self.output.display().to_string();
+        eprintln!(
+            "{file}: {rows} rows at {rate_hz:.2} Hz; contact {:.3} s, slide {:.3} to {:.3} s, release {:.3} s, end {:.3} s, tone {:.4} Hz",
+            truth.contact_s, truth.slide_start_s, truth.slide_end_s, truth.release_s, truth.end_s, truth.frequency_hz
+        );
+        if self.json {
+            output::line(&serde_json::to_string(&TruthJson {
+                r#type: "truth",
+                file: &file,
+                rows,
+                rate_hz,
+                contact_s: truth.contact_s,
+                slide_start_s: truth.slide_start_s,
+                slide_end_s: truth.slide_end_s,
+                release_s: truth.release_s,
+                end_s: truth.end_s,
+                frequency_hz: truth.frequency_hz,
+            })?)?;
+        }
+        Ok(())
+    }
+}

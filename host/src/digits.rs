@@ -1,0 +1,50 @@
+//! Numbers as text: significant digits, and as many decimals as an uncertainty needs.
+
+/// A number with `digits` significant digits, plain between 1e-4 and 1e7.
+pub fn significant(value: f64, digits: usize) -> String {
+    let power = value.abs().log10().floor();
+    if value == 0.0 || !value.is_finite() {
+        value.to_string()
+    } else if (-4.0..7.0).contains(&power) {
+        let decimals = (digits as f64 - 1.0 - power).max(0.0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.decimals$e}", decimals = digits.saturating_sub(1))
+    }
+}
+
+/// Decimals at which an uncertainty has a digit other than 0, at least `least`.
+pub fn decimals(sigma: f64, least: usize) -> usize {
+    // Half a unit of the last decimal is rounded up; single precision has at most nine decimals.
+    if sigma > 0.0 { (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize } else { least }
+}
+
+/// A value and its uncertainty with the same number of [`decimals`], at least four.
+pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
+    let decimals = decimals(sigma, 4);
+    (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_uncertainty_is_never_shown_as_0() {
+        let shown = |value, sigma| with_sigma(value, sigma);
+        assert_eq!(shown(8.33342, 0.00023), ("8.3334".into(), "0.0002".into()));
+        assert_eq!(shown(3.60002, 6e-5), ("3.6000".into(), "0.0001".into()));
+        assert_eq!(shown(4.1666667, 2.6e-6), ("4.166667".into(), "0.000003".into()));
+        assert_eq!(shown(4.1666667, 1e-6), ("4.166667".into(), "0.000001".into()));
+        assert_eq!(shown(31.25, 12.0), ("31.2500".into(), "12.0000".into()));
+        assert_eq!((shown(1.0, 0.0).1, shown(1.0, f64::NAN).1), ("0.0000".into(), "NaN".into()));
+    }
+
+    #[test]
+    fn significant_digits() {
+        assert_eq!(significant(0.250_123_44, 4), "0.2501");
+        assert_eq!(significant(-12_345.678, 3), "-12346");
+        assert_eq!(significant(1.234e-7, 3), "1.23e-7");
+        assert_eq!(significant(0.0, 3), "0");
+    }
+}

@@ -1,0 +1,145 @@
+//! A source and the decoder behind it.
+
+use super::pace::Pace;
+use super::source::{FeedEvent, Source};
+use crate::live::Counts;
+use anyhow::{Context, Result, bail};
+use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
+use std::collections::VecDeque;
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+/// A source and the decoder behind it.
+pub struct Feed<S: Source = Box<dyn Source + Send>> {
+    source: S,
+    decoder: Decoder,
+    received: u64,
+    queue: VecDeque<FeedEvent<Packet>>,
+    is_over: bool,
+    pace: Option<Pace>,
+    recording: Option<Box<dyn Write + Send>>,
+    opened: Instant,
+}
+
+impl<S: Source> Feed<S> {
+    /// A feed from a source that was not read yet.
+    pub fn new(source: S) -> Self {
+        Self {
+            source,
+            decoder: Decoder::new(),
+            received: 0,
+            queue: VecDeque::new(),
+            is_over: false,
+            pace: None,
+            recording: None,
+            opened: Instant::now(),
+        }
+    }
+
+    /// Delays packets until their device time: for a recording, which has all of them at once.
+    #[must_use]
+    pub fn paced(self, pace: Pace) -> Self {
+        Self { pace: Some(pace), ..self }
+    }
+
+    /// Writes all bytes to `recording` as they arrive.
+    #[must_use]
+    pub fn recorded(self, recording: Box<dyn Write + Send>) -> Self {
+        Self { recording: Some(recording), ..self }
+    }
+
+    /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence numbers gives the number
+    /// of missing packets.
+    ///
+    /// # Errors
+    /// The board speaks another protocol; the source cannot go on; the recording cannot be written.
+    pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
+        let begun = Instant::now();
+        loop {
+            let left = most.saturating_sub(begun.elapsed());
+            if let Some(event) = self.queue.pop_front() {
+                let wait = match (&mut self.pace, &event) {
+                    (Some(pace), FeedEvent::Data(packet)) => pace.wait(packet, Instant::now()),
+                    _ => Duration::ZERO,
+                };
+                std::thread::sleep(wait.min(left));
+                if wait <= left {
+                    return Ok(Some(event));
+                }
+                self.queue.push_front(event);
+                return Ok(None);
+            }
+            if self.is_over {
+                std::thread::sleep(left);
+                return Ok(None);
+            }
+            match self.source.next(left)? {
+                Some(event) => self.take(event)?,
+                None if left.is_zero() => return Ok(None),
+                None => {}
+            }
+        }
+    }
+
+    fn take(&mut self, event: FeedEvent<Vec<u8>>) -> Result<()> {
+        match event {
+            FeedEvent::Connected(name) => self.queue.push_back(FeedEvent::Connected(name)),
+            FeedEvent::Data(bytes) => self.decode(&bytes)?,
+            FeedEvent::Disconnected(name, why) => {
+                // Ends a frame that was cut off, which would spoil the first one after the reconnection.
+                self.decode(&[0])?;
+                self.queue.push_back(FeedEvent::Disconnected(name, why));
+            }
+            FeedEvent::Over => {
+                self.is_over = true;
+                self.queue.push_back(FeedEvent::Over);
+            }
+        }
+        if let Some(protocol) = self.decoder.foreign {
+            let name = self.name();
+            bail!("{name}: the board speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
+        }
+        Ok(())
+    }
+
+    fn decode(&mut self, bytes: &[u8]) -> Result<()> {
+        if let Some(recording) = &mut self.recording {
+            recording.write_all(bytes).and_then(|()| recording.flush()).context("the recording")?;
+        }
+        for packet in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            self.received += 1;
+            self.queue.push_back(FeedEvent::Data(packet));
+        }
+        Ok(())
+    }
+
+    /// Sends bytes to the board.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.source.send(bytes)
+    }
+
+    /// Whether a board can receive requests.
+    pub fn has_board(&self) -> bool {
+        self.source.has_board()
+    }
+
+    /// The source.
+    pub fn source(&self) -> &S {
+        &self.source
+    }
+
+    /// Name of the source.
+    pub fn name(&self) -> String {
+        self.source.name()
+    }
+
+    /// Time since the feed was opened.
+    pub fn elapsed(&self) -> Duration {
+        self.opened.elapsed()
+    }
+
+    /// Packets received, missing and damaged so far.
+    pub fn counts(&self) -> Counts {
+        Counts::of(&self.decoder, self.received)
+    }
+}

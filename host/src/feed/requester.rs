@@ -1,0 +1,116 @@
+//! Requests to the board behind a feed: waited for, or sent while its packets are read.
+
+use super::decoded::Feed;
+use super::source::{FeedEvent, Source};
+use crate::requests::{PATIENCE, Requests};
+use anyhow::Result;
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::{Event, Packet};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Time between two requests for raw frames.
+const RENEW: Duration = Duration::from_secs(5);
+
+/// Frames in a request for raw frames, a minute's: a board whose reader is gone stops sending by itself, and the emulated
+/// board may run some times faster than this clock.
+const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
+
+/// Requests whose first number comes from the clock: a board repeats its answer to the number that it answered last, without
+/// doing anything.
+pub fn new_requests() -> Requests {
+    let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    Requests::new((clock.as_millis() % 65_536) as u16)
+}
+
+/// Sends a command and waits for its outcome; all packets that arrive meanwhile go to `sink`.
+///
+/// # Errors
+/// The board does not answer; those of the feed.
+pub fn request<S: Source>(
+    feed: &mut Feed<S>,
+    requests: &mut Requests,
+    command: Command,
+    sink: &mut dyn FnMut(&Packet),
+) -> Result<Outcome> {
+    requests.push(command);
+    loop {
+        let bytes = requests.due(feed.elapsed())?;
+        if !bytes.is_empty() {
+            feed.send(&bytes)?;
+        }
+        if let Some(FeedEvent::Data(packet)) = feed.next(PATIENCE / 10)? {
+            sink(&packet);
+            if let Some((_, outcome)) = requests.answered(&packet.event) {
+                return Ok(outcome);
+            }
+        }
+    }
+}
+
+/// Requests to a board whose packets somebody else reads.
+#[derive(Debug)]
+pub struct Requester {
+    requests: Requests,
+    /// When to request raw frames next; none: nobody wants them.
+    renew: Option<Instant>,
+}
+
+impl Default for Requester {
+    fn default() -> Self {
+        Self { requests: new_requests(), renew: None }
+    }
+}
+
+impl Requester {
+    /// Puts settings into force first, without storing them.
+    pub fn with_settings(settings: Option<Settings>) -> Self {
+        let mut requester = Self::default();
+        if let Some(settings) = settings {
+            requester.push(Command::Set { settings, keep: false });
+        }
+        requester
+    }
+
+    /// Adds a command.
+    pub fn push(&mut self, command: Command) {
+        self.requests.push(command);
+    }
+
+    /// Requests raw frames from now on, or ends them.
+    pub fn want_raw(&mut self, wanted: bool) {
+        self.renew = wanted.then(Instant::now);
+        if !wanted {
+            self.requests.push(Command::Raw { frames: 0 });
+        }
+    }
+
+    /// Sends the request that is due. Call it often while the board is connected.
+    ///
+    /// # Errors
+    /// The board does not answer, or the line fails; all requests are dropped then.
+    pub fn tick<S: Source>(&mut self, feed: &mut Feed<S>) -> Result<()> {
+        let now = Instant::now();
+        if self.requests.are_done() && self.renew.is_some_and(|due| due <= now) {
+            self.renew = Some(now + RENEW);
+            self.requests.push(Command::Raw { frames: FRAMES });
+        }
+        let sent = self.requests.due(feed.elapsed()).and_then(|bytes| match bytes.as_slice() {
+            [] => Ok(()),
+            bytes => feed.send(bytes),
+        });
+        if sent.is_err() {
+            *self = Self::default();
+        }
+        sent
+    }
+
+    /// Takes a packet; gives the command that it answers, and the outcome.
+    pub fn answered(&mut self, packet: &Packet) -> Option<(Command, Outcome)> {
+        if let (Event::Hello(_), 0, Some(renew)) = (&packet.event, packet.sequence, &mut self.renew) {
+            // The board has restarted, and no longer sends raw frames.
+            *renew = Instant::now();
+        }
+        self.requests.answered(&packet.event)
+    }
+}

@@ -1,0 +1,109 @@
+//! A board's line, opened again after the board was unplugged.
+
+use super::list::{Ports, Wanted, with_serial_number};
+use crate::feed::{FeedEvent, Source};
+use anyhow::{Context, Result, anyhow};
+use std::io::{self, ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+/// Time between two looks for an unplugged board.
+pub(super) const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+/// A board's line.
+pub struct Link<P: Ports> {
+    ports: P,
+    /// Name of the board's port, or of its last one.
+    name: String,
+    /// Serial number that identifies the board, if no other port has the same.
+    usb_serial: Option<String>,
+    line: Option<P::SerialLine>,
+    /// Whether the connection was not reported yet.
+    is_new: bool,
+    looked: Instant,
+}
+
+impl<P: Ports> Link<P> {
+    /// Opens a board that is plugged in. If it is unplugged later, the link waits for it.
+    pub fn open(ports: P, wanted: Wanted) -> Result<Self> {
+        let (name, usb_serial) = wanted.find(&ports)?;
+        let line = ports.open(&name).map_err(|error| match error.kind() {
+            ErrorKind::PermissionDenied => {
+                anyhow!("{name}: {error}; on Linux join the group that owns it, mostly dialout")
+            }
+            _ => anyhow!("{name}: {error}"),
+        })?;
+        Ok(Self { ports, name, usb_serial, line: Some(line), is_new: true, looked: Instant::now() })
+    }
+
+    fn read(&mut self) -> Option<FeedEvent<Vec<u8>>> {
+        let mut bytes = [0; 4096];
+        let error = match self.line.as_mut()?.read(&mut bytes) {
+            // The other end has hung up.
+            Ok(0) => ErrorKind::UnexpectedEof.into(),
+            Ok(length) => return Some(FeedEvent::Data(bytes[..length].to_vec())),
+            Err(error) => error,
+        };
+        if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) {
+            return None;
+        }
+        // Closed at once: while it is open, Linux gives the device another name when it comes back.
+        self.line = None;
+        self.looked = Instant::now();
+        Some(FeedEvent::Disconnected(self.name.clone(), error.to_string()))
+    }
+
+    /// Opens the board if it is back.
+    fn look(&mut self) {
+        self.looked = Instant::now();
+        let name = match &self.usb_serial {
+            None => Some(self.name.clone()),
+            Some(number) => {
+                let found = self.ports.list().unwrap_or_default();
+                let mut fitting = with_serial_number(&found, number);
+                let first = fitting.next();
+                // Two ports with one number do not identify the board.
+                first.filter(|_| fitting.next().is_none()).map(|one| one.name.clone())
+            }
+        };
+        // A failure to open is not reported: the system may still be setting the port up.
+        if let Some(name) = name
+            && let Ok(line) = self.ports.open(&name)
+        {
+            (self.line, self.name, self.is_new) = (Some(line), name, true);
+        }
+    }
+}
+
+impl<P: Ports> Source for Link<P> {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        let begun = Instant::now();
+        loop {
+            if std::mem::take(&mut self.is_new) {
+                return Ok(Some(FeedEvent::Connected(self.name.clone())));
+            }
+            let left = most.saturating_sub(begun.elapsed());
+            if self.line.is_some() {
+                if let Some(event) = self.read() {
+                    return Ok(Some(event));
+                }
+            } else if self.looked.elapsed() >= LOOK_EVERY {
+                self.look();
+            } else {
+                std::thread::sleep(left.min(LOOK_EVERY - self.looked.elapsed().min(LOOK_EVERY)));
+            }
+            if left.is_zero() && !self.is_new {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let name = || self.name.clone();
+        let line = self.line.as_mut().ok_or(io::Error::from(ErrorKind::NotConnected)).with_context(name)?;
+        line.write_all(bytes).and_then(|()| line.flush()).with_context(name)
+    }
+}
