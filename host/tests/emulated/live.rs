@@ -71,14 +71,14 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn the_emulated_board_does_what_it_is_ordered() {
+fn the_emulated_board_obeys_commands() {
     let folder = directory();
     let speed = crate::common::file(folder.path(), "speed.csv", "time_s,speed_mm_s\n0,30\n");
     for request in [&["start"][..], &["stop"], &["restart"], &["unfollow"], &["follow", text(&speed)]] {
-        let done = run(&[&["order"], request, &["--emulated"]].concat());
+        let done = run(&[&["command"], request, &["--emulated"]].concat());
         assert!(done.status.success() && stderr(&done).contains("emulated board: "), "{request:?}: {}", stderr(&done));
     }
     let backwards = crate::common::file(folder.path(), "back.csv", "time_s,speed_mm_s\n1,30\n1,20\n");
-    let refused = run(&["order", "follow", text(&backwards), "--emulated"]);
+    let refused = run(&["command", "follow", text(&backwards), "--emulated"]);
     crate::common::assert_one_line(&refused, 1, &["back.csv", "does not increase"]);
 }
