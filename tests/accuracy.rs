@@ -56,7 +56,7 @@ fn an_estimate_comes_as_soon_as_it_is_accurate_and_no_sooner() {
 }
 
 #[test]
-fn what_cannot_be_met_is_told_at_the_greatest_length() {
+fn what_cannot_be_met_is_reported_at_the_greatest_length() {
     let (out, _) = at(1e-5, 10.0, 1);
     assert!(!out.window_fits.is_empty(), "{out:?}");
     for fit in &out.window_fits {

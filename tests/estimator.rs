@@ -82,7 +82,7 @@ fn noise_alone_is_no_tone() {
                 fit_whole(&noise.values(), 4).status != Status::NoTone
             })
             .count();
-        // At most 1 %, with a margin for chance in 200 trials.
+        // At most 1 %, with a margin for 200 trials.
         assert!(found <= 5, "{found} of 200 windows of {frames} frames");
     }
 }

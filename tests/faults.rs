@@ -71,7 +71,7 @@ fn number_us(number: u64) -> u64 {
 }
 
 #[test]
-fn nothing_is_told_of_a_flawless_touch() {
+fn nothing_is_reported_of_a_flawless_touch() {
     let events = events(|_, conversion| Some(conversion));
     assert_eq!(faults(&events), []);
     assert!(estimates(&events).len() > 10 && estimates(&events).iter().all(|fit| fit.faults.is_none()));
@@ -92,8 +92,8 @@ fn losses_are_reported_with_their_times_and_leave_estimates_good() {
     assert!((5..11).contains(&touched), "{touched}");
     for fit in fits {
         assert_eq!(fit.status, Status::Good);
-        let is_doubted = fit.faults.has(FaultKind::Lost);
-        assert_eq!(is_doubted, holds(fit, begin.from_us).unwrap_or(is_doubted), "{fit:?}");
+        let is_doubtful = fit.faults.has(FaultKind::Lost);
+        assert_eq!(is_doubtful, holds(fit, begin.from_us).unwrap_or(is_doubtful), "{fit:?}");
     }
     assert_good_ones_are_right(&events);
 }
@@ -114,8 +114,8 @@ fn a_chip_that_stands_still_for_a_moment_makes_its_windows_doubtful() {
         );
         let moment_us = number_us(from);
         for fit in estimates(&events) {
-            let is_doubted = fit.status == Status::Doubtful;
-            assert_eq!(is_doubted, holds(fit, moment_us).unwrap_or(is_doubted), "{still_us} us: {fit:?}");
+            let is_doubtful = fit.status == Status::Doubtful;
+            assert_eq!(is_doubtful, holds(fit, moment_us).unwrap_or(is_doubtful), "{still_us} us: {fit:?}");
         }
         assert_good_ones_are_right(&events);
     }
@@ -155,7 +155,7 @@ fn a_chip_that_reset_itself_is_never_believed() {
 }
 
 #[test]
-fn supply_and_reference_out_of_range_are_told() {
+fn supply_and_reference_out_of_range_are_reported() {
     // Supply: 4.70 V is under 4.75 V, and 4.80 V is not; reference: 3 % under 4.096 V, and 1 %. 786432 codes a volt.
     for (id, code, kind) in [
         (0x1a, 3_696_230, Some(FaultKind::Supply)),
@@ -183,7 +183,7 @@ fn supply_and_reference_out_of_range_are_told() {
 }
 
 #[test]
-fn a_clock_off_by_a_percent_is_told_and_one_off_by_a_quarter_is_not() {
+fn a_clock_off_by_a_percent_is_reported_and_one_off_by_a_quarter_is_not() {
     for (percent, is_off) in [(1.0, true), (-1.0, true), (3.0, true), (0.25, false), (-0.25, false)] {
         let events = events(|_, mut conversion| {
             conversion.t_us = (f64::from(conversion.t_us) * (1.0 + percent / 100.0)) as u32;
@@ -199,7 +199,7 @@ fn a_clock_off_by_a_percent_is_told_and_one_off_by_a_quarter_is_not() {
 }
 
 #[test]
-fn clipped_codes_are_told_and_leave_the_other_channels_good() {
+fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     let scans = MIDDLE..MIDDLE + 3;
     let events = events(|number, mut conversion| {
         if scans.contains(&(number / SLOTS)) && number % SLOTS == 3 {

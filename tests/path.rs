@@ -92,7 +92,7 @@ fn the_greeting_comes_first_and_health_once_a_second() {
 
 /// No frame is whole then, so nothing is looked for; but it is not silent.
 #[test]
-fn without_a_taxel_health_is_told_once_a_second() {
+fn without_a_taxel_health_is_sent_once_a_second() {
     let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 10.0 }, 20e-6, 5);
     let events = run(still, Settings::default(), |count, conversion| (count % 21 != 3).then_some(conversion));
     let health = events.iter().filter(|event| matches!(event, Event::Health(_))).count();

@@ -81,7 +81,7 @@ struct Errors {
     windows: usize,
     /// Windows in which the fit has a tone, and those of them with two cycles and more.
     with_tone: usize,
-    told_long: usize,
+    of_two_cycles: usize,
     /// Root mean squares over the former.
     fit: f64,
     fft: f64,
@@ -121,13 +121,13 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         sums.over_sigma += (off / sigma).powi(2);
         sums.fft += (wavelength_by_fft(values, first) / wavelength_mm - 1.0).powi(2);
         if cycles >= 2.0 {
-            sums.told_long += 1;
+            sums.of_two_cycles += 1;
             sums.per_cycle += (off * cycles).powi(2);
         }
     }
     let with_tone = sums.with_tone as f64;
     let root = |sum: f64| (sum / with_tone).sqrt();
-    let per_cycle = (sums.per_cycle / sums.told_long as f64).sqrt();
+    let per_cycle = (sums.per_cycle / sums.of_two_cycles as f64).sqrt();
     let (fit, fft, over_sigma) = (root(sums.fit), root(sums.fft), root(sums.over_sigma));
     Errors { fit, fft, over_sigma, per_cycle, bias: sums.bias / with_tone, ..sums }
 }

@@ -109,7 +109,7 @@ fn noise_on_a_path_is_no_tone() {
         let found =
             (0..200).filter(|seed| fit(&scan(&places, f64::INFINITY, &[], 100.0, *seed), &places, 4).status.has_tone());
         let found = found.count();
-        // At most 1 %, with a margin for chance in 200 trials.
+        // At most 1 %, with a margin for 200 trials.
         assert!(found <= 5, "{name}: {found} of 200");
     }
 }

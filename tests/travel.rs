@@ -71,7 +71,7 @@ fn a_fast_grating_is_as_good_as_a_slow_one() {
 
 /// Speed by the protocol: the period comes from it, the direction from the phases, which are a check.
 #[test]
-fn with_the_speed_told_the_period_comes_from_it() {
+fn with_a_given_speed_the_period_comes_from_it() {
     for reverse in [false, true] {
         let scene = Sliding { period_mm: 3.6, snr_db: Some(20.0), reverse, ..Sliding::physical() };
         let fits_at = |speed_mm_s| {

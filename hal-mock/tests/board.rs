@@ -90,7 +90,7 @@ fn waiting_moves_time_from_edge_to_edge_until_the_scene_ends() {
 }
 
 #[test]
-fn polling_drdy_lets_time_pass_if_told_so() {
+fn polling_drdy_lets_time_pass_if_set_so() {
     let board = board(1.0);
     board.set_poll_ns(500);
     board.start_pin().set_high().unwrap();

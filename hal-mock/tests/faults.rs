@@ -94,7 +94,7 @@ fn dout_stuck_reads_as_it_and_the_result_is_gone() {
 }
 
 #[test]
-fn a_cut_bus_tells_the_chip_nothing() {
+fn nothing_reaches_the_chip_over_a_cut_bus() {
     let mut chip = with(Fault::BusCut { high: true }, 0.001);
     let edges = serve(&mut chip, 4_000_000);
     let cut = edges.iter().filter(|edge| edge.1 == 0xFF).count() as u64;

@@ -136,7 +136,7 @@ fn the_pull_of_the_contacts_ends_is_the_closed_form() {
     }
 }
 
-/// The figures that the crate's documentation tells.
+/// The figures in the crate's documentation.
 #[test]
 fn the_pull_is_as_strong_as_documented() {
     for (contact_mm, least, most) in [(8.0, 0.24, 0.32), (5.0, 0.25, 1.13)] {

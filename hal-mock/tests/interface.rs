@@ -252,7 +252,7 @@ fn reset_pin_ends_everything_and_a_high_start_begins_again() {
 }
 
 #[test]
-fn faults_flip_what_they_are_told() {
+fn faults_flip_the_bits_of_their_mask() {
     let mut chip = chip(|_| ());
     chip.begin_fault(Fault::RegisterFlip { address: 1, mask: 0x01 });
     assert_eq!(chip.registers()[1], 0x82);

@@ -33,10 +33,10 @@ fn the_example_has_every_key_at_its_default() {
     assert_eq!(Sliding { snr_db: None, ..example }, Sliding::physical());
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../scenes/every_key.toml");
     let text = std::fs::read_to_string(path).unwrap();
-    // What may be written is what an unknown key is told: all of it has to be there.
+    // The error for an unknown key lists every key: the example has all of them.
     for table in ["", "[stimulator]\n", "[hand]\n", "[finger]\n", "[converter]\n"] {
-        let told = error(&format!("{table}no_such_key = 1"));
-        let (_, keys) = told.split_once("expected").expect("a list");
+        let message = error(&format!("{table}no_such_key = 1"));
+        let (_, keys) = message.split_once("expected").expect("a list");
         for key in keys.split('`').skip(1).step_by(2) {
             assert!(text.contains(&format!("{key} =")) || text.contains(&format!("[{key}]")), "{key}");
         }
@@ -56,7 +56,7 @@ fn an_empty_file_is_a_scene() {
 }
 
 #[test]
-fn what_is_wrong_is_told_by_key_and_line() {
+fn errors_name_key_and_line() {
     let unknown = error("# mine\nspeed_mm_s = 15\nperiode_mm = 3");
     assert!(unknown.starts_with("a.toml: line 3: unknown field `periode_mm`, expected one of "), "{unknown}");
     let unknown = error("[finger]\ndepth = 3");

@@ -1,4 +1,4 @@
-//! What is wrong is told in one line, with its place, and nothing is left half-written.
+//! An error is one line with its place, and no file stays half-written.
 
 mod common;
 
@@ -81,8 +81,8 @@ fn a_file_is_written_whole_or_not_at_all() {
     let taken = folder.path().join("taken");
     std::fs::create_dir(&taken).unwrap();
     assert_one_line(&run(&["scene", "-o", text(&taken)]), 1, &["taken"]);
-    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left, ["taken"]);
+    let found: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(found, ["taken"]);
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn inputs_that_would_play_for_ever() {
 }
 
 #[test]
-fn a_grating_too_fine_for_the_scan_is_told() {
+fn a_grating_too_fine_for_the_scan_is_reported() {
     let output = run(&["replay", "--period", "0.2", "--json"]);
     assert!(output.status.success());
     assert!(common::stderr(&output).contains("150.0 Hz is too fast"), "{}", common::stderr(&output));

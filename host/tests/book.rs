@@ -97,7 +97,7 @@ fn mentioned(page: &str) -> Vec<String> {
     Parser::new(page).filter_map(code).filter(|text| ours(text)).collect()
 }
 
-/// The commands of all documents, each once, in their order: lines of blocks of the shell, without what is said behind them,
+/// The commands of all documents, each once, as they follow: lines of blocks of the shell, without the comments behind them,
 /// and those in the text that are not the beginning of another.
 fn commands() -> Vec<String> {
     let mut commands: Vec<String> = Vec::new();
@@ -260,8 +260,8 @@ fn the_wiring_is_the_firmwares() {
             let line = code.lines().find(|line| line.trim_start().starts_with(field)).expect("the field");
             assert!(line.contains(&format!(".{}", pin.to_lowercase())), "{signal} is not on {pin}: {line}");
         }
-        for said in [row[1], row[2]] {
-            assert!(drawing.contains(&format!(">{said}<")), "{signal}: the drawing has no {said}");
+        for text in [row[1], row[2]] {
+            assert!(drawing.contains(&format!(">{text}<")), "{signal}: the drawing has no {text}");
         }
     }
     let row = rows.iter().find(|row| row[0].starts_with("telemetry")).expect("the line's row");

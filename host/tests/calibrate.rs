@@ -27,10 +27,10 @@ fn the_defaults_are_the_simulated_fingers() {
     for (speed_mm_s, way) in [(15.0, ""), (28.0, "reverse = true\n")] {
         let found = &json_lines(&calibrate(&gratings(&folder, speed_mm_s, way), &["--json"]))[0];
         let number = |name: &str| found[name].as_f64().expect("a number");
-        let told = Array::DEFAULT;
-        assert!((number("pitch_mm") - f64::from(told.pitch_mm)).abs() < 0.002, "{found}");
-        assert!((number("edge_phase_rad") - f64::from(told.edge_phase_rad)).abs() < 0.005, "{found}");
-        assert!((number("edge_phase_sigma_rad") - f64::from(told.edge_phase_sigma_rad)).abs() < 0.001, "{found}");
+        let array = Array::DEFAULT;
+        assert!((number("pitch_mm") - f64::from(array.pitch_mm)).abs() < 0.002, "{found}");
+        assert!((number("edge_phase_rad") - f64::from(array.edge_phase_rad)).abs() < 0.005, "{found}");
+        assert!((number("edge_phase_sigma_rad") - f64::from(array.edge_phase_sigma_rad)).abs() < 0.001, "{found}");
     }
 }
 
@@ -45,17 +45,19 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
 }
 
 #[test]
-fn it_is_told_as_options() {
+fn it_is_printed_as_options() {
     let folder = directory();
-    let said = stdout(&calibrate(&gratings(&folder, 28.0, ""), &[]));
+    let printed = stdout(&calibrate(&gratings(&folder, 28.0, ""), &[]));
     assert!(
-        said.contains("--pitch 2.36") && said.contains("--edge-phase 0.4") && said.contains("--edge-phase-sigma 0.0"),
-        "{said}"
+        printed.contains("--pitch 2.36")
+            && printed.contains("--edge-phase 0.4")
+            && printed.contains("--edge-phase-sigma 0.0"),
+        "{printed}"
     );
 }
 
 #[test]
-fn what_is_no_calibration_is_told_in_a_line() {
+fn what_is_no_calibration_is_refused_in_a_line() {
     let folder = directory();
     let gratings = gratings(&folder, 28.0, "");
     assert_one_line(&calibrate(&gratings[..2], &[]), 1, &["2 gratings: 3 at least"]);

@@ -41,7 +41,7 @@ fn greetings(packets: &[Packet]) -> Vec<&Hello> {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
+fn after_every_crash_it_restarts_reports_the_cause_and_measures_again() {
     let elf = emulator::image::find().expect("an image");
     for crash in Crash::ALL {
         // The touch is well after the watchdog, which takes longest.
@@ -77,7 +77,7 @@ fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
                 assert_eq!((record.death, record.pc, record.lr), (Death::HardFault, 0, 0));
                 assert!((AT_US..AT_US + 20_000).contains(&at_us()), "{record:?}");
             }
-            Crash::Hang | Crash::Restart => assert_eq!(record, None, "{crash:?}: nothing was left to be kept"),
+            Crash::Hang | Crash::Restart => assert_eq!(record, None, "{crash:?}: nothing could be kept"),
         }
 
         let good = packets.iter().filter(|packet| match &packet.event {
@@ -91,7 +91,7 @@ fn after_every_mishap_it_starts_anew_says_why_and_measures_again() {
 /// The stack's depth in `health` beside what the board finds when it leaves; a fit has been in between.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn the_stack_s_depth_is_told_once_a_second() {
+fn the_stack_s_depth_is_reported_once_a_second() {
     let elf = emulator::image::find().expect("an image");
     let (outcome, packets) = run(&elf, Sliding::default(), None);
     let healths: Vec<&Health> = packets
@@ -101,33 +101,33 @@ fn the_stack_s_depth_is_told_once_a_second() {
             _ => None,
         })
         .collect();
-    let said = outcome.messages.lines().find_map(|line| line.strip_prefix("stack: ")).expect("the stack's depth");
-    let (deepest, size) = said.split_once(" of ").expect("two numbers");
+    let message = outcome.messages.lines().find_map(|line| line.strip_prefix("stack: ")).expect("the stack's depth");
+    let (deepest, size) = message.split_once(" of ").expect("two numbers");
     let deepest: u32 = deepest.parse().expect("a number");
-    assert!(size.starts_with("32768 bytes"), "{said}");
-    let told: Vec<u32> = healths.iter().map(|health| health.stack_used_bytes).collect();
-    assert!(told.is_sorted() && told[0] > 0, "{told:?}");
+    assert!(size.starts_with("32768 bytes"), "{message}");
+    let reported: Vec<u32> = healths.iter().map(|health| health.stack_used_bytes).collect();
+    assert!(reported.is_sorted() && reported[0] > 0, "{reported:?}");
     assert!(healths.iter().all(|health| health.stack_bytes == 32768));
     // The last is sent with the end of the slide, before its fit; but windows like it were fitted before.
-    let last = told[told.len() - 1];
-    assert!(last <= deepest && last + 1024 > deepest, "{last} told, {deepest} at the end");
+    let last = reported[reported.len() - 1];
+    assert!(last <= deepest && last + 1024 > deepest, "{last} reported, {deepest} at the end");
 }
 
 /// Of the release image arithmetic wraps silently; of this one it panics. A touch gives the same to the last bit.
 #[test]
 #[ignore = "needs the emulator and an image in RIDGETONE_CHECKED_ELF: cargo xtask test"]
 fn no_arithmetic_overflows_in_a_touch() {
-    let told = |elf: &Path| {
+    let events = |elf: &Path| {
         let (outcome, packets) = run(elf, Sliding::default(), None);
         assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
         // Health says how busy the processor is, which differs; and a slower fit is overtaken by other news.
-        let events = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
-        let (fits, others): (Vec<_>, Vec<_>) = events.partition(|event| matches!(event, Event::Estimate(_)));
+        let all = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
+        let (fits, others): (Vec<_>, Vec<_>) = all.partition(|event| matches!(event, Event::Estimate(_)));
         assert!(fits.len() > 1 && !others.is_empty());
         (fits, others)
     };
     let checked = PathBuf::from(std::env::var_os("RIDGETONE_CHECKED_ELF").expect("RIDGETONE_CHECKED_ELF"));
-    assert_eq!(told(&checked), told(&emulator::image::find().expect("an image")));
+    assert_eq!(events(&checked), events(&emulator::image::find().expect("an image")));
 }
 
 /// Lines of the log; a function takes them, for the options can be copied.
@@ -135,10 +135,10 @@ static LINES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn the_log_tells_what_the_greeting_does() {
+fn the_log_and_the_greeting_agree() {
     let elf = emulator::image::find().expect("an image");
-    let tell = |line: &str| LINES.lock().expect("nobody has died with it").push(line.to_owned());
-    let options = Options { crash: Some((AT_US, Crash::Panic)), log: Some(tell), ..Options::new(&elf) };
+    let keep = |line: &str| LINES.lock().expect("nobody has died with it").push(line.to_owned());
+    let options = Options { crash: Some((AT_US, Crash::Panic)), log: Some(keep), ..Options::new(&elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());

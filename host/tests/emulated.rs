@@ -44,7 +44,7 @@ fn replayed(input: &Input) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind in their order, but for the processor's load and stack, which a PC has none of.
+/// The events of each kind as they follow, but for the processor's load and stack, which a PC has none of.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
 fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
     let mut kinds = [const { Vec::new() }; 10];
@@ -70,7 +70,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
     kinds
 }
 
-/// What is asked of every run over the paper's Table 2.
+/// Bars for every run over the paper's Table 2.
 fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: &Truth) {
     // Scene time begins when the board starts the chip, device time with the first result.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
@@ -141,10 +141,10 @@ fn all_of_table_2_within_its_bars_and_as_on_the_pc() {
 }
 
 /// The paper's gratings on the physical finger, 20 dB, windows of 1 s: spatial period within 1 %, speed within 1.5 %,
-/// the direction always right, nobody having told the speed.
+/// the direction always right, without a given speed.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn period_speed_and_direction_of_table_2_without_being_told_the_speed() {
+fn period_speed_and_direction_of_table_2_without_a_given_speed() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
     let all: Vec<_> = (1..=10).flat_map(|number| [(number, false), (number, true)]).collect();
     for_all(&all, |&(number, reverse)| {

@@ -145,12 +145,12 @@ fn a_table_for_people() {
 }
 
 #[test]
-fn a_rate_against_the_stamps_is_told() {
+fn a_rate_against_the_stamps_is_reported() {
     let folder = directory();
     let path = file(folder.path(), "tone.csv", &tone(2, 400, 100.0, 5.0, 0.0));
     let output = run(&["fit", text(&path), "--rate", "50", "--json"]);
     assert!(output.status.success());
-    let said = common::stderr(&output);
-    assert!(said.contains("--rate 50 Hz") && said.contains("100.0000 Hz"), "{said}");
+    let printed = common::stderr(&output);
+    assert!(printed.contains("--rate 50 Hz") && printed.contains("100.0000 Hz"), "{printed}");
     assert!(common::stderr(&run(&["fit", text(&path), "--rate", "100"])).is_empty());
 }

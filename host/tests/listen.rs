@@ -21,7 +21,7 @@ fn pty() -> (File, String) {
 }
 
 #[test]
-fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
+fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
     let (mut board, name) = pty();
     let mut child = common::ridgetone()
         .args(["listen", "--json", "--port", &name])
@@ -29,10 +29,10 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the command runs");
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut messages = BufReader::new(child.stderr.take().expect("a pipe")).lines();
     let mut out = BufReader::new(child.stdout.take().expect("a pipe")).lines();
     let next = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| lines.next().expect("a line").expect("UTF-8");
-    assert_eq!(next(&mut said), format!("ridgetone: {name}: open"));
+    assert_eq!(next(&mut messages), format!("ridgetone: {name}: open"));
 
     // The middle of a frame first, as when a board has been running for long.
     board.write_all(&[17, 4, 0]).expect("written");
@@ -44,9 +44,9 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
         board.write_all(&wire[..used]).expect("written");
         assert_eq!(next(&mut out), events::json(&packet).expect("JSON"));
     }
-    assert_eq!(next(&mut said), "ridgetone: 2 packets lost, 1 damaged so far");
+    assert_eq!(next(&mut messages), "ridgetone: 2 packets lost, 1 damaged so far");
     drop(board);
-    let gone = next(&mut said);
+    let gone = next(&mut messages);
     assert!(gone.starts_with(&format!("ridgetone: {name}: ")) && gone.ends_with("; waiting for the board"), "{gone}");
     assert!(child.try_wait().expect("a child").is_none(), "it waits");
     child.kill().expect("killed");
@@ -55,24 +55,24 @@ fn what_the_board_says_comes_out_as_json_and_that_it_went_is_told() {
 
 /// As at a wrong baud rate: nothing but damage, and no packet by whose number a loss would show.
 #[test]
-fn damage_without_end_is_told() {
+fn damage_without_end_is_reported() {
     let (mut board, name) = pty();
     let mut child =
         common::ridgetone().args(["listen", "--port", &name]).stderr(Stdio::piped()).spawn().expect("the command runs");
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    assert_eq!(said.next().expect("a line").expect("UTF-8"), format!("ridgetone: {name}: open"));
+    let mut messages = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    assert_eq!(messages.next().expect("a line").expect("UTF-8"), format!("ridgetone: {name}: open"));
     for _ in 0..30 {
         board.write_all(&[17, 4, 33, 0]).expect("written");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
-    let told = said.next().expect("a line").expect("UTF-8");
-    assert!(told.starts_with("ridgetone: 0 packets lost, ") && told.ends_with(" damaged so far"), "{told}");
+    let last = messages.next().expect("a line").expect("UTF-8");
+    assert!(last.starts_with("ridgetone: 0 packets lost, ") && last.ends_with(" damaged so far"), "{last}");
     child.kill().expect("killed");
     child.wait().expect("ended");
 }
 
 #[test]
-fn a_board_that_is_not_there_is_told_on_one_line() {
+fn a_board_that_is_not_there_is_reported_on_one_line() {
     let folder = common::directory();
     let name = folder.path().join("none");
     common::assert_one_line(&common::run(&["listen", "--port", common::text(&name)]), 1, &[common::text(&name)]);

@@ -36,17 +36,17 @@ fn run(clock_hz: Option<u32>, change: impl FnOnce(&mut Options<'_>)) -> (Outcome
     (outcome, packets, health)
 }
 
-/// Every conversion that the chip made was taken, or is told as lost; and every packet that was numbered came, or is told
-/// as dropped.
+/// Every conversion that the chip made was read or is reported as lost; every packet that was numbered arrived or is
+/// reported as dropped.
 fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &Health) {
     let (made, read) = (outcome.chip.conversions, outcome.chip.read);
     let lost = u64::from(health.conversions_lost);
-    assert_eq!(outcome.arrived, read, "{what}: the bus is whole");
-    assert!(made - read <= lost + 1, "{what}: {made} made, {read} read, {lost} told as lost");
-    // What was read is in a frame, or told as lost: dropped because the queue was full. The last scan may not be over.
+    assert_eq!(outcome.arrived, read, "{what}: the bus damages nothing");
+    assert!(made - read <= lost + 1, "{what}: {made} made, {read} read, {lost} reported as lost");
+    // What was read is in a frame, or reported as lost: dropped because the queue was full. The last scan may not be over.
     let slots = 21;
     let framed = u64::from(health.frames) * slots;
-    assert!(framed + lost + slots > made, "{what}: {made} made, {} frames, {lost} told as lost", health.frames);
+    assert!(framed + lost + slots > made, "{what}: {made} made, {} frames, {lost} reported as lost", health.frames);
     // Numbers begin at zero: what is missing before the first packet the decoder cannot know, for it may listen in late.
     let missing = outcome.missing + u32::from(packets.first().expect("a packet").sequence);
     // What was dropped for the sake of that `health`, or later, it cannot know.
@@ -56,7 +56,7 @@ fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn at_the_chips_top_speed_every_loss_is_told() {
+fn at_the_chips_top_speed_every_loss_is_reported() {
     let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |_| ());
     assert_accounted("23,739 conversions a second", &outcome, &packets, &health);
     let seconds = (outcome.end_us - outcome.first_edge_us) as f64 * 1e-6;
@@ -77,7 +77,7 @@ fn a_fit_too_slow_for_the_hop_costs_hops() {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn a_processor_too_slow_for_the_scan_tells_every_loss() {
+fn a_processor_too_slow_for_the_scan_reports_every_loss() {
     // 32 ns an instruction, a quarter of the usual speed: half of the conversions find the queue full.
     let (outcome, packets, health) = run(Some(FAST_CLOCK_HZ), |options| options.icount_shift = 5);
     assert_accounted("slow processor", &outcome, &packets, &health);
@@ -92,7 +92,7 @@ fn a_blocked_line_costs_the_oldest_telemetry_and_no_conversion() {
     assert_accounted("blocked line", &outcome, &packets, &health);
     assert_eq!((outcome.chip.lost, health.conversions_lost), (0, 0));
     assert!(health.messages_dropped > 0 && outcome.missing == health.messages_dropped, "{health:?}");
-    // The newest came when the line was free again, in one gap.
+    // The newest arrived when the line was free again, in one gap.
     let gaps = packets.windows(2).filter(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence) > 1).count();
     assert_eq!(gaps, 1);
 }

@@ -34,7 +34,7 @@ fn interrupt(child: &Child) {
 }
 
 #[test]
-fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
+fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     let (board, folder, bytes) = (Terminal::new(80, 24), directory(), telemetry());
     let path = folder.path().join("touch.rec");
     let mut child = common::ridgetone()
@@ -42,8 +42,8 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the command runs");
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let mut next = || said.next().expect("a line").expect("UTF-8");
+    let mut messages = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut next = || messages.next().expect("a line").expect("UTF-8");
     assert_eq!(next(), format!("ridgetone: {}: open", board.name));
     let mut board = board.into_file();
     // All but the last frame, and a part of that.
@@ -55,7 +55,7 @@ fn a_board_is_recorded_until_ctrl_c_and_the_file_is_what_it_said() {
     interrupt(&child);
     assert!(child.wait().expect("ended").success());
     assert_eq!(
-        said.last().expect("a line").expect("UTF-8"),
+        messages.last().expect("a line").expect("UTF-8"),
         format!("ridgetone: {whole} telemetry frames received, 0 lost, 0 damaged")
     );
 
@@ -71,7 +71,7 @@ fn board_name() -> String {
 }
 
 #[test]
-fn a_recording_is_replayed_and_monitored_line_by_line_and_what_is_lost_is_told() {
+fn a_recording_is_replayed_and_monitored_line_by_line_and_losses_are_reported() {
     let folder = directory();
     let path = recording(folder.path());
     let scene = stdout(&run(&["replay"]));
@@ -129,7 +129,7 @@ fn exports_go_to_files_or_standard_output_and_say_what_is_missing() {
 }
 
 #[test]
-fn options_that_do_not_go_together_and_boards_that_are_not_there_are_told_on_one_line() {
+fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() {
     let folder = directory();
     let path = recording(folder.path());
     assert_one_line(&run(&["monitor", "--file", text(&path), "--emulated"]), 2, &["--file", "--emulated"]);
@@ -139,7 +139,7 @@ fn options_that_do_not_go_together_and_boards_that_are_not_there_are_told_on_one
     assert_one_line(&run(&["monitor", "--file", "no such file"]), 1, &["no such file"]);
     assert_one_line(&run(&["monitor", "--file", text(&path), "--pace", "-1"]), 2, &["--pace"]);
     assert_one_line(&run(&["settings", "get", "--port", &board_name()]), 1, &["no such port"]);
-    // Bounds are told, and why they are where they are, before any board is asked.
+    // Bounds and their reasons are printed before the command looks for a board.
     let port = board_name();
     assert_one_line(&run(&["settings", "set", "window_s=9", "--port", &port]), 2, &["0.1 to 3.9", "memory"]);
     assert_one_line(&run(&["settings", "set", "windows=1", "--port", &port]), 2, &["no setting windows", "window_s"]);
@@ -212,7 +212,7 @@ fn the_screen_comes_on_a_terminal_and_goes_without_a_trace() {
     terminal.send(b"x");
     terminal.send(b"q");
     assert!(child.wait().expect("ended").success());
-    terminal.rest();
+    terminal.read_to_end();
     // What stood there before is back, and so is the cursor.
     assert!(!terminal.screen().alternate_screen() && !terminal.screen().hide_cursor());
     assert_eq!(terminal.screen().contents(), "");

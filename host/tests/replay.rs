@@ -34,9 +34,9 @@ fn the_default_scene_is_understood() {
     for (number, event) in events.iter().enumerate() {
         assert_eq!(event["sequence"].as_u64(), Some(number as u64));
     }
-    let said = stderr(&output);
+    let messages = stderr(&output);
     assert_eq!(
-        said.lines().last(),
+        messages.lines().last(),
         Some(format!("ridgetone: {} telemetry frames received, 0 lost, 0 damaged", events.len()).as_str())
     );
 }

@@ -46,7 +46,7 @@ fn the_crystals_error_and_the_seed_reach_the_chip() {
         events.iter().find(good).and_then(|fit| fit["frequency_hz"].as_f64()).unwrap()
     };
     let (true_hz, slow_hz) = (frequency(&plain, &[]), frequency(&fast, &[]));
-    // The processor's clock tells that the scan is faster than it should be: the frequency stays.
+    // By the processor's clock the scan is faster than nominal: the frequency stays.
     assert!((slow_hz / true_hz - 1.0).abs() < 2e-3, "{slow_hz} {true_hz}");
     assert_ne!(true_hz, slow_hz);
     assert_ne!(true_hz, frequency(&plain, &["--seed", "2"]));
@@ -54,7 +54,7 @@ fn the_crystals_error_and_the_seed_reach_the_chip() {
 }
 
 #[test]
-fn what_is_wrong_with_one_is_told_in_a_line() {
+fn an_error_in_one_is_a_line() {
     let folder = directory();
     let wrong = file(folder.path(), "wrong.toml", "period_mm = 3\nspeed = 15\n");
     let trace = folder.path().join("trace.csv");

@@ -48,9 +48,9 @@ fn a_column_of_places_or_speeds_makes_it_cycles_per_millimetre() {
     // In time the same rows have no one frequency that explains them.
     let found = &json_lines(&run(&["fit", text(&path), "--columns", "a,b", "--json"]))[0];
     assert_eq!(found["abscissa"], "time");
-    let said = stdout(&run(&["fit", text(&path), "--columns", "a,b", "--position-column", "x_mm"]));
+    let printed = stdout(&run(&["fit", text(&path), "--columns", "a,b", "--position-column", "x_mm"]));
     for part in ["frequency_per_mm", "sigma_per_mm", "period_mm        2.50", "period_sigma_mm"] {
-        assert!(said.contains(part), "{part:?} is not in {said}");
+        assert!(printed.contains(part), "{part:?} is not in {printed}");
     }
 }
 
@@ -64,7 +64,7 @@ fn the_column_of_the_place_is_no_channel() {
 }
 
 #[test]
-fn wrong_columns_are_told() {
+fn wrong_columns_are_refused() {
     let folder = directory();
     let path = file(folder.path(), "rest.csv", &format!("a,x\n{}", "1,5\n2,5\n1,5\n3,5\n".repeat(10)));
     let fit = |column: &str| run(&["fit", text(&path), "--rate", "10", "--position-column", column]);
@@ -84,12 +84,12 @@ fn a_profile_makes_the_chips_estimates_periods() {
         let (period, sigma) = (estimate["period_mm"].as_f64().unwrap(), estimate["period_sigma_mm"].as_f64().unwrap());
         assert!((period - 3.6).abs() < 5.0 * sigma, "{estimate}");
     }
-    let said = stdout(&run(&["replay", "--profile", text(&profile)]));
-    assert!(said.contains("3.6000 mm +- 0.0001 mm  good"), "{said}");
+    let printed = stdout(&run(&["replay", "--profile", text(&profile)]));
+    assert!(printed.contains("3.6000 mm +- 0.0001 mm  good"), "{printed}");
 }
 
 #[test]
-fn wrong_profiles_are_told() {
+fn wrong_profiles_are_refused() {
     let folder = directory();
     let replay = |name: &str, content: &str, more: &[&str]| {
         let path = file(folder.path(), name, content);

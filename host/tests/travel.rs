@@ -14,7 +14,7 @@ fn estimates(more: &[&str]) -> Vec<Value> {
 }
 
 #[test]
-fn period_speed_and_direction_are_told_with_their_uncertainties() {
+fn period_speed_and_direction_are_reported_with_their_uncertainties() {
     let found = estimates(&[]);
     assert!(found.len() > 2);
     for estimate in found {
@@ -26,8 +26,8 @@ fn period_speed_and_direction_are_told_with_their_uncertainties() {
         let speed = number("frequency_hz") * number("spatial_period_mm");
         assert!((number("speed_mm_s") / speed - 1.0).abs() < 1e-6, "{estimate}");
     }
-    let said = stdout(&run(&["replay", "--scene", C1]));
-    assert!(said.contains("; period 3.6") && said.contains(" mm, backward at 15.0"), "{said}");
+    let printed = stdout(&run(&["replay", "--scene", C1]));
+    assert!(printed.contains("; period 3.6") && printed.contains(" mm, backward at 15.0"), "{printed}");
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn what_is_possible_is_the_users_to_say() {
 }
 
 #[test]
-fn a_speed_that_is_told_gives_the_period() {
+fn a_given_speed_gives_the_period() {
     // Too slow a speed would make the protocol's slide longer than the true one.
     for (speed, verdict) in [("15", "given"), ("18", "contradicted")] {
         let speed_mm_s: f64 = speed.parse().expect("a number");

@@ -147,7 +147,7 @@ fn mains_stronger_than_the_tone() {
 
 /// The fit does not know the mains: then they are the tone.
 #[test]
-fn mains_that_nobody_told_of_are_the_tone() {
+fn mains_missing_in_the_settings_are_the_tone() {
     let mut case = Case::new(Tone::default().values());
     add_mains(&mut case, 50.0 / 241.14);
     case.interferer = None;

@@ -41,7 +41,7 @@ fn full_scale() {
 
 /// From 60 dB on the bound is at the last digits of f32: the frequency is right to those, and sigma shows it.
 #[test]
-fn what_f32_cannot_hold_is_told() {
+fn what_f32_cannot_hold_is_reported() {
     let strongest = |c: usize| 4e6 * 1e-6f64.powf(c as f64 / 15.0);
     for seed in 0..20 {
         for (what, values) in [

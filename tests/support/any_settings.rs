@@ -1,4 +1,4 @@
-//! What holds for any settings, those that come over a wire included: they are refused, or the pipeline runs.
+//! What holds for any settings, those from the serial line included: they are refused, or the pipeline runs.
 
 #[path = "touch.rs"]
 pub mod touch;
@@ -18,7 +18,7 @@ pub fn try_settings(bytes: &[u8]) -> bool {
     let mut sequence = 0;
     let mut check = |event: Event| {
         look_at(&event);
-        encode(&Packet { sequence, event }, &mut [0; WIRE_MAX]).expect("every event fits the wire");
+        encode(&Packet { sequence, event }, &mut [0; WIRE_MAX]).expect("every event fits a message");
         sequence += 1;
     };
     check(pipeline.hello());

@@ -16,10 +16,10 @@ use std::sync::OnceLock;
 pub struct Tried {
     /// Frames that arrived whole.
     pub whole: u32,
-    /// Stretches between two zeros that were no frame that was sent.
+    /// Spans between two zeros that are not a frame of the sender.
     pub damaged: u32,
-    /// Of those, the ones that were given as packets: undamaged frames that nobody sent. A fuzzer may make them; chance
-    /// does once in four thousand million.
+    /// Of those, the ones that the decoder takes for packets: whole frames that nobody sent. A fuzzer may make them; at
+    /// random they are one in four thousand million.
     pub forged: u32,
 }
 

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_is_what_was_written_and_damage_is_told() {
+    fn what_is_read_is_what_was_written_and_damage_is_found() {
         let file = write(&segments());
         assert_eq!(read(&file).expect("it is whole"), segments());
         for at in 0..file.len() {

@@ -10,7 +10,7 @@ const EMULATED: [&str; 5] = [
     "a_physical_finger_is_the_same_on_the_chip_and_on_the_pc",
     "the_readme_shows_what_the_demo_gives",
     "settings_that_are_kept_survive_a_restart",
-    "the_log_tells_what_the_greeting_does",
+    "the_log_and_the_greeting_agree",
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 

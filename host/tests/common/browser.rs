@@ -1,4 +1,4 @@
-//! A headless browser: how one is started, and one that is told what to do over the DevTools protocol
+//! A headless browser: it starts one and controls it over the DevTools protocol
 //! (<https://chromedevtools.github.io/devtools-protocol/>) on two pipes.
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
@@ -43,11 +43,11 @@ pub fn command(profile: &Path, look: Look) -> Command {
     command
 }
 
-/// A browser with one page that does what it is told.
+/// A browser with one page.
 pub struct Browser {
     child: Child,
-    orders: File,
-    said: Receiver<Value>,
+    commands: File,
+    answers: Receiver<Value>,
     session: String,
     number: u64,
     events: Vec<Value>,
@@ -63,32 +63,32 @@ impl Browser {
             mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).expect("a pipe");
             path
         };
-        let (orders, said) = (pipe("orders"), pipe("said"));
+        let (commands, answers) = (pipe("commands"), pipe("answers"));
         let plain = command(&folder.path().join("profile"), look);
         let log = File::create(folder.path().join("log")).expect("a file");
         let child = Command::new("sh")
-            .args(["-c", "exec \"$0\" \"$@\" 3<\"$ORDERS\" 4>\"$SAID\""])
+            .args(["-c", "exec \"$0\" \"$@\" 3<\"$COMMANDS\" 4>\"$ANSWERS\""])
             .arg(plain.get_program())
             .args(plain.get_args())
             .args(["--remote-debugging-pipe", "about:blank"])
-            .env("ORDERS", &orders)
-            .env("SAID", &said)
+            .env("COMMANDS", &commands)
+            .env("ANSWERS", &answers)
             .stderr(log)
             .spawn()
             .expect("a shell");
         // In the order in which the shell opens them.
-        let orders = File::options().write(true).open(orders).expect("the pipe");
-        let said = File::open(said).expect("the pipe");
+        let commands = File::options().write(true).open(commands).expect("the pipe");
+        let answers = File::open(answers).expect("the pipe");
         let (to_us, heard) = channel();
         spawn(move || {
-            for message in BufReader::new(said).split(0).map_while(Result::ok) {
+            for message in BufReader::new(answers).split(0).map_while(Result::ok) {
                 if to_us.send(serde_json::from_slice(&message).expect("JSON")).is_err() {
                     return;
                 }
             }
         });
         let (session, events) = (String::new(), Vec::new());
-        let mut browser = Self { child, orders, said: heard, session, number: 0, events, folder };
+        let mut browser = Self { child, commands, answers: heard, session, number: 0, events, folder };
         let targets = browser.call("Target.getTargets", json!({}));
         let infos = targets["targetInfos"].as_array().expect("pages");
         let page = infos.iter().find(|info| info["type"] == "page").expect("a page")["targetId"].clone();
@@ -105,16 +105,16 @@ impl Browser {
         browser
     }
 
-    /// Has something done; gives what came of it.
+    /// Calls a method and gives its result.
     pub fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.number += 1;
-        let mut order = json!({"id": self.number, "method": method, "params": parameters});
+        let mut command = json!({"id": self.number, "method": method, "params": parameters});
         if !self.session.is_empty() && !method.starts_with("Browser.") {
-            order["sessionId"] = self.session.clone().into();
+            command["sessionId"] = self.session.clone().into();
         }
-        self.orders.write_all(format!("{order}\0").as_bytes()).expect("a browser: cargo xtask setup installs one");
+        self.commands.write_all(format!("{command}\0").as_bytes()).expect("a browser: cargo xtask setup installs one");
         loop {
-            let message = self.said.recv_timeout(PATIENCE).expect("the browser answers");
+            let message = self.answers.recv_timeout(PATIENCE).expect("the browser answers");
             if message["id"] == self.number {
                 assert!(message["error"].is_null(), "{method}: {message}");
                 return message["result"].clone();
@@ -135,8 +135,8 @@ impl Browser {
 
     /// Opens a page.
     pub fn open(&mut self, url: &str) {
-        let went = self.call("Page.navigate", json!({"url": url}));
-        assert!(went["errorText"].is_null(), "{url}: {went}");
+        let loaded = self.call("Page.navigate", json!({"url": url}));
+        assert!(loaded["errorText"].is_null(), "{url}: {loaded}");
     }
 
     /// Value of an expression in the page, awaited.
@@ -156,14 +156,14 @@ impl Browser {
         }
     }
 
-    /// What was said in the console, and what went wrong in a script.
+    /// Messages in the console, and exceptions of scripts.
     pub fn errors(&self) -> Vec<String> {
         let bad = ["Log.entryAdded", "Runtime.consoleAPICalled", "Runtime.exceptionThrown"];
-        let said = |event: &&Value| bad.iter().any(|method| event["method"] == *method);
-        self.events.iter().filter(said).map(Value::to_string).collect()
+        let is_error = |event: &&Value| bad.iter().any(|method| event["method"] == *method);
+        self.events.iter().filter(is_error).map(Value::to_string).collect()
     }
 
-    /// URLs that were asked for.
+    /// URLs that the page requested.
     pub fn requests(&self) -> Vec<String> {
         let sent = self.events.iter().filter(|event| event["method"] == "Network.requestWillBeSent");
         sent.map(|event| event["params"]["request"]["url"].as_str().unwrap_or_default().to_owned()).collect()
@@ -220,7 +220,7 @@ impl Browser {
                 return self.events.remove(at)["params"].take();
             }
             let message =
-                self.said.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
+                self.answers.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("no {method}: {:?}", self.errors()));
             self.events.push(message);
         }
     }

@@ -31,14 +31,14 @@ pub fn json_lines(output: &Output) -> Vec<serde_json::Value> {
     stdout(output).lines().map(|line| serde_json::from_str(line).expect("JSON")).collect()
 }
 
-/// The command failed with this status and said why on one line, which holds all of `parts`.
+/// The command failed with this status and printed one line of reason, which holds all of `parts`.
 pub fn assert_one_line(output: &Output, status: i32, parts: &[&str]) {
-    let said = stderr(output);
-    assert_eq!(output.status.code(), Some(status), "{said}");
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.starts_with("ridgetone: ") && !said.contains("thread 'main'"), "{said}");
+    let printed = stderr(output);
+    assert_eq!(output.status.code(), Some(status), "{printed}");
+    assert_eq!(printed.lines().count(), 1, "{printed}");
+    assert!(printed.starts_with("ridgetone: ") && !printed.contains("thread 'main'"), "{printed}");
     for part in parts {
-        assert!(said.contains(part), "{part:?} is not in {said}");
+        assert!(printed.contains(part), "{part:?} is not in {printed}");
     }
 }
 

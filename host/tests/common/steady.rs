@@ -22,11 +22,11 @@ const OFF: f64 = 0.002;
 /// Bytes by which the memory of this process may grow: what the allocator keeps in reserve.
 const GROWTH_BYTES: u64 = 4 << 20;
 
-/// How much deeper the stack may get after two touches, bytes: by chance the tasks above the fit meet it at its deepest
+/// How much deeper the stack may get after two touches, bytes: the tasks above the fit may meet it at its deepest
 /// later only, each with a frame of up to 104 bytes and what it takes itself.
 const STACK_GROWTH_BYTES: u32 = 2048;
 
-/// What came, without keeping it.
+/// Counts and extremes of the events.
 #[derive(Default)]
 struct Seen {
     hellos: u64,
@@ -38,7 +38,7 @@ struct Seen {
     first: Option<Health>,
     last: Option<Health>,
     /// After two touches, when all has happened once.
-    settled: Option<Health>,
+    after_two: Option<Health>,
     /// Resident bytes then, and at the latest health.
     resident: Option<(u64, u64)>,
 }
@@ -124,13 +124,13 @@ pub fn run(end_s: f64, alone: bool) {
     let rate_hz = f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks());
     assert!((f64::from(last.frame_rate_hz) / rate_hz - 1.0).abs() < 2.0 / last.t_us as f64 + 1e-6, "{last:?}");
     // After two touches nothing goes much deeper.
-    let settled = seen.settled.expect("two touches").stack_used_bytes;
-    println!("stack: {settled} bytes after two touches, {} at last, of {}", last.stack_used_bytes, last.stack_bytes);
-    assert!(last.stack_used_bytes.abs_diff(settled) < STACK_GROWTH_BYTES, "{settled} bytes, then {last:?}");
-    // The end of the time stamps beside the chip's own count of results: what came after the last health is missing.
-    let told_s = last.t_us as f64 / 1e6;
+    let after_two = seen.after_two.expect("two touches").stack_used_bytes;
+    println!("stack: {after_two} bytes after two touches, {} at last, of {}", last.stack_used_bytes, last.stack_bytes);
+    assert!(last.stack_used_bytes.abs_diff(after_two) < STACK_GROWTH_BYTES, "{after_two} bytes, then {last:?}");
+    // The end of the time stamps beside the chip's own count of results: conversions after the last health are not in it.
+    let reported_s = last.t_us as f64 / 1e6;
     let served_s = outcome.conversions_served as f64 * f64::from(SCAN.conversion_ticks()) / f64::from(SCAN.clock_hz);
-    assert!((0.0..1.1).contains(&(served_s - told_s)), "{told_s} s told, {served_s} s of conversions read");
+    assert!((0.0..1.1).contains(&(served_s - reported_s)), "{reported_s} s reported, {served_s} s of conversions read");
     let board_us = outcome.end_us - outcome.first_edge_us;
     assert!(board_us.abs_diff((served_s * 1e6) as u64) < 20_000, "{board_us} us, {served_s} s");
     if let Some((from, to)) = seen.resident.filter(|_| alone) {
@@ -154,7 +154,7 @@ impl Seen {
         if (health.t_us as f64) < 2e6 * EVERY_S {
             return;
         }
-        self.settled.get_or_insert(health);
+        self.after_two.get_or_insert(health);
         if let Some(bytes) = resident_bytes() {
             self.resident = Some((self.resident.map_or(bytes, |(from, _)| from), bytes));
         }

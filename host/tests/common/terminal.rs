@@ -16,7 +16,7 @@ pub struct Terminal {
     end: File,
     /// What the other end is opened by.
     pub name: String,
-    said: Vec<u8>,
+    received: Vec<u8>,
     /// What stands on it.
     screen: vt100::Parser,
 }
@@ -32,7 +32,7 @@ impl Terminal {
         let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
         let some = |size| NonZero::new(size).expect("a size");
         let screen = vt100::Parser::new(some(rows), some(columns), 0);
-        Self { end: end.into(), name, said: Vec::new(), screen }
+        Self { end: end.into(), name, received: Vec::new(), screen }
     }
 
     /// The other end, for a child.
@@ -73,7 +73,7 @@ impl Terminal {
         let mut bytes = [0; 65_536];
         match self.end.read(&mut bytes) {
             Ok(length) if length > 0 => {
-                self.said.extend_from_slice(&bytes[..length]);
+                self.received.extend_from_slice(&bytes[..length]);
                 self.screen.process(&bytes[..length]);
                 true
             }
@@ -82,9 +82,9 @@ impl Terminal {
         }
     }
 
-    /// Reads what is left, and gives all bytes that came.
-    pub fn rest(&mut self) -> String {
+    /// Reads to the end, and gives all bytes since the beginning.
+    pub fn read_to_end(&mut self) -> String {
         while self.read() {}
-        String::from_utf8_lossy(&self.said).into_owned()
+        String::from_utf8_lossy(&self.received).into_owned()
     }
 }

@@ -10,26 +10,26 @@ fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_th
     let recorded = run(&["record", "--emulated", "--raw", "-o", text(&recording)]);
     assert!(recorded.status.success(), "{}", stderr(&recorded));
     assert!(stderr(&recorded).contains("0 lost, 0 damaged"), "{}", stderr(&recorded));
-    let said = json_lines(&run(&["replay", text(&recording), "--json"]));
+    let events = json_lines(&run(&["replay", text(&recording), "--json"]));
     let tone = |lines: &[serde_json::Value]| {
         let whole = lines.iter().find(|line| line["span"] == "slide").expect("an estimate of the slide");
         whole["frequency_hz"].as_f64().expect("a tone")
     };
     let numbers: Vec<u64> =
-        said.iter().filter(|line| line["type"] == "raw").filter_map(|line| line["number"].as_u64()).collect();
+        events.iter().filter(|line| line["type"] == "raw").filter_map(|line| line["number"].as_u64()).collect();
     assert!(numbers.len() > 1000 && numbers.windows(2).all(|pair| pair[1] == pair[0] + 1), "{}", numbers.len());
     let output = run(&["export", text(&recording), "--format", "csv", "--table", "frames", "-o", text(&frames)]);
     assert!(output.status.success(), "{}", stderr(&output));
     let again = json_lines(&run(&["replay", text(&frames), "--noise", "off", "--json"]));
     // The paper's 30 mm/s over 3.6 mm, on the board and from its frames.
-    for found in [tone(&said), tone(&again)] {
+    for found in [tone(&events), tone(&again)] {
         assert!((found / (30.0 / 3.6) - 1.0).abs() < 1e-3, "{found} Hz");
     }
 }
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn the_emulated_board_tells_its_settings_takes_others_and_refuses_what_is_out_of_bounds() {
+fn the_emulated_board_reports_its_settings_takes_others_and_refuses_what_is_out_of_bounds() {
     let folder = directory();
     let found = run(&["settings", "get", "--emulated"]);
     assert!(found.status.success(), "{}", stderr(&found));

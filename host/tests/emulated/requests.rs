@@ -135,7 +135,7 @@ fn settings_that_are_kept_survive_a_restart() {
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
-fn a_board_that_was_stopped_tells_nothing_but_health_until_it_is_started() {
+fn a_board_that_was_stopped_sends_nothing_but_health_until_it_is_started() {
     let run = talk(&[], vec![Command::Stop]);
     let behind = run.events_behind(0);
     assert!(behind.iter().all(|packet| matches!(packet.event, Event::Health(_))), "{behind:?}");
@@ -152,7 +152,7 @@ fn with_a_speed_profile_estimates_come_by_place() {
     // 30 mm/s, as the usual scene has it; a part at a time.
     let knots = [0, 1_000_000].map(|t_us| Knot { t_us, speed_mm_s: 30.0 });
     let part = |first: u8, last| {
-        let knots = heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("room");
+        let knots = heapless::Vec::from_slice(&knots[usize::from(first)..][..1]).expect("one knot fits");
         Command::Follow(Part { first, knots, last })
     };
     let missing = Command::Follow(Part { first: 5, knots: heapless::Vec::new(), last: Some(After::Hold) });
@@ -173,7 +173,7 @@ fn with_a_speed_profile_estimates_come_by_place() {
     assert!(estimates.iter().all(|fit| fit.abscissa == Abscissa::Place && off(fit) < 0.005), "{estimates:?}");
 }
 
-/// Ten kilobytes of noise before the order: about as much as the emulated line takes within the scene.
+/// Ten kilobytes of noise before the request: about as much as the emulated line takes within the scene.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn noise_on_the_line_is_counted_and_changes_nothing() {
@@ -185,9 +185,9 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
         _ => None,
     });
     let damaged = damaged.next_back().expect("health");
-    // What is between two zeros is a frame. The last one is ended by the zero in front of the order.
+    // What is between two zeros is a frame. The last one is ended by the zero in front of the request.
     let frames = noise.split(|byte| *byte == 0).filter(|frame| !frame.is_empty()).count();
-    // While the noise is on its way the order is sent again and again; of two that come at once the second is dropped.
+    // While the noise is on its way the request is sent again and again; of two that arrive at once the second is dropped.
     assert!((frames..=frames + TRIES as usize).contains(&(damaged as usize)), "{damaged} damaged of {frames}");
     assert_eq!(run.answers.last().map(|(_, outcome)| outcome), Some(&Outcome::Done));
     let in_force = run.packets.iter().all(|packet| match &packet.event {

@@ -105,7 +105,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     assert_quiet(&browser, &view);
 }
 
-/// The console is empty, and all requests went to the server.
+/// The console is empty, and every request is to the server.
 fn assert_quiet(browser: &Browser, view: &View) {
     assert_eq!(browser.errors(), Vec::<String>::new());
     let requests = browser.requests();
