@@ -10,17 +10,16 @@
 //! conversion comes, or if the chip did not answer before: at once the first time, then after pauses that double.
 //! Nothing here waits for longer than a reset takes.
 
-mod expected;
 mod resolve;
 mod unseen;
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
+use crate::scan::{FIRST, NEW, NEW_AND_ID, next_status, skipped};
 use ads1258::{Ads1258, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use expected::{FIRST, NEW, NEW_AND_ID};
 use heapless::spsc::Producer;
 use resolve::{Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
@@ -217,7 +216,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         self.latest = Some(conversion);
         self.latest_us = t_us;
-        self.next = expected::next(conversion.status.0);
+        self.next = next_status(conversion.status.0);
         if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
             diagnostics.overruns.add(1);
         }
@@ -236,19 +235,19 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let adc = &mut self.adc;
         match resolve(self.latest, self.next, first, again, || adc.read().ok()) {
             Resolved::Found(conversion) => {
-                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
                 // It is new: a processor that is too slow for the scan makes no storm.
                 return self.request_check();
             }
             Resolved::Mended(conversion) => {
                 diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
             }
             Resolved::Later(conversion) => {
                 // They include the one before it, which was read only once.
-                diagnostics.overruns.add(expected::skipped(self.next, conversion.status.0));
+                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
                 self.queue(conversion, t_us, samples, diagnostics);
                 self.early = true;
                 return Drdy::Listen;
@@ -256,7 +255,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
                 diagnostics.overruns.add(1);
-                self.next = expected::next(self.next);
+                self.next = next_status(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),
             Resolved::Repeated if core::mem::take(&mut self.early) => return Drdy::Listen,

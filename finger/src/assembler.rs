@@ -56,7 +56,8 @@ struct OffTime {
 /// Puts frames together.
 #[derive(Clone, Debug)]
 pub struct Assembler {
-    vref_v: f32,
+    /// The reference, volts.
+    pub vref_v: f32,
     buffer: Vec<TimedConversion, { SLOTS as usize }>,
     /// Slot of the latest conversion that was taken.
     latest_slot: Option<u32>,
@@ -99,11 +100,6 @@ impl Assembler {
             doubtful: 0,
             flaws: Flaws { lost: 0, repeated: 0, channel: 0, supply: 0, clock: 0, overload: 0 },
         }
-    }
-
-    /// Sets the reference, volts.
-    pub const fn set_reference(&mut self, vref_v: f32) {
-        self.vref_v = vref_v;
     }
 
     /// Device time of the latest conversion, microseconds since the first.

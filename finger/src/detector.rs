@@ -162,7 +162,7 @@ impl Detector {
     #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) {
         (self.settings, self.source) = (*settings, source);
-        self.assembler.set_reference(settings.vref_v);
+        self.assembler.vref_v = settings.vref_v;
         self.episodes.set_reference(settings.vref_v);
         self.tracker.change(settings);
     }

@@ -10,7 +10,7 @@ use crate::window::Window;
 use ads1258::reading;
 use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
-use ridgetone_proto::settings::{Array, Settings, SlideRule, TAXELS};
+use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Span, Status, Travel, TravelStatus};
 use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
 
@@ -27,14 +27,8 @@ pub enum WindowFit {
 /// Spectrum and sine fit, with their scratch memory.
 #[derive(Debug)]
 pub struct Estimator {
-    volts_per_code: f32,
+    settings: Settings,
     fitter: Fitter,
-    accuracy: f32,
-    interferer_hz: f32,
-    window_s: f32,
-    array: Array,
-    /// Speed by the slide's protocol, millimetres per second.
-    speed_mm_s: Option<f32>,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
 }
@@ -42,19 +36,12 @@ pub struct Estimator {
 impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
-        let Settings { accuracy, interferer_hz, window_s, array, .. } = settings;
-        let speed_mm_s = protocol_speed_mm_s(&settings.slide);
-        let fitter = Fitter::new(settings.harmonics);
-        let volts_per_code = reading::volts(1, settings.vref_v);
-        Self { volts_per_code, fitter, accuracy, interferer_hz, window_s, array, speed_mm_s, reported_end: 0 }
+        Self { settings, fitter: Fitter::new(settings.harmonics), reported_end: 0 }
     }
 
     /// Puts settings into force. They must have passed [`Settings::validate`].
     pub fn change(&mut self, settings: &Settings) {
-        let Settings { accuracy, interferer_hz, window_s, array, .. } = *settings;
-        (self.accuracy, self.interferer_hz, self.window_s, self.array) = (accuracy, interferer_hz, window_s, array);
-        self.speed_mm_s = protocol_speed_mm_s(&settings.slide);
-        self.volts_per_code = reading::volts(1, settings.vref_v);
+        self.settings = *settings;
         self.fitter.set_harmonics(settings.harmonics);
     }
 
@@ -68,7 +55,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
         profile: Option<&Profile>,
     ) -> Result<WindowFit, Overwritten> {
-        if !(self.accuracy > 0.0) || window.span == Span::Slide {
+        if !(self.settings.accuracy > 0.0) || window.span == Span::Slide {
             return self.fit(window, source, profile).map(WindowFit::Done);
         }
         // An estimate's frames are not reused.
@@ -80,9 +67,10 @@ impl Estimator {
             return Ok(WindowFit::Growing);
         }
         let estimate = self.fit(&window, source, profile)?;
-        let is_accurate = estimate.status == Status::Good && estimate.sigma <= self.accuracy * estimate.frequency;
+        let is_accurate =
+            estimate.status == Status::Good && estimate.sigma <= self.settings.accuracy * estimate.frequency;
         // A window that is half a frame short cannot grow any more.
-        if !is_accurate && estimate.window_s < self.window_s - 0.5 / window.frame_rate_hz {
+        if !is_accurate && estimate.window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
             return Ok(WindowFit::Growing);
         }
         self.reported_end = end;
@@ -95,7 +83,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
         profile: Option<&Profile>,
     ) -> Result<Estimate, Overwritten> {
-        let (fitter, interferer_hz) = (&mut self.fitter, self.interferer_hz);
+        let (fitter, interferer_hz) = (&mut self.fitter, self.settings.interferer_hz);
         let fitted = match profile {
             None => in_time(fitter, window, source, interferer_hz)?,
             Some(profile) => by_place(fitter, window, source, interferer_hz, profile)?,
@@ -125,7 +113,7 @@ impl Estimator {
     }
 
     fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
-        let (fit, array) = (&fitted.fit, &self.array);
+        let (fit, array) = (&fitted.fit, &self.settings.array);
         match reported_status(fit.status) {
             Status::Good => {}
             Status::Ambiguous => return Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
@@ -133,7 +121,7 @@ impl Estimator {
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
         let frequency = fit.frequency * fitted.per_unit;
-        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.speed_mm_s) {
+        let (period_mm, speed_mm_s) = match (fitted.abscissa, protocol_speed_mm_s(&self.settings.slide)) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
             (Abscissa::Time, Some(speed_mm_s)) => (speed_mm_s / frequency, speed_mm_s),
             (Abscissa::Time, None) => return travel::by_phases(lag, array, (frequency, relative * frequency)),
@@ -144,14 +132,15 @@ impl Estimator {
 
     fn channel(&self, fitted: &Fitted, taxel: usize, reference: &Values) -> Channel {
         let channel = &fitted.fit.channels[taxel];
+        let volts_per_code = reading::volts(1, self.settings.vref_v);
         let turns = fitted.turns(taxel);
         let phase_rad = 2.0 * PI * (turns - libm::roundf(turns));
         Channel {
             taxel: taxel as u8,
-            offset_v: (reference[taxel] + channel.offset) * self.volts_per_code,
-            amplitude_v: channel.amplitude * self.volts_per_code,
+            offset_v: (reference[taxel] + channel.offset) * volts_per_code,
+            amplitude_v: channel.amplitude * volts_per_code,
             phase_rad,
-            residual_v: channel.residual * self.volts_per_code,
+            residual_v: channel.residual * volts_per_code,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Changes of the touch, by frame and in codes, become events in device time and volts.
 
-use crate::frame_clock::FrameClock;
+use crate::frame::FrameClock;
 use crate::ring::Ring;
 use crate::touch::change::Change;
 use crate::touch::image::image;
@@ -20,11 +20,6 @@ impl EventBuilder {
     /// For a reference of so many volts.
     pub const fn new(vref_v: f32) -> Self {
         Self { volts_per_code: reading::volts(1, vref_v), slide_start_us: 0 }
-    }
-
-    /// Sets the reference, volts.
-    pub const fn set_reference(&mut self, vref_v: f32) {
-        self.volts_per_code = reading::volts(1, vref_v);
     }
 
     /// The event that reports a change.

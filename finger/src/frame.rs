@@ -1,7 +1,9 @@
-//! One conversion with its time, and one scan of them.
+//! One conversion with its time, one scan of them, and when the scans were.
 
+use crate::ring::Ring;
+use crate::scan::FRAME_NS;
 use ads1258::Conversion;
-use ridgetone_proto::scan::{INPUTS, SCANNED, TAXELS};
+use ridgetone_proto::scan::{FRAME_RATE_HZ, INPUTS, SCANNED, TAXELS};
 use ridgetone_tone::Values;
 
 /// One conversion with the time of its DRDY edge.
@@ -63,4 +65,50 @@ pub struct Readings {
     pub offset_v: f32,
     /// Gain, ideally 1.
     pub gain: f32,
+}
+
+/// Times of frames.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameClock {
+    /// Number of the latest frame, and the device time of its first slot, microseconds.
+    pub latest: (u32, u64),
+    /// The same of the first complete frame: the rate is measured from there.
+    pub rate_from: Option<(u32, u64)>,
+}
+
+impl FrameClock {
+    /// Before the first frame.
+    pub const fn new() -> Self {
+        Self { latest: (0, 0), rate_from: None }
+    }
+
+    /// Frames per second by the board's clock; zero until there are two.
+    pub fn frame_rate_hz(&self) -> f32 {
+        /// Frame numbers wrap after so many: 206 days.
+        const WRAP_FRAMES: f32 = 4_294_967_296.0;
+        match self.rate_from {
+            Some((frame, t_us)) if self.latest.1 > t_us => {
+                let passed_us = (self.latest.1 - t_us) as f32;
+                let beyond_wraps = self.latest.0.wrapping_sub(frame) as f32;
+                // The time and the nominal rate say how often the numbers have wrapped.
+                let nominal = passed_us * (FRAME_RATE_HZ * 1e-6);
+                let wraps = ((nominal - beyond_wraps) / WRAP_FRAMES + 0.5) as u32 as f32;
+                (beyond_wraps + wraps * WRAP_FRAMES) * 1e6 / passed_us
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Device time of a frame's first slot, microseconds. For a frame that the ring does not hold it follows from the
+    /// nominal rate.
+    #[inline(never)]
+    pub fn time_us(&self, frame: u32, ring: &Ring) -> u64 {
+        let (number, t_us) = self.latest;
+        if let Some(low) = ring.t_us(frame) {
+            return t_us.wrapping_sub((t_us as u32).wrapping_sub(low) as u64);
+        }
+        let back = number.wrapping_sub(frame) as i32;
+        let away_us = back.unsigned_abs() as u64 * FRAME_NS / 1000;
+        if back < 0 { t_us.wrapping_add(away_us) } else { t_us.saturating_sub(away_us) }
+    }
 }

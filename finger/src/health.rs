@@ -2,8 +2,7 @@
 
 use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
-use crate::frame::Readings;
-use crate::frame_clock::FrameClock;
+use crate::frame::{FrameClock, Readings};
 use crate::ring::reached;
 use crate::scan::FRAME_NS;
 use core::sync::atomic::Ordering::Relaxed;

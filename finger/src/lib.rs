@@ -64,7 +64,6 @@ pub mod estimator;
 pub(crate) mod event_builder;
 pub mod faults;
 pub mod frame;
-pub(crate) mod frame_clock;
 pub(crate) mod health;
 pub mod pipeline;
 pub mod ring;

@@ -1,6 +1,6 @@
 //! Which windows of a slide are to be fitted, and when.
 
-use crate::frame_clock::FrameClock;
+use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
 use crate::window::Window;
@@ -22,7 +22,7 @@ const READING_FRAMES: u32 = frames_in(0.066);
 
 /// Knows which windows fall due.
 #[derive(Clone, Debug)]
-pub struct WindowScheduler {
+pub(crate) struct WindowScheduler {
     /// Code of every taxel in the first complete frame: the ring's values are relative to it.
     pub reference: Values,
     window_frames: u32,
@@ -32,7 +32,7 @@ pub struct WindowScheduler {
     /// Frame behind the window that falls due next.
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
-    whole: Option<(u32, u32)>,
+    pub whole: Option<(u32, u32)>,
 }
 
 impl WindowScheduler {
@@ -70,11 +70,6 @@ impl WindowScheduler {
     /// Frames of a slide's first window.
     fn first_frames(&self) -> u32 {
         if self.growing { GROWING_FRAMES_MIN.min(self.window_frames) } else { self.window_frames }
-    }
-
-    /// Drops the slide that falls due as a whole.
-    pub fn drop_due(&mut self) {
-        self.whole = None;
     }
 
     /// A slide has begun or is over.

@@ -6,8 +6,6 @@ pub mod contact;
 mod held;
 pub(crate) mod image;
 pub(crate) mod motion;
-mod noise;
 mod onset;
-mod past;
 mod slide;
 mod spike;

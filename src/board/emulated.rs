@@ -18,7 +18,7 @@ use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
 use kept::Kept;
 use ridgetone::tasks::drdy::DrdyPin;
-use ridgetone::tasks::stack_depth::DepthMeter;
+use ridgetone::tasks::idle::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use semihost::Exit;
 use stm32f4xx_hal::pac::{self, USART3};

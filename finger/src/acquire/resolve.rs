@@ -1,6 +1,6 @@
 //! Which of two or three reads of a conversion is right.
 
-use crate::acquire::expected::{NEW, NEW_AND_ID};
+use crate::scan::{NEW, NEW_AND_ID};
 use ads1258::{Conversion, Status};
 
 /// The result of the reads. NEW is set in every conversion.

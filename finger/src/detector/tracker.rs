@@ -1,12 +1,12 @@
 //! What becomes of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
-use crate::frame::Frame;
-use crate::frame_clock::FrameClock;
+use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::schedule::WindowScheduler;
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
+use ads1258::reading;
 use ridgetone_proto::scan::{RING_FRAMES, SCANNED, TAXELS};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
@@ -47,14 +47,14 @@ impl Tracker {
     pub fn restart(&mut self, is_going: bool, settings: &Settings) {
         self.is_stopped = !is_going;
         self.has_begun = false;
-        self.scheduler.drop_due();
+        self.scheduler.whole = None;
         self.contact = ContactDetector::new(settings.slide);
     }
 
     /// Puts new settings in force. A slide that lasts goes on.
     pub fn change(&mut self, settings: &Settings) {
-        self.contact.set_rule(settings.slide);
-        self.events.set_reference(settings.vref_v);
+        self.contact.rule = settings.slide;
+        self.events.volts_per_code = reading::volts(1, settings.vref_v);
         self.scheduler.change(settings, self.contact.sliding().map(|(start, _)| start), self.clock.latest.0);
     }
 
@@ -76,7 +76,7 @@ impl Tracker {
             }
             self.has_begun = true;
             scheduler.reference = frame.codes.map(|code| code as f32);
-            clock.measure_rate();
+            clock.rate_from = Some(clock.latest);
             ring.restart(frame.number);
         }
         fill_gap(frame, ring);

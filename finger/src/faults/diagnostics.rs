@@ -77,18 +77,6 @@ impl Diagnostics {
         let is_steady = || self.faults.is_before(self.railed_us.load(Relaxed), from_us);
         is_since(from_us) && !(is_steady() && is_since(to_us.wrapping_sub(TWO_SCANS_US)))
     }
-
-    /// Sets the processor load, 0 to 1.
-    pub fn set_load(&self, load: f32) {
-        self.load_bits.store(load.to_bits(), Relaxed);
-    }
-
-    /// Sets the most stack in use since start-up, and the stack's size, bytes.
-    pub fn set_stack(&self, used_bytes: u32, size_bytes: u32) {
-        let [used, size] = &self.stack;
-        used.store(used_bytes, Relaxed);
-        size.store(size_bytes, Relaxed);
-    }
 }
 
 #[cfg(test)]

@@ -10,38 +10,27 @@ use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 /// Fastest speed, millimetres per second: as fast as [`ridgetone_proto::settings::SlideRule::Protocol`] may be.
 pub const SPEED_MAX_MM_S: f32 = 2000.0;
 
-/// Why a profile is refused.
+/// Why a profile is refused. Knots are numbered from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ProfileError {
     /// It has no knot; or only one, and repeats.
     TooFew,
-    /// It has more than [`KNOTS_MAX`] knots.
-    TooMany {
-        /// Knots it has.
-        knots: usize,
-    },
-    /// A knot is not later than the one before it.
-    NotLater {
-        /// Number of the knot, from 0.
-        knot: usize,
-    },
-    /// A speed is not a number, or beyond [`SPEED_MAX_MM_S`].
-    Speed {
-        /// Number of the knot, from 0.
-        knot: usize,
-        /// Its speed, millimetres per second.
-        speed_mm_s: f32,
-    },
+    /// It has more than [`KNOTS_MAX`] knots: so many.
+    TooMany(usize),
+    /// This knot is not later than the one before it.
+    NotLater(usize),
+    /// This knot's speed, millimetres per second, is not a number, or beyond [`SPEED_MAX_MM_S`].
+    Speed(usize, f32),
 }
 
 impl core::fmt::Display for ProfileError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::TooFew => write!(f, "a speed profile needs a knot, and two to repeat"),
-            Self::TooMany { knots } => write!(f, "{knots} knots: a speed profile has at most {KNOTS_MAX}"),
-            Self::NotLater { knot } => write!(f, "knot {knot} is not later than the one before it"),
-            Self::Speed { knot, speed_mm_s } => {
-                write!(f, "knot {knot}: a speed of {speed_mm_s} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")
+            Self::TooMany(knots) => write!(f, "{knots} knots: a speed profile has at most {KNOTS_MAX}"),
+            Self::NotLater(knot) => write!(f, "knot {knot} is not later than the one before it"),
+            Self::Speed(knot, mm_s) => {
+                write!(f, "knot {knot}: a speed of {mm_s} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")
             }
         }
     }
@@ -75,20 +64,20 @@ impl Profile {
         if knots.len() < if after == After::Repeat { 2 } else { 1 } {
             return Err(ProfileError::TooFew);
         }
-        let vec = heapless::Vec::from_slice(knots).map_err(|_| ProfileError::TooMany { knots: knots.len() })?;
+        let vec = heapless::Vec::from_slice(knots).map_err(|_| ProfileError::TooMany(knots.len()))?;
         let mut profile = Self { knots: vec, places: [0; KNOTS_MAX], after };
         let mut before: Option<(Knot, i64)> = None;
         let mut place = 0i64;
         for ((knot, here), out) in knots.iter().enumerate().zip(&mut profile.places) {
             // A NaN is refused too.
             if !(here.speed_mm_s.abs() <= SPEED_MAX_MM_S) {
-                return Err(ProfileError::Speed { knot, speed_mm_s: here.speed_mm_s });
+                return Err(ProfileError::Speed(knot, here.speed_mm_s));
             }
             // 31 bits hold the greatest speed.
             let speed_nm_s = (here.speed_mm_s * NM_PER_MM) as i32 as i64;
             if let Some((before, before_nm_s)) = before {
                 if here.t_us <= before.t_us {
-                    return Err(ProfileError::NotLater { knot });
+                    return Err(ProfileError::NotLater(knot));
                 }
                 place = place.wrapping_add((before_nm_s + speed_nm_s).wrapping_mul((here.t_us - before.t_us).into()));
             }

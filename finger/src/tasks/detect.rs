@@ -52,7 +52,7 @@ impl<'a> Detect<'a> {
             detector.finish(ring, diagnostics, &mut emit, &mut due);
             shared.finished.store(true, Relaxed);
         }
-        shared.liveness.detected();
+        shared.liveness.detected.bump();
     }
 }
 
@@ -80,7 +80,7 @@ impl WindowQueue for Producer<'_, Window> {
 pub fn admit<P: Platform>(window: Window, windows: &mut impl WindowQueue, shared: &Shared<P>) {
     let is_wanted = window.span == Span::Slide || windows.fit_keeps_up();
     if is_wanted && windows.put(window) {
-        shared.liveness.fit_due();
+        shared.liveness.fits_due.bump();
     } else {
         shared.diagnostics.hops_skipped.add(1);
     }

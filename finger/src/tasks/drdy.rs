@@ -60,7 +60,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 pin.unmute();
             }
         }
-        shared.liveness.acquired();
+        shared.liveness.acquired.bump();
         P::pend(shared, Task::Detect);
     }
 }

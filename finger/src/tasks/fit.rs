@@ -64,7 +64,7 @@ pub fn fit<P: Platform>(
     shared: &Shared<P>,
 ) -> Option<Estimate> {
     let outcome = estimator.run(window, source, profile);
-    shared.liveness.fit_done();
+    shared.liveness.fits_done.bump();
     match outcome {
         Ok(WindowFit::Done(mut estimate)) => {
             if shared.check.load(Relaxed) {

@@ -1,11 +1,18 @@
 //! `idle`: measures the load and the stack, and knows when the run is over.
 
-use super::load::LoadMeter;
 use super::outbox::Outbox;
 use super::shared::{PACKETS, Shared};
-use super::stack_depth::DepthMeter;
 use core::sync::atomic::Ordering::Relaxed;
 use rtic_core::Mutex;
+
+/// From one reading to the next, microseconds: once a second, as `health` is sent.
+const PERIOD_US: u32 = 1_000_000;
+/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word that has lost it is the
+/// greatest depth.
+pub const PAINT: u32 = 0xcccc_cccc;
+/// Words in one step, about 40 instructions: 32 KiB take 1024 steps, a fifth of a second at one step for each conversion.
+/// Interrupts need not be masked.
+const STEP_WORDS: usize = 8;
 
 /// What the board does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,10 +49,13 @@ impl Idle {
         outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) -> Next {
+        let diagnostics = &shared.diagnostics;
         if let Some(load) = self.load.slept(slept_us.0, slept_us.1) {
-            shared.diagnostics.set_load(load);
+            diagnostics.load_bits.store(load.to_bits(), Relaxed);
         }
-        shared.diagnostics.set_stack(self.depth.step(words, word), 4 * words as u32);
+        let [used_bytes, size_bytes] = &diagnostics.stack;
+        used_bytes.store(self.depth.step(words, word), Relaxed);
+        size_bytes.store(4 * words as u32, Relaxed);
         // No interrupt is pending here, so no window is being fitted.
         let next = match (shared.is_restarting(), shared.finished.load(Relaxed)) {
             (true, _) => Next::Restart,
@@ -54,5 +64,127 @@ impl Idle {
         };
         let is_silent = !shared.sending.load(Relaxed) && outbox.lock(|outbox| outbox.is_empty());
         if is_silent { next } else { Next::Sleep }
+    }
+}
+
+/// Adds up sleep and turns it into a load.
+#[derive(Debug, Default)]
+struct LoadMeter {
+    began_us: u32,
+    asleep_us: u32,
+}
+
+impl LoadMeter {
+    /// A meter whose first period begins when the microsecond counter starts.
+    const fn new() -> Self {
+        Self { began_us: 0, asleep_us: 0 }
+    }
+
+    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a period is over, gives the
+    /// load since the last reading, 0 to 1.
+    fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
+        self.asleep_us += to_us.wrapping_sub(from_us);
+        let elapsed_us = to_us.wrapping_sub(self.began_us);
+        if elapsed_us < PERIOD_US {
+            return None;
+        }
+        let load = 1.0 - self.asleep_us as f32 / elapsed_us as f32;
+        *self = Self { began_us: to_us, asleep_us: 0 };
+        Some(load.clamp(0.0, 1.0))
+    }
+}
+
+/// Searches a painted stack, some words at a time.
+#[derive(Debug, Default)]
+pub struct DepthMeter {
+    /// Next word, from the stack's far end.
+    next: usize,
+    /// Words at the far end that were never used, by the last complete search.
+    free: Option<usize>,
+}
+
+impl DepthMeter {
+    /// Nothing searched.
+    pub const fn new() -> Self {
+        Self { next: 0, free: None }
+    }
+
+    /// Searches the next few of `words` words, which `word` reads by their number from the far end. Gives the most bytes
+    /// that were in use since start-up, by the last complete search; zero before that.
+    pub fn step(&mut self, words: usize, word: impl Fn(usize) -> u32) -> u32 {
+        // A used word stays used, so it is not searched again.
+        let free = self.free.unwrap_or(words);
+        let until = free.min(self.next.saturating_add(STEP_WORDS));
+        match (self.next..until).find(|at| word(*at) != PAINT) {
+            Some(used) => (self.free, self.next) = (Some(used), 0),
+            None if until == free => (self.free, self.next) = (Some(free), 0),
+            None => self.next = until,
+        }
+        self.free.map_or(0, |free| 4 * words.saturating_sub(free) as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn load_is_the_share_of_time_awake() {
+        let mut meter = LoadMeter::new();
+        assert_eq!(meter.slept(100_000, 500_000), None);
+        assert_eq!(meter.slept(650_000, 1_000_000), Some(0.25));
+        assert_eq!(meter.slept(1_000_000, 1_500_000), None);
+        assert_eq!(meter.slept(2_000_000, 2_000_000), Some(0.5));
+    }
+
+    #[test]
+    fn the_counter_may_wrap() {
+        let mut meter = LoadMeter { began_us: u32::MAX - 499_999, asleep_us: 0 };
+        assert_eq!(meter.slept(u32::MAX, 499_999), None);
+        assert_eq!(meter.slept(500_000, 500_000), Some(0.5));
+    }
+
+    /// Bytes in use after a complete search.
+    fn search(meter: &mut DepthMeter, stack: &[u32]) -> u32 {
+        let mut used_bytes = 0;
+        for _ in 0..2 * stack.len() / STEP_WORDS + 2 {
+            used_bytes = meter.step(stack.len(), |at| stack[at]);
+        }
+        used_bytes
+    }
+
+    #[test]
+    fn the_deepest_word_counts_and_not_the_gaps_above_it() {
+        let mut stack = [PAINT; 1000];
+        let mut meter = DepthMeter::new();
+        assert_eq!(search(&mut meter, &stack), 0);
+        for (deepest, used_bytes) in [(999, 4), (600, 1600), (601, 1600), (77, 3692), (0, 4000)] {
+            stack[deepest] = 0;
+            assert_eq!(search(&mut meter, &stack), used_bytes);
+        }
+        assert_eq!(search(&mut DepthMeter::new(), &stack), 4000, "by one that has seen nothing before");
+    }
+
+    #[test]
+    fn a_step_is_short_and_a_depth_once_seen_stays() {
+        let mut stack = [PAINT; 1000];
+        stack[500] = 1;
+        let (mut meter, looks) = (DepthMeter::new(), core::cell::Cell::new(0));
+        let mut before = 0;
+        for _ in 0..1000 {
+            looks.set(0);
+            let used_bytes = meter.step(stack.len(), |at| {
+                looks.set(looks.get() + 1);
+                stack[at]
+            });
+            assert!(looks.get() <= STEP_WORDS && used_bytes >= before);
+            before = used_bytes;
+        }
+        assert_eq!(before, 2000);
+    }
+
+    #[test]
+    fn a_stack_of_no_words_is_none() {
+        assert_eq!(DepthMeter::new().step(0, |_| unreachable!()), 0);
     }
 }

@@ -17,50 +17,44 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 /// programming, x32), and the watchdog's oscillator is up to 47 / 32 faster than nominal (DS8626, LSI), which leaves 5.4 s.
 pub const WATCHDOG_S: u32 = 8;
 
-/// Counted by the tasks, each from its own priority.
+/// Counts the progress of one task. Only one priority writes it, so a load and a store are enough.
+#[derive(Debug, Default)]
+pub struct Progress(AtomicU32);
+
+impl Progress {
+    const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// One step more.
+    pub fn bump(&self) {
+        self.0.store(self.get().wrapping_add(1), Relaxed);
+    }
+
+    fn get(&self) -> u32 {
+        self.0.load(Relaxed)
+    }
+}
+
+/// What the tasks have done.
 #[derive(Debug, Default)]
 pub struct Liveness {
-    acquired: AtomicU32,
-    detected: AtomicU32,
-    fits_due: AtomicU32,
-    fits_done: AtomicU32,
+    /// Runs of `drdy`.
+    pub acquired: Progress,
+    /// Runs of `detect` that emptied its queue.
+    pub detected: Progress,
+    /// Windows given to the fit.
+    pub fits_due: Progress,
+    /// Windows that it is done with, with any result.
+    pub fits_done: Progress,
 }
 
 impl Liveness {
     /// Nothing done yet.
     pub const fn new() -> Self {
-        Self {
-            acquired: AtomicU32::new(0),
-            detected: AtomicU32::new(0),
-            fits_due: AtomicU32::new(0),
-            fits_done: AtomicU32::new(0),
-        }
+        let [acquired, detected, fits_due, fits_done] = [const { Progress::new() }; 4];
+        Self { acquired, detected, fits_due, fits_done }
     }
-
-    /// `drdy` ran to its end.
-    pub fn acquired(&self) {
-        bump(&self.acquired);
-    }
-
-    /// `detect` emptied its queue.
-    pub fn detected(&self) {
-        bump(&self.detected);
-    }
-
-    /// A window was given to the fit.
-    pub fn fit_due(&self) {
-        bump(&self.fits_due);
-    }
-
-    /// The fit is done with a window, with any result.
-    pub fn fit_done(&self) {
-        bump(&self.fits_done);
-    }
-}
-
-/// Only one priority writes each counter, so a load and a store are enough.
-fn bump(counter: &AtomicU32) {
-    counter.store(counter.load(Relaxed).wrapping_add(1), Relaxed);
 }
 
 /// Decides when to feed the watchdog.
@@ -80,11 +74,11 @@ impl WatchdogPolicy {
     /// Whether to feed the watchdog now.
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
         let now = Self {
-            acquired: liveness.acquired.load(Relaxed),
-            detected: liveness.detected.load(Relaxed),
-            fits_done: liveness.fits_done.load(Relaxed),
+            acquired: liveness.acquired.get(),
+            detected: liveness.detected.get(),
+            fits_done: liveness.fits_done.get(),
         };
-        let fit_idle = now.fits_done == liveness.fits_due.load(Relaxed);
+        let fit_idle = now.fits_done == liveness.fits_due.get();
         let alive = now.acquired != self.acquired
             && now.detected != self.detected
             && (fit_idle || now.fits_done != self.fits_done);
@@ -112,15 +106,15 @@ mod tests {
     fn live(liveness: &Liveness, still: Still) {
         for _ in 0..2532 {
             if still != Still::Acquisition {
-                liveness.acquired();
+                liveness.acquired.bump();
             }
             if still != Still::Detection {
-                liveness.detected();
+                liveness.detected.bump();
             }
         }
-        liveness.fit_due();
+        liveness.fits_due.bump();
         if still != Still::Fit {
-            liveness.fit_done();
+            liveness.fits_done.bump();
         }
     }
 
@@ -153,8 +147,8 @@ mod tests {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         for _ in 0..100 {
             // The watch over the chip, and the detection that it wakes.
-            liveness.acquired();
-            liveness.detected();
+            liveness.acquired.bump();
+            liveness.detected.bump();
             assert!(watchdog_policy.feeds(&liveness));
         }
     }
@@ -164,13 +158,13 @@ mod tests {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
         let mut fed = 0;
         // Every window takes five looks: hops are skipped, one always waits.
-        liveness.fit_due();
+        liveness.fits_due.bump();
         for look in 1..=100 {
-            liveness.acquired();
-            liveness.detected();
+            liveness.acquired.bump();
+            liveness.detected.bump();
             if look % 5 == 0 {
-                liveness.fit_due();
-                liveness.fit_done();
+                liveness.fits_due.bump();
+                liveness.fits_done.bump();
             }
             fed += u32::from(watchdog_policy.feeds(&liveness));
         }
@@ -180,11 +174,11 @@ mod tests {
     #[test]
     fn the_counters_may_wrap() {
         let (liveness, mut watchdog_policy) = (Liveness::new(), WatchdogPolicy::new());
-        liveness.acquired.store(u32::MAX, Relaxed);
-        liveness.detected();
+        liveness.acquired.0.store(u32::MAX, Relaxed);
+        liveness.detected.bump();
         assert!(watchdog_policy.feeds(&liveness));
-        liveness.acquired();
-        liveness.detected();
+        liveness.acquired.bump();
+        liveness.detected.bump();
         assert!(watchdog_policy.feeds(&liveness));
     }
 }

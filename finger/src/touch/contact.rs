@@ -69,7 +69,8 @@ enum Ended {
 /// The state machine.
 #[derive(Clone, Debug)]
 pub struct ContactDetector {
-    rule: SlideRule,
+    /// Where slides come from, from the next touch on, and for the part of this one that has not begun.
+    pub rule: SlideRule,
     phase: Phase,
     /// The next block may hold the last of what has ended: it is not judged.
     skips_block: bool,
@@ -114,11 +115,6 @@ impl ContactDetector {
             planned: None,
             moving_until: 0,
         }
-    }
-
-    /// From the next touch on, and for the part of this one that has not begun, slides come from here.
-    pub const fn set_rule(&mut self, rule: SlideRule) {
-        self.rule = rule;
     }
 
     /// Whether the finger is on something.

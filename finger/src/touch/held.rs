@@ -1,7 +1,6 @@
 //! The level that is held, for the static image: the mean of the latest part of a hold in which nothing moved.
 
-use crate::touch::motion::{Motion, approach};
-use crate::touch::past::BLOCK_FRAMES;
+use crate::touch::motion::{BLOCK_FRAMES, Motion, approach};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;

@@ -5,12 +5,15 @@
 //! but not the straight creep of a skin that was just loaded.
 
 use crate::touch::chi_square::{distance, limit};
-use crate::touch::noise::{Noise, greater};
-pub use crate::touch::past::BLOCK_FRAMES;
-use crate::touch::past::Past;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
+/// Frames of a block: 16.6 ms at 241 Hz.
+pub const BLOCK_FRAMES: u32 = 4;
+/// Blocks that are remembered: 0.53 s. A power of two, because their places wrap.
+const HISTORY: usize = 32;
+/// Most blocks that [`Past::mean_of_four`] can leave out.
+pub const SKIP_MAX: usize = HISTORY - 5;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
 /// Distance of the long second difference, blocks: 133 ms.
@@ -26,6 +29,10 @@ const MOVING: f32 = limit(1.0, 45.0);
 const JUMPING: f32 = limit(8.0, 282.0);
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
+/// Blocks over which the noise is averaged: 0.5 s.
+const NOISE_BLOCKS: f32 = 32.0;
+/// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
+const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
 /// What one block of frames shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -194,5 +201,87 @@ impl Motion {
 pub fn approach(level: &mut Values, to: &Values, share: f32) {
     for (level, to) in level.iter_mut().zip(to) {
         *level += share * (to - *level);
+    }
+}
+
+/// What is known of the noise.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    /// One over the variance of each taxel's frames, which is the greater of the two below.
+    pub weights: Values,
+    /// By the differences from frame to frame: right for white noise.
+    quick_variance: Values,
+    /// By the differences from block to block: larger where neighbouring frames share their noise, as those of a
+    /// recording that was interpolated do.
+    slow_variance: Values,
+    /// Blocks that the noise was learned from, at most [`NOISE_BLOCKS`].
+    learned: f32,
+}
+
+impl Noise {
+    /// That of an ideal chip, until there is better.
+    pub const fn new() -> Self {
+        Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
+    }
+
+    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`. Gives the share
+    /// that it has in the average.
+    pub fn learn(&mut self, past: &Past, squares: &Values) -> f32 {
+        if self.learned < NOISE_BLOCKS {
+            self.learned += 1.0;
+        }
+        let share = 1.0 / self.learned;
+        let mean = past.back(0);
+        let before = if past.count > 1 { past.back(1) } else { mean };
+        for c in 0..TAXELS {
+            // The difference of two neighbours has twice the variance of one frame; a mean of four has a quarter of it.
+            let quick_now = squares[c] * (1.0 / (2 * BLOCK_FRAMES) as f32);
+            let off = mean[c] - before[c];
+            let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);
+            let quick = &mut self.quick_variance[c];
+            *quick += share * (greater(quick_now, ROUNDING_VARIANCE) - *quick);
+            let slow = &mut self.slow_variance[c];
+            *slow += share * (slow_now - *slow);
+            self.weights[c] = 1.0 / greater(*quick, *slow);
+        }
+        share
+    }
+}
+
+/// `f32::max` is a function call on the chip, because it heeds NaN.
+pub fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// Means of the latest blocks.
+#[derive(Clone, Debug)]
+pub struct Past {
+    blocks: [Values; HISTORY],
+    /// Place of the latest.
+    latest: usize,
+    /// Blocks since the last restart, as far as they are remembered.
+    pub count: usize,
+}
+
+impl Past {
+    pub const fn new() -> Self {
+        Self { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0 }
+    }
+
+    pub fn push(&mut self, mean: Values) {
+        self.latest = (self.latest + 1) % HISTORY;
+        self.blocks[self.latest] = mean;
+        self.count = (self.count + 1).min(HISTORY - 1);
+    }
+
+    /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
+    pub fn back(&self, back: usize) -> &Values {
+        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+    }
+
+    /// The mean of four blocks, the `skip` latest left out.
+    pub fn mean_of_four(&self, skip: usize) -> Values {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|back| self.back(skip + back));
+        core::array::from_fn(|taxel| (a[taxel] + b[taxel] + c[taxel] + d[taxel]) * 0.25)
     }
 }

@@ -1,8 +1,7 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
-use crate::touch::motion::{Block, LONG_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
 use crate::touch::onset::Frames;
-use crate::touch::past::{BLOCK_FRAMES, SKIP_MAX};
 use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.

@@ -1,7 +1,7 @@
 //! The contact spike: the paper's equations 2 and 3.
 
 use crate::ring::Ring;
-use crate::touch::past::BLOCK_FRAMES;
+use crate::touch::motion::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
