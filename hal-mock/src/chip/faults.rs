@@ -8,14 +8,14 @@ use super::clock::Clock;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
-    /// The bits of `mask` flip in the register at `address`, once. Read-only bits flip too.
+    /// Inverts the bits of `mask` in the register at `address`, once, read-only bits too.
     RegisterFlip { address: u8, mask: u8 },
     /// The chip resets itself, once, as a dip of its digital supply makes it.
     Reset,
     /// The converter stands still: the running conversion never ends and none begins. The end of the fault is a new
     /// start condition if START is high.
     Stall,
-    /// The bits of `mask` flip in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
+    /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
     /// the next byte is the command of a read, and the four that follow are its result.
     DoutFlip { bytes_ahead: u64, mask: u8 },
     /// The same in a byte to the chip, which obeys the changed byte: a read may become a write of registers.
@@ -74,7 +74,7 @@ enum Bus {
     Cut(u8),
 }
 
-/// Bits of one byte that flip on their way.
+/// Bits of one byte that the bus inverts.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BitErrors {
     pub(crate) din: u8,
@@ -82,7 +82,7 @@ pub(crate) struct BitErrors {
 }
 
 impl Faults {
-    /// The bits that flip in the next byte.
+    /// Bits to invert in the next byte.
     pub(crate) fn next(&mut self) -> BitErrors {
         let at = self.exchanged;
         self.exchanged += 1;
@@ -96,7 +96,7 @@ impl Faults {
         sum
     }
 
-    fn flip(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
+    fn invert(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
         self.bit_errors.push((self.exchanged + bytes_ahead, bit_errors));
     }
 
@@ -120,14 +120,14 @@ impl Ads1258 {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         faults.before.get_or_insert((analog.avdd_v, analog.reference_v, self.options.clock_error_ppm));
         match fault {
-            Fault::RegisterFlip { address, mask } => self.registers.flip(address, mask),
+            Fault::RegisterFlip { address, mask } => self.registers.invert(address, mask),
             Fault::Reset => {
                 self.forget();
                 self.start_again();
             }
             Fault::Stall => (faults.stalled, self.conversion) = (true, None),
-            Fault::DoutFlip { bytes_ahead, mask } => faults.flip(bytes_ahead, BitErrors { dout: mask, din: 0 }),
-            Fault::DinFlip { bytes_ahead, mask } => faults.flip(bytes_ahead, BitErrors { din: mask, dout: 0 }),
+            Fault::DoutFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { dout: mask, din: 0 }),
+            Fault::DinFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { din: mask, dout: 0 }),
             Fault::DoutStuck { high } => faults.bus = Bus::Stuck(all(high)),
             Fault::BusCut { high } => faults.bus = Bus::Cut(all(high)),
             Fault::DrdyStuck { high } => faults.drdy_stuck = Some(high),

@@ -67,8 +67,8 @@ impl Registers {
         }
     }
 
-    /// Flips bits of any kind: a fault, not a write.
-    pub(crate) fn flip(&mut self, address: u8, mask: u8) {
+    /// Inverts bits of any kind: a fault, not a write.
+    pub(crate) fn invert(&mut self, address: u8, mask: u8) {
         if let Some(byte) = self.bytes.get_mut(usize::from(address)) {
             *byte ^= mask;
         }
