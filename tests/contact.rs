@@ -41,7 +41,7 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
     found
 }
 
-fn assert_told(found: &[(&str, f64)], expected: &[(&str, f64)], within_s: f64) {
+fn assert_reported(found: &[(&str, f64)], expected: &[(&str, f64)], within_s: f64) {
     let names = |list: &[(&str, f64)]| list.iter().map(|(name, _)| name.to_string()).collect::<Vec<_>>();
     assert_eq!(names(found), names(expected), "{found:?}");
     for (found, expected) in found.iter().zip(expected) {
@@ -57,17 +57,17 @@ fn load(t: f64, off_s: f64) -> f64 {
 #[test]
 fn a_touch_without_a_slide_is_contact_and_release() {
     let found = changes(5.0, 20.0, |t, sign, _| sign * load(t, 3.0));
-    assert_told(&found, &[("contact", 1.0), ("release", 3.0)], 0.01);
+    assert_reported(&found, &[("contact", 1.0), ("release", 3.0)], 0.01);
 }
 
 #[test]
 fn a_skin_that_creeps_does_not_slide() {
-    // A fifth of the load creeps in over a second, as a Kelvin body's would.
+    // A fifth of the load creeps in over a second, as in a Kelvin body.
     let found = changes(6.0, 20.0, |t, sign, _| {
         let load = load(t, 5.0);
         if load == 0.0 { 0.0 } else { sign * (load + 1000.0 * (1.0 - (-(t - 1.0) / 0.8).exp())) }
     });
-    assert_told(&found, &[("contact", 1.0), ("release", 5.0)], 0.01);
+    assert_reported(&found, &[("contact", 1.0), ("release", 5.0)], 0.01);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn two_slides_in_one_touch() {
         sign * (load(t, 7.0) + tone)
     });
     let expected = [("contact", 1.0), ("start", 2.0), ("end", 3.0), ("start", 4.0), ("end", 5.0), ("release", 7.0)];
-    assert_told(&found, &expected, 0.02);
+    assert_reported(&found, &expected, 0.02);
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn slow_and_fast_tones_are_slides_too() {
             sign * (load(t, 7.0) + tone)
         });
         let expected = [("contact", 1.0), ("start", 2.0), ("end", 6.0), ("release", 7.0)];
-        assert_told(&found, &expected, 0.03);
+        assert_reported(&found, &expected, 0.03);
     }
 }
 
@@ -106,7 +106,7 @@ fn a_slide_that_lifts_off_ends_and_releases() {
         let tone = if load(t, 4.0) == 0.0 { 0.0 } else { 500.0 * (TAU * (6.3 * (t - 2.0).max(0.0) + lag)).sin() };
         sign * (load(t, 4.0) + tone)
     });
-    assert_told(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0), ("release", 4.0)], 0.02);
+    assert_reported(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0), ("release", 4.0)], 0.02);
 }
 
 #[test]
@@ -115,18 +115,18 @@ fn a_record_that_ends_in_a_slide_closes_it() {
         let tone = if t < 1.0 { 0.0 } else { 500.0 * (TAU * (6.3 * (t - 2.0).max(0.0) + lag)).sin() };
         sign * (load(t, 99.0) + tone)
     });
-    assert_told(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0)], 0.03);
+    assert_reported(&found, &[("contact", 1.0), ("start", 2.0), ("end", 4.0)], 0.03);
 }
 
 #[test]
 fn hum_is_not_a_touch() {
     let found = changes(30.0, 20.0, |t, sign, lag| sign * 100.0 * (TAU * (50.0 * t + lag)).sin());
-    assert_told(&found, &[], 0.0);
+    assert_reported(&found, &[], 0.0);
 }
 
 #[test]
 fn a_quiet_signal_of_whole_codes_is_not_a_touch() {
-    assert_told(&changes(10.0, 0.0, |_, _, _| 3.0), &[], 0.0);
+    assert_reported(&changes(10.0, 0.0, |_, _, _| 3.0), &[], 0.0);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn a_slide_ends_with_the_touch_even_if_something_shakes_the_finger_for_good() {
     assert_eq!(last[0], "release", "{found:?}");
 }
 
-/// A knock shakes the finger for 100 ms, less than any slide: in the hold before the slide and in the one after it.
+/// A knock in each hold shakes the finger for 100 ms, which is shorter than any slide.
 #[test]
 fn a_knock_during_a_hold_is_no_slide_and_moves_no_end() {
     let found = changes(8.0, 20.0, |t, sign, lag| {
@@ -172,5 +172,5 @@ fn a_knock_during_a_hold_is_no_slide_and_moves_no_end() {
         sign * (load(t, 7.0) + 500.0 * (tone + knock(2.0) + knock(6.0)))
     });
     let expected = [("contact", 1.0), ("start", 3.0), ("end", 5.0), ("release", 7.0)];
-    assert_told(&found, &expected, 0.02);
+    assert_reported(&found, &expected, 0.02);
 }

@@ -10,13 +10,13 @@ use ridgetone_proto::telemetry::{Hold, Image};
 use std::f64::consts::TAU;
 use support::{all, outcome, run, run_on};
 
-/// Images of a scene, read by a converter whose noise is `seed`'s.
+/// Images of a scene, read by a converter with noise of this `seed`.
 fn images(scene: impl Scene + 'static, seed: u64) -> Vec<Image> {
     let board = SimulatedBoard::new(scene, Options { seed, ..Options::default() });
     outcome(&run_on(board, Settings::default(), None, all)).images
 }
 
-/// What the same scene without any noise gives on the mean over an image's frames, less what it gave at the beginning:
+/// The mean of the same scene without noise over an image's frames, less its value at the beginning:
 /// volts of each taxel.
 fn pressed_v(mut scene: SlidingScene, image: &Image) -> [f64; TAXELS] {
     let untouched: [f64; TAXELS] = std::array::from_fn(|taxel| scene.volts(taxel as u8, 0.0));
@@ -58,7 +58,7 @@ fn both_holds_are_imaged_with_their_standard_error() {
         for (image, (from_s, to_s)) in images.iter().zip(within) {
             let (start_s, end_s) = (image.start_us as f64 * 1e-6, image.end_us as f64 * 1e-6);
             assert!(from_s < start_s && end_s < to_s, "{image:?} in {from_s} s to {to_s} s");
-            // Of a second of hold the spike takes 0.3 s, and what may hold the first of a motion some blocks.
+            // The spike takes 0.3 s of a hold of one second. The last blocks are left out: they may hold the first of a motion.
             assert!(end_s - start_s > 0.5, "{image:?}");
             let frames_s = image.frames as f64 / FRAME_RATE_HZ as f64;
             assert!((end_s - start_s - frames_s).abs() < 1e-4, "{image:?}");
@@ -71,7 +71,7 @@ fn both_holds_are_imaged_with_their_standard_error() {
             }
         }
     }
-    // What both images of a touch share is the level before it, so their errors are not independent: of 960, 480 count.
+    // Both images of a touch share the level before it, so their errors are not independent: 480 of 960 count.
     let spread = (squares / count as f64).sqrt();
     assert!((spread - 1.0).abs() < 0.1, "{spread} of {count}");
 }
@@ -120,7 +120,7 @@ fn a_touch_without_a_slide_is_one_image_and_one_with_two_slides_three() {
 }
 
 #[test]
-fn a_record_that_ends_in_a_hold_tells_its_image() {
+fn a_record_that_ends_in_a_hold_reports_its_image() {
     let images = images(Steps { touched_s: (1.0, 9.0), slides_s: &[(2.0, 3.0)], end_s: 4.0 }, 1);
     assert_eq!(images.iter().map(|image| image.hold).collect::<Vec<_>>(), [Hold::BeforeSlide, Hold::AfterSlide]);
     images.iter().for_each(assert_steps);
@@ -128,7 +128,7 @@ fn a_record_that_ends_in_a_hold_tells_its_image() {
 
 #[test]
 fn a_hold_that_is_too_short_has_no_image() {
-    // Of 0.3 s the spike takes at least 0.1 s, its last blocks are not to be trusted, and a slide is known by the first.
+    // The spike takes at least 0.1 s of 0.3 s. The last blocks are left out: they may hold the first of a slide.
     for hold_before_s in [0.15, 0.2] {
         let scene = SlidingScene::new(Sliding { hold_before_s, ..Sliding::default() }).unwrap();
         let images = images(scene, 1);

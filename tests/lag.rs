@@ -4,7 +4,7 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::abscissa::{Fitted, in_time};
+use ridgetone::abscissa::{self, Fitted};
 use ridgetone::surface::lag::lag;
 use ridgetone::surface::travel::by_phases;
 use ridgetone::window::Window;
@@ -80,7 +80,7 @@ impl Wave {
             reference: [0.0; 16],
             span: Span::Window,
         };
-        in_time(fitter, &window, &mut table, 0.0).expect("all frames are there")
+        abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
     }
 }
 

@@ -51,32 +51,22 @@ fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32
     if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
 }
 
-/// Fits a window in time.
+/// Fits a window by the places that a speed profile leads to; without one, in time.
 ///
 /// # Errors
 /// If its frames were overwritten.
-pub fn in_time(
+pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
     interferer_hz: f32,
+    profile: Option<&Profile>,
 ) -> Result<Fitted, Overwritten> {
-    let fit = fitter.fit(&mut span(window, source, interferer_hz))?;
-    let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
-    Ok(Fitted { fit, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 })
-}
-
-/// Fits a window by the places that a speed profile leads to.
-///
-/// # Errors
-/// If its frames were overwritten.
-pub fn by_place(
-    fitter: &mut Fitter,
-    window: &Window,
-    source: &mut dyn FrameSource,
-    interferer_hz: f32,
-    profile: &Profile,
-) -> Result<Fitted, Overwritten> {
+    let mut span = span(window, source, interferer_hz);
+    let Some(profile) = profile else {
+        let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
+        return Ok(Fitted { fit: fitter.fit(&mut span)?, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 });
+    };
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
@@ -86,7 +76,7 @@ pub fn by_place(
     let way = profile.way_from(start_us);
     let place_mm = |frame: u32| way.place_mm((frame as f32 * frame_us) as u32);
     let per_slot = place_mm(last) / (last.max(1) * SLOTS) as f32;
-    let fit = match span(window, source, interferer_hz).along(&place_mm) {
+    let fit = match span.along(&place_mm) {
         Some(mut span) => fitter.fit(&mut span)?,
         None => Fit::at_rest(window.frames),
     };

@@ -21,7 +21,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
-use resolve::{Resolved, resolve};
+use resolve::{Reads, Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::scan::SCAN;
 use unseen::Unseen;
@@ -42,6 +42,9 @@ const PAUSE_LEAST_US: u32 = 125_000;
 const PAUSE_MOST_US: u32 = 4_000_000;
 /// A chip without a fault for so long after a restart, and for longer than the pause, works, microseconds.
 const WELL_US: u32 = 1_000_000;
+
+/// The queue to the detector.
+type Samples<'a> = Producer<'a, TimedConversion>;
 
 /// What the caller does with DRDY's interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +125,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     pub fn edge(
         &mut self,
         edge_us: impl FnOnce() -> u32,
-        samples: &mut Producer<'_, TimedConversion>,
+        samples: &mut Samples<'_>,
         diagnostics: &Diagnostics,
     ) -> Drdy {
         let (first, again) = (self.adc.read().ok(), self.adc.read().ok());
@@ -133,10 +136,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             && conversion.status.0 & NEW_AND_ID == self.next
         {
             self.storm_count = self.storm_count.saturating_sub(1);
-            self.queue(conversion, t_us, samples, diagnostics);
+            self.queue(TimedConversion { t_us, conversion }, samples, diagnostics);
             return Drdy::Listen;
         }
-        self.unexpected(first, again, t_us, samples, diagnostics)
+        self.unexpected([first, again], t_us, samples, diagnostics)
     }
 
     /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
@@ -203,13 +206,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     #[inline(always)]
-    fn queue(
-        &mut self,
-        conversion: Conversion,
-        t_us: u32,
-        samples: &mut Producer<'_, TimedConversion>,
-        diagnostics: &Diagnostics,
-    ) {
+    fn queue(&mut self, timed: TimedConversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) {
+        let TimedConversion { t_us, conversion } = timed;
         self.early = false;
         if self.latest.is_some() {
             self.unseen.passed(t_us.wrapping_sub(self.latest_us));
@@ -217,38 +215,26 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         self.latest = Some(conversion);
         self.latest_us = t_us;
         self.next = next_status(conversion.status.0);
-        if samples.enqueue(TimedConversion { t_us, conversion }).is_err() {
+        if samples.enqueue(timed).is_err() {
             diagnostics.overruns.add(1);
         }
     }
 
-    /// Takes reads that are not twice the expected conversion.
+    /// Takes two reads that are not both the expected conversion.
     #[inline(never)]
-    fn unexpected(
-        &mut self,
-        first: Option<Conversion>,
-        again: Option<Conversion>,
-        t_us: u32,
-        samples: &mut Producer<'_, TimedConversion>,
-        diagnostics: &Diagnostics,
-    ) -> Drdy {
+    fn unexpected(&mut self, reads: Reads, t_us: u32, samples: &mut Samples<'_>, diagnostics: &Diagnostics) -> Drdy {
         let adc = &mut self.adc;
-        match resolve(self.latest, self.next, first, again, || adc.read().ok()) {
-            Resolved::Found(conversion) => {
-                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
-                self.queue(conversion, t_us, samples, diagnostics);
-                // It is new: a processor that is too slow for the scan makes no storm.
-                return self.request_check();
-            }
-            Resolved::Mended(conversion) => {
-                diagnostics.fault(FaultKind::Bus, t_us);
-                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
-                self.queue(conversion, t_us, samples, diagnostics);
-            }
-            Resolved::Later(conversion) => {
-                // They include the one before it, which was read only once.
-                diagnostics.overruns.add(skipped(self.next, conversion.status.0));
-                self.queue(conversion, t_us, samples, diagnostics);
+        let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
+        if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
+            // Before a later one they include the one that was read only once.
+            diagnostics.overruns.add(skipped(self.next, conversion.status.0));
+            self.queue(TimedConversion { t_us, conversion }, samples, diagnostics);
+        }
+        match resolved {
+            // It is new: a processor that is too slow for the scan makes no storm.
+            Resolved::Found(_) => return self.request_check(),
+            Resolved::Mended(_) => diagnostics.fault(FaultKind::Bus, t_us),
+            Resolved::Later(_) => {
                 self.early = true;
                 return Drdy::Listen;
             }

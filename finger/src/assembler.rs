@@ -9,7 +9,7 @@
 
 use crate::frame::{Frame, Readings, TimedConversion};
 use crate::scan::{CONVERSION_NS, FRAME_NS, ID_OF, IDS, OWN, SLOT_OF, SLOTS};
-use ads1258::{Conversion, reading};
+use ads1258::Conversion;
 use heapless::Vec;
 use ridgetone_proto::scan::{INPUTS, SCANNED};
 
@@ -60,18 +60,19 @@ pub struct Assembler {
     pub vref_v: f32,
     buffer: Vec<TimedConversion, { SLOTS as usize }>,
     /// Slot of the latest conversion that was taken.
-    latest_slot: Option<u32>,
+    pub latest_slot: Option<u32>,
     /// Set if that conversion was off its time.
     off_time: Option<OffTime>,
-    /// Board time of that conversion.
-    latest_us: u32,
-    /// Device time of that conversion.
-    t_us: u64,
-    frame: Frame,
+    /// Board time of that conversion, microseconds, wrapping.
+    pub board_us: u32,
+    /// Device time of that conversion, microseconds since the first.
+    pub now_us: u64,
+    /// The latest frame.
+    pub frame: Frame,
     /// Whether `frame` holds conversions and was not given yet.
     is_open: bool,
-    /// The latest codes of the internal readings.
-    own: [Option<i32>; OWN],
+    /// The latest codes of the internal readings: offset, supply, temperature, gain, reference.
+    pub own: [Option<i32>; OWN],
     /// Frames given so far. It wraps, as their numbers do, after 206 days.
     pub frames: u32,
     /// Conversions that are missing.
@@ -90,8 +91,8 @@ impl Assembler {
             buffer: Vec::new(),
             latest_slot: None,
             off_time: None,
-            latest_us: 0,
-            t_us: 0,
+            board_us: 0,
+            now_us: 0,
             frame: Frame::EMPTY,
             is_open: false,
             own: [None; OWN],
@@ -102,38 +103,9 @@ impl Assembler {
         }
     }
 
-    /// Device time of the latest conversion, microseconds since the first.
-    pub const fn now_us(&self) -> u64 {
-        self.t_us
-    }
-
-    /// Board time of the latest conversion.
-    pub const fn board_us(&self) -> u32 {
-        self.latest_us
-    }
-
-    /// Whether there has been a conversion.
-    pub const fn has_begun(&self) -> bool {
-        self.latest_slot.is_some()
-    }
-
-    /// The latest codes of supply and reference.
-    #[inline(always)]
-    pub const fn supply_and_reference(&self) -> [Option<i32>; 2] {
-        let [_offset, supply, _temperature, _gain, reference] = self.own;
-        [supply, reference]
-    }
-
     /// The chip's internal readings.
     pub fn readings(&self) -> Readings {
-        let [offset, supply, temperature, gain, reference] = self.own;
-        Readings {
-            supply_v: supply.map_or(0.0, reading::supply_v),
-            reference_v: reference.map_or(0.0, reading::reference_v),
-            temperature_c: temperature.map_or(0.0, |code| reading::temperature_c(code, self.vref_v)),
-            offset_v: offset.map_or(0.0, |code| reading::offset_v(code, self.vref_v)),
-            gain: gain.map_or(0.0, reading::gain),
-        }
+        Readings::new(self.own, self.vref_v)
     }
 
     /// Buffers one conversion. True if there is now a scan's worth of them, for [`Self::try_fast_path`] or else
@@ -157,11 +129,6 @@ impl Assembler {
         }
     }
 
-    /// The latest frame.
-    pub const fn frame(&self) -> &Frame {
-        &self.frame
-    }
-
     /// The signal has ended: takes what is still buffered.
     pub fn finish(&mut self, done: &mut impl FnMut(&Frame)) {
         for timed in core::mem::take(&mut self.buffer) {
@@ -180,7 +147,7 @@ impl Assembler {
         let (number, passed_us) = match self.latest_slot {
             None => (0, 0),
             Some(slot) => {
-                let passed_us = first.t_us.wrapping_sub(self.latest_us);
+                let passed_us = first.t_us.wrapping_sub(self.board_us);
                 if slot != SLOTS - 1 || self.off_time.is_some() || !is_on_time(passed_us, STEP_US) {
                     return false;
                 }
@@ -195,7 +162,7 @@ impl Assembler {
         {
             return false;
         }
-        self.latest_us = last.t_us;
+        self.board_us = last.t_us;
         self.latest_slot = Some(SLOTS - 1);
         for (code, timed) in self.frame.codes.iter_mut().zip(taxels) {
             *code = timed.conversion.code;
@@ -204,9 +171,9 @@ impl Assembler {
             *code = Some(timed.conversion.code);
         }
         self.frame.number = number;
-        self.frame.t_us = self.t_us.wrapping_add(passed_us as u64);
+        self.frame.t_us = self.now_us.wrapping_add(passed_us as u64);
         (self.frame.present, self.frame.good) = (SCANNED, SCANNED);
-        self.t_us = self.frame.t_us.wrapping_add(span_us as u64);
+        self.now_us = self.frame.t_us.wrapping_add(span_us as u64);
         self.buffer.clear();
         self.frames = self.frames.wrapping_add(1);
         true
@@ -248,7 +215,7 @@ impl Assembler {
         if scans > 0 {
             self.give(done);
             self.frame.number = self.frame.number.wrapping_add(scans);
-            self.frame.t_us = self.t_us.saturating_sub(slot as u64 * CONVERSION_NS / 1000);
+            self.frame.t_us = self.now_us.saturating_sub(slot as u64 * CONVERSION_NS / 1000);
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.is_open = true;
@@ -267,14 +234,14 @@ impl Assembler {
     /// Moves on to `slot` at board time `t_us` and counts what was lost before it. Returns how many scans later it is
     /// than the latest conversion.
     fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
-        let passed_us = t_us.wrapping_sub(self.latest_us);
-        self.latest_us = t_us;
+        let passed_us = t_us.wrapping_sub(self.board_us);
+        self.board_us = t_us;
         let Some(before) = self.latest_slot.replace(slot) else {
             self.lost = slot;
             self.flaws.lost = slot;
             return 0;
         };
-        self.t_us = self.t_us.wrapping_add(passed_us as u64);
+        self.now_us = self.now_us.wrapping_add(passed_us as u64);
         let (mut scans, mut lost_by_time) = ((slot <= before) as u32, 0);
         if passed_us > GAP_US {
             // As many whole scans more as bring the count of slots nearest to the time that passed.

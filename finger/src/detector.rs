@@ -98,7 +98,7 @@ impl Detector {
     ) {
         let Self { assembler, tracker, .. } = self;
         if assembler.try_fast_path() {
-            tracker.push(assembler.frame(), ring, emit, due);
+            tracker.push(&assembler.frame, ring, emit, due);
         } else {
             assembler.slow_path(&mut |frame| tracker.push(frame, ring, emit, due));
             add_flaws(assembler, diagnostics);
@@ -107,7 +107,7 @@ impl Detector {
         let (latest, report) = (self.tracker.clock.latest.0, &mut |fault| emit(Event::Fault(fault)));
         self.episodes.check(latest, &self.assembler, diagnostics, report);
         if self.health_reporter.is_due(latest) {
-            self.report_health(self.assembler.now_us(), diagnostics, emit);
+            self.report_health(self.assembler.now_us, diagnostics, emit);
             if self.health_reporter.is_greeting_due() {
                 emit(self.hello());
             }
@@ -118,7 +118,7 @@ impl Detector {
     fn report_health(&mut self, t_us: u64, diagnostics: &Diagnostics, emit: &mut dyn FnMut(Event)) {
         let Self { assembler, tracker, health_reporter, .. } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
-        diagnostics.faults.forget(assembler.board_us());
+        diagnostics.faults.forget(assembler.board_us);
         emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
     }
 
@@ -130,9 +130,10 @@ impl Detector {
         let Self { assembler, tracker, health_reporter, episodes, .. } = self;
         health_reporter.check_rate(assembler, &tracker.clock, diagnostics);
         diagnostics.faults.forget(board_us);
-        let passed_us = board_us.wrapping_sub(assembler.board_us());
-        let passed_us = assembler.has_begun().then_some(if passed_us > u32::MAX - AHEAD_US { 0 } else { passed_us });
-        let t_us = assembler.now_us().wrapping_add(passed_us.unwrap_or(0) as u64);
+        let passed_us = board_us.wrapping_sub(assembler.board_us);
+        let passed_us =
+            assembler.latest_slot.is_some().then_some(if passed_us > u32::MAX - AHEAD_US { 0 } else { passed_us });
+        let t_us = assembler.now_us.wrapping_add(passed_us.unwrap_or(0) as u64);
         episodes.report((t_us, board_us), diagnostics, &mut |fault| emit(Event::Fault(fault)));
         if health_reporter.is_silence_due(passed_us) {
             emit(Event::Health(health(t_us, assembler, tracker.clock.frame_rate_hz(), diagnostics)));
@@ -154,7 +155,7 @@ impl Detector {
         assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
         add_flaws(assembler, diagnostics);
         tracker.finish(ring, emit, due);
-        self.report_health(self.assembler.now_us(), diagnostics, emit);
+        self.report_health(self.assembler.now_us, diagnostics, emit);
     }
 
     /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its windows get the new

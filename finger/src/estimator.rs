@@ -1,6 +1,6 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{Fitted, by_place, in_time};
+use crate::abscissa::{self, Fitted};
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
@@ -83,11 +83,7 @@ impl Estimator {
         source: &mut dyn FrameSource,
         profile: Option<&Profile>,
     ) -> Result<Estimate, Overwritten> {
-        let (fitter, interferer_hz) = (&mut self.fitter, self.settings.interferer_hz);
-        let fitted = match profile {
-            None => in_time(fitter, window, source, interferer_hz)?,
-            Some(profile) => by_place(fitter, window, source, interferer_hz, profile)?,
-        };
+        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, profile)?;
         let fit = &fitted.fit;
         let mut estimate = Estimate {
             t_us: window.end_us,

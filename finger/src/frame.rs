@@ -1,8 +1,8 @@
 //! One conversion with its time, one scan of them, and when the scans were.
 
 use crate::ring::Ring;
-use crate::scan::FRAME_NS;
-use ads1258::Conversion;
+use crate::scan::{FRAME_NS, OWN};
+use ads1258::{Conversion, reading};
 use ridgetone_proto::scan::{FRAME_RATE_HZ, INPUTS, SCANNED, TAXELS};
 use ridgetone_tone::Values;
 
@@ -65,6 +65,19 @@ pub struct Readings {
     pub offset_v: f32,
     /// Gain, ideally 1.
     pub gain: f32,
+}
+
+impl Readings {
+    /// The readings of these codes, in the order of the slots. `vref_v` is the reference that is set, volts.
+    pub fn new([offset, supply, temperature, gain, reference]: [Option<i32>; OWN], vref_v: f32) -> Self {
+        Self {
+            supply_v: supply.map_or(0.0, reading::supply_v),
+            reference_v: reference.map_or(0.0, reading::reference_v),
+            temperature_c: temperature.map_or(0.0, |code| reading::temperature_c(code, vref_v)),
+            offset_v: offset.map_or(0.0, |code| reading::offset_v(code, vref_v)),
+            gain: gain.map_or(0.0, reading::gain),
+        }
+    }
 }
 
 /// Times of frames.

@@ -93,7 +93,7 @@ impl HealthReporter {
         // Frame numbers may have wrapped in a longer time.
         let is_known = frames < 10 * HEALTH_FRAMES && passed_us <= u32::MAX as u64 && breaks == from_breaks;
         if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
-            diagnostics.fault(FaultKind::Clock, assembler.board_us());
+            diagnostics.fault(FaultKind::Clock, assembler.board_us);
         }
     }
 }

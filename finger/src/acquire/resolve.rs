@@ -22,13 +22,15 @@ pub enum Resolved {
     RepeatedGarbled,
 }
 
+/// Two reads of a conversion. None: the read failed.
+pub type Reads = [Option<Conversion>; 2];
+
 /// Resolves two reads that are not both the expected conversion, with a `third` if they differ. `latest` is the
-/// conversion before, `next` is NEW and CHID of the expected one. None: the read failed.
+/// conversion before, `next` is NEW and CHID of the expected one.
 pub fn resolve(
     latest: Option<Conversion>,
     next: u8,
-    first: Option<Conversion>,
-    again: Option<Conversion>,
+    [first, again]: Reads,
     third: impl FnOnce() -> Option<Conversion>,
 ) -> Resolved {
     if let Some(first) = first
@@ -87,7 +89,7 @@ mod tests {
     /// After AIN0 (id 8) AIN1 (9) is expected. What is read first, again, and if needed a third time.
     fn resolved(first: (u8, i32), again: (u8, i32), third: (u8, i32)) -> Resolved {
         let [first, again, third] = [first, again, third].map(|(status, code)| read(status, code));
-        resolve(read(0x88, 7), 0x89, first, again, || third)
+        resolve(read(0x88, 7), 0x89, [first, again], || third)
     }
 
     const NONE: (u8, i32) = (0x55, 0x55);
@@ -101,8 +103,8 @@ mod tests {
         // If the first read fails, NEW is set at the second.
         assert_eq!(resolved((0x33, 5), (0x89, 5), (0x09, 5)), Mended(good));
         assert_eq!(resolved((0x89, 4), (0x09, 5), (0x09, 6)), Garbled);
-        assert_eq!(resolve(None, 0x88, None, None, || None), Garbled);
-        assert_eq!(resolve(None, 0x88, None, read(0x08, 1), || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
+        assert_eq!(resolve(None, 0x88, [None, None], || None), Garbled);
+        assert_eq!(resolve(None, 0x88, [None, read(0x08, 1)], || read(0x08, 1)), Mended(read(0x88, 1).unwrap()));
     }
 
     #[test]

@@ -80,12 +80,12 @@ impl FaultEpisodes {
     /// Adds a fault to `diagnostics` if the chip reads its supply or its reference out of range.
     #[inline(always)]
     pub fn check_supply(&self, assembler: &Assembler, diagnostics: &Diagnostics) {
-        let [supply, reference] = assembler.supply_and_reference();
+        let [_offset, supply, _temperature, _gain, reference] = assembler.own;
         if supply.is_some_and(|code| !SUPPLY.contains(&code)) {
-            diagnostics.fault(FaultKind::Supply, assembler.board_us());
+            diagnostics.fault(FaultKind::Supply, assembler.board_us);
         }
         if reference.is_some_and(|code| !self.reference.contains(&code)) {
-            diagnostics.fault(FaultKind::Reference, assembler.board_us());
+            diagnostics.fault(FaultKind::Reference, assembler.board_us);
         }
     }
 
@@ -100,7 +100,7 @@ impl FaultEpisodes {
     ) {
         if self.is_active && reached(latest, self.check_at) || diagnostics.faults.has_fresh() {
             self.check_at = latest.wrapping_add(CHECK_FRAMES);
-            self.report((assembler.now_us(), assembler.board_us()), diagnostics, report);
+            self.report((assembler.now_us, assembler.board_us), diagnostics, report);
             set_zero(assembler, diagnostics);
         }
     }
@@ -150,7 +150,7 @@ const fn reference_codes(vref_v: f32) -> RangeInclusive<i32> {
 /// Adds the assembler's new flaws to `diagnostics`.
 #[inline(never)]
 pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
-    let board_us = assembler.board_us();
+    let board_us = assembler.board_us;
     set_zero(assembler, diagnostics);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
     if UNSURE_CONVERSIONS.contains(&lost) {
@@ -171,5 +171,5 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
 
 /// Sets the board time at which device time is zero.
 fn set_zero(assembler: &Assembler, diagnostics: &Diagnostics) {
-    diagnostics.faults.set_zero(assembler.board_us().wrapping_sub(assembler.now_us() as u32));
+    diagnostics.faults.set_zero(assembler.board_us.wrapping_sub(assembler.now_us as u32));
 }
