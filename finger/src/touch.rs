@@ -7,5 +7,6 @@ mod held;
 pub(crate) mod image;
 pub(crate) mod motion;
 mod onset;
+mod phase;
 mod slide;
 mod spike;

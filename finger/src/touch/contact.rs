@@ -8,12 +8,13 @@
 use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
 use crate::touch::chi_square::limit;
-use crate::touch::held::{HELD_BACK, HeldLevel};
+use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, approach};
 use crate::touch::onset::Frames;
-use crate::touch::slide::{Moving, moved_until, slide_end};
-use crate::touch::spike::Spike;
-use ridgetone_proto::scan::{TAXELS, frames_in};
+use crate::touch::phase::{Ended, Phase};
+use crate::touch::slide::{Moving, moved_until, planned, slide_end};
+use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
@@ -25,46 +26,8 @@ const IDLE_SHARE: f32 = 1.0 / 16.0;
 /// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
 /// [`crate::touch::motion`], with a margin for the uncertainty of the level.
 const TOUCHED: f32 = limit(1.0, 84.0);
-/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
-/// first 0.8 s of a record that contains it.
-const SPIKE_FRAMES: u32 = 72;
-/// Blocks in a row without a quick change after which the spike is over: 100 ms.
-const SPIKE_STILL_BLOCKS: u32 = 6;
-/// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
-/// deviations in every taxel. Less is a vibration.
-const TAP: f32 = limit(900.0, 0.0);
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
-/// A level is back at idle within this share of the way to the held one, squared: about a third.
-const BACK_AT_IDLE: f32 = 0.1;
-/// A level is a load beyond this share of the way, squared: a half. Less is a skin on its way back.
-const IS_LOAD: f32 = 0.25;
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Phase {
-    /// Blocks that have taught the idle level.
-    Learning(u32),
-    Idle,
-    /// The skin creeps back to where it was before the latest touch: the next block's mean is the idle level.
-    CreepingBack,
-    /// Touched since the block that ends with this frame; the spike's peak is looked for.
-    Spike(u32),
-    Hold,
-    /// Something moves, a slide or only a step.
-    Moving(Moving),
-    /// Since this frame.
-    Slide(u32),
-}
-
-/// What was over when the levels came to rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Ended {
-    Spike,
-    /// A hold: the levels are back at idle.
-    Hold,
-    /// The slide that began at this frame.
-    Slide(u32),
-}
 
 /// The state machine.
 #[derive(Clone, Debug)]
@@ -75,9 +38,6 @@ pub struct ContactDetector {
     /// The next block may hold the last of what has ended: it is not judged.
     skips_block: bool,
     motion: Motion,
-    /// Blocks in a row without a quick change, and without any.
-    still_quick: u32,
-    still: u32,
     idle: Values,
     /// Idle level before the latest touch, if there was one: the skin creeps back to it.
     idle_before: Option<Values>,
@@ -103,8 +63,6 @@ impl ContactDetector {
             phase: Phase::Learning(0),
             skips_block: false,
             motion: Motion::new(),
-            still_quick: 0,
-            still: 0,
             idle: [0.0; TAXELS],
             idle_before: None,
             spike: Spike::new(),
@@ -144,8 +102,6 @@ impl ContactDetector {
             self.spike.follow(number, values, &self.idle, self.motion.weights());
         }
         let Some(block) = self.motion.push(values) else { return };
-        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
         if core::mem::take(&mut self.skips_block) {
             if self.phase == Phase::Idle {
                 self.enter(Phase::Idle);
@@ -200,7 +156,7 @@ impl ContactDetector {
                 false
             }
             Phase::Spike(since) => {
-                if number.wrapping_sub(since) >= SPIKE_FRAMES || self.still_quick >= SPIKE_STILL_BLOCKS {
+                if number.wrapping_sub(since) >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS {
                     self.settle(Ended::Spike, number, ring, report);
                 }
                 false
@@ -208,7 +164,7 @@ impl ContactDetector {
             Phase::Hold | Phase::Moving(_) => {
                 self.load = self.motion.distance(&self.held.level, &self.idle);
                 let off = self.motion.distance(&mean, &self.idle);
-                if self.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
+                if self.motion.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
                     self.end_hold(report);
                     self.settle(Ended::Hold, number, ring, report);
                     return false;
@@ -235,7 +191,7 @@ impl ContactDetector {
                 self.still_level = self.motion.past().mean_of_four(HELD_BACK);
             }
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
-        } else if !moves && self.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
+        } else if !moves && self.motion.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
             self.held.extend(number, &self.motion);
         } else if !moves {
             self.held.restart();
@@ -248,7 +204,7 @@ impl ContactDetector {
         if moving.is_slide() {
             let left = self.frames(ring).departure(&self.still_level, moving.since, self.contact);
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
-        } else if self.still >= STILL_BLOCKS {
+        } else if self.motion.still >= STILL_BLOCKS {
             self.enter(Phase::Hold);
         } else {
             self.phase = Phase::Moving(moving);
@@ -267,7 +223,7 @@ impl ContactDetector {
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         let off = self.motion.distance(&self.motion.recent_mean(), &self.idle);
-        if self.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
+        if self.motion.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
             self.settle(Ended::Slide(start), number, ring, report);
         }
     }
@@ -295,7 +251,7 @@ impl ContactDetector {
             Ended::Hold => true,
             Ended::Slide(start) => {
                 // Of a finger that is shaken in the air only that is known.
-                let end = if self.still_quick >= STILL_BLOCKS {
+                let end = if self.motion.still_quick >= STILL_BLOCKS {
                     let end = slide_end(&self.frames(ring), &self.motion, &level, self.moving_until, over);
                     arrived = Some(end);
                     end
@@ -324,13 +280,7 @@ impl ContactDetector {
     fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
         let (frame, taxel, height) = self.spike.highest();
         self.contact = frame;
-        self.planned = match self.rule {
-            SlideRule::Found => None,
-            SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => {
-                let start = frame.wrapping_add(frames_in(delay_s));
-                Some((start, start.wrapping_add(frames_in(length_mm / speed_mm_s))))
-            }
-        };
+        self.planned = planned(self.rule, frame);
         report(Change::Contact { frame, taxel, height });
     }
 
@@ -375,6 +325,5 @@ impl ContactDetector {
     fn enter(&mut self, phase: Phase) {
         self.phase = phase;
         self.motion.restart();
-        (self.still, self.still_quick) = (0, 0);
     }
 }

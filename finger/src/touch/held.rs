@@ -10,6 +10,10 @@ use ridgetone_tone::Values;
 pub const HELD_BACK: usize = 2;
 /// Fewest blocks that are worth an image: 0.1 s.
 const BLOCKS_MIN: u32 = 6;
+/// A level is back at idle within this share of the way to the held one, squared: about a third.
+pub const BACK_AT_IDLE: f32 = 0.1;
+/// A level is a load beyond this share of the way, squared: a half. Less is a skin on its way back.
+pub const IS_LOAD: f32 = 0.25;
 
 /// What is held.
 #[derive(Clone, Debug, PartialEq)]

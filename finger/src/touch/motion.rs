@@ -70,6 +70,10 @@ pub struct Motion {
     compared: [f32; 4],
     /// Those of still blocks.
     typical: [f32; 4],
+    /// Blocks in a row without a quick change, since the last restart.
+    pub still_quick: u32,
+    /// Blocks in a row without any.
+    pub still: u32,
 }
 
 impl Motion {
@@ -85,12 +89,14 @@ impl Motion {
             squares: [0.0; TAXELS],
             compared: [0.0; 4],
             typical: [0.0; 4],
+            still_quick: 0,
+            still: 0,
         }
     }
 
     /// Forgets the past but not the noise: the next block is compared with nothing.
     pub fn restart(&mut self) {
-        self.past.count = 0;
+        (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
     }
@@ -135,7 +141,10 @@ impl Motion {
         self.past.push(mean);
         let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
         let now = over(0, JUMPING) || over(1, MOVING);
-        Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING) }
+        let block = Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING) };
+        self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
+        self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
+        block
     }
 
     /// How far this block and two before it, `distance_blocks` and twice that, are off a straight course.

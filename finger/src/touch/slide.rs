@@ -2,6 +2,8 @@
 
 use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
 use crate::touch::onset::Frames;
+use ridgetone_proto::scan::frames_in;
+use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.
@@ -53,6 +55,14 @@ pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
         _ => return None,
     };
     Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
+}
+
+/// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one behind its last. None if
+/// the slide is found by motion.
+pub fn planned(rule: SlideRule, contact: u32) -> Option<(u32, u32)> {
+    let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = rule else { return None };
+    let start = contact.wrapping_add(frames_in(delay_s));
+    Some((start, start.wrapping_add(frames_in(length_mm / speed_mm_s))))
 }
 
 /// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves

@@ -1,6 +1,7 @@
 //! The contact spike: the paper's equations 2 and 3.
 
 use crate::ring::Ring;
+use crate::touch::chi_square::limit;
 use crate::touch::motion::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -11,6 +12,14 @@ const PEAK_FRAMES: u32 = 5;
 const CLEAR: f32 = 4.0;
 /// Frames before the block of the first touch where the spike may have begun.
 const LOOK_BACK: u32 = 4;
+/// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
+/// first 0.8 s of a record that contains it.
+pub const SPIKE_FRAMES: u32 = 72;
+/// Blocks in a row without a quick change after which the spike is over: 100 ms.
+pub const SPIKE_STILL_BLOCKS: u32 = 6;
+/// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
+/// deviations in every taxel. Less is a vibration.
+pub const TAP: f32 = limit(900.0, 0.0);
 
 /// The highest deviation of every taxel so far.
 #[derive(Clone, Debug)]

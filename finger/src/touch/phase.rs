@@ -1,0 +1,30 @@
+//! The phases of a touch, and what ends one.
+
+use crate::touch::slide::Moving;
+
+/// Where a touch is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Blocks that have taught the idle level.
+    Learning(u32),
+    Idle,
+    /// The skin creeps back to where it was before the latest touch: the next block's mean is the idle level.
+    CreepingBack,
+    /// Touched since the block that ends with this frame; the spike's peak is looked for.
+    Spike(u32),
+    Hold,
+    /// Something moves, a slide or only a step.
+    Moving(Moving),
+    /// Since this frame.
+    Slide(u32),
+}
+
+/// What was over when the levels came to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ended {
+    Spike,
+    /// A hold: the levels are back at idle.
+    Hold,
+    /// The slide that began at this frame.
+    Slide(u32),
+}
