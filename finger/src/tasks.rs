@@ -4,7 +4,7 @@
 //! | task | priority | starts with | does |
 //! |---|---|---|---|
 //! | [`drdy`] | 5 | DRDY's falling edge | reads one conversion, queues it; checks the chip on request |
-//! | [`line`] | 4 | a byte sent or received | sends one byte of telemetry, takes one of a request |
+//! | [`mod@line`] | 4 | a byte sent or received | sends one byte of telemetry, takes one of a request |
 //! | [`detect`] | 3 | `drdy` | frames, contact, windows |
 //! | [`report`] | 2 | an event | encodes packets |
 //! | [`watch`] | 2 | twice a second | requests a check of the chip, decides about the watchdog |

@@ -55,9 +55,9 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
-        const NEVER: Seen = Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) };
         Self {
-            kinds: [const { NEVER }; KINDS],
+            kinds: [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } };
+                KINDS],
             fresh: AtomicU32::new(0),
             recent: AtomicU32::new(0),
             zero_us: AtomicU32::new(0),
