@@ -136,4 +136,20 @@ mod tests {
             assert!(error.exit_code() == 2 && error.to_string().contains(word), "{arguments:?}: {error}");
         }
     }
+
+    #[test]
+    fn a_reproduction_that_makes_no_sense_is_refused() {
+        let args = |arguments: &[&str]| Cli::try_parse_from([&["ridgetone-eval", "reproduce"], arguments].concat());
+        let runs = args(&["--runs", "5"]).expect_err("refused").to_string();
+        assert!(runs.contains("--runs") && runs.contains("1..=4"), "{runs}");
+        let refused = |arguments: &[&str]| match args(arguments).expect("arguments").command {
+            Command::Reproduce(args) => run_reproduce(&args).expect_err("refused"),
+            command => panic!("{command:?}"),
+        };
+        let elf = refused(&["--elf", "image.elf"]);
+        assert!(elf.is::<UsageError>() && elf.to_string().contains("--emulated"), "{elf}");
+        let folder = tempfile::tempdir().expect("a folder");
+        let nothing = refused(&["--render", "--out", folder.path().to_str().expect("UTF-8")]);
+        assert!(format!("{nothing:#}").contains("reproduction.json"), "{nothing:#}");
+    }
 }

@@ -102,11 +102,3 @@ fn a_grating_too_fine_for_the_scan_is_reported() {
     assert!(output.status.success());
     assert!(common::stderr(&output).contains("150.0 Hz is too fast"), "{}", common::stderr(&output));
 }
-
-#[test]
-fn a_firmware_image_without_the_emulator() {
-    assert_one_line(&run(&["reproduce", "--elf", "image.elf"]), 2, &["--elf", "--emulated"]);
-    assert_one_line(&run(&["reproduce", "--runs", "5"]), 2, &["--runs", "1..=4"]);
-    let folder = directory();
-    assert_one_line(&run(&["reproduce", "--render", "--out", text(folder.path())]), 1, &["reproduction.json"]);
-}

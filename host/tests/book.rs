@@ -32,13 +32,16 @@ const WITH_A_BOARD: [&str; 10] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 6] = [
+const LITTLE_OF: [(&str, &str); 9] = [
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
+    ("cargo test -p ridgetone-tone", "xtask/src/test.rs"),
+    ("cargo test -p ridgetone-firmware --test path", "xtask/src/test.rs"),
+    ("cargo test -p ridgetone-firmware --test estimator --test extremes", "xtask/src/test.rs"),
 ];
 
 /// What a command that needs the emulator, or minutes, or what another of these has written, has one of.

@@ -142,7 +142,11 @@ fn options_that_do_not_go_together_and_missing_boards_are_refused_on_one_line() 
     // Bounds and their reasons are printed before the command looks for a board.
     let port = board_name();
     assert_one_line(&run(&["settings", "set", "window_s=9", "--port", &port]), 2, &["0.1 to 3.9", "memory"]);
-    assert_one_line(&run(&["settings", "set", "windows=1", "--port", &port]), 2, &["no setting windows", "window_s"]);
+    assert_one_line(
+        &run(&["settings", "set", "windows=1", "--port", &port]),
+        2,
+        &["unknown field `windows`", "window_s"],
+    );
     assert_one_line(&run(&["settings", "set", "--port", &port]), 2, &["NAME=VALUE"]);
 }
 

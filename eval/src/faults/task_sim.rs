@@ -242,12 +242,13 @@ impl Tasks<'_> {
     }
 
     fn into_ran(self, board: &SimulatedBoard) -> Ran {
-        let line = (self.decoder.missing, self.decoder.damaged);
+        let (line, end_ns) = ((self.decoder.missing, self.decoder.damaged), board.now_ns());
         let registers_right = board.with_chip(|chip| chip.registers()) == self.registers;
         board.with_chip(|chip| Ran {
             line,
             chip: chip.counters(),
             injected: chip.injected().to_vec(),
+            end_ns,
             registers_right,
             ..self.ran
         })
