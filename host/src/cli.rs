@@ -63,8 +63,8 @@ enum Command {
     #[command(subcommand)]
     Settings(settings_command::SettingsCommand),
     /// Start, stop or restart a board, or have it estimate by place.
-    #[command(subcommand)]
-    Command(command::BoardCommand),
+    #[command(subcommand, name = "command")]
+    Board(command::BoardCommand),
     /// Print the telemetry of a board on a serial line. When it is unplugged, the command waits for it.
     Listen(monitor::ListenArgs),
     /// Run a scene through the emulated firmware: print its results beside the truth, and draw a picture.
@@ -90,7 +90,7 @@ impl Cli {
             Command::Record(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
-            Command::Command(command) => command.run(),
+            Command::Board(command) => command.run(),
             Command::Listen(args) => args.run(),
             Command::Demo(args) => args.run(),
             Command::Scene(args) => args.run(),
