@@ -122,7 +122,7 @@ pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a
 /// The same byte by byte: takes the board's time and the received bytes, and gives the bytes to send.
 pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
 
-/// Runs the firmware on `input` until the input is over and the firmware has left, or this process is to stop ([`stop`]).
+/// Runs the firmware on `input` until the input is over and the firmware has left, or this process is to stop (Ctrl-C).
 /// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its length.
 ///
 /// # Errors

@@ -39,7 +39,7 @@ pub struct Outcome {
 
 /// Runs `input` through the library. Packets go to `sink` after a trip through the wire format; `progress` is told the
 /// seconds done and those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per
-/// millimetre. It ends early when this process is asked to ([`stop`]).
+/// millimetre. It ends early when this process is asked to (Ctrl-C).
 ///
 /// # Errors
 /// Those of `sink`; an event that does not fit the wire format.
