@@ -32,8 +32,9 @@ const WITH_A_BOARD: [&str; 10] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 9] = [
+const LITTLE_OF: [(&str, &str); 10] = [
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
+    ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
