@@ -40,14 +40,13 @@ impl Frame {
     }
 
     /// Writes the good codes, less their references, to their places in `values`.
-    // Not inlined: the caller is compiled for size.
-    #[inline(never)]
     pub fn put(&self, reference: &Values, values: &mut Values) {
-        for c in 0..INPUTS {
-            if self.good & 1 << c != 0 {
-                // Exact: codes have 24 bits.
-                values[c] = self.codes[c] as f32 - reference[c];
-            }
+        // Exact: codes have 24 bits.
+        let value = |c: usize| self.codes[c] as f32 - reference[c];
+        if self.good == SCANNED {
+            (0..INPUTS).for_each(|c| values[c] = value(c));
+        } else {
+            (0..INPUTS).filter(|c| self.good & 1 << c != 0).for_each(|c| values[c] = value(c));
         }
     }
 }

@@ -101,6 +101,8 @@ pub struct Outcome {
     pub chip: hal_mock::Counters,
     /// Conversions of which at least one read arrived at the board as they were converted.
     pub arrived: u64,
+    /// Conversions that the board read a single time, so that nothing confirms them: the next one was ready before.
+    pub read_once: u64,
     /// When each injected fault acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     /// The chip's registers at the end.
@@ -354,7 +356,7 @@ impl Session {
             Some(Some(101)) => bail!("the firmware panicked{last}"),
             _ => bail!("{QEMU} failed: {}{last}", status.unwrap_or_default()),
         }
-        let ChipEnd { chip, now_us, start_us, first_edge_us, conversions, served, arrived, .. } = self.chip;
+        let ChipEnd { chip, now_us, start_us, first_edge_us, conversions, served, arrived, read_once, .. } = self.chip;
         Ok(Outcome {
             serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
@@ -362,6 +364,7 @@ impl Session {
             conversions_lost: chip.counters().lost,
             chip: chip.counters(),
             arrived,
+            read_once,
             injected: chip.injected().to_vec(),
             registers: chip.registers(),
             start_us: start_us.unwrap_or(0),

@@ -117,6 +117,9 @@ impl Tracker {
 /// window may end there and measure its rate.
 fn fill_gap(frame: &Frame, ring: &mut Ring) {
     let missing = frame.number.wrapping_sub(ring.next());
+    if missing == 0 {
+        return;
+    }
     if missing >= RING_FRAMES as u32 {
         ring.restart(frame.number);
         return;

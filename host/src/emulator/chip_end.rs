@@ -36,6 +36,10 @@ pub struct ChipEnd {
     pub(super) served: u64,
     /// Results of which at least one read arrived as they were converted.
     pub(super) arrived: u64,
+    /// Results that the board has read a single time, the latest one left out: the next was ready before a second read.
+    pub(super) read_once: u64,
+    /// Reads of the latest result.
+    reads: u32,
     /// Edge of the result that arrived last.
     arrived_ns: Option<u64>,
 }
@@ -56,6 +60,8 @@ impl ChipEnd {
             conversions: Vec::new(),
             served: 0,
             arrived: 0,
+            read_once: 0,
+            reads: 0,
             arrived_ns: None,
         }
     }
@@ -106,8 +112,11 @@ impl ChipEnd {
             (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
         }
         if bytes[0] & NEW == 0 {
+            self.reads += 1;
             return;
         }
+        self.read_once += u64::from(self.reads == 1);
+        self.reads = 1;
         self.served += 1;
         self.first_edge_us = self.first_edge_us.or_else(|| Some(self.chip.latest_drdy_fall_ns()? / NS_PER_US));
         if self.keep {
@@ -189,6 +198,7 @@ mod tests {
         }
         assert!(now_us >= 10_000);
         assert_eq!((end.served, end.chip.counters().lost), (end.conversions.len() as u64, 0));
+        assert_eq!(end.read_once, end.served - 1, "each a single time");
         let t_us: Vec<u32> = end.conversions.iter().map(|c| c.t_us).collect();
         assert!(t_us.iter().rev().skip(1).all(|t_us| *t_us < 10_000), "{t_us:?}");
     }
