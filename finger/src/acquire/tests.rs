@@ -85,7 +85,7 @@ impl Bench {
         self.serve()
     }
 
-    /// Conversions of which nothing is asked.
+    /// Conversions that are not looked at.
     fn pass(&mut self, conversions: u32) {
         for _ in 0..conversions {
             let _ = self.next();

@@ -2,8 +2,8 @@
 //!
 //! The spike is found as in the paper's equations 2 and 3, over all taxels: the taxel whose deviation from its idle level
 //! is the greatest gives the time. The slide comes either from the protocol (equations 4 and 5) or from the signal: it
-//! starts when the held levels begin to change and ends when they stop. Both dates are searched for in the ring, as soon
-//! as a block of frames shows that there is something to date.
+//! starts when the held levels begin to change and ends when they stop. Both times are searched for in the ring, as soon
+//! as a block of frames shows that there is one to find.
 
 use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
@@ -157,7 +157,7 @@ impl ContactDetector {
             }
             Phase::Spike(since) => {
                 if number.wrapping_sub(since) >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS {
-                    self.settle(Ended::Spike, number, ring, report);
+                    self.end_phase(Ended::Spike, number, ring, report);
                 }
                 false
             }
@@ -166,7 +166,7 @@ impl ContactDetector {
                 let off = self.motion.distance(&mean, &self.idle);
                 if self.motion.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
                     self.end_hold(report);
-                    self.settle(Ended::Hold, number, ring, report);
+                    self.end_phase(Ended::Hold, number, ring, report);
                     return false;
                 }
                 if let Phase::Moving(moving) = self.phase {
@@ -224,14 +224,14 @@ impl ContactDetector {
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         let off = self.motion.distance(&self.motion.recent_mean(), &self.idle);
         if self.motion.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
-            self.settle(Ended::Slide(start), number, ring, report);
+            self.end_phase(Ended::Slide(start), number, ring, report);
         }
     }
 
     /// Something was over with the block that ends with frame `over`, the latest one: where the taxels are now decides
     /// what it was and what comes next.
     #[inline(never)]
-    fn settle(&mut self, ended: Ended, over: u32, ring: &Ring, report: &mut dyn FnMut(Change)) {
+    fn end_phase(&mut self, ended: Ended, over: u32, ring: &Ring, report: &mut dyn FnMut(Change)) {
         let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle);
         self.still_level = level;

@@ -18,7 +18,7 @@ pub const IS_LOAD: f32 = 0.25;
 /// What is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeldLevel {
-    /// Mean of the blocks, codes. Before the first block, where the taxels came to rest.
+    /// Mean of the blocks, codes. Before the first block, where the taxels are still.
     pub level: Values,
     /// First frame of the mean.
     pub from: u32,

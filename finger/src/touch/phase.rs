@@ -19,7 +19,7 @@ pub enum Phase {
     Slide(u32),
 }
 
-/// What was over when the levels came to rest.
+/// What ended when the levels became still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ended {
     Spike,
