@@ -24,9 +24,7 @@ const DEPENDENT: f64 = 1e-9;
 /// A exp(2 pi i h f t), it is cos = Re A and sin = -Im A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
-    /// Factor of the cosine.
     pub cos: f64,
-    /// Factor of the sine.
     pub sin: f64,
 }
 
@@ -70,7 +68,6 @@ pub struct Clue {
 }
 
 impl Clue {
-    /// The information of several channels.
     pub fn sum(clues: &[Self]) -> Self {
         let add = |sum: Self, clue: &Self| Self {
             information: sum.information + clue.information,

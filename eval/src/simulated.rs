@@ -22,12 +22,10 @@ const AFTER_START_S: f64 = 0.1;
 /// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
 const AFTER_CONTACT_S: f64 = 1.0;
 
-/// A window.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// The frames, in codes less a reference; all channels at the frame's time.
     pub values: Vec<Values>,
-    /// Frames per second.
     pub frame_rate_hz: f64,
     /// The true frequency, hertz.
     pub frequency_hz: f64,

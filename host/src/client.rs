@@ -20,7 +20,6 @@ pub struct Client<'a, S: Source> {
 }
 
 impl<'a, S: Source> Client<'a, S> {
-    /// A client of the board behind a feed.
     pub fn new(feed: &'a mut Feed<S>) -> Self {
         Self { feed, requests: new_requests() }
     }

@@ -348,7 +348,7 @@ impl Session {
             _ if stop::is_requested() => {}
             Some(Some(0)) if self.chip.ended => {}
             Some(Some(0)) => bail!("the firmware left before the end of the input{last}"),
-            // Exit statuses of the firmware: src/board/semihost.rs.
+            // Exit statuses of the firmware: src/board/emulated/semihost.rs.
             Some(Some(3)) => bail!("the firmware faulted{last}"),
             Some(Some(4)) => bail!("the firmware stood still{last}"),
             Some(Some(101)) => bail!("the firmware panicked{last}"),

@@ -27,7 +27,6 @@ pub struct Fate {
     pub recovered_s: Option<f64>,
 }
 
-/// The judgement of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
     /// Of each injection that acted.
@@ -44,7 +43,6 @@ struct Episode {
     until_ns: Option<u64>,
 }
 
-/// Judges a run.
 pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     let mut judgement = Judgement::default();
     let mut health = Health::default();

@@ -40,10 +40,8 @@ const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// The results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
-    /// Telemetry, decoded.
     pub packets: Vec<Packet>,
     /// Packets that were lost, and damaged ones.
     pub line: (u32, u32),
@@ -145,7 +143,6 @@ struct Interrupt {
     has_ended: Cell<bool>,
 }
 
-/// DRDY's pin.
 struct Pin<'a> {
     board: &'a SimulatedBoard,
     interrupt: &'a Interrupt,

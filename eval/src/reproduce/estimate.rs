@@ -64,14 +64,9 @@ fn highest(power: &[f64], count: usize) -> Option<f64> {
     Some((most.0 + 1) as f64 / count as f64)
 }
 
-/// The samples of a channel in some frames.
-fn samples(taken: &Taken, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
-    taken.volts(taxel).get(frames.clone()).map_or_else(Vec::new, |part| part.iter().map(|(_, volts)| *volts).collect())
-}
-
 /// Naive Fourier analysis: the highest line of each channel by itself, and their mean, hertz.
 pub fn fft_hz(taken: &Taken, taxels: &[usize], frames: &Range<usize>) -> Option<f64> {
-    let lines = taxels.iter().map(|taxel| highest(&periodogram(&samples(taken, *taxel, frames)), frames.len()));
+    let lines = taxels.iter().map(|taxel| highest(&periodogram(&taken.samples(*taxel, frames)), frames.len()));
     let lines: Option<Vec<f64>> = lines.collect();
     lines.map(|lines| taken.rate_hz * lines.iter().sum::<f64>() / taxels.len() as f64)
 }

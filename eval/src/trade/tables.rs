@@ -40,7 +40,6 @@ fn or_dash(figure: Option<String>) -> String {
     figure.unwrap_or_else(|| "-".into())
 }
 
-/// Percent of the frequency.
 fn percent(row: &Row) -> String {
     or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
 }
