@@ -62,8 +62,7 @@ pub struct Window<'a> {
 pub struct Clue {
     /// Fisher information, one over hertz squared.
     pub information: f64,
-    /// Derivative of the log-likelihood by the frequency at the truth, over the noise that a window has; one over
-    /// hertz.
+    /// Derivative of the log-likelihood by the frequency at the truth, for the noise of a window; one over hertz.
     pub score: f64,
 }
 

@@ -52,8 +52,7 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods behind the simulated chip, and fits the line. `pitch_mm` is the units' own
-/// pitch.
+/// Measures gratings of different periods and fits the line. `pitch_mm` is the units' own pitch.
 pub fn run(gratings: Vec<Grating>, pitch_mm: f32) -> Result<Calibration> {
     ensure!(gratings.len() >= GRATINGS_MIN, "{} gratings: {GRATINGS_MIN} at least are needed", gratings.len());
     let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm)).collect::<Result<Vec<_>>>()?;

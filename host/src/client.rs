@@ -25,9 +25,6 @@ impl<'a, S: Source> Client<'a, S> {
     }
 
     /// The board's greeting.
-    ///
-    /// # Errors
-    /// The board does not answer.
     pub fn hello(&mut self) -> Result<Hello> {
         let mut hello = None;
         let keep = |packet: &Packet, hello: &mut Option<Hello>| {
@@ -49,9 +46,6 @@ impl<'a, S: Source> Client<'a, S> {
     }
 
     /// Sends a speed profile: estimates follow by place.
-    ///
-    /// # Errors
-    /// The board refuses the profile, or does not answer.
     pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
         let mut first = 0;
         for part in knots.chunks(KNOTS_A_COMMAND) {

@@ -8,8 +8,7 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
 
-/// Channels are scaled to this span, about that of a real one in codes, and fitted as if quantized to 1: that floor of the
-/// residuals is far below those of any file.
+/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// Which rows and columns to fit, and how.

@@ -25,8 +25,7 @@ pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
     carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit of costs (measured on the
-/// same emulator).
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, measured on the same emulator: the unit of costs.
 pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 
 /// The cost of fits of one kind.

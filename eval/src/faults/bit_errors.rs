@@ -43,8 +43,7 @@ pub struct BitErrors {
     pub refused: u64,
     /// Of these, those of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those with a non-empty part whose checksum is right, by another implementation; the decoder may still
-    /// refuse the content.
+    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse the content.
     pub checksum_passed: u64,
     /// Of these, those with the empty message as a part.
     pub empty: u64,

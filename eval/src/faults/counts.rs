@@ -20,8 +20,7 @@ pub struct Counts {
     pub silent: u64,
     /// Conversions reported as lost beyond those that were.
     pub excess: u64,
-    /// Conversions that arrived other than they were converted; packets, requests or settings that nobody sent. Must be
-    /// zero.
+    /// Conversions that arrived altered; packets, requests or settings that nobody sent. Must be zero.
     pub altered: u64,
     /// Fault episodes in runs without injections. Must be zero.
     pub false_alarms: u64,

@@ -22,8 +22,7 @@ const SLACK_NS: u64 = 400_000;
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.
     pub detected_s: Option<f64>,
-    /// From its end to the end of the next scan without a flaw, with the registers right, seconds; none if there was no
-    /// such scan.
+    /// From its end to the end of the next scan without a flaw and with right registers, seconds, if there was one.
     pub recovered_s: Option<f64>,
 }
 

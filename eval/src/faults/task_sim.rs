@@ -64,9 +64,6 @@ pub struct Ran {
 }
 
 /// Runs `input` through the firmware's tasks.
-///
-/// # Errors
-/// The simulated chip cannot be set up.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(SCLK_HZ);

@@ -31,8 +31,7 @@ pub fn add(all: &mut Pictures, more: &Pictures) {
     all.opposite = all.opposite.take().or_else(|| more.opposite.clone());
 }
 
-/// What the paper shows of a run, by combination and run from 0 on. Of `runs` runs the last stands for those that were
-/// not taken.
+/// The pictures of a run, by combination and run from 0 on. Of `runs` runs the last stands for those not taken.
 pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pictures {
     let number = series(c, run);
     let is = |wanted: usize| {

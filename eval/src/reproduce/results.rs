@@ -48,8 +48,7 @@ impl Combination {
         100.0 * hz / self.nominal_hz()
     }
 
-    /// RMS over the runs of an estimate's difference from the nominal frequency (equation 10), hertz. None if a run has
-    /// no estimate.
+    /// RMS difference of an estimate from the nominal frequency (equation 10), hertz. None if a run has no estimate.
     pub fn rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
         rms(self.runs.iter().map(|run| Some(estimate(run)? - self.nominal_hz())))
     }

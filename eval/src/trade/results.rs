@@ -39,8 +39,7 @@ impl Trade {
             .find(|row| (row.method.as_str(), row.window_s, row.carried, row.harmonics, row.channels) == key)
     }
 
-    /// The rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip's
-    /// memory where these are fewer.
+    /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip.
     pub fn baseline(&self, window_s: f64, carried: u8, method: Method) -> impl Iterator<Item = &Row> {
         let key = (method.name(), window_s, carried);
         self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)

@@ -4,7 +4,6 @@ use super::firmware::FirmwareOptions;
 use super::input::InputOptions;
 use super::lines::{LineOptions, printer, report};
 use super::settings::SettingsOptions;
-use crate::live::Counts;
 use crate::picture::Recording;
 use crate::{emulator, output, picture, stop};
 use anyhow::Result;
@@ -76,8 +75,7 @@ impl EmulateArgs {
             let svg = picture::draw(&Recording::new(&outcome.conversions, &packets), None);
             output::whole_file(path, |file| Ok(file.write_all(svg.as_bytes())?))?;
         }
-        let (received, missing, damaged) = (outcome.received, outcome.missing, outcome.damaged);
-        report(Counts { received, missing, damaged, ..Counts::default() });
+        report(outcome.counts);
         Ok(())
     }
 }

@@ -4,7 +4,6 @@ use super::input::InputOptions;
 use super::lines::{LineOptions, print, printer, report};
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
-use crate::live::Counts;
 use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::usage::UsageError;
@@ -55,8 +54,7 @@ impl ReplayArgs {
         let input = self.input.open_for(settings.window_s)?;
         let mut print = printer(self.lines);
         let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut print, progress))?;
-        let (received, missing, damaged) = (outcome.received, outcome.missing, outcome.damaged);
-        report(Counts { received, missing, damaged, ..Counts::default() });
+        report(outcome.counts);
         Ok(())
     }
 
