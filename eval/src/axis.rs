@@ -26,7 +26,6 @@ impl Axis {
         self.at.0 + (self.at.1 - self.at.0) * (value.log10() - from) / (to - from)
     }
 
-    /// Its powers of ten.
     pub fn ticks(&self) -> impl Iterator<Item = i32> {
         self.powers.0 as i32..=self.powers.1 as i32
     }
@@ -35,14 +34,11 @@ impl Axis {
 /// An evenly divided axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear {
-    /// Its ends.
     pub range: (f64, f64),
-    /// Their places, pixels.
     pub at: (f64, f64),
 }
 
 impl Linear {
-    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.range;
         self.at.0 + (self.at.1 - self.at.0) * (value - from) / (to - from)

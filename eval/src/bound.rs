@@ -24,9 +24,7 @@ const DEPENDENT: f64 = 1e-9;
 /// A exp(2 pi i h f t), it is cos = Re A and sin = -Im A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
-    /// Factor of the cosine.
     pub cos: f64,
-    /// Factor of the sine.
     pub sin: f64,
 }
 
@@ -64,13 +62,11 @@ pub struct Window<'a> {
 pub struct Clue {
     /// Fisher information, one over hertz squared.
     pub information: f64,
-    /// Derivative of the log-likelihood by the frequency at the truth, over the noise that a window has; one over
-    /// hertz.
+    /// Derivative of the log-likelihood by the frequency at the truth, for the noise of a window; one over hertz.
     pub score: f64,
 }
 
 impl Clue {
-    /// The information of several channels.
     pub fn sum(clues: &[Self]) -> Self {
         let add = |sum: Self, clue: &Self| Self {
             information: sum.information + clue.information,

@@ -62,7 +62,6 @@ pub struct FaultsArgs {
     json: bool,
 }
 
-/// The command.
 pub fn run(args: &FaultsArgs) -> Result<()> {
     let start = Instant::now();
     let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;

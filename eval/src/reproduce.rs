@@ -15,7 +15,7 @@ pub mod results;
 mod tables;
 pub mod taken;
 
-use crate::page::filled;
+use crate::page::{filled, load};
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use paper::{COMBINATIONS, NOT_TESTED};
@@ -63,7 +63,7 @@ pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
 
 /// Writes `reproduction.md` and the pictures in `reproduction/` from `reproduction.json`.
 pub fn render(folder: &Path) -> Result<()> {
-    let reproduction = load(&folder.join("reproduction.json"))?;
+    let reproduction: Reproduction = load(&folder.join("reproduction.json"))?;
     let folder_of_pictures = folder.join("reproduction");
     fs::create_dir_all(&folder_of_pictures).with_context(|| folder_of_pictures.display().to_string())?;
     let write = |path: &Path, text: String| whole_file(path, |file| Ok(file.write_all(text.as_bytes())?));
@@ -71,12 +71,6 @@ pub fn render(folder: &Path) -> Result<()> {
         write(&folder_of_pictures.join(name), svg)?;
     }
     write(&folder.join("reproduction.md"), page(&reproduction)?)
-}
-
-/// Reads `reproduction.json`.
-pub fn load(path: &Path) -> Result<Reproduction> {
-    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
 /// The page. Figures that a run of some combinations lacks are dashes.

@@ -28,14 +28,10 @@ impl fmt::Display for Length {
     }
 }
 
-/// A setting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// Speed of the grating, mm/s.
     pub speed_mm_s: f64,
-    /// Its spatial period, mm.
     pub period_mm: f64,
-    /// The window.
     pub length: Length,
     /// Noise, decibels below the tone's fundamental.
     pub snr_db: f64,

@@ -22,12 +22,10 @@ const AFTER_START_S: f64 = 0.1;
 /// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
 const AFTER_CONTACT_S: f64 = 1.0;
 
-/// A window.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// The frames, in codes less a reference; all channels at the frame's time.
     pub values: Vec<Values>,
-    /// Frames per second.
     pub frame_rate_hz: f64,
     /// The true frequency, hertz.
     pub frequency_hz: f64,
@@ -96,8 +94,7 @@ impl Simulated {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// The information of each channel about the frequency, if only so many harmonics are there and unknown; with or
-    /// without an unknown slope.
+    /// Information of each channel about the frequency with so many harmonics, and with or without an unknown slope.
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
         let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };

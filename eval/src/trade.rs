@@ -3,19 +3,18 @@
 
 pub mod accuracy;
 mod bars;
-mod chart;
+pub mod chart;
 pub mod contender;
 mod grid;
 pub mod results;
 mod tables;
 
 use crate::bench::report::Report;
-use crate::page::filled;
-use anyhow::{Context, Result};
+use crate::page::{filled, load};
+use anyhow::Result;
 use bars::{Bars, Windows};
 use results::Trade;
 use ridgetone_host::output::whole_file;
-use std::fs;
 use std::path::Path;
 
 /// The page with its tables as they were filled in last.
@@ -67,26 +66,14 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
 
 /// Writes `trade.md` and `trade.svg` from `trade.json`.
 pub fn render(folder: &Path) -> Result<()> {
-    let trade = load(&folder.join("trade.json"))?;
-    let (page, svg) = (page(&trade)?, picture(&trade));
+    let trade: Trade = load(&folder.join("trade.json"))?;
+    let (page, svg) = (page(&trade)?, chart::draw(&trade));
     whole_file(&folder.join("trade.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
     whole_file(&folder.join("trade.svg"), |file| Ok(file.write_all(svg.as_bytes())?))
 }
 
-/// Reads `trade.json`.
-pub fn load(path: &Path) -> Result<Trade> {
-    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
-}
-
-/// The page.
 pub fn page(trade: &Trade) -> Result<String> {
     filled(PAGE, |name| tables::table(trade, name))
-}
-
-/// The picture.
-pub fn picture(trade: &Trade) -> String {
-    chart::draw(trade)
 }
 
 /// The tables for a terminal.

@@ -40,8 +40,7 @@ pub enum Job {
         /// Frames of the window, which follow; at most [`ridgetone_proto::settings::RING_FRAMES`].
         frames: u32,
     },
-    /// A detector takes so many conversions; gives a [`Measured::Frame`] for every scan, behind the
-    /// [`Measured::Message`] of every event in it.
+    /// A detector takes conversions; gives a [`Measured::Message`] for every event and a [`Measured::Frame`] for every scan.
     Detect {
         /// Conversions, which follow; whole scans from the first slot on.
         conversions: u32,
@@ -50,8 +49,7 @@ pub enum Job {
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
     Intake,
-    /// Estimate the frequency of a window by one of the methods that the fit is compared with; gives a
-    /// [`Measured::Baseline`].
+    /// Estimate the frequency of a window by one of the baselines; gives a [`Measured::Baseline`].
     Baseline {
         /// The method's number.
         method: u8,

@@ -41,8 +41,7 @@ pub struct Curves {
     pub tone_v: Vec<Option<Vec<f32>>>,
 }
 
-/// Spectrum of the latest estimate's window, if all its frames are kept, else of the latest frames, as many as a window has.
-/// None with too few raw frames.
+/// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones. None with too few frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let window = live.estimate().and_then(|estimate| windowed(&live.strips, estimate)).filter(|found| found.is_whole);
     let of_estimate = window.is_some();

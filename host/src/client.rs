@@ -20,15 +20,11 @@ pub struct Client<'a, S: Source> {
 }
 
 impl<'a, S: Source> Client<'a, S> {
-    /// A client of the board behind a feed.
     pub fn new(feed: &'a mut Feed<S>) -> Self {
         Self { feed, requests: new_requests() }
     }
 
     /// The board's greeting.
-    ///
-    /// # Errors
-    /// The board does not answer.
     pub fn hello(&mut self) -> Result<Hello> {
         let mut hello = None;
         let keep = |packet: &Packet, hello: &mut Option<Hello>| {
@@ -50,9 +46,6 @@ impl<'a, S: Source> Client<'a, S> {
     }
 
     /// Sends a speed profile: estimates follow by place.
-    ///
-    /// # Errors
-    /// The board refuses the profile, or does not answer.
     pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
         let mut first = 0;
         for part in knots.chunks(KNOTS_A_COMMAND) {

@@ -4,6 +4,7 @@ use crate::digits::{decimals, with_sigma};
 use crate::emulator;
 use crate::emulator::{Options, Outcome};
 use crate::input::{Input, Source};
+use crate::live::Counts;
 use crate::names::name;
 use crate::picture;
 use crate::picture::Recording;
@@ -47,8 +48,8 @@ pub struct Summary {
     pub health: Option<Health>,
     /// Conversions read by the board, and lost.
     pub conversions: (u64, u64),
-    /// Telemetry frames received, lost and damaged.
-    pub frames: (u64, u32, u32),
+    /// Telemetry frames at this end of the line.
+    pub counts: Counts,
 }
 
 impl Summary {
@@ -109,7 +110,7 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
         load: 0.0,
         health: None,
         conversions: (outcome.conversions_served, outcome.conversions_lost),
-        frames: (outcome.received, outcome.missing, outcome.damaged),
+        counts: outcome.counts,
     };
     for packet in packets {
         match &packet.event {
@@ -175,7 +176,7 @@ impl fmt::Display for Summary {
         let (read, lost) = self.conversions;
         let (skipped, dropped) = self.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
         writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
-        let (received, missing, damaged) = self.frames;
+        let Counts { received, missing, damaged, .. } = self.counts;
         writeln!(f, "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped")
     }
 }

@@ -12,6 +12,7 @@ pub use process::QEMU;
 
 use crate::events;
 use crate::input::Opened;
+use crate::live::Counts;
 use crate::requests::Requests;
 use crate::stop;
 use anyhow::{Context, Result, bail};
@@ -63,8 +64,7 @@ pub struct Options<'a> {
 }
 
 impl<'a> Options<'a> {
-    /// At most half a minute of silence; nothing is kept that grows with the run, nothing happens to the board, and the
-    /// processor has its usual speed.
+    /// At most half a minute of silence; nothing is kept, nothing happens to the board, and it has its usual speed.
     pub fn new(elf: &'a Path) -> Self {
         Self {
             elf,
@@ -87,12 +87,8 @@ pub struct Outcome {
     pub serial: Vec<u8>,
     /// Messages of the firmware and of the emulator, line by line.
     pub messages: String,
-    /// Packets received.
-    pub received: u64,
-    /// Packets that never arrived, by their sequence numbers.
-    pub missing: u32,
-    /// Packets with a wrong checksum.
-    pub damaged: u32,
+    /// Packets at this end of the line.
+    pub counts: Counts,
     /// Conversions that the board has read.
     pub conversions_served: u64,
     /// Conversions overwritten before the board read them.
@@ -153,8 +149,7 @@ pub fn run(
     run_packets(input, options, &mut talk, progress)
 }
 
-/// The same with a PC that also sends. The arrival of its bytes depends on the speed of this PC: such a run does not repeat to
-/// the bit.
+/// The same with a PC that also sends. This PC's speed decides when bytes arrive: such a run does not repeat to the bit.
 pub fn run_packets(
     input: Opened,
     options: Options<'_>,
@@ -177,7 +172,7 @@ pub fn run_packets(
     if let Some(protocol) = decoder.foreign {
         bail!("the firmware speaks protocol {protocol}, this command {PROTOCOL}: build both from one version");
     }
-    Ok(Outcome { received, missing: decoder.missing, damaged: decoder.damaged, ..outcome })
+    Ok(Outcome { counts: Counts::of(&decoder, received), ..outcome })
 }
 
 /// The same with the bytes of the line: it neither decodes nor counts packets.
@@ -348,7 +343,7 @@ impl Session {
             _ if stop::is_requested() => {}
             Some(Some(0)) if self.chip.ended => {}
             Some(Some(0)) => bail!("the firmware left before the end of the input{last}"),
-            // Exit statuses of the firmware: src/board/semihost.rs.
+            // Exit statuses of the firmware: src/board/emulated/semihost.rs.
             Some(Some(3)) => bail!("the firmware faulted{last}"),
             Some(Some(4)) => bail!("the firmware stood still{last}"),
             Some(Some(101)) => bail!("the firmware panicked{last}"),

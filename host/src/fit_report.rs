@@ -60,7 +60,6 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
     })
 }
 
-/// A table for people.
 pub fn text(fit: &TableFit) -> String {
     let mut out = String::new();
     let width = if fit.abscissa == Abscissa::Time { 13 } else { 16 };
@@ -108,7 +107,6 @@ pub fn text(fit: &TableFit) -> String {
     out
 }
 
-/// Meaning of a status.
 fn meaning(status: Status) -> &'static str {
     match status {
         Status::Good => "a common tone",

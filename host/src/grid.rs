@@ -12,7 +12,6 @@ const MISSING_MAX: f64 = 0.2;
 /// The place of each row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// Sampling rate, rows per second.
     pub rate_hz: f64,
     /// Places of the rows, in sampling intervals from the first row.
     pub places: Vec<usize>,

@@ -105,9 +105,6 @@ pub fn frame_rate_hz() -> f64 {
 
 impl Input {
     /// Reads the file or builds the scene.
-    ///
-    /// # Errors
-    /// The file is refused, with the line; a parameter of the scene is out of its range.
     pub fn open(&self) -> Result<Opened> {
         let mut options = Options {
             noise: self.converter_noise,
@@ -142,9 +139,6 @@ const LENGTH_MAX_S: f64 = 3600.0;
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses an input that would play for hours.
-///
-/// # Errors
-/// It is longer than an hour, or its length is no number.
 pub fn check_length(what: &str, end_s: f64) -> Result<()> {
     ensure!(
         end_s <= LENGTH_MAX_S,

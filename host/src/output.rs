@@ -65,6 +65,14 @@ impl Default for Progress {
     }
 }
 
+/// Does `run`, which takes the seconds of the input done and its length, and shows them.
+pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>) -> Result<T> {
+    let mut progress = Progress::default();
+    let result = run(&mut |done_s, total_s| progress.show_seconds(done_s, total_s));
+    progress.end();
+    result
+}
+
 impl Progress {
     /// Seconds of the input done, and its length.
     pub fn show_seconds(&mut self, done_s: f64, total_s: f64) {

@@ -4,8 +4,8 @@
 //! ridgetone telemetry 1 {"protocol":5,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave
-//! them, are read too.
+//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame.
+//! Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave them, are read too.
 
 use crate::feed::{FeedEvent, Source};
 use anyhow::{Context, Result, bail};
@@ -41,9 +41,6 @@ pub struct Header {
 }
 
 /// Begins a recording of `source`. The file is not buffered.
-///
-/// # Errors
-/// The file exists already, or cannot be written.
 pub fn create(path: &Path, source: &str) -> Result<File> {
     let named = || path.display().to_string();
     let mut file = match File::create_new(path) {

@@ -60,9 +60,6 @@ impl Requests {
     }
 
     /// Bytes to send at this time; mostly none.
-    ///
-    /// # Errors
-    /// The board has not answered after [`TRIES`].
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.queue.pop_front() else { return Ok(Vec::new()) };

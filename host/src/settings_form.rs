@@ -66,9 +66,6 @@ const fn length_mm() -> f32 {
 }
 
 /// Settings as TOML, each with its meaning as a comment.
-///
-/// # Errors
-/// Those of the serializer; no settings cause one.
 pub fn toml(settings: &Settings) -> Result<String> {
     let bare = toml::to_string(&Written(*settings))?;
     let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
@@ -105,9 +102,6 @@ fn meaning(name: &str) -> Option<&'static str> {
 }
 
 /// Settings of a file, with defaults for those it leaves out.
-///
-/// # Errors
-/// The file cannot be read, is no TOML, has an unknown name, or a value out of its bounds.
 pub fn load(path: &Path) -> Result<Settings> {
     let named = || path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(named)?;

@@ -59,8 +59,7 @@ impl Column {
         }
     }
 
-    /// Places of all sampling intervals, millimetres from the first, from the column's values in the rows; between
-    /// rows they are interpolated, speeds by straight lines.
+    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with straight lines in between.
     pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Vec<f32> {
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());

@@ -75,20 +75,11 @@ impl Svg {
 
     /// A line through points.
     pub fn path(&mut self, points: &[(f64, f64)], class: &str) {
-        self.any_path(points, "class", class);
-    }
-
-    /// A line through points with a style of its own, CSS.
-    pub fn styled_path(&mut self, points: &[(f64, f64)], style: &str) {
-        self.any_path(points, "style", style);
-    }
-
-    fn any_path(&mut self, points: &[(f64, f64)], attribute: &str, value: &str) {
         let mut d = String::new();
         for (i, (x, y)) in points.iter().enumerate() {
             let _ = write!(d, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
-        self.push(&format!("<path d=\"{d}\" {attribute}=\"{value}\"/>"));
+        self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
     /// Dots, as a path of strokes without length and with round ends.

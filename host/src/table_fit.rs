@@ -8,8 +8,7 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
 
-/// Channels are scaled to this span, about that of a real one in codes, and fitted as if quantized to 1: that floor of the
-/// residuals is far below those of any file.
+/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// Which rows and columns to fit, and how.
@@ -34,7 +33,6 @@ pub struct Selection {
 /// One channel's part of the result, in the file's unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelResult {
-    /// Name of its column.
     pub name: String,
     /// None for a constant column or a ramp, which the fit leaves out.
     pub values: Option<ChannelValues>,
@@ -49,18 +47,13 @@ pub struct ChannelValues {
     pub amplitude: f64,
     /// Phase of the fundamental at the window's centre, radians: amplitude x cos(2 pi f t + phase). Zero without a tone.
     pub phase_rad: f32,
-    /// Standard deviation of the residuals.
     pub residual: f64,
 }
 
-/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFit {
-    /// Rows per second.
     pub rate_hz: f64,
-    /// Length of the window, seconds.
     pub window_s: f64,
-    /// Rows in the window.
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
@@ -72,7 +65,6 @@ pub struct TableFit {
     pub tone: Option<(f64, f64)>,
     /// Harmonics fitted.
     pub harmonics: u8,
-    /// One for each column.
     pub channels: Vec<ChannelResult>,
 }
 

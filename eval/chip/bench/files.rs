@@ -39,7 +39,6 @@ impl Files {
         Some(decode_frame(&self.read::<FRAME_BYTES>()?))
     }
 
-    /// Writes a result.
     pub fn write(&self, measured: Measured) -> Option<()> {
         let mut line = heapless::String::<LINE_MAX>::new();
         writeln!(line, "{measured}").ok()?;

@@ -130,8 +130,8 @@ fn detect(
     emit: &mut dyn FnMut(Event),
     due: &mut dyn FnMut(Window),
 ) {
-    static TALLY: Diagnostics = Diagnostics::new();
+    static DIAGNOSTICS: Diagnostics = Diagnostics::new();
     for conversion in scan {
-        detector.push(*conversion, ring, &TALLY, emit, due);
+        detector.push(*conversion, ring, &DIAGNOSTICS, emit, due);
     }
 }

@@ -12,7 +12,6 @@ use serde::Serialize;
 const WINDOWS_S: [f64; 5] = [0.2, 0.3, 0.4, 0.6, 1.0];
 /// Harmonics of the scenes: the tone alone, which all the methods assume, and those of a grating.
 pub const CARRIED: [u8; 2] = [1, 4];
-/// Numbers of channels.
 const CHANNELS: [u8; 2] = [2, 16];
 
 /// The cost of one method's estimates of one kind.
@@ -21,7 +20,6 @@ pub struct BaselineCell {
     pub method: &'static str,
     pub window_s: f64,
     pub frames: usize,
-    /// Harmonics of the scene.
     pub carried: u8,
     pub channels: u8,
     /// Windows: one for each line of the paper's Table 2 with at least one cycle in the window.
@@ -46,7 +44,6 @@ struct Kind<'a> {
 pub struct Baselines(Vec<(f64, u8, Vec<Simulated>)>);
 
 impl Baselines {
-    /// Makes the windows.
     pub fn new() -> Result<Self> {
         let scenes = WINDOWS_S.into_iter().flat_map(|window_s| CARRIED.map(|carried| (window_s, carried)));
         let windows = |(window_s, carried)| Ok((window_s, carried, fits::windows(window_s, carried)?));
@@ -66,7 +63,6 @@ impl Baselines {
         })
     }
 
-    /// Writes the jobs.
     pub fn write(&self, jobs: &mut Jobs) {
         for Kind { method, channels, windows, .. } in self.kinds() {
             for window in windows {
@@ -75,7 +71,6 @@ impl Baselines {
         }
     }
 
-    /// Reads their measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
         let mut scratch = Scratch::new();
         self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()

@@ -45,7 +45,6 @@ impl Jobs {
         }
     }
 
-    /// A detection.
     pub fn add_detection(&mut self, conversions: &[TimedConversion]) {
         self.add(Job::Detect { conversions: conversions.len() as u32 });
         for conversion in conversions {

@@ -11,7 +11,6 @@ use serde::Serialize;
 
 /// Lengths of windows, seconds: from the shortest of the bars to the longest setting.
 pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
-/// Numbers of channels.
 pub const CHANNELS: [u8; 4] = [1, 2, 4, 16];
 /// Harmonics of a scene, and most of a fit, the fundamental included.
 pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
@@ -26,8 +25,7 @@ pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
     carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit of costs (measured on the
-/// same emulator).
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, measured on the same emulator: the unit of costs.
 pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 
 /// The cost of fits of one kind.
@@ -39,7 +37,6 @@ pub struct Cell {
     pub channels: u8,
     /// Most harmonics, the fundamental included.
     pub harmonics: u8,
-    /// Harmonics of the scene.
     pub carried: u8,
     /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
@@ -70,11 +67,9 @@ impl Kind {
     }
 }
 
-/// All fits.
 pub struct Fits(Vec<Kind>);
 
 impl Fits {
-    /// Makes the windows.
     pub fn new() -> Result<Self> {
         let mut kinds = Vec::new();
         for window_s in WINDOWS_S {
@@ -90,7 +85,6 @@ impl Fits {
         Ok(Self(kinds))
     }
 
-    /// Writes the jobs.
     pub fn write(&self, jobs: &mut Jobs) {
         for kind in &self.0 {
             for window in &kind.windows {
@@ -99,7 +93,6 @@ impl Fits {
         }
     }
 
-    /// Reads their measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
         self.0.iter().map(|kind| kind.read(measured)).collect()
     }

@@ -34,7 +34,6 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Makes it.
     pub fn new() -> Result<Self> {
         let input = Input::default().open()?;
         let truth = input.truth.context("a scene has a truth")?;
@@ -48,12 +47,10 @@ impl Frames {
         Ok(Self { truth, conversions })
     }
 
-    /// Writes the job.
     pub fn write(&self, jobs: &mut Jobs) {
         jobs.add_detection(&self.conversions);
     }
 
-    /// Reads its measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));

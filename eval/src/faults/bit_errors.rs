@@ -13,6 +13,7 @@
 //! and five ones that two bit errors cut out of their frame are the empty message. The decoder refuses it since no packet is
 //! empty; the count `empty` has their number.
 
+use super::counts::add_fields;
 use crate::parallel;
 use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +23,6 @@ use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, encode};
 use serde::Serialize;
-use std::ops::Add;
 
 /// Most single bit errors of a frame.
 const SINGLE_MAX: u32 = 16;
@@ -43,8 +43,7 @@ pub struct BitErrors {
     pub refused: u64,
     /// Of these, those of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those with a non-empty part whose checksum is right, by another implementation; the decoder may still
-    /// refuse the content.
+    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse the content.
     pub checksum_passed: u64,
     /// Of these, those with the empty message as a part.
     pub empty: u64,
@@ -52,20 +51,7 @@ pub struct BitErrors {
     pub next_lost: u64,
 }
 
-impl Add for BitErrors {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            sent: self.sent + other.sent,
-            refused: self.refused + other.refused,
-            accepted_damaged: self.accepted_damaged + other.accepted_damaged,
-            checksum_passed: self.checksum_passed + other.checksum_passed,
-            empty: self.empty + other.empty,
-            next_lost: self.next_lost + other.next_lost,
-        }
-    }
-}
+add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_lost);
 
 /// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter included, or a
 /// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same errors, on any number
@@ -79,7 +65,9 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
         rng.set_stream(*batch);
         Ok(count_batch(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
     })?;
-    Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::add))
+    let mut bit_errors = BitErrors::default();
+    counted.into_iter().for_each(|more| bit_errors += more);
+    Ok(bit_errors)
 }
 
 fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {

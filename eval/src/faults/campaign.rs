@@ -21,7 +21,6 @@ const EMULATED_SLIDE_S: f64 = 2.5;
 pub struct Campaign {
     /// Seed of the first run of each family.
     pub seed: u64,
-    /// Rows, in the order of the table.
     pub rows: Vec<Row>,
     /// Frames of telemetry with bit errors, if they were counted.
     pub bit_errors: Option<BitErrors>,

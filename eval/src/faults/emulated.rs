@@ -34,7 +34,7 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let writable = usize::from(Register::Gpiod.address());
     Ok(Ran {
         packets,
-        line: (outcome.missing, outcome.damaged),
+        line: (outcome.counts.missing, outcome.counts.damaged),
         chip: outcome.chip,
         injected: outcome.injected.clone(),
         delivered: outcome.arrived,

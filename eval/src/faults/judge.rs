@@ -22,12 +22,10 @@ const SLACK_NS: u64 = 400_000;
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.
     pub detected_s: Option<f64>,
-    /// From its end to the end of the next scan without a flaw, with the registers right, seconds; none if there was no
-    /// such scan.
+    /// From its end to the end of the next scan without a flaw and with right registers, seconds, if there was one.
     pub recovered_s: Option<f64>,
 }
 
-/// The judgement of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
     /// Of each injection that acted.
@@ -44,7 +42,6 @@ struct Episode {
     until_ns: Option<u64>,
 }
 
-/// Judges a run.
 pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     let mut judgement = Judgement::default();
     let mut health = Health::default();

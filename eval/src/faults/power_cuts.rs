@@ -3,6 +3,7 @@
 //! The flash works as in the manual: erasing sets bits, programming clears them. An operation that loses power has changed
 //! any part of its bits, and no others.
 
+use super::counts::add_fields;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -30,7 +31,6 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
 }
 
 impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
-    /// New pages.
     pub fn new(seed: u64) -> Self {
         let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
         Self {
@@ -46,14 +46,12 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         }
     }
 
-    /// Pages with this content.
     #[cfg(test)]
     pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
 
-    /// Their content.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -101,7 +99,6 @@ enum Done {
 }
 
 impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
-    /// Programs a word.
     fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
         let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
@@ -201,16 +198,7 @@ pub struct Cuts {
     pub wrong: u64,
 }
 
-impl std::ops::AddAssign for Cuts {
-    fn add_assign(&mut self, other: Self) {
-        self.injected += other.injected;
-        self.old += other.old;
-        self.reported += other.reported;
-        self.new += other.new;
-        self.defaults += other.defaults;
-        self.wrong += other.wrong;
-    }
-}
+add_fields!(Cuts: injected old reported new defaults wrong);
 
 /// Settings that differ from those of every other number.
 pub fn settings(number: u64) -> Settings {

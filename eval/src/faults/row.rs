@@ -49,7 +49,6 @@ impl Delays {
     }
 }
 
-/// A row.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Its name, for programs: of a family, the value of `--only`.
@@ -59,7 +58,6 @@ pub struct Row {
     pub place: Place,
     /// Touches; none where the line or the store is tested alone.
     pub runs: usize,
-    /// Injections.
     pub injected: usize,
     /// Those that a report of the right kind followed; none where there is nothing to report.
     pub detected: Option<Delays>,
@@ -69,7 +67,6 @@ pub struct Row {
     pub loss_is_known: bool,
     #[serde(flatten)]
     pub counts: Counts,
-    /// The first few complaints.
     pub complaints: Vec<String>,
 }
 

@@ -40,10 +40,8 @@ const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// The results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
-    /// Telemetry, decoded.
     pub packets: Vec<Packet>,
     /// Packets that were lost, and damaged ones.
     pub line: (u32, u32),
@@ -66,9 +64,6 @@ pub struct Ran {
 }
 
 /// Runs `input` through the firmware's tasks.
-///
-/// # Errors
-/// The simulated chip cannot be set up.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(SCLK_HZ);
@@ -145,7 +140,6 @@ struct Interrupt {
     has_ended: Cell<bool>,
 }
 
-/// DRDY's pin.
 struct Pin<'a> {
     board: &'a SimulatedBoard,
     interrupt: &'a Interrupt,

@@ -15,10 +15,8 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_host::static_image::by_taxel;
 use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 
-/// All channels.
 pub const ALL: [usize; TAXELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// The data of a run.
 struct Measured {
     run: Run,
     /// Per length of window, per window: naive Fourier analysis, least squares, our fit; hertz.
@@ -77,9 +75,7 @@ fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> 
     for length_s in window_lengths_s() {
         windows.push(of_length(&taken, &first, length_s, &mut scratch)?);
     }
-    let cropped = TABLE_3[0].taxels.map(|taxel| {
-        taken.volts(taxel).get(first.frames.clone()).unwrap_or_default().iter().map(|(_, volts)| *volts).collect()
-    });
+    let cropped = TABLE_3[0].taxels.map(|taxel| taken.samples(taxel, &first.frames));
     Ok(Measured {
         run: whole(&taken, series, speed_mm_s)?,
         windows,
@@ -195,15 +191,14 @@ fn windows(combination: &Combination, measured: &[Measured], n: usize, window_s:
 
 /// The effect of each imperfection alone on the first run of every combination.
 pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
-    let only = |name, imperfect| (name, imperfect);
     let nothing = Imperfect::NOTHING;
     let kinds = [
-        only("nothing", nothing),
-        only("the slide's onset", Imperfect { onset: true, ..nothing }),
-        only("noise", Imperfect { noise: true, ..nothing }),
-        only("ripple of the speed", Imperfect { ripple: true, ..nothing }),
-        only("mean speed", Imperfect { speed: true, ..nothing }),
-        only("all of it", Imperfect::ALL),
+        ("nothing", nothing),
+        ("the slide's onset", Imperfect { onset: true, ..nothing }),
+        ("noise", Imperfect { noise: true, ..nothing }),
+        ("ripple of the speed", Imperfect { ripple: true, ..nothing }),
+        ("mean speed", Imperfect { speed: true, ..nothing }),
+        ("all of it", Imperfect::ALL),
     ];
     let items: Vec<(Imperfect, usize)> =
         kinds.iter().flat_map(|(_, imperfect)| which.iter().map(|c| (*imperfect, *c))).collect();

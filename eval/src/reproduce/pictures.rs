@@ -31,8 +31,7 @@ pub fn add(all: &mut Pictures, more: &Pictures) {
     all.opposite = all.opposite.take().or_else(|| more.opposite.clone());
 }
 
-/// What the paper shows of a run, by combination and run from 0 on. Of `runs` runs the last stands for those that were
-/// not taken.
+/// The pictures of a run, by combination and run from 0 on. Of `runs` runs the last stands for those not taken.
 pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pictures {
     let number = series(c, run);
     let is = |wanted: usize| {
@@ -81,29 +80,27 @@ fn spectrum((c, series): (usize, usize), short: bool, taken: &Taken, cut: &Cut) 
         let first = taken.frame_at(taxel, cut.slide_s.0 + WINDOW_AT_S);
         first..first + (FIGURE_5_S * taken.rate_hz).round() as usize
     };
-    let part = taken.volts(taxel).get(frames.clone()).unwrap_or_default();
-    let volts: Vec<f64> = part.iter().map(|(_, volts)| *volts).collect();
     let (speed_mm_s, period_mm) = TABLE_2[c];
     Spectrum {
         series,
         taxel,
-        curve: Curve::new(part),
+        curve: Curve::new(taken.part(taxel, &frames)),
         nominal_hz: speed_mm_s / period_mm,
         line_hz: taken.rate_hz / frames.len() as f64,
-        mv: periodogram(&volts).iter().map(|power| (1e6 * power.sqrt()).round() / 1e3).collect(),
+        mv: periodogram(&taken.samples(taxel, &frames)).iter().map(|power| (1e6 * power.sqrt()).round() / 1e3).collect(),
     }
 }
 
 fn overlay(series: usize, taken: &Taken, cut: &Cut) -> Option<Overlay> {
     let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::new()))?;
-    let parts = PAIR.map(|taxel| taken.volts(taxel).get(cut.frames.clone()).unwrap_or_default());
+    let parts = PAIR.map(|taxel| taken.part(taxel, &cut.frames));
     let sines_mv = parts.map(|part| sine(part, hz).map(|volts| 1e3 * volts));
     Some(Overlay { series, taxels: PAIR, curves: parts.map(Curve::new), hz, sines_mv })
 }
 
 fn opposite(series: usize, taken: &Taken, cut: &Cut) -> Option<Opposite> {
     let (_, taxels) = FIGURE_10;
-    let parts = taxels.map(|taxel| taken.volts(taxel).get(cut.frames.clone()).unwrap_or_default());
-    let volts = parts.map(|part| part.iter().map(|(_, volts)| *volts).collect());
-    Some(Opposite { series, taxels, curves: parts.map(Curve::new), correlation: correlation(&volts, 0)? })
+    let curves = taxels.map(|taxel| Curve::new(taken.part(taxel, &cut.frames)));
+    let volts = taxels.map(|taxel| taken.samples(taxel, &cut.frames));
+    Some(Opposite { series, taxels, curves, correlation: correlation(&volts, 0)? })
 }

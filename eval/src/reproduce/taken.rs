@@ -11,6 +11,7 @@ use ridgetone_host::replay;
 use ridgetone_host::replay::START_US;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet};
+use std::ops::Range;
 
 /// Where the firmware's code runs.
 #[derive(Clone, Copy, Debug)]
@@ -24,20 +25,16 @@ pub enum Place<'a> {
 /// The data of a run. Times are device times in seconds.
 #[derive(Clone, Debug)]
 pub struct Taken {
-    /// The truth of the scene.
     pub truth: Truth,
     /// All channels, and the events in them.
     pub recording: Recording,
-    /// The firmware's telemetry.
     pub packets: Vec<Packet>,
     /// ADC codes of each frame, whole numbers.
     pub codes: Vec<[f32; TAXELS]>,
-    /// Frames per second.
     pub rate_hz: f64,
 }
 
 impl Taken {
-    /// Makes a run.
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
         let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
@@ -80,12 +77,21 @@ impl Taken {
         self.recording.channels.get(taxel).map_or(&[], |channel| &channel[..channel.len().min(self.codes.len())])
     }
 
+    /// Some frames of it; empty if they are not all there.
+    pub fn part(&self, taxel: usize, frames: &Range<usize>) -> &[(f64, f64)] {
+        self.volts(taxel).get(frames.clone()).unwrap_or_default()
+    }
+
+    /// The volts alone.
+    pub fn samples(&self, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
+        self.part(taxel, frames).iter().map(|(_, volts)| *volts).collect()
+    }
+
     /// The first frame of a taxel that is not before a time.
     pub fn frame_at(&self, taxel: usize, t_s: f64) -> usize {
         self.volts(taxel).partition_point(|(at_s, _)| *at_s < t_s)
     }
 
-    /// The events of a kind.
     pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {
         self.packets.iter().filter_map(move |packet| kind(&packet.event))
     }

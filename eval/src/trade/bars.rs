@@ -10,7 +10,6 @@ use hal_mock::TABLE_2;
 use ridgetone_proto::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
-/// The windows.
 pub const LENGTHS: [Length; 6] = [
     Length::Seconds(0.2),
     Length::Seconds(0.3),
@@ -118,7 +117,6 @@ pub struct Bars {
 }
 
 impl Bars {
-    /// Measures.
     pub fn measure(windows: Windows) -> Result<Self> {
         Ok(Self {
             windows,
@@ -128,7 +126,6 @@ impl Bars {
         })
     }
 
-    /// The bars.
     pub fn bars(&self) -> Vec<Bar> {
         vec![self.on_the_bound(), self.small(), self.octaves(), self.coverage(), self.false_alarms(), self.detected()]
     }

@@ -14,7 +14,6 @@ use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
     Ridgetone {
-        /// Most harmonics, the fundamental included.
         harmonics: u8,
         /// Channels with valid values.
         channels: u8,
@@ -22,7 +21,6 @@ pub enum Contender {
     /// Another method on the first `channels` channels.
     Baseline {
         method: Method,
-        /// Channels that it gets.
         channels: u8,
     },
 }

@@ -40,7 +40,6 @@ fn or_dash(figure: Option<String>) -> String {
     figure.unwrap_or_else(|| "-".into())
 }
 
-/// Percent of the frequency.
 fn percent(row: &Row) -> String {
     or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
 }
@@ -61,8 +60,7 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// Windows without a single frequency, and those in which it was a multiple or a fraction of the true one,
-/// percent of all.
+/// Windows without a single frequency, and those with a multiple or a fraction of the true one, percent of all.
 fn failures(row: &Row) -> [String; 2] {
     let accuracy = &row.accuracy;
     let share = |count: u32| match 100.0 * f64::from(count) / f64::from(accuracy.windows) {

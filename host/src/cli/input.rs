@@ -75,7 +75,6 @@ impl SceneOptions {
         scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some()
     }
 
-    /// The scene's parameters.
     pub fn sliding(&self) -> Result<Sliding> {
         if let Some(path) = &self.scene_file {
             let scene = hal_mock::load_scene(path, frame_rate_hz())?;

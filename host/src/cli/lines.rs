@@ -27,7 +27,6 @@ pub fn print<S: Source>(mut feed: Feed<S>, mut requester: Requester, lines: Line
     ended
 }
 
-/// Prints one packet after the other.
 pub fn printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
     let mut teleplot = lines.teleplot.then(Teleplot::default);
     move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {

@@ -46,9 +46,6 @@ pub struct SettingsOptions {
 
 impl SettingsOptions {
     /// The settings.
-    ///
-    /// # Errors
-    /// The file cannot be read, or a setting is out of its bounds ([`UsageError`]).
     pub fn settings(&self) -> Result<Settings> {
         let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
         // A zero would switch the setting off; as an option it is out of bounds.

@@ -32,7 +32,6 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
-    /// Opens the source.
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
         let Some(path) = &self.recording else { return self.board.open(Some(&self.input), pace, !self.once) };

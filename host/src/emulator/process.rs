@@ -68,8 +68,7 @@ impl Emulator {
         Ok(Self { child, directory, request, reply, log, line, unsent: Vec::new(), serial, messages })
     }
 
-    /// Removes the directory when both ends of the bridge are open: then nothing is left behind even if this program is
-    /// killed.
+    /// Removes the directory once both ends of the bridge are open: nothing is left behind even if this program is killed.
     pub fn connected(&mut self) {
         self.directory = None;
     }

@@ -166,9 +166,6 @@ impl From<&Travel> for JsonTravel {
 }
 
 /// A packet as one JSON object on one line, without the line's end.
-///
-/// # Errors
-/// Those of the serializer; no packet causes one.
 pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }

@@ -41,7 +41,6 @@ struct HealthRow {
     gain: f32,
 }
 
-/// Writes one.
 pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut csv = csv::Writer::from_writer(out);
     let mut rows = 0u64;

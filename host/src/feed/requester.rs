@@ -16,17 +16,13 @@ const RENEW: Duration = Duration::from_secs(5);
 /// board may run some times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Requests whose first number comes from the clock: a board repeats its answer to the number that it answered last, without
-/// doing anything.
+/// Their first number comes from the clock: a board only repeats its answer to the number that it answered last.
 pub fn new_requests() -> Requests {
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Requests::new((clock.as_millis() % 65_536) as u16)
 }
 
 /// Sends a command and waits for its outcome; all packets that arrive meanwhile go to `sink`.
-///
-/// # Errors
-/// The board does not answer; those of the feed.
 pub fn request<S: Source>(
     feed: &mut Feed<S>,
     requests: &mut Requests,

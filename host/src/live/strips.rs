@@ -29,8 +29,7 @@ impl Frame {
     }
 }
 
-/// The latest [`STRIP_FRAMES`] frames, oldest first. Serialised by columns: `t_s`, `number`, and `volts` as one list for each
-/// taxel.
+/// The latest [`STRIP_FRAMES`] frames, oldest first. Serialised by columns: `t_s`, `number`, and a list of `volts` per taxel.
 #[derive(Clone, Debug, Default)]
 pub struct Strips(VecDeque<Frame>);
 

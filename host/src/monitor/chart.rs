@@ -19,7 +19,6 @@ const MARGIN: f64 = 0.1;
 /// Dots of a bar of uncertainty: more than the chart has rows of dots.
 const BAR_DOTS: usize = 96;
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let abscissa = live.history.points().next_back().map_or(Abscissa::Time, |point| point.abscissa);
     let (what, unit) = match abscissa {

@@ -9,7 +9,6 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 use ridgetone_proto::telemetry::Hold;
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let title = match live.image().map(|image| image.hold) {
         Some(Hold::BeforeSlide) => "map before the slide, mV",

@@ -13,7 +13,6 @@ use ridgetone_proto::settings::TAXELS;
 /// Heights of a bar, from nothing.
 const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// Draws them.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let rows = area.height.saturating_sub(2);
     let columns = if usize::from(rows) >= TAXELS { 1 } else { 2 };

@@ -9,7 +9,6 @@ pub fn alarm(view: &View) -> Style {
     if view.has_colour { bold().fg(Color::Red) } else { bold().add_modifier(Modifier::REVERSED) }
 }
 
-/// Bold.
 pub fn bold() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }

@@ -12,7 +12,6 @@ const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 /// An action that a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Leave.
     Quit,
     /// Delete what is shown.
     Clear,
@@ -25,7 +24,6 @@ pub enum Action {
 pub struct View {
     /// The screen stands still; packets are still folded.
     pub is_paused: bool,
-    /// The help is shown.
     pub shows_help: bool,
     /// Whether raw frames come.
     pub raw: RawFrames,
@@ -41,12 +39,10 @@ impl View {
         Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
     }
 
-    /// Length of the history, seconds.
     pub fn history_s(&self) -> f64 {
         HISTORY_S[self.history]
     }
 
-    /// Length of the strips, seconds.
     pub fn strips_s(&self) -> f64 {
         STRIPS_S[self.strips]
     }
@@ -80,7 +76,6 @@ impl View {
 /// Keys, for the last line of the screen.
 pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] strips  h help";
 
-/// The help.
 pub const HELP: &[&str] = &[
     "q, Esc, Ctrl-C  leave",
     "p, space        pause the screen; packets are still read",

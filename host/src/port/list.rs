@@ -19,9 +19,7 @@ pub struct Found {
 pub struct Usb {
     /// Serial number, which identifies the device under another name. Many cheap adapters have none.
     pub serial_number: Option<String>,
-    /// Name of the product.
     pub product: Option<String>,
-    /// Number of the vendor.
     pub vendor_id: u16,
     /// The vendor's number of the product.
     pub product_id: u16,
@@ -41,10 +39,8 @@ pub trait Ports {
     /// An open port. A read waits a moment at most, and fails with `TimedOut` without a byte.
     type SerialLine: Read + Write;
 
-    /// Ports that are plugged in.
     fn list(&self) -> io::Result<Vec<Found>>;
 
-    /// Opens a port.
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
 }
 

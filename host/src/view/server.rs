@@ -70,9 +70,6 @@ pub struct Server {
 }
 
 /// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port 0 is any free one.
-///
-/// # Errors
-/// It is no address, or not one of this computer's own.
 pub fn loopback(text: &str) -> Result<SocketAddr, String> {
     let numeric = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
     let address: SocketAddr = numeric
@@ -88,9 +85,6 @@ pub fn loopback(text: &str) -> Result<SocketAddr, String> {
 
 impl Server {
     /// Serves the hub's messages at a [`loopback`] address.
-    ///
-    /// # Errors
-    /// The port is in use, or the system refuses.
     pub fn start(address: SocketAddr, hub: Arc<Hub>) -> Result<Self> {
         let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
         let listener = TcpListener::bind(address).with_context(what)?;

@@ -101,7 +101,7 @@ pub fn run(end_s: f64, alone: bool) {
     let touches = (end_s / EVERY_S).floor() as u64;
     let found = [seen.contacts, seen.slides, seen.estimates, seen.releases];
     assert_eq!(found, [touches; 4], "contacts, slides, estimates of them and releases");
-    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.conversions_lost), (0, 0, 0));
 
     // Device time begins with the first result, the scene when START rises.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;
