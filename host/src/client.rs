@@ -1,7 +1,7 @@
 //! `settings` and `command`: requests to a board over its line, and its replies.
 
 use crate::events;
-use crate::feed::{Feed, FeedEvent, Source, new_requests, request};
+use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::requests::{PATIENCE, Requests};
 use crate::settings_form;
 use crate::usage::UsageError;
@@ -14,13 +14,13 @@ use ridgetone_proto::telemetry::{Event, Hello, Packet};
 const PACKETS_MAX: usize = 20;
 
 /// The PC's end of the conversation with a board.
-pub struct Client<'a, S: Source> {
-    feed: &'a mut Feed<S>,
+pub struct Client<'a> {
+    feed: &'a mut Feed,
     requests: Requests,
 }
 
-impl<'a, S: Source> Client<'a, S> {
-    pub fn new(feed: &'a mut Feed<S>) -> Self {
+impl<'a> Client<'a> {
+    pub fn new(feed: &'a mut Feed) -> Self {
         Self { feed, requests: new_requests() }
     }
 

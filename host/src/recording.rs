@@ -19,24 +19,21 @@ use std::time::Duration;
 /// Beginning of such a file.
 const MAGIC: &str = "ridgetone telemetry ";
 
-/// Version of this format.
 const FORMAT: u32 = 1;
 
-/// Longest header, bytes.
+/// Bytes.
 const HEADER_MAX: u64 = 4096;
 
 /// Bytes at the beginning of a file of telemetry that hold a complete frame: frames have
 /// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
-/// The header of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the wire contract ([`PROTOCOL`]).
     pub protocol: u8,
     /// Version of the command that wrote it.
     pub version: String,
-    /// Source of the bytes.
     pub source: String,
 }
 
@@ -74,11 +71,9 @@ pub struct Recorded {
     file: BufReader<File>,
     header: Option<Header>,
     bytes: u64,
-    done: u64,
 }
 
 impl Recorded {
-    /// Opens a recording.
     ///
     /// # Errors
     /// It cannot be read, holds something else, or was written by another version of the format or of the protocol.
@@ -89,7 +84,7 @@ impl Recorded {
         }
         let file = File::open(path).with_context(|| name.clone())?;
         let bytes = file.metadata().with_context(|| name.clone())?.len();
-        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes, done: 0 };
+        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes };
         recorded.read_header().with_context(|| name)?;
         Ok(recorded)
     }
@@ -99,7 +94,7 @@ impl Recorded {
             return Ok(());
         }
         let mut text = Vec::new();
-        self.done = self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
+        self.bytes -= self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
         let text = String::from_utf8(text).context("the header")?;
         let (format, json) =
             text[MAGIC.len()..].trim_end_matches(['\0', '\n']).split_once(' ').context("the header")?;
@@ -115,19 +110,13 @@ impl Recorded {
         Ok(())
     }
 
-    /// Its header, if it has one.
     pub fn header(&self) -> Option<&Header> {
         self.header.as_ref()
     }
 
-    /// Bytes of the file when it was opened.
+    /// Bytes of telemetry in the file when it was opened.
     pub fn bytes(&self) -> u64 {
         self.bytes
-    }
-
-    /// Bytes read.
-    pub fn done(&self) -> u64 {
-        self.done
     }
 }
 
@@ -139,7 +128,6 @@ impl Source for Recorded {
     fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         let bytes = self.file.fill_buf().with_context(|| self.name.clone())?.to_vec();
         self.file.consume(bytes.len());
-        self.done += bytes.len() as u64;
         Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }))
     }
 

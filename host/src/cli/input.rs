@@ -92,7 +92,6 @@ impl SceneOptions {
 }
 
 impl InputOptions {
-    /// Whether any option was given.
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
     }

@@ -38,7 +38,7 @@ impl SourceOptions {
         if self.input.is_given() || self.board.firmware.elf.is_some() {
             return Err(misplaced());
         }
-        let feed = Feed::new(Box::new(Recorded::open(path)?) as Box<_>);
+        let feed = Feed::new(Recorded::open(path)?);
         Ok(match pace {
             Some(pace) => feed.paced(Pace::new(pace)),
             None => feed,

@@ -1,6 +1,6 @@
 //! Tables as CSV.
 
-use super::packets;
+use super::packets::packets;
 use crate::live::{Counts, Frame, Point};
 use anyhow::{Result, bail};
 use clap::ValueEnum;

@@ -26,7 +26,6 @@ pub enum RawFrames {
     Refused(String),
 }
 
-/// A feed that is followed.
 pub struct Following {
     feed: Feed,
     requester: Requester,

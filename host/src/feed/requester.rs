@@ -1,7 +1,7 @@
 //! Requests to the board behind a feed: waited for, or sent while its packets are read.
 
 use super::decoded::Feed;
-use super::source::{FeedEvent, Source};
+use super::source::FeedEvent;
 use crate::requests::{PATIENCE, Requests};
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
@@ -23,8 +23,8 @@ pub fn new_requests() -> Requests {
 }
 
 /// Sends a command and waits for its outcome; all packets that arrive meanwhile go to `sink`.
-pub fn request<S: Source>(
-    feed: &mut Feed<S>,
+pub fn request(
+    feed: &mut Feed,
     requests: &mut Requests,
     command: Command,
     sink: &mut dyn FnMut(&Packet),
@@ -68,7 +68,6 @@ impl Requester {
         requester
     }
 
-    /// Adds a command.
     pub fn push(&mut self, command: Command) {
         self.requests.push(command);
     }
@@ -85,7 +84,7 @@ impl Requester {
     ///
     /// # Errors
     /// The board does not answer, or the line fails; all requests are dropped then.
-    pub fn tick<S: Source>(&mut self, feed: &mut Feed<S>) -> Result<()> {
+    pub fn tick(&mut self, feed: &mut Feed) -> Result<()> {
         let now = Instant::now();
         if self.requests.are_done() && self.renew.is_some_and(|due| due <= now) {
             self.renew = Some(now + RENEW);

@@ -21,7 +21,6 @@ pub struct Usb {
     pub serial_number: Option<String>,
     pub product: Option<String>,
     pub vendor_id: u16,
-    /// The vendor's number of the product.
     pub product_id: u16,
 }
 

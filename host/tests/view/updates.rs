@@ -2,7 +2,7 @@
 
 use super::{packets, recorded};
 use ridgetone_host::analysis::{curves, spectrum};
-use ridgetone_host::feed::{Feed, FeedEvent, Following, Source};
+use ridgetone_host::feed::{Feed, FeedEvent, Following};
 use ridgetone_host::live::{Live, Strips};
 use ridgetone_host::recording::Recorded;
 use ridgetone_host::view::hub::Hub;
@@ -143,7 +143,7 @@ fn add(early: &mut Value, update: &Value) {
 fn updates_make_of_an_early_state_what_a_late_one_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path(), &packets(SLIDING_S));
-    let source: Box<dyn Source + Send> = Box::new(Recorded::open(&path).expect("a recording"));
+    let source = Recorded::open(&path).expect("a recording");
     let mut following = Following::new(Feed::new(source), None);
     let hub = Hub::new(following.live());
     let (state, mut updates) = hub.join(0).expect("a state");
