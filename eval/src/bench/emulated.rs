@@ -1,14 +1,15 @@
 //! The benchmark's image in the emulator: jobs in, measurements out.
 
-use crate::workload::{Job, Measured, Wire, encode_conversion, encode_frame};
+use crate::workload::{Job, Measured, RECORD_MAX, Wire, conversion_record, read, write};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone::frame::TimedConversion;
-use ridgetone_host::emulator::process::QEMU;
+use ridgetone_host::emulator::process::{QEMU, qemu};
 use ridgetone_tone::Values;
+use serde::Serialize;
 use std::fs;
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// The whole benchmark takes seconds: after this time the emulator hangs.
@@ -24,7 +25,11 @@ pub struct Jobs(Vec<u8>);
 impl Jobs {
     /// A job whose items, if it has any, are already counted in it and are added by the caller.
     pub fn add(&mut self, job: Job) {
-        self.0.extend(job.encode());
+        self.record(&job);
+    }
+
+    fn record(&mut self, item: &impl Serialize) {
+        self.0.extend(write(item, &mut [0; RECORD_MAX]).unwrap_or_default());
     }
 
     /// A fit of frames that all have valid values of the same taxels, bit k for taxel k.
@@ -41,14 +46,14 @@ impl Jobs {
 
     fn add_frames(&mut self, values: &[Values], valid: u16) {
         for frame in values {
-            self.0.extend(encode_frame(frame, valid));
+            self.record(&(*frame, valid));
         }
     }
 
     pub fn add_detection(&mut self, conversions: &[TimedConversion]) {
         self.add(Job::Detect { conversions: conversions.len() as u32 });
         for conversion in conversions {
-            self.0.extend(encode_conversion(conversion));
+            self.record(&conversion_record(conversion));
         }
     }
 
@@ -58,23 +63,8 @@ impl Jobs {
         self.add(Job::End);
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         fs::write(directory.path().join("workload"), &self.0).context("the workload")?;
-        let spawned = Command::new(QEMU)
-            // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
-            .args(["-machine", "netduinoplus2", "-icount", "shift=0"])
-            .args(["-display", "none", "-monitor", "none", "-serial", "null"])
-            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(elf)
-            .current_dir(directory.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn();
-        let mut child = match spawned {
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                bail!("{QEMU} is not installed: `cargo xtask setup` installs it")
-            }
-            spawned => spawned.context(QEMU)?,
-        };
+        // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
+        let mut child = qemu(&elf, directory.path(), "shift=0", &["null"], Stdio::null)?;
         let began = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait().context(QEMU)? {
@@ -93,9 +83,12 @@ impl Jobs {
             stderr.read_to_string(&mut words).context(QEMU)?;
         }
         ensure!(status.success(), "the benchmark ended with {status}: {}", words.trim());
-        let results = fs::read_to_string(directory.path().join("results")).context("the benchmark's results")?;
-        let parse = |line| Measured::parse(line).with_context(|| format!("the benchmark wrote `{line}`"));
-        results.lines().map(parse).collect()
+        let results = fs::read(directory.path().join("results")).context("the benchmark's results")?;
+        let (mut rest, mut measured) = (&results[..], Vec::new());
+        while !rest.is_empty() {
+            measured.push(read(|bytes| rest.read_exact(bytes).is_ok()).context("the benchmark's results are damaged")?);
+        }
+        Ok(measured)
     }
 }
 
