@@ -35,7 +35,6 @@ impl Harmonic {
     }
 }
 
-/// The truth of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Standard deviation of the noise of one frame, in the channel's unit, > 0.
@@ -57,7 +56,6 @@ pub struct Window<'a> {
     pub slope: bool,
 }
 
-/// A channel's information about the frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clue {
     /// Fisher information, one over hertz squared.

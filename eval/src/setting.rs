@@ -48,7 +48,6 @@ impl Setting {
             .filter(|setting| setting.cycles() >= CYCLES_MIN)
     }
 
-    /// The tone, hertz.
     pub fn frequency_hz(&self) -> f64 {
         self.speed_mm_s / self.period_mm
     }

@@ -27,9 +27,7 @@ pub struct Simulated {
     /// The frames, in codes less a reference; all channels at the frame's time.
     pub values: Vec<Values>,
     pub frame_rate_hz: f64,
-    /// The true frequency, hertz.
     pub frequency_hz: f64,
-    /// The truth of each channel, in codes.
     pub channels: Vec<Channel>,
 }
 
@@ -89,7 +87,6 @@ impl Simulated {
         Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }
     }
 
-    /// Length in seconds.
     pub fn window_s(&self) -> f64 {
         self.values.len() as f64 / self.frame_rate_hz
     }

@@ -18,7 +18,6 @@ const LEAST_DB: f32 = -120.0;
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
     pub from_s: f64,
-    /// See `from_s`.
     pub until_s: f64,
     /// Whether it is the window of the latest estimate; otherwise the latest frames.
     pub of_estimate: bool,

@@ -26,7 +26,6 @@ pub struct Grating {
     /// Its name in errors.
     pub name: String,
     pub period_mm: f64,
-    /// Its recording.
     pub input: Opened,
 }
 
@@ -43,11 +42,8 @@ pub struct Point {
 /// The line, as [`Array`] has it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// [`Array::pitch_mm`].
     pub pitch_mm: f64,
-    /// [`Array::edge_phase_rad`].
     pub edge_phase_rad: f64,
-    /// [`Array::edge_phase_sigma_rad`].
     pub edge_phase_sigma_rad: f64,
     pub gratings: Vec<Point>,
 }

@@ -14,27 +14,20 @@ use hal_mock::{Sliding, Truth};
 use ridgetone_proto::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
 use std::fmt;
 
-/// A run of a scene.
 #[derive(Clone, Debug)]
 pub struct Demo {
-    /// The results, beside the truth.
     pub summary: Summary,
-    /// Result of the run.
     pub outcome: Outcome,
-    /// Every packet, in order.
     pub packets: Vec<Packet>,
 }
 
 /// The results beside the truth. Times are device times in seconds.
 #[derive(Clone, Debug)]
 pub struct Summary {
-    /// Speed of the grating, mm/s.
     pub speed_mm_s: f64,
-    /// Its spatial period, mm.
     pub period_mm: f64,
     /// The truth, in device time.
     pub truth: Truth,
-    /// The contact spike.
     pub contact: Option<Contact>,
     /// The last slide that has ended.
     pub slide: Option<Slide>,
@@ -44,7 +37,6 @@ pub struct Summary {
     pub images: [Option<Image>; 2],
     /// Greatest processor load, 0 to 1.
     pub load: f32,
-    /// The last health report.
     pub health: Option<Health>,
     /// Conversions read by the board, and lost.
     pub conversions: (u64, u64),
@@ -76,7 +68,6 @@ pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f
 }
 
 impl Demo {
-    /// The picture.
     pub fn svg(&self) -> String {
         let recording = Recording::new(&self.outcome.conversions, &self.packets);
         picture::draw(&recording, Some(self.summary.truth.frequency_hz))

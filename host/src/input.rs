@@ -14,7 +14,6 @@ const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 /// Overload, as a multiple of the reference: the chip clips and sets a status bit (SBAS297G, data format).
 const OVERLOAD: f64 = 1.06;
 
-/// Where the voltages come from.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "only one exists at a time")]
 pub enum Source {
@@ -22,11 +21,9 @@ pub enum Source {
     Scene(Sliding),
     /// A CSV file, one column for each taxel.
     Trace {
-        /// The file.
         path: PathBuf,
         /// Rows per second where it has no `time_s`; the scan's own rate if none.
         rate_hz: Option<f64>,
-        /// Volts per unit of the file.
         volts_per_unit: f64,
     },
 }
@@ -34,7 +31,6 @@ pub enum Source {
 /// A source and the chip in front of it.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Where the voltages come from.
     pub source: Source,
     /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may switch it off too.
     pub converter_noise: bool,
@@ -48,24 +44,19 @@ impl Default for Input {
     }
 }
 
-/// An input, opened.
 pub struct Opened {
     /// Voltages that the chip converts.
     pub scene: Box<dyn Scene>,
-    /// Properties of the chip.
     pub options: Options,
-    /// Length in seconds.
     pub end_s: f64,
     /// True values of a scene.
     pub truth: Option<Truth>,
-    /// A warning for the user, one line.
     pub warning: Option<String>,
 }
 
 /// From the end of a touch to the beginning of the next, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// A scene that repeats.
 pub struct Again<S> {
     scene: S,
     every_s: f64,

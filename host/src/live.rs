@@ -31,13 +31,11 @@ pub enum Phase {
     Idle,
     /// The finger is touched, and nothing has slid yet.
     Held,
-    /// The grating slides.
     Sliding,
     /// The slide is over, the finger is still touched.
     HeldAfter,
 }
 
-/// State of the connection to the source.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Connection {
@@ -47,10 +45,7 @@ pub enum Connection {
     /// The board is connected.
     Connected,
     /// The board is unplugged; the source waits for it.
-    Disconnected {
-        /// The system's message.
-        why: String,
-    },
+    Disconnected { why: String },
     /// A recording or a scene is over.
     Over,
 }
@@ -58,7 +53,6 @@ pub enum Connection {
 /// Counts of packets at this end of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Packets received.
     pub received: u64,
     /// Packets that never arrived, by their sequence numbers.
     pub missing: u32,
@@ -98,19 +92,14 @@ struct Latest {
 pub struct Now {
     /// Name of the source: a port, a recording, the emulated board.
     pub source: String,
-    /// State of the connection.
     pub connection: Connection,
-    /// Counts of packets.
     pub counts: Counts,
     /// The latest device time, seconds since the board's first conversion.
     pub now_s: Option<f64>,
-    /// Phase of the touch.
     pub phase: Phase,
     /// Beginning of the phase, device time in seconds.
     pub phase_since_s: Option<f64>,
-    /// Touches so far.
     pub touches: u32,
-    /// Restarts of the board so far.
     pub restarts: u32,
     latest: Latest,
     /// Faults that last.
@@ -121,7 +110,6 @@ pub struct Now {
 /// The state of a board, as far as its packets report it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Live {
-    /// The small part.
     #[serde(flatten)]
     pub now: Now,
     /// Estimates, oldest first.
@@ -161,7 +149,6 @@ impl Live {
         "The latest readings and counters of the board." health: Health;
     }
 
-    /// Takes a packet.
     pub fn take(&mut self, packet: &Packet) {
         let now = &mut self.now;
         now.connection = Connection::Connected;

@@ -24,7 +24,6 @@ use view::{Action, View};
 /// Time between two pictures.
 const REFRESH: Duration = Duration::from_millis(50);
 
-/// The screen and its state.
 pub struct Monitor {
     following: Following,
     live: Live,

@@ -23,7 +23,6 @@ path{fill:none}.card{fill:#fff;stroke:#bbb}.odd{fill:#f4f5f7}.axis{stroke:#555}.
 .data{stroke:#33475b;stroke-width:.8;stroke-linejoin:round}.dot{stroke:#33475b;stroke-width:2.6;stroke-linecap:round}\
 .fit{stroke:#d1490c;stroke-width:1.6}.bar{stroke:#222;stroke-width:2}";
 
-/// The run over time.
 const TIME: Panel = Panel { left: 64.0, right: 690.0 };
 /// A few periods of the slide.
 const CLOSE: Panel = Panel { left: 730.0, right: 976.0 };

@@ -23,14 +23,12 @@ pub const START_US: u32 = 20_100;
 /// Conversions between two reports of progress.
 const PROGRESS_EVERY: u64 = 2048;
 
-/// Result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Bytes as they would have gone over the wire.
     pub serial: Vec<u8>,
     /// Packets at the PC's end of the wire.
     pub counts: Counts,
-    /// Conversions read.
     pub conversions: u64,
 }
 

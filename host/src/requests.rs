@@ -49,7 +49,6 @@ impl Requests {
         Self { next: first, queue: VecDeque::new(), current: None }
     }
 
-    /// Adds a command.
     pub fn push(&mut self, command: Command) {
         self.queue.push_back(command);
     }

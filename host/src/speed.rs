@@ -15,7 +15,6 @@ pub const fn after(repeats: bool) -> After {
     if repeats { After::Repeat } else { After::Hold }
 }
 
-/// Reads a speed profile.
 pub fn profile(path: &Path, after: After) -> Result<Profile> {
     check(path, &knots(path, after)?, after)
 }
@@ -52,7 +51,6 @@ pub enum Column {
 }
 
 impl Column {
-    /// Name of the column.
     pub fn name(&self) -> &str {
         match self {
             Self::Position(name) | Self::Speed(name) => name,

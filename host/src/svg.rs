@@ -2,18 +2,13 @@
 
 use std::fmt::Write;
 
-/// Anchor of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Begins at the point.
     Start,
-    /// Is centred on it.
     Middle,
-    /// Ends at it.
     End,
 }
 
-/// A picture being written.
 #[derive(Debug)]
 pub struct Svg {
     body: String,
@@ -53,13 +48,11 @@ impl Svg {
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
     }
 
-    /// A straight line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
         let ((x1, y1), (x2, y2)) = (from, to);
         self.push(&format!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"));
     }
 
-    /// A filled rectangle.
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
@@ -73,7 +66,6 @@ impl Svg {
         ));
     }
 
-    /// A line through points.
     pub fn path(&mut self, points: &[(f64, f64)], class: &str) {
         let mut d = String::new();
         for (i, (x, y)) in points.iter().enumerate() {
@@ -91,7 +83,6 @@ impl Svg {
         self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
-    /// The finished picture.
     pub fn finish(mut self) -> String {
         self.push("</svg>");
         self.body

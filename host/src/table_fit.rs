@@ -18,7 +18,6 @@ pub struct Selection {
     pub rate_hz: Option<f64>,
     /// First time to use, seconds as in `time_s`; without that column row / rate.
     pub from_s: Option<f64>,
-    /// Last time to use, seconds.
     pub to_s: Option<f64>,
     /// Names of the columns to use; all if empty.
     pub columns: Vec<String>,
@@ -57,13 +56,10 @@ pub struct TableFit {
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
-    /// The status, as in telemetry.
     pub status: Status,
-    /// Unit in which cycles are counted.
     pub abscissa: Abscissa,
     /// Frequency and its standard deviation, hertz, or cycles per millimetre by place; none without a tone.
     pub tone: Option<(f64, f64)>,
-    /// Harmonics fitted.
     pub harmonics: u8,
     pub channels: Vec<ChannelResult>,
 }
@@ -147,7 +143,6 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     })
 }
 
-/// Index of the column with a name.
 fn named(rows: &Rows, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
@@ -156,7 +151,6 @@ fn named(rows: &Rows, name: &str) -> Result<usize> {
     }
 }
 
-/// The wanted columns.
 fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();

@@ -9,7 +9,6 @@ pub type Frame = [f32; CHANNELS];
 /// Most frames of a window, and points of the longest transform.
 pub const FRAMES_MAX: usize = 1024;
 
-/// Working memory for one window.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     /// A channel's samples, or their transform.

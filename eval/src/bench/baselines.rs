@@ -27,7 +27,6 @@ pub struct BaselineCell {
     /// Those in which it found a frequency.
     pub found: u32,
     pub instructions_mean: f64,
-    /// Instructions of the costliest window.
     pub instructions_worst: u32,
 }
 

@@ -33,7 +33,6 @@ pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 pub struct Cell {
     pub window_s: f64,
     pub frames: usize,
-    /// Channels with valid values.
     pub channels: u8,
     /// Most harmonics, the fundamental included.
     pub harmonics: u8,
@@ -43,11 +42,9 @@ pub struct Cell {
     /// Those in which the tone was found.
     pub good: u32,
     pub instructions_mean: f64,
-    /// Instructions of the costliest window.
     pub instructions_worst: u32,
     /// The same in passes over 16 x 240 samples.
     pub passes_worst: f64,
-    /// Most stack in use, bytes.
     pub stack_bytes: u32,
 }
 

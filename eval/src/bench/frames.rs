@@ -23,11 +23,9 @@ pub struct Phase {
     pub frames: u32,
     /// Instructions a frame (21 conversions), mean.
     pub instructions_mean: f64,
-    /// Instructions of the costliest frame.
     pub instructions_worst: u32,
 }
 
-/// The touch: the default scene.
 pub struct Frames {
     truth: Truth,
     conversions: Vec<TimedConversion>,

@@ -29,23 +29,18 @@ pub struct Report {
     pub frames: Vec<Phase>,
     /// Instructions to encode the longest packet.
     pub encode_instructions: u32,
-    /// Its bytes on the wire.
     pub encode_bytes: u32,
     /// Instructions to read, stamp and queue a conversion.
     pub intake_instructions: u32,
-    /// Flash of the Feather's image, bytes.
     pub flash_bytes: u64,
-    /// RAM of its statics, bytes.
     pub ram_bytes: u64,
     /// Stack of the whole firmware over a touch, if it was run.
     pub firmware_stack: Option<Stack>,
     pub bars: Vec<Bar>,
 }
 
-/// Use of a stack, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Stack {
-    /// The most in use.
     pub deepest: u32,
     pub size: u32,
 }
@@ -59,7 +54,6 @@ impl Stack {
 }
 
 impl Report {
-    /// The same with its bars.
     pub fn with_bars(mut self) -> Self {
         let same = |cell: &&Cell, harmonics| {
             (cell.channels, cell.frames, cell.harmonics, cell.carried) == (16, 241, harmonics, harmonics)

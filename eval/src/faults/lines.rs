@@ -14,9 +14,7 @@ use ridgetone_host::input::Input;
 
 /// Frames of telemetry for each injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
-/// Random bytes for each.
 const RANDOM_BYTES: u64 = 1000;
-/// Damaged requests for each.
 const REQUESTS: u64 = 10;
 /// Random bytes, and requests, that one board gets.
 const BYTES_A_BOARD: u64 = 1_000_000;

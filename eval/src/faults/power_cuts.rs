@@ -17,9 +17,7 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
     bytes: Vec<u8>,
     /// Operations until power is lost; none: it is not.
     left: Option<u64>,
-    /// Operations so far.
     pub done: u64,
-    /// Whether power is gone.
     pub is_off: bool,
     /// Operations beyond the pages, or that program words that are not erased. Must be zero.
     pub wrong: u64,

@@ -16,7 +16,6 @@ pub enum Place {
 }
 
 impl Place {
-    /// For people.
     pub const fn title(self) -> &'static str {
         match self {
             Self::Pc => "PC",
@@ -29,9 +28,8 @@ impl Place {
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Delays {
     pub count: usize,
-    /// NaN where no time is measured.
+    /// NaN where no time is measured, as the next.
     pub median_s: f64,
-    /// NaN where no time is measured.
     pub longest_s: f64,
 }
 

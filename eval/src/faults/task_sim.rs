@@ -45,7 +45,6 @@ pub struct Ran {
     pub packets: Vec<Packet>,
     /// Packets that were lost, and damaged ones.
     pub line: (u32, u32),
-    /// What the chip has done.
     pub chip: Counters,
     /// When each injection acted, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
@@ -59,7 +58,6 @@ pub struct Ran {
     pub zero_ns: u64,
     /// End of the run, nanoseconds of the simulated board.
     pub end_ns: u64,
-    /// Whether the registers were right at the end.
     pub registers_right: bool,
 }
 

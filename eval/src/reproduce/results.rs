@@ -15,7 +15,6 @@ pub struct Reproduction {
     pub pictures: Pictures,
 }
 
-/// A combination of speed and spatial period.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Combination {
     /// Speed that the stimulator is set to, mm/s.
@@ -73,7 +72,6 @@ pub struct Run {
     pub series: usize,
     /// The true frequency: the stimulator's mean speed over the period.
     pub true_hz: f64,
-    /// Start and end of the true slide.
     pub true_slide_s: (f64, f64),
     /// The paper's estimates over its 55 mm, for its two pairs of channels.
     pub pairs: [Pair; 2],
@@ -176,7 +174,6 @@ pub struct Contact {
     pub spike_s: f64,
     /// The part that the paper's equations cut out, seconds.
     pub cut_s: (f64, f64),
-    /// The true slide, seconds.
     pub slide_s: (f64, f64),
     /// The slide that the firmware found, seconds.
     pub found_s: Option<(f64, f64)>,

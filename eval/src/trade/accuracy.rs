@@ -59,11 +59,8 @@ pub struct Error {
     pub rms_hz: f64,
     /// RMS, percent of the true frequency.
     pub rms_percent: f64,
-    /// The bound in the same units.
     pub bound_percent: f64,
-    /// RMS of error over bound.
     pub ratio: f64,
-    /// Standard error of that.
     pub ratio_sigma: f64,
 }
 

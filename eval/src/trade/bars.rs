@@ -51,7 +51,6 @@ const AGAIN_SEED: u64 = 50_000;
 const NOISE_SEED: u64 = 1_000_000_000;
 const DETECTION_SEED: u64 = 2_000_000_000;
 
-/// How many windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Windows {
     /// For each setting of accuracy.
@@ -62,7 +61,6 @@ pub struct Windows {
     pub detection: u32,
 }
 
-/// One setting's accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     pub setting: Setting,
@@ -78,7 +76,6 @@ impl Cell {
         self.accuracy.error.is_none_or(|error| error.ratio + NEAR_SIGMAS * error.ratio_sigma > RATIO_BAR)
     }
 
-    /// Whether it is above the bar.
     pub fn is_above(&self) -> bool {
         self.ratio() > RATIO_BAR
     }
@@ -87,11 +84,9 @@ impl Cell {
 /// The tones found in windows of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
-    /// Length of the windows; none where it follows from the cycles.
+    /// None where it follows from the cycles.
     pub length: Option<Length>,
-    /// How many there were.
     pub windows: u32,
-    /// In how many of them a tone was found.
     pub found: u32,
 }
 

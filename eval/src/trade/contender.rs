@@ -15,7 +15,6 @@ pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
     Ridgetone {
         harmonics: u8,
-        /// Channels with valid values.
         channels: u8,
     },
     /// Another method on the first `channels` channels.

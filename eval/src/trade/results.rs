@@ -54,7 +54,6 @@ pub struct Row {
     pub window_s: f64,
     pub frames: u32,
     pub carried: u8,
-    /// Most harmonics of the fit.
     pub harmonics: u8,
     pub channels: u8,
     pub accuracy: Accuracy,

@@ -9,7 +9,6 @@ use std::collections::VecDeque;
 /// Frames kept: four seconds at 241.14 frames a second.
 pub const STRIP_FRAMES: usize = 965;
 
-/// A frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Device time of its first slot, seconds.
@@ -42,12 +41,10 @@ impl Strips {
         self.0.push_back(frame);
     }
 
-    /// All frames, oldest first.
     pub fn frames(&self) -> impl DoubleEndedIterator<Item = &Frame> + ExactSizeIterator {
         self.0.iter()
     }
 
-    /// Whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

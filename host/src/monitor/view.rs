@@ -19,7 +19,6 @@ pub enum Action {
     Raw,
 }
 
-/// What the screen shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The screen stands still; packets are still folded.
@@ -34,7 +33,6 @@ pub struct View {
 }
 
 impl View {
-    /// The view at the start.
     pub fn new(raw: RawFrames, has_colour: bool) -> Self {
         Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
     }

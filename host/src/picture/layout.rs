@@ -18,9 +18,7 @@ const CHARACTER: f64 = 7.0;
 /// A part of the picture with a time axis of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Panel {
-    /// Its left edge.
     pub left: f64,
-    /// Its right edge.
     pub right: f64,
 }
 
@@ -30,7 +28,6 @@ impl Panel {
         self.left + (self.right - self.left) * (t_s - from_s) / (to_s - from_s)
     }
 
-    /// Its middle.
     pub fn middle(&self) -> f64 {
         0.5 * (self.left + self.right)
     }

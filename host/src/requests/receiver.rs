@@ -100,7 +100,6 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// The speed profile in force.
     pub const fn profile(&self) -> Option<&Profile> {
         self.requests.profile()
     }

@@ -73,7 +73,6 @@ struct Common<'a> {
     no_raw: Option<&'a str>,
 }
 
-/// Everything.
 #[derive(Serialize)]
 struct State<'a> {
     #[serde(flatten)]
@@ -104,7 +103,6 @@ struct Update<'a> {
 }
 
 impl Hub {
-    /// A hub without pages.
     pub fn new(live: Live) -> Self {
         let inner = Inner {
             sent_log: live.log.clone(),

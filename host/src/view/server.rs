@@ -106,7 +106,6 @@ impl Server {
         Ok(Self { address, stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Its address.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
