@@ -94,7 +94,7 @@ impl Simulated {
     /// Information of each channel about the frequency with so many harmonics, and with or without an unknown slope.
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
-        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };
+        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, slope };
         let mut channels = self.channels.clone();
         channels.iter_mut().for_each(|channel| channel.harmonics.truncate(harmonics));
         let value = |channel: usize, frame: usize| f64::from(self.values[frame][channel]);

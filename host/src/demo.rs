@@ -38,10 +38,6 @@ pub struct Summary {
     /// Greatest processor load, 0 to 1.
     pub load: f32,
     pub health: Option<Health>,
-    /// Conversions read by the board, and lost.
-    pub conversions: (u64, u64),
-    /// Telemetry frames at this end of the line.
-    pub counts: Counts,
 }
 
 impl Summary {
@@ -100,8 +96,6 @@ fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome,
         images: [None, None],
         load: 0.0,
         health: None,
-        conversions: (outcome.conversions_served, outcome.conversions_lost),
-        counts: outcome.counts,
     };
     for packet in packets {
         match &packet.event {
@@ -123,23 +117,24 @@ fn time(t_us: Option<u64>) -> String {
     t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", t_us as f64 / 1e6))
 }
 
-impl fmt::Display for Summary {
+impl fmt::Display for Demo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { speed_mm_s, period_mm, truth, .. } = self;
+        let (summary, outcome) = (&self.summary, &self.outcome);
+        let Summary { speed_mm_s, period_mm, truth, contact, slide, .. } = summary;
         writeln!(f, "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n")?;
         writeln!(f, "{:<16}{:>24}{:>14}", "", "firmware", "truth")?;
         let mut row =
             |name: &str, found: String, true_value: String| writeln!(f, "{name:<16}{found:>24}{true_value:>14}");
-        row("contact", time(self.contact.map(|c| c.t_us)), format!("{:.3} s", truth.contact_s))?;
-        row("slide begins", time(self.slide.map(|s| s.start_us)), format!("{:.3} s", truth.slide_start_s))?;
-        row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
-        match &self.estimate {
+        row("contact", time(contact.map(|c| c.t_us)), format!("{:.3} s", truth.contact_s))?;
+        row("slide begins", time(slide.map(|s| s.start_us)), format!("{:.3} s", truth.slide_start_s))?;
+        row("slide ends", time(slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
+        match &summary.estimate {
             Some(e) if e.status.has_tone() => {
                 let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
                 row("tone", format!("{hz} +- {sigma_hz} Hz"), format!("{:.4} Hz", truth.frequency_hz))?;
                 let period_mm = speed_mm_s / f64::from(e.frequency);
                 let (mm, sigma_mm) = with_sigma(period_mm, period_mm * f64::from(e.sigma / e.frequency));
-                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{:.4} mm", self.period_mm))?;
+                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{:.4} mm", period_mm))?;
             }
             Some(e) => row("tone", name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
@@ -148,13 +143,13 @@ impl fmt::Display for Summary {
             Some(image) => static_image::text(image, ""),
             None => "not found\n\n\n\n".into(),
         };
-        let [before, after] = self.images.each_ref().map(map);
+        let [before, after] = summary.images.each_ref().map(map);
         writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
         for (before, after) in before.lines().zip(after.lines()) {
             writeln!(f, "{before:<44}{after}")?;
         }
         writeln!(f)?;
-        if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {
+        if let (Some(error), Some(e)) = (summary.error_percent(), &summary.estimate) {
             let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency), 3);
             writeln!(
                 f,
@@ -163,11 +158,11 @@ impl fmt::Display for Summary {
                 e.window_s
             )?;
         }
-        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * self.load)?;
-        let (read, lost) = self.conversions;
-        let (skipped, dropped) = self.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
+        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * summary.load)?;
+        let (read, lost) = (outcome.conversions_served, outcome.conversions_lost);
+        let (skipped, dropped) = summary.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
         writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
-        let Counts { received, missing, damaged, .. } = self.counts;
+        let Counts { received, missing, damaged, .. } = outcome.counts;
         writeln!(f, "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped")
     }
 }

@@ -9,6 +9,7 @@ mod strips;
 pub use history::{History, POINTS, Point};
 pub use strips::{Frame, STRIP_FRAMES, Strips};
 
+use crate::digits::seconds;
 use crate::events;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
@@ -255,10 +256,6 @@ impl Now {
 /// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
-}
-
-fn seconds(t_us: u64) -> f64 {
-    t_us as f64 / 1e6
 }
 
 fn as_json<S: Serializer>(packet: &Option<Packet>, serializer: S) -> Result<S::Ok, S::Error> {

@@ -32,7 +32,8 @@ impl Svg {
         svg
     }
 
-    fn push(&mut self, element: &str) {
+    /// An element as it stands in the file.
+    pub fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
@@ -56,13 +57,6 @@ impl Svg {
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
-        ));
-    }
-
-    /// A filled rectangle with an opacity from 0 to 1.
-    pub fn shade(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str, opacity: f64) {
-        self.push(&format!(
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\" fill-opacity=\"{opacity:.2}\"/>"
         ));
     }
 

@@ -250,7 +250,7 @@ fn the_readme_shows_what_the_demo_gives() {
     }
     assert!(std::fs::read_to_string(&picture).expect("docs/demo.svg") == demo.svg(), "docs/demo.svg is not the demo's");
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
-    for line in demo.summary.to_string().lines() {
+    for line in demo.to_string().lines() {
         // The load depends on the compiler's version by a fraction of a percent.
         if !line.starts_with("processor load") {
             assert!(readme.contains(line), "README.md lacks: {line}");

@@ -5,7 +5,7 @@
 //! codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4
 //! up to 91,607). On the line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes
 //! two; where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is lost. Of such
-//! frames, and of those with more errors, one in 2^32 passes the checksum by chance, so of ten million 0.002; the
+//! frames, and of those with more errors, one in 2^32 passes the checksum, so of ten million 0.002; the
 //! stuffing refuses a part of them before, and the content's encoding behind it: what is left over, unknown, or out of
 //! range.
 //!
@@ -133,7 +133,7 @@ mod tests {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
-        // A frame may pass by chance, one in 2^32: with this seed none does.
+        // One frame in 2^32 passes: with this seed none does.
         let expected = BitErrors { sent: 300_000, refused: 300_000, empty: bit_errors.empty, ..BitErrors::default() };
         assert_eq!(bit_errors, expected);
     }
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(decoder.damaged, 1);
     }
 
-    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the checksum promises.
+    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the checksum guarantees.
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();

@@ -8,6 +8,7 @@ use super::bit_errors::BitErrors;
 use super::{emulated, lines, task_sim};
 use crate::parallel;
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 use ridgetone_host::emulator;
 use serde::Serialize;
 
@@ -99,7 +100,7 @@ fn standing_for(family: Family, injections: usize) -> usize {
 }
 
 fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
-    Family::ALL.into_iter().filter(move |family| only.is_none_or(|only| only == *family))
+    Family::value_variants().iter().copied().filter(move |family| only.is_none_or(|only| only == *family))
 }
 
 /// Makes one run on this PC.

@@ -2,7 +2,7 @@
 
 use super::judge::{Judgement, judge};
 use super::plan::Plan;
-use super::scan_order::Order;
+use super::scan_order::ScanOrder;
 use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
@@ -28,7 +28,7 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 /// conversion that arrived right at least once counts as delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
-    let mut order = Order::default();
+    let mut order = ScanOrder::default();
     let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
     // GPIOD shows the pins.
     let writable = usize::from(Register::Gpiod.address());

@@ -4,7 +4,7 @@
 //! tasks that these start. The processor takes no time, the bus takes as long as the board's.
 
 use super::power_cuts::CutFlash;
-use super::scan_order::Order;
+use super::scan_order::ScanOrder;
 
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
@@ -48,7 +48,7 @@ pub struct Ran {
     pub chip: Counters,
     /// When each injection acted, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
-    /// Conversions that came out of the queue with NEW set.
+    /// Conversions from the queue with NEW set.
     pub delivered: u64,
     /// Those among them that are not what the chip had converted.
     pub altered: u64,
@@ -95,7 +95,7 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
         decoder: Decoder::new(),
         ran: Ran::default(),
         registers: board.with_chip(|chip| chip.registers()),
-        order: Order::default(),
+        order: ScanOrder::default(),
         begun: false,
     };
     tasks.run(&shared);
@@ -211,7 +211,7 @@ struct Tasks<'a> {
     ran: Ran,
     /// The registers after set-up.
     registers: [u8; REGISTERS],
-    order: Order,
+    order: ScanOrder,
     begun: bool,
 }
 

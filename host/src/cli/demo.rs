@@ -40,6 +40,6 @@ impl DemoArgs {
         if let Some(path) = &self.svg {
             output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
         }
-        output::line(demo.summary.to_string().trim_end())
+        output::line(demo.to_string().trim_end())
     }
 }

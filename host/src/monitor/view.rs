@@ -9,7 +9,7 @@ const HISTORY_S: [f64; 5] = [10.0, 30.0, 60.0, 180.0, 600.0];
 /// Lengths of the strips that can be shown, seconds.
 const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
-/// An action that a key asks for.
+/// An action that a key requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     Quit,

@@ -1,5 +1,6 @@
 //! The data of the picture: sixteen channels over time, and the results.
 
+use crate::digits::seconds;
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
@@ -23,10 +24,6 @@ pub struct Recording {
     pub releases_s: Vec<f64>,
     /// The last fit over a whole slide.
     pub slide_fit: Option<Estimate>,
-}
-
-fn seconds(t_us: u64) -> f64 {
-    t_us as f64 / 1e6
 }
 
 impl Recording {

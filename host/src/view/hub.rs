@@ -173,7 +173,7 @@ impl Hub {
 }
 
 impl Inner {
-    /// Makes spectrum and curves if they are due; tells for each whether it is new.
+    /// Makes spectrum and curves if they are due. Gives for each whether it is new.
     fn analyse(&mut self) -> (bool, bool) {
         if self.live.strips.is_empty() {
             self.curves_of_us = None;

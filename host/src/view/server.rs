@@ -24,7 +24,6 @@ use futures_util::stream::{Stream, unfold};
 use std::convert::Infallible;
 use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
@@ -65,8 +64,7 @@ const HEADERS: [(HeaderName, &str); 6] = [
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    _running: oneshot::Sender<()>,
 }
 
 /// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port 0 is any free one.
@@ -91,35 +89,23 @@ impl Server {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let (stop, stopped) = oneshot::channel();
+        let (running, dropped) = oneshot::channel::<()>();
         let routes = routes(hub).layer(from_fn_with_state(address, guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
             let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
             // It does not wait for pages, which listen for ever.
-            if let Either::Left((Err(error), _)) = select(served, stopped).await {
+            if let Either::Left((Err(error), _)) = select(served, dropped).await {
                 eprintln!("ridgetone: the page is no longer served: {error}");
             }
         };
-        let thread = std::thread::spawn(move || runtime.block_on(serve));
-        Ok(Self { address, stop: Some(stop), thread: Some(thread) })
+        std::thread::spawn(move || runtime.block_on(serve));
+        Ok(Self { address, _running: running })
     }
 
     pub fn address(&self) -> SocketAddr {
         self.address
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            // It fails if the server has ended.
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
     }
 }
 
