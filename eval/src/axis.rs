@@ -20,7 +20,6 @@ impl Axis {
         Self { powers: (from, most.log10().ceil().max(from + 1.0)), at }
     }
 
-    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.powers;
         self.at.0 + (self.at.1 - self.at.0) * (value.log10() - from) / (to - from)

@@ -20,7 +20,6 @@ use ridgetone_host::emulator::Options;
 use ridgetone_proto::telemetry::WIRE_MAX;
 use std::path::{Path, PathBuf};
 
-/// `bench`
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// The image of the benchmark; without one nothing is counted.

@@ -43,7 +43,6 @@ pub struct Channel {
     pub harmonics: Vec<Harmonic>,
 }
 
-/// A window and its unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     pub frames: usize,

@@ -5,8 +5,7 @@ use crate::bench::{self, BenchArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::reproduce;
 use crate::reproduce::taken::Place;
-use crate::trade;
-use crate::trade::Effort;
+use crate::trade::{self, Effort};
 use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -35,7 +34,6 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// `reproduce`
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Takes a minute or two, with --emulated some minutes. Writes reproduction.json, reproduction.md and the pictures in reproduction/.

@@ -37,7 +37,6 @@ use ridgetone_host::output;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// `faults`
 #[derive(Debug, clap::Args)]
 pub struct FaultsArgs {
     /// Injections on this PC, at least.

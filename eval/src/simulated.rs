@@ -1,7 +1,6 @@
 //! A window of a slide as the fit gets it, and its truth.
 
-use crate::bound;
-use crate::bound::{Channel, Clue, Harmonic};
+use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone::schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};

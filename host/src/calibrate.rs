@@ -23,7 +23,6 @@ const PITCHES_MOST: f32 = 1.98;
 
 /// A grating of known period.
 pub struct Grating {
-    /// Its name in errors.
     pub name: String,
     pub period_mm: f64,
     pub input: Opened,

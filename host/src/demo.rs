@@ -1,13 +1,11 @@
 //! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
 use crate::digits::{decimals, with_sigma};
-use crate::emulator;
-use crate::emulator::{Options, Outcome};
+use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::live::Counts;
 use crate::names::name;
-use crate::picture;
-use crate::picture::Recording;
+use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};

@@ -57,17 +57,11 @@ pub struct Opened {
 /// From the end of a touch to the beginning of the next, seconds.
 const PAUSE_S: f64 = 1.0;
 
+/// Repeats a scene every so many seconds until its end.
 pub struct Again<S> {
-    scene: S,
-    every_s: f64,
-    end_s: f64,
-}
-
-impl<S: Scene> Again<S> {
-    /// Repeats `scene` every `every_s` seconds, until `end_s`.
-    pub fn new(scene: S, every_s: f64, end_s: f64) -> Self {
-        Self { scene, every_s, end_s }
-    }
+    pub scene: S,
+    pub every_s: f64,
+    pub end_s: f64,
 }
 
 impl<S: Scene> Scene for Again<S> {
@@ -84,7 +78,7 @@ impl Opened {
     /// Repeats the input for ever, with a second's pause.
     #[must_use]
     pub fn repeated(self) -> Self {
-        let scene = Again::new(self.scene, self.end_s + PAUSE_S, f64::INFINITY);
+        let scene = Again { scene: self.scene, every_s: self.end_s + PAUSE_S, end_s: f64::INFINITY };
         Self { scene: Box::new(scene), end_s: f64::INFINITY, ..self }
     }
 }

@@ -43,10 +43,11 @@ pub enum Connection {
     /// Nothing was received yet.
     #[default]
     Waiting,
-    /// The board is connected.
     Connected,
     /// The board is unplugged; the source waits for it.
-    Disconnected { why: String },
+    Disconnected {
+        why: String,
+    },
     /// A recording or a scene is over.
     Over,
 }

@@ -84,7 +84,6 @@ impl Progress {
         self.show(format_args!("{what}: {done} of {total}"));
     }
 
-    /// Any text.
     pub fn show(&mut self, text: Arguments<'_>) {
         if self.shown.elapsed() < EVERY {
             return;

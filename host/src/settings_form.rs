@@ -51,7 +51,6 @@ enum SlideForm {
     },
 }
 
-/// Settings in their form.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 struct Written(#[serde(with = "SettingsForm")] Settings);

@@ -16,15 +16,11 @@ pub const fn after(repeats: bool) -> After {
 }
 
 pub fn profile(path: &Path, after: After) -> Result<Profile> {
-    check(path, &knots(path, after)?, after)
+    Ok(knots(path, after)?.1)
 }
 
-fn check(path: &Path, knots: &[Knot], after: After) -> Result<Profile> {
-    Profile::new(knots, after).with_context(|| path.display().to_string())
-}
-
-/// Reads the knots of a speed profile: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
-pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
+/// Reads a speed profile, and its knots: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
+pub fn knots(path: &Path, after: After) -> Result<(Vec<Knot>, Profile)> {
     let table = Table::load(path)?;
     let file = table.file();
     let Some(column) = table.names().iter().position(|name| name == SPEED_COLUMN) else {
@@ -37,8 +33,8 @@ pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
         ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
         knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
     }
-    check(path, &knots, after)?;
-    Ok(knots)
+    let profile = Profile::new(&knots, after).with_context(|| file.to_owned())?;
+    Ok((knots, profile))
 }
 
 /// A column with the finger's place.

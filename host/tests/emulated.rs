@@ -11,8 +11,7 @@ mod steady;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;

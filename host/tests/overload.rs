@@ -3,8 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_proto::telemetry::{Event, Health, Packet};
 

@@ -1,7 +1,6 @@
 //! Jobs in, measurements out: what the benchmarks' images have in common.
 
-use crate::machine::semihost;
-use crate::machine::semihost::{Exit, File};
+use crate::machine::semihost::{self, Exit, File};
 use ridgetone_eval::workload::{self, Measured, RECORD_MAX};
 use serde::de::DeserializeOwned;
 

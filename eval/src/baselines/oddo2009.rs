@@ -84,7 +84,6 @@ fn descend(signals: &[&[f32]; CHANNELS_MAX], mut at: Parameters, bend: &Paramete
     Some(at[6])
 }
 
-/// E and its gradient.
 fn slope(signals: &[&[f32]; CHANNELS_MAX], at: &Parameters) -> (f32, Parameters) {
     let frequency = at[6];
     let (mut error, mut gradient) = (0.0, [0.0; 7]);

@@ -3,8 +3,7 @@
 use super::baselines::BaselineCell;
 use super::fits::Cell;
 use super::frames::Phase;
-use crate::bar;
-use crate::bar::Bar;
+use crate::bar::{self, Bar};
 use crate::page::{Table, grouped};
 use serde::Serialize;
 use std::fmt;

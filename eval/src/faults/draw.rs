@@ -23,7 +23,6 @@ impl Draw {
         least + self.0.next_u64() % (most - least + 1)
     }
 
-    /// Evenly from `least` to `most`.
     pub fn even(&mut self, least: f64, most: f64) -> f64 {
         least + (most - least) * self.uniform()
     }

@@ -6,8 +6,7 @@ use super::scan_order::ScanOrder;
 use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Packet;
 

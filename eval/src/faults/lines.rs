@@ -1,11 +1,9 @@
 //! Rows of damage on the line, both ways, and of power that is lost while settings are stored. These run no touch: they
 //! test the line's receiver, the decoder and the store of settings alone.
 
-use super::bit_errors;
-use super::bit_errors::BitErrors;
+use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
-use super::line_noise;
-use super::line_noise::Heard;
+use super::line_noise::{self, Heard};
 use super::power_cuts::{Cuts, cut_everywhere};
 use super::row::Row;
 use crate::parallel;

@@ -61,7 +61,6 @@ impl Plan {
         Self { family, seed, sliding, injections }
     }
 
-    /// Its input and its truth.
     pub fn open(&self) -> Result<(Opened, Truth)> {
         let source = Source::Scene(self.sliding.clone());
         let mut input = Input { source, seed: self.seed, ..Input::default() }.open()?;

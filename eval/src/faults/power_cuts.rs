@@ -14,7 +14,7 @@ use ridgetone_proto::store::{FlashStore, PAGES, Store, WORD_BYTES};
 /// Two pages of flash that lose power after a number of words and erasures.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
-    bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
     /// Operations until power is lost; none: it is not.
     left: Option<u64>,
     pub done: u64,
@@ -49,11 +49,6 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
-
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
     /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);
@@ -78,25 +73,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
             None => Done::Fully,
         }
     }
-}
 
-/// Bits of a word that are done when power is lost: none, all, or any.
-fn part(random: &mut ChaCha8Rng) -> u32 {
-    match random.next_u32() % 4 {
-        0 => 0,
-        1 => u32::MAX,
-        _ => random.next_u32(),
-    }
-}
-
-#[derive(PartialEq)]
-enum Done {
-    Fully,
-    Partly,
-    Not,
-}
-
-impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
     fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
         let done = self.next();
         let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
@@ -117,6 +94,22 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         }
         if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
     }
+}
+
+/// Bits of a word that are done when power is lost: none, all, or any.
+fn part(random: &mut ChaCha8Rng) -> u32 {
+    match random.next_u32() % 4 {
+        0 => 0,
+        1 => u32::MAX,
+        _ => random.next_u32(),
+    }
+}
+
+#[derive(PartialEq)]
+enum Done {
+    Fully,
+    Partly,
+    Not,
 }
 
 impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {

@@ -18,7 +18,6 @@ pub struct Cut {
     pub spike_s: f64,
     /// From the slide's start to its end, seconds.
     pub slide_s: (f64, f64),
-    /// The frames in between.
     pub frames: Range<usize>,
 }
 

@@ -12,6 +12,7 @@ use crate::parallel;
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use ridgetone_proto::settings::TAXELS;
+use ridgetone_host::digits::seconds;
 use ridgetone_host::static_image::by_taxel;
 use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 
@@ -113,19 +114,12 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
 
 /// The firmware's report: its longest slide.
 fn firmware(taken: &Taken) -> Option<Firmware> {
-    let seconds = |t_us: u64| t_us as f64 / 1e6;
     let contact_s = taken
         .events(|event| match event {
             Event::Contact(contact) => Some(seconds(contact.t_us)),
             _ => None,
         })
         .next()?;
-    let slide_s = taken
-        .events(|event| match event {
-            Event::Slide(slide) => slide.end_us.map(|end_us| (seconds(slide.start_us), seconds(end_us))),
-            _ => None,
-        })
-        .max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
     let tone_hz = taken
         .events(|event| match event {
             Event::Estimate(fit) if fit.span == Span::Slide => Some(fit.clone()),
@@ -134,7 +128,7 @@ fn firmware(taken: &Taken) -> Option<Firmware> {
         .max_by(|a, b| a.window_s.total_cmp(&b.window_s))
         .filter(|fit| fit.status == Status::Good)
         .map(|fit| (f64::from(fit.frequency), f64::from(fit.sigma)));
-    Some(Firmware { contact_s, slide_s, tone_hz })
+    Some(Firmware { contact_s, slide_s: taken.longest_slide_s()?, tone_hz })
 }
 
 /// The firmware's static images before and after the slide (phases B and D): volts over the level before the touch by

@@ -7,7 +7,6 @@ use super::results::{Contact, Curve, Opposite, Overlay, Pictures, Spectrum};
 use super::taken::Taken;
 use crate::baselines::Scratch;
 use hal_mock::TABLE_2;
-use ridgetone_proto::telemetry::Event;
 
 /// Data series of Figure 3.
 const FIGURE_3: [usize; 2] = [12, 16];
@@ -56,10 +55,6 @@ pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pi
 
 fn contact(series: usize, taken: &Taken, cut: &Cut) -> Contact {
     let truth = taken.truth;
-    let found = taken.events(|event| match event {
-        Event::Slide(slide) => slide.end_us.map(|end_us| (slide.start_us as f64 / 1e6, end_us as f64 / 1e6)),
-        _ => None,
-    });
     Contact {
         series,
         taxels: PAIR,
@@ -67,7 +62,7 @@ fn contact(series: usize, taken: &Taken, cut: &Cut) -> Contact {
         spike_s: cut.spike_s,
         cut_s: cut.slide_s,
         slide_s: (truth.slide_start_s, truth.slide_end_s),
-        found_s: found.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0))),
+        found_s: taken.longest_slide_s(),
     }
 }
 

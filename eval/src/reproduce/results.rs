@@ -217,7 +217,6 @@ pub struct Opposite {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     pub contacts: Vec<Contact>,
-    /// Figures 4 and 5.
     pub spectra: Vec<Spectrum>,
     pub overlay: Option<Overlay>,
     pub opposite: Option<Opposite>,

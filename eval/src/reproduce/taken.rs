@@ -3,12 +3,11 @@
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
 use ridgetone_host::demo::later;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use ridgetone_host::digits::seconds;
+use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::picture::Recording;
-use ridgetone_host::replay;
-use ridgetone_host::replay::START_US;
+use ridgetone_host::replay::{self, START_US};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet};
 use std::ops::Range;
@@ -90,6 +89,15 @@ impl Taken {
     /// The first frame of a taxel that is not before a time.
     pub fn frame_at(&self, taxel: usize, t_s: f64) -> usize {
         self.volts(taxel).partition_point(|(at_s, _)| *at_s < t_s)
+    }
+
+    /// The longest slide that the firmware found, from its start to its end.
+    pub fn longest_slide_s(&self) -> Option<(f64, f64)> {
+        let slides = self.events(|event| match event {
+            Event::Slide(slide) => Some((seconds(slide.start_us), seconds(slide.end_us?))),
+            _ => None,
+        });
+        slides.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
     }
 
     pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {

@@ -3,8 +3,7 @@
 use crate::faults::campaign::Campaign;
 use crate::faults::family::Family;
 use clap::ValueEnum;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use ridgetone_host::emulator::{self, Options};
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test --all"]

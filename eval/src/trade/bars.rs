@@ -53,7 +53,6 @@ const DETECTION_SEED: u64 = 2_000_000_000;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Windows {
-    /// For each setting of accuracy.
     pub accuracy: u32,
     /// Of noise alone, for each length.
     pub noise: u32,
@@ -100,7 +99,6 @@ fn percent(part: u32, all: u32) -> f64 {
     100.0 * f64::from(part) / f64::from(all)
 }
 
-/// All measurements for the bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
     pub windows: Windows,

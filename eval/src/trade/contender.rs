@@ -30,7 +30,6 @@ impl Contender {
         Self::Ridgetone { harmonics, channels: TAXELS as u8 }
     }
 
-    /// Its estimate of a window.
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone { harmonics, channels } => {

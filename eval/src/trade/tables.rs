@@ -12,7 +12,6 @@ use hal_mock::TABLE_2;
 use ridgetone_host::digits::significant;
 use ridgetone_proto::settings::TAXELS;
 
-/// A table by its name.
 pub fn table(trade: &Trade, name: &str) -> Option<String> {
     Some(match name {
         "windows" => windows(trade),

@@ -4,7 +4,6 @@ use super::view::View;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::Block;
 
-/// Style of errors and alarms.
 pub fn alarm(view: &View) -> Style {
     if view.has_colour { bold().fg(Color::Red) } else { bold().add_modifier(Modifier::REVERSED) }
 }
@@ -13,7 +12,6 @@ pub fn bold() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }
 
-/// A box with a title.
 pub fn boxed(title: impl Into<String>) -> Block<'static> {
     Block::bordered().title(format!(" {} ", title.into()))
 }

@@ -33,33 +33,20 @@ impl Panel {
     }
 }
 
-/// Centred labels on one line; a label that would touch another is left out.
-#[derive(Debug, Default)]
-pub struct Spaced {
-    wanted: Vec<(f64, String)>,
-}
-
-impl Spaced {
-    /// A label centred on `x`.
-    pub fn add(&mut self, x: f64, text: String) {
-        self.wanted.push((x, text));
-    }
-
-    /// The labels that fit, moved into the panel at its ends.
-    pub fn placed(mut self, panel: Panel) -> Vec<(f64, String)> {
-        self.wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut placed = Vec::new();
-        let mut free_from = panel.left;
-        for (x, text) in self.wanted {
-            let half = 0.5 * CHARACTER * text.chars().count() as f64;
-            let x = x.max(panel.left + half).min(panel.right - half);
-            if x - half >= free_from {
-                free_from = x + half + 10.0;
-                placed.push((x, text));
-            }
+/// Centred labels on one line, moved into the panel at its ends; a label that would touch another is left out.
+pub fn spaced(mut labels: Vec<(f64, String)>, panel: Panel) -> Vec<(f64, String)> {
+    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut placed = Vec::new();
+    let mut free_from = panel.left;
+    for (x, text) in labels {
+        let half = 0.5 * CHARACTER * text.chars().count() as f64;
+        let x = x.max(panel.left + half).min(panel.right - half);
+        if x - half >= free_from {
+            free_from = x + half + 10.0;
+            placed.push((x, text));
         }
-        placed
     }
+    placed
 }
 
 /// The greatest of 1, 2, 5 times a power of ten that is not above `value`.
@@ -118,11 +105,9 @@ mod tests {
 
     #[test]
     fn labels_do_not_touch() {
-        let mut labels = Spaced::default();
-        labels.add(5.0, "contact".into());
-        labels.add(12.0, "slide".into());
-        labels.add(300.0, "release".into());
-        let placed = labels.placed(Panel { left: 0.0, right: 310.0 });
+        let labels = [(5.0, "contact"), (12.0, "slide"), (300.0, "release")];
+        let labels = labels.map(|(x, text)| (x, text.to_owned()));
+        let placed = spaced(labels.into(), Panel { left: 0.0, right: 310.0 });
         assert_eq!(placed.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(), ["contact", "release"]);
         assert!(placed[1].0 < 300.0);
     }

@@ -50,7 +50,6 @@ pub enum Wanted {
     Name(String),
     /// The board with this USB serial number.
     UsbSerial(String),
-    /// The only board.
     Only,
 }
 

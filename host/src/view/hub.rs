@@ -28,7 +28,6 @@ const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
 
-/// A message to a page.
 #[derive(Clone, Debug)]
 pub struct Message {
     /// `state`: everything; `update`: what is new.

@@ -151,7 +151,6 @@ async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {
     Sse::new(messages(hub)).keep_alive(KeepAlive::default())
 }
 
-/// A page that listens.
 struct Page {
     hub: Arc<Hub>,
     updates: Option<Receiver<Message>>,

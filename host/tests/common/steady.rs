@@ -51,7 +51,7 @@ pub fn run(end_s: f64, alone: bool) {
     let truth = scene.truth();
     assert!(truth.end_s < EVERY_S);
     let input = Opened {
-        scene: Box::new(Again::new(scene, EVERY_S, end_s)),
+        scene: Box::new(Again { scene, every_s: EVERY_S, end_s }),
         options: Options { power_up_cycles: ads1258::POWER_UP_TICKS.into(), ..Options::default() },
         end_s,
         truth: None,

@@ -2,8 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::Input;
 use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
