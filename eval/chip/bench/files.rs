@@ -26,11 +26,14 @@ impl Files {
         }
     }
 
-    /// The next record of the workload.
+    /// The next record of the workload. Apart: its code must not change what is measured beside it.
+    #[inline(never)]
     pub fn read<T: DeserializeOwned>(&self) -> Option<T> {
         workload::read(|bytes| self.workload.read_exact(bytes))
     }
 
+    /// As [`Self::read`].
+    #[inline(never)]
     pub fn write(&self, measured: Measured) -> Option<()> {
         self.results.write_all(workload::write(&measured, &mut [0; RECORD_MAX])?).then_some(())
     }
