@@ -68,8 +68,8 @@ pub fn run(
     let mut jobs = Jobs::default();
     fits.write(&mut jobs);
     frames.write(&mut jobs);
-    jobs.add(Job::Encode);
-    jobs.add(Job::Intake);
+    jobs.add(Job::Encode, [(); 0]);
+    jobs.add(Job::Intake, [(); 0]);
     let mut measured = jobs.run(elf)?.into_iter();
 
     let cells = fits.read(&mut measured)?;

@@ -9,10 +9,12 @@ mod grid;
 pub mod results;
 mod tables;
 
+pub use bars::Windows;
+
 use crate::bench::report::Report;
 use crate::page::{filled, load};
 use anyhow::Result;
-use bars::{Bars, Windows};
+use bars::Bars;
 use results::Trade;
 use ridgetone_host::output::whole_file;
 use std::path::Path;
@@ -20,33 +22,15 @@ use std::path::Path;
 /// The page with its tables as they were filled in last.
 const PAGE: &str = include_str!("../../docs/trade.md");
 
-/// How many windows are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// For the page: minutes.
-    Full,
-    /// For a look: seconds.
-    Quick,
-    /// For a test that it runs.
-    #[cfg(test)]
-    Least,
-}
-
-impl Effort {
-    /// Windows of each line of Table 2 for a row, and those of the bars.
-    fn windows(self) -> (u32, Windows) {
-        match self {
-            Self::Full => (100, Windows { accuracy: 1000, noise: 4000, detection: 1000 }),
-            Self::Quick => (10, Windows { accuracy: 30, noise: 200, detection: 30 }),
-            #[cfg(test)]
-            Self::Least => (1, Windows { accuracy: 2, noise: 2, detection: 1 }),
-        }
-    }
-}
+/// Windows of each line of Table 2 for a row, and those of the bars.
+pub type Effort = (u32, Windows);
+/// For the page: minutes.
+pub const FULL: Effort = (100, Windows { accuracy: 1000, noise: 4000, detection: 1000 });
+/// For a look: seconds.
+pub const QUICK: Effort = (10, Windows { accuracy: 30, noise: 200, detection: 30 });
 
 /// Measures accuracy here and takes the instructions from a report of the chip, if there is one.
-pub fn measure(effort: Effort, chip: Option<&Report>) -> Result<Trade> {
-    let (windows, of_bars) = effort.windows();
+pub fn measure((windows, of_bars): Effort, chip: Option<&Report>) -> Result<Trade> {
     let mut rows = grid::measure(windows)?;
     if let Some(chip) = chip {
         rows.iter_mut().for_each(|row| row.instructions = grid::instructions(row, chip));

@@ -157,7 +157,7 @@ impl fmt::Display for Demo {
             )?;
         }
         writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * summary.load)?;
-        let (read, lost) = (outcome.conversions_served, outcome.conversions_lost);
+        let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
         let (skipped, dropped) = summary.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
         writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
         let Counts { received, missing, damaged, .. } = outcome.counts;

@@ -3,23 +3,24 @@
 //!
 //! [`Live`] can be serialised. Packets in it have the same names as with `--json` ([`crate::events::json`]).
 
+mod bounded;
 mod history;
 mod strips;
 
 pub use history::{History, POINTS, Point};
-pub use strips::{Frame, STRIP_FRAMES, Strips};
+pub use strips::{Frame, STRIP_FRAMES, Strips, columns};
 
 use crate::digits::seconds;
 use crate::events;
+use bounded::Bounded;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
 use serde::{Serialize, Serializer};
-use std::collections::VecDeque;
 
-/// Lines kept in the log.
-pub const LOG_LINES: usize = 200;
+/// The latest lines of the log.
+pub type Log = Bounded<String, 200>;
 
 /// Phase of a touch (paper, section 3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -72,21 +73,25 @@ impl Counts {
     }
 }
 
+/// A packet, serialised as with `--json`.
+#[derive(Clone, Debug)]
+struct Kept(Packet);
+
+impl Serialize for Kept {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        events::serializable(&self.0).serialize(serializer)
+    }
+}
+
 /// The latest packets of some kinds.
 #[derive(Clone, Debug, Default, Serialize)]
 struct Latest {
-    #[serde(serialize_with = "as_json")]
-    hello: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    estimate: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    whole_slide: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    image_before: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    image_after: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    health: Option<Packet>,
+    hello: Option<Kept>,
+    estimate: Option<Kept>,
+    whole_slide: Option<Kept>,
+    image_before: Option<Kept>,
+    image_after: Option<Kept>,
+    health: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -117,9 +122,10 @@ pub struct Live {
     /// Estimates, oldest first.
     pub history: History,
     /// The latest raw frames: empty unless they were requested.
+    #[serde(serialize_with = "columns")]
     pub strips: Strips,
     /// Events, a line each, oldest first: all packets but estimates, health, raw frames and requests done.
-    pub log: VecDeque<String>,
+    pub log: Log,
 }
 
 /// Gives the latest packet of a kind as the event in it.
@@ -127,7 +133,7 @@ macro_rules! latest {
     ($($doc:literal $field:ident: $event:ident;)*) => {
         $(#[doc = $doc]
         pub fn $field(&self) -> Option<&$event> {
-            match &self.now.latest.$field.as_ref()?.event {
+            match &self.now.latest.$field.as_ref()?.0.event {
                 Event::$event(event) => Some(event),
                 _ => None,
             }
@@ -157,7 +163,7 @@ impl Live {
         if let Some(t_s) = time_s(&packet.event) {
             now.now_s = Some(now.now_s.map_or(t_s, |now_s| now_s.max(t_s)));
         }
-        let kept = || Some(packet.clone());
+        let kept = || Some(Kept(packet.clone()));
         match &packet.event {
             Event::Hello(hello) => self.greeted(packet, hello),
             Event::Contact(contact) => {
@@ -216,7 +222,7 @@ impl Live {
         if has_begun {
             (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
         }
-        self.now.latest.hello = Some(packet.clone());
+        self.now.latest.hello = Some(Kept(packet.clone()));
         if is_new || has_begun {
             self.note(events::text(packet));
         }
@@ -224,10 +230,7 @@ impl Live {
 
     /// Adds a line to the log.
     pub fn note(&mut self, text: impl Into<String>) {
-        if self.log.len() == LOG_LINES {
-            self.log.pop_front();
-        }
-        self.log.push_back(text.into());
+        self.log.push(text.into());
     }
 
     /// Deletes estimates, strips, static images and the log.
@@ -257,10 +260,6 @@ impl Now {
 /// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
-}
-
-fn as_json<S: Serializer>(packet: &Option<Packet>, serializer: S) -> Result<S::Ok, S::Error> {
-    packet.as_ref().map(events::serializable).serialize(serializer)
 }
 
 fn fault_names<S: Serializer>(faults: &[Fault], serializer: S) -> Result<S::Ok, S::Error> {

@@ -68,17 +68,12 @@ impl Default for Progress {
 /// Does `run`, which takes the seconds of the input done and its length, and shows them.
 pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>) -> Result<T> {
     let mut progress = Progress::default();
-    let result = run(&mut |done_s, total_s| progress.show_seconds(done_s, total_s));
+    let result = run(&mut |done_s, total_s| progress.show(format_args!("{done_s:.1} of {total_s:.1} s")));
     progress.end();
     result
 }
 
 impl Progress {
-    /// Seconds of the input done, and its length.
-    pub fn show_seconds(&mut self, done_s: f64, total_s: f64) {
-        self.show(format_args!("{done_s:.1} of {total_s:.1} s"));
-    }
-
     /// Items done, and their number.
     pub fn show_count(&mut self, what: &str, done: u64, total: u64) {
         self.show(format_args!("{what}: {done} of {total}"));

@@ -69,8 +69,10 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
 pub struct Recorded {
     name: String,
     file: BufReader<File>,
-    header: Option<Header>,
-    bytes: u64,
+    /// None in bytes without one.
+    pub header: Option<Header>,
+    /// Bytes of telemetry in the file when it was opened.
+    pub bytes: u64,
 }
 
 impl Recorded {
@@ -108,15 +110,6 @@ impl Recorded {
         }
         self.header = Some(header);
         Ok(())
-    }
-
-    pub fn header(&self) -> Option<&Header> {
-        self.header.as_ref()
-    }
-
-    /// Bytes of telemetry in the file when it was opened.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
     }
 }
 
@@ -179,7 +172,7 @@ mod tests {
         let (bytes, packets) = telemetry();
         let path = folder.path().join("whole");
         create(&path, "a test").unwrap().write_all(&bytes).unwrap();
-        let header = Recorded::open(&path).unwrap().header().cloned().unwrap();
+        let header = Recorded::open(&path).unwrap().header.unwrap();
         assert_eq!((header.protocol, header.source.as_str()), (PROTOCOL, "a test"));
         let (found, counts) = read(&path);
         assert_eq!(found, packets);
@@ -199,7 +192,7 @@ mod tests {
         let bare = folder.path().join("bare");
         std::fs::write(&bare, &bytes).unwrap();
         assert_eq!(read(&bare).0, packets);
-        assert!(Recorded::open(&bare).unwrap().header().is_none());
+        assert!(Recorded::open(&bare).unwrap().header.is_none());
     }
 
     #[test]

@@ -7,6 +7,7 @@ use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
+use serde::Serialize;
 
 /// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
@@ -29,24 +30,18 @@ pub struct Selection {
     pub interferer_hz: Option<f64>,
 }
 
-/// One channel's part of the result, in the file's unit.
-#[derive(Clone, Debug, PartialEq)]
+/// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChannelResult {
     pub name: String,
-    /// None for a constant column or a ramp, which the fit leaves out.
-    pub values: Option<ChannelValues>,
-}
-
-/// Results of one channel, in the file's unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelValues {
+    /// False for a constant column or a ramp, which the fit leaves out.
+    pub usable: bool,
     /// Level at the window's centre.
-    pub offset: f64,
-    /// Amplitude of the fundamental; zero without a tone.
-    pub amplitude: f64,
-    /// Phase of the fundamental at the window's centre, radians: amplitude x cos(2 pi f t + phase). Zero without a tone.
-    pub phase_rad: f32,
-    pub residual: f64,
+    pub offset: Option<f64>,
+    pub amplitude: Option<f64>,
+    /// At the window's centre: amplitude x cos(2 pi f t + phase).
+    pub phase_rad: Option<f32>,
+    pub residual: Option<f64>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -122,13 +117,15 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let has_tone = found.status.has_tone();
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
-        let values = (found.usable & 1 << c != 0).then(|| ChannelValues {
-            offset: zero + f64::from(channel.offset) * unit,
-            amplitude: f64::from(channel.amplitude) * unit,
-            phase_rad: channel.phase_rad,
-            residual: f64::from(channel.residual) * unit,
-        });
-        ChannelResult { name: rows.names()[*column].clone(), values }
+        let usable = found.usable & 1 << c != 0;
+        ChannelResult {
+            name: rows.names()[*column].clone(),
+            usable,
+            offset: usable.then(|| zero + f64::from(channel.offset) * unit),
+            amplitude: (usable && has_tone).then(|| f64::from(channel.amplitude) * unit),
+            phase_rad: (usable && has_tone).then_some(channel.phase_rad),
+            residual: usable.then(|| f64::from(channel.residual) * unit),
+        }
     });
     Ok(TableFit {
         rate_hz: grid.rate_hz,

@@ -37,7 +37,7 @@ pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed
 fn serve(following: &mut Following, address: SocketAddr) -> Result<()> {
     let hub = Arc::new(Hub::new(following.live()));
     let server = Server::start(address, Arc::clone(&hub))?;
-    output::line(&format!("http://{}/", server.address()))?;
+    output::line(&format!("http://{}/", server.address))?;
     let mut published = Instant::now();
     while !stop::is_requested() {
         let event = following.next(LOOK)?;

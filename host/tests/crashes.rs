@@ -118,7 +118,7 @@ fn the_stack_s_depth_is_reported_once_a_second() {
 fn no_arithmetic_overflows_in_a_touch() {
     let events = |elf: &Path| {
         let (outcome, packets) = run(elf, Sliding::default(), None);
-        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.conversions_lost), (0, 0, 0));
+        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
         // Health says how busy the processor is, which differs; and a slower fit is overtaken by other news.
         let all = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
         let (fits, others): (Vec<_>, Vec<_>) = all.partition(|event| matches!(event, Event::Estimate(_)));

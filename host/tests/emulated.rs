@@ -94,7 +94,7 @@ fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: 
     let off = f64::from(estimates[0].frequency) / truth.frequency_hz - 1.0;
     assert_eq!(estimates[0].status, Status::Good, "{what}");
     assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency);
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.conversions_lost), (0, 0, 0), "{what}");
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
 }
 
 /// All of `inputs`, two at a time.
@@ -162,7 +162,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             assert!((f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015, "{what}");
             windows += u32::from(fit.span == Span::Window);
         }
-        assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.conversions_lost) == (0, 0, 0));
+        assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
         assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
     });
 }
@@ -222,7 +222,7 @@ fn two_runs_give_the_same_bytes() {
     assert!(!first.serial.is_empty());
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
-    assert_eq!((first.counts.missing, first.counts.damaged, first.conversions_lost), (0, 0, 0));
+    assert_eq!((first.counts.missing, first.counts.damaged, first.chip.lost), (0, 0, 0));
     assert_eq!(first.counts.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
     assert!(second.conversions.is_empty());

@@ -4,7 +4,7 @@ use super::emulated::Jobs;
 use super::fits;
 use crate::baselines::{Method, Scratch};
 use crate::simulated::Simulated;
-use crate::workload::Measured;
+use crate::workload::{Job, Measured};
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
@@ -65,7 +65,8 @@ impl Baselines {
     pub fn write(&self, jobs: &mut Jobs) {
         for Kind { method, channels, windows, .. } in self.kinds() {
             for window in windows {
-                jobs.add_baseline(method as u8, channels, &window.values);
+                let job = Job::Baseline { method: method as u8, channels, frames: window.values.len() as u32 };
+                jobs.add(job, window.values.iter().map(|values| (values, u16::MAX)));
             }
         }
     }

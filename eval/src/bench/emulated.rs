@@ -1,10 +1,8 @@
 //! The benchmark's image in the emulator: jobs in, measurements out.
 
-use crate::workload::{Job, Measured, RECORD_MAX, Wire, conversion_record, read, write};
+use crate::workload::{Job, Measured, RECORD_MAX, Wire, read, write};
 use anyhow::{Context, Result, bail, ensure};
-use ridgetone::frame::TimedConversion;
 use ridgetone_host::emulator::process::{QEMU, qemu};
-use ridgetone_tone::Values;
 use serde::Serialize;
 use std::fs;
 use std::io::Read;
@@ -23,44 +21,20 @@ const CHECK_EVERY: Duration = Duration::from_millis(20);
 pub struct Jobs(Vec<u8>);
 
 impl Jobs {
-    /// A job whose items, if it has any, are already counted in it and are added by the caller.
-    pub fn add(&mut self, job: Job) {
+    /// A job and its items, which are counted in it.
+    pub fn add<T: Serialize>(&mut self, job: Job, items: impl IntoIterator<Item = T>) {
         self.record(&job);
+        items.into_iter().for_each(|item| self.record(&item));
     }
 
     fn record(&mut self, item: &impl Serialize) {
         self.0.extend(write(item, &mut [0; RECORD_MAX]).unwrap_or_default());
     }
 
-    /// A fit of frames that all have valid values of the same taxels, bit k for taxel k.
-    pub fn add_fit(&mut self, harmonics: u8, values: &[Values], valid: u16) {
-        self.add(Job::Fit { harmonics, frames: values.len() as u32 });
-        self.add_frames(values, valid);
-    }
-
-    /// An estimate by the baseline of that number from the first so many channels.
-    pub fn add_baseline(&mut self, method: u8, channels: u8, values: &[Values]) {
-        self.add(Job::Baseline { method, channels, frames: values.len() as u32 });
-        self.add_frames(values, u16::MAX);
-    }
-
-    fn add_frames(&mut self, values: &[Values], valid: u16) {
-        for frame in values {
-            self.record(&(*frame, valid));
-        }
-    }
-
-    pub fn add_detection(&mut self, conversions: &[TimedConversion]) {
-        self.add(Job::Detect { conversions: conversions.len() as u32 });
-        for conversion in conversions {
-            self.record(&conversion_record(conversion));
-        }
-    }
-
     /// Has an image do all jobs, in a directory that is gone afterwards.
     pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
         let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
-        self.add(Job::End);
+        self.record(&Job::End);
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         fs::write(directory.path().join("workload"), &self.0).context("the workload")?;
         // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.

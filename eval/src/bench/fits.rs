@@ -3,10 +3,11 @@
 use super::emulated::Jobs;
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
-use crate::workload::{Measured, Outcome};
+use crate::trade::contender::fit;
+use crate::workload::{Job, Measured, Outcome};
 use anyhow::{Result, bail, ensure};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::{Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::Status;
 use serde::Serialize;
 
 /// Lengths of windows, seconds: from the shortest of the bars to the longest setting.
@@ -57,13 +58,6 @@ struct Kind {
     windows: Vec<Simulated>,
 }
 
-impl Kind {
-    /// Bit k: taxel k has valid values.
-    fn mask(&self) -> u16 {
-        u16::MAX >> (u16::BITS - u32::from(self.channels))
-    }
-}
-
 pub struct Fits(Vec<Kind>);
 
 impl Fits {
@@ -85,7 +79,10 @@ impl Fits {
     pub fn write(&self, jobs: &mut Jobs) {
         for kind in &self.0 {
             for window in &kind.windows {
-                jobs.add_fit(kind.harmonics, &window.values, kind.mask());
+                // Bit k: taxel k has valid values.
+                let valid = u16::MAX >> (u16::BITS - u32::from(kind.channels));
+                let job = Job::Fit { harmonics: kind.harmonics, frames: window.values.len() as u32 };
+                jobs.add(job, window.values.iter().map(|values| (values, valid)));
             }
         }
     }
@@ -99,16 +96,13 @@ impl Kind {
     fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
         let Self { window_s, channels, harmonics, carried, ref windows } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
-        let mut fitter = Box::new(Fitter::new(harmonics));
         for window in windows {
             let next = measured.next();
             let Some(Measured::Fit { instructions, stack_bytes, outcome }) = next else {
                 bail!("the benchmark gave {next:?} in place of a fit");
             };
-            let valid = vec![self.mask(); window.values.len()];
-            let mut table = Table { values: &window.values, valid: &valid };
-            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0)).ok();
-            let here = Outcome::new(fit.as_ref());
+            let fit = fit(&window.values, harmonics, channels)?;
+            let here = Outcome::new(Some(&fit));
             ensure!(
                 outcome == here,
                 "a window of {window_s} s, {} Hz, {channels} channels, {harmonics} harmonics: \
@@ -118,7 +112,7 @@ impl Kind {
             sum += f64::from(instructions);
             worst = worst.max(instructions);
             stack = stack.max(stack_bytes);
-            good += u32::from(fit.is_some_and(|fit| fit.status == Status::Good));
+            good += u32::from(fit.status == Status::Good);
         }
         Ok(Cell {
             window_s,

@@ -1,7 +1,7 @@
 //! The cost of frame assembly, contact and window, frame by frame through a touch.
 
 use super::emulated::{Jobs, message};
-use crate::workload::{Measured, Wire};
+use crate::workload::{Job, Measured, Wire, conversion_record};
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Truth;
 use ridgetone::detector::Detector;
@@ -46,7 +46,8 @@ impl Frames {
     }
 
     pub fn write(&self, jobs: &mut Jobs) {
-        jobs.add_detection(&self.conversions);
+        let job = Job::Detect { conversions: self.conversions.len() as u32 };
+        jobs.add(job, self.conversions.iter().map(conversion_record));
     }
 
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {

@@ -55,36 +55,26 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self
     }
 
-    /// Whether the next operation is complete, partial, or does not happen.
-    fn next(&mut self) -> Done {
+    /// Whether power lasts until the end of the next operation; an error if it is gone before it begins.
+    fn lasts(&mut self) -> Result<bool, NorFlashErrorKind> {
         if self.is_off {
-            return Done::Not;
+            return Err(NorFlashErrorKind::Other);
         }
         self.done += 1;
-        match &mut self.left {
-            Some(0) => {
-                self.is_off = true;
-                Done::Partly
-            }
-            Some(left) => {
-                *left -= 1;
-                Done::Fully
-            }
-            None => Done::Fully,
-        }
+        self.is_off = self.left == Some(0);
+        self.left = self.left.map(|left| left.saturating_sub(1));
+        Ok(!self.is_off)
     }
 
     fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
-        let done = self.next();
-        let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
         let range = offset as usize..offset as usize + WORD_BYTES;
-        let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
+        if !offset.is_multiple_of(WORD_BYTES as u32) || range.end > self.bytes.len() {
             self.wrong += 1;
             return Err(NorFlashErrorKind::OutOfBounds);
-        };
-        if done == Done::Not {
-            return Err(NorFlashErrorKind::Other);
         }
+        let lasts = self.lasts()?;
+        let mask = if lasts { u32::MAX } else { part(&mut self.random) };
+        let place = &mut self.bytes[range];
         self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
         // The bits that were not done are still set.
         for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
@@ -92,7 +82,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
             *kept &= byte | !mask;
             self.is_marked |= *kept != before;
         }
-        if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
+        lasts.then_some(()).ok_or(NorFlashErrorKind::Other)
     }
 }
 
@@ -103,13 +93,6 @@ fn part(random: &mut ChaCha8Rng) -> u32 {
         1 => u32::MAX,
         _ => random.next_u32(),
     }
-}
-
-#[derive(PartialEq)]
-enum Done {
-    Fully,
-    Partly,
-    Not,
 }
 
 impl<const PAGE_BYTES: u32> ErrorType for CutFlash<PAGE_BYTES> {
@@ -147,28 +130,23 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
 
     /// One page.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let done = self.next();
-        let page = (from / PAGE_BYTES) as usize;
         let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
-        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page).filter(|_| is_one) else {
+        if !is_one || to as usize > self.bytes.len() {
             self.wrong += 1;
             return Err(NorFlashErrorKind::OutOfBounds);
-        };
-        match done {
-            Done::Fully => {
-                place.fill(0xff);
-                self.erased += 1;
-                Ok(())
-            }
-            Done::Partly => {
-                place.as_chunks_mut::<4>().0.iter_mut().for_each(|word| {
-                    let set = part(&mut self.random).to_le_bytes();
-                    word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
-                });
-                Err(NorFlashErrorKind::Other)
-            }
-            Done::Not => Err(NorFlashErrorKind::Other),
         }
+        let lasts = self.lasts()?;
+        let page = &mut self.bytes[from as usize..to as usize];
+        if lasts {
+            page.fill(0xff);
+            self.erased += 1;
+            return Ok(());
+        }
+        for word in page.as_chunks_mut::<WORD_BYTES>().0 {
+            let set = part(&mut self.random).to_le_bytes();
+            word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+        }
+        Err(NorFlashErrorKind::Other)
     }
 }
 

@@ -3,11 +3,11 @@
 use super::{from_root, read};
 use crate::page::load;
 use crate::trade::results::Trade;
-use crate::trade::{self, Effort};
+use crate::trade::{self, Windows};
 
 #[test]
 fn the_least_run_measures_every_choice_and_every_bar() {
-    let mut trade = trade::measure(Effort::Least, None).expect("a run");
+    let mut trade = trade::measure((1, Windows { accuracy: 2, noise: 2, detection: 1 }), None).expect("a run");
     // Six windows of: four harmonics with four channel counts; three other settings in a grating, one in a pure tone;
     // eight baselines in two scenes.
     assert_eq!(trade.rows.len(), 6 * (16 + 4 + 2 * 8));

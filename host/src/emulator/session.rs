@@ -33,8 +33,6 @@ pub struct Outcome {
     pub counts: Counts,
     /// Conversions that the board has read.
     pub conversions_served: u64,
-    /// Conversions overwritten before the board read them.
-    pub conversions_lost: u64,
     pub chip: hal_mock::Counters,
     /// Conversions of which at least one read arrived at the board as they were converted.
     pub arrived: u64,
@@ -216,7 +214,6 @@ impl Session {
             serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
             conversions_served: served,
-            conversions_lost: chip.counters().lost,
             chip: chip.counters(),
             arrived,
             injected: chip.injected().to_vec(),

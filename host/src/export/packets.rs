@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Gives every packet of a recording to `sink`, and shows the progress.
 pub fn packets(path: &Path, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<Counts> {
     let recorded = Recorded::open(path)?;
-    let bytes = recorded.bytes();
+    let bytes = recorded.bytes;
     let mut feed = Feed::new(recorded);
     let mut progress = Progress::default();
     loop {

@@ -1,8 +1,8 @@
 //! The latest estimates, for a chart of the frequency.
 
+use super::bounded::Bounded;
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Span, Status, TravelStatus};
 use serde::Serialize;
-use std::collections::VecDeque;
 
 /// Estimates kept: eight minutes of sliding at the default hop.
 pub const POINTS: usize = 2000;
@@ -51,21 +51,5 @@ impl Point {
     }
 }
 
-/// The latest [`POINTS`] estimates, oldest first.
-#[derive(Clone, Debug, Default, Serialize)]
-#[serde(transparent)]
-pub struct History(VecDeque<Point>);
-
-impl History {
-    /// Adds an estimate, and drops the oldest one if there are too many.
-    pub fn push(&mut self, point: Point) {
-        if self.0.len() == POINTS {
-            self.0.pop_front();
-        }
-        self.0.push_back(point);
-    }
-
-    pub fn points(&self) -> impl DoubleEndedIterator<Item = &Point> + ExactSizeIterator {
-        self.0.iter()
-    }
-}
+/// The latest estimates.
+pub type History = Bounded<Point, POINTS>;

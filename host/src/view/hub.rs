@@ -6,12 +6,11 @@
 use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::feed::{FeedEvent, Following};
-use crate::live::{Live, Now, POINTS, Point, STRIP_FRAMES, Strips};
+use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
 use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
-use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
@@ -52,7 +51,7 @@ struct Inner {
     points: Vec<Point>,
     frames: Strips,
     /// Log and restarts as of the latest update.
-    sent_log: VecDeque<String>,
+    sent_log: Log,
     sent_restarts: u32,
     spectrum: Option<Spectrum>,
     spectrum_made: Instant,
@@ -93,8 +92,9 @@ struct Update<'a> {
     common: Common<'a>,
     live: &'a Now,
     points: &'a [Point],
+    #[serde(serialize_with = "columns")]
     strips: &'a Strips,
-    log: Option<&'a VecDeque<String>>,
+    log: Option<&'a Log>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spectrum: Option<Option<&'a Spectrum>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -129,8 +129,8 @@ impl Hub {
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
         match packet.event {
-            Event::Estimate(_) => inner.points.extend(inner.live.history.points().next_back()),
-            Event::Raw(_) => inner.live.strips.frames().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
+            Event::Estimate(_) => inner.points.extend(inner.live.history.iter().next_back()),
+            Event::Raw(_) => inner.live.strips.iter().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
             _ => {}
         }
     }
@@ -184,7 +184,7 @@ impl Inner {
             (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Instant::now());
             self.spectrum_is_old = false;
         }
-        let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.frames().next_back());
+        let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.iter().next_back());
         // An estimate may overtake the last frames of its window.
         let has_all = of_us.zip(newest).is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > of_us as f64 / 1e6);
         let is_new = of_us != self.curves_of_us && has_all;

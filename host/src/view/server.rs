@@ -63,7 +63,7 @@ const HEADERS: [(HeaderName, &str); 6] = [
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
-    address: SocketAddr,
+    pub address: SocketAddr,
     _running: oneshot::Sender<()>,
 }
 
@@ -102,10 +102,6 @@ impl Server {
         };
         std::thread::spawn(move || runtime.block_on(serve));
         Ok(Self { address, _running: running })
-    }
-
-    pub fn address(&self) -> SocketAddr {
-        self.address
     }
 }
 

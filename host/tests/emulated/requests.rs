@@ -49,7 +49,7 @@ fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     assert_eq!(answers.len(), count, "every request is answered once");
     let replies = packets.iter().filter(|packet| matches!(packet.event, Event::Reply(_))).count();
     assert!(replies >= count);
-    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.conversions_lost), (0, 0, 0));
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
     Talked { packets, answers, outcome }
 }
 
