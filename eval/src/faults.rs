@@ -75,7 +75,7 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
     }
     if let Some(folder) = &args.write {
         let page = table::page(&campaign)?;
-        output::whole_file(&folder.join("faults.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
+        output::whole_text(&folder.join("faults.md"), &page)?;
     }
     output::line(&if args.json { serde_json::to_string(&campaign)? } else { table::table(&campaign) })?;
     for row in &campaign.rows {

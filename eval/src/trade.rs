@@ -16,7 +16,7 @@ use crate::page::{filled, load};
 use anyhow::Result;
 use bars::Bars;
 use results::Trade;
-use ridgetone_host::output::whole_file;
+use ridgetone_host::output::whole_text;
 use std::path::Path;
 
 /// The page with its tables as they were filled in last.
@@ -44,16 +44,15 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(trade)?;
     // A line for each row and setting, so that a diff shows which changed.
     let json = json.replace("},{\"method\"", "},\n{\"method\"").replace("},{\"setting\"", "},\n{\"setting\"");
-    whole_file(&folder.join("trade.json"), |file| Ok(writeln!(file, "{json}")?))?;
+    whole_text(&folder.join("trade.json"), &(json + "\n"))?;
     render(folder)
 }
 
 /// Writes `trade.md` and `trade.svg` from `trade.json`.
 pub fn render(folder: &Path) -> Result<()> {
     let trade: Trade = load(&folder.join("trade.json"))?;
-    let (page, svg) = (page(&trade)?, chart::draw(&trade));
-    whole_file(&folder.join("trade.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
-    whole_file(&folder.join("trade.svg"), |file| Ok(file.write_all(svg.as_bytes())?))
+    whole_text(&folder.join("trade.md"), &page(&trade)?)?;
+    whole_text(&folder.join("trade.svg"), &chart::draw(&trade))
 }
 
 pub fn page(trade: &Trade) -> Result<String> {

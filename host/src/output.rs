@@ -47,6 +47,11 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     Ok(())
 }
 
+/// The same with a text.
+pub fn whole_text(path: &Path, text: &str) -> Result<()> {
+    whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
 /// Shows the progress of a run on standard error, every two seconds of wall time.
 #[derive(Debug)]
 pub struct Progress {

@@ -55,7 +55,8 @@ pub fn run_watched(
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
     let end_s = input.end_s;
-    let mut wire = Wire::new(sink);
+    let decoder = Decoder::default();
+    let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, sink, failure: None };
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.follow(profile);
     wire.send(pipeline.hello());
@@ -111,11 +112,7 @@ struct Wire<'a> {
     failure: Option<anyhow::Error>,
 }
 
-impl<'a> Wire<'a> {
-    fn new(sink: &'a mut dyn FnMut(&Packet) -> Result<()>) -> Self {
-        Self { sequence: 0, serial: Vec::new(), decoder: Decoder::default(), received: 0, sink, failure: None }
-    }
-
+impl Wire<'_> {
     fn send(&mut self, event: Event) {
         if self.failure.is_some() {
             return;

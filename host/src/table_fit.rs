@@ -66,14 +66,16 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
-    let (first, end) = window(rows, selection)?;
-    let grid = match (rows.time_s(), selection.rate_hz) {
-        (Some(time_s), rate_hz) => Grid::from_stamps(&time_s[first..end], rate_hz, |row| {
+    let Some(times) = times(rows, selection) else {
+        bail!("{file}: no column time_s: give the rate of the rows with --rate HZ");
+    };
+    let (first, end) = window(file, &times, selection)?;
+    let grid = match rows.time_s() {
+        Some(time_s) => Grid::from_stamps(&time_s[first..end], selection.rate_hz, |row| {
             format!("row {} (time_s {})", first + row + 1, time_s[first + row])
         })
         .map_err(|error| error.context(file.to_owned()))?,
-        (None, Some(rate_hz)) => Grid::even(end - first, rate_hz),
-        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
+        None => Grid::even(end - first, selection.rate_hz.unwrap_or(f64::NAN)),
     };
     ensure!(
         grid.slots() <= FRAMES_MAX,
@@ -165,17 +167,18 @@ fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     Ok(columns)
 }
 
+/// Times of the rows, seconds; none without stamps and without a rate.
+fn times(rows: &Rows, selection: &Selection) -> Option<Vec<f64>> {
+    let even = |rate_hz: f64| (0..rows.rows().len()).map(|row| row as f64 / rate_hz).collect();
+    rows.time_s().map(<[f64]>::to_vec).or_else(|| selection.rate_hz.map(even))
+}
+
 /// First row of the window and the one after its last.
-fn window(rows: &Rows, selection: &Selection) -> Result<(usize, usize)> {
-    let (file, count) = (rows.file(), rows.rows().len());
+fn window(file: &str, times: &[f64], selection: &Selection) -> Result<(usize, usize)> {
+    let count = times.len();
     if selection.from_s.is_none() && selection.to_s.is_none() {
         return Ok((0, count));
     }
-    let times: Vec<f64> = match (rows.time_s(), selection.rate_hz) {
-        (Some(time_s), _) => time_s.to_vec(),
-        (None, Some(rate_hz)) => (0..count).map(|row| row as f64 / rate_hz).collect(),
-        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
-    };
     let (begin_s, last_s) = (times[0], times[count - 1]);
     // A row lasts until the next one would come.
     let lasts_s = if count > 1 { 1.001 * (last_s - begin_s) / (count - 1) as f64 } else { 0.0 };

@@ -255,5 +255,5 @@ fn the_readme_shows_what_the_demo_gives() {
             assert!(readme.contains(line), "README.md lacks: {line}");
         }
     }
-    assert!((0.03..0.10).contains(&demo.summary.load), "load {}", demo.summary.load);
+    assert!((0.03..0.10).contains(&demo.load()), "load {}", demo.load());
 }

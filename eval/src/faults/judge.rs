@@ -128,12 +128,9 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
     let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
     let counts = &mut judgement.counts;
-    match estimate.status {
-        Status::Good => {}
-        status => {
-            counts.doubtful += u64::from(status == Status::Doubtful);
-            return;
-        }
+    if estimate.status != Status::Good {
+        counts.doubtful += u64::from(estimate.status == Status::Doubtful);
+        return;
     }
     let (good, wrong) = match estimate.faults.is_none() {
         true => (&mut counts.good, &mut counts.wrong),

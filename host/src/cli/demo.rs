@@ -38,7 +38,7 @@ impl DemoArgs {
         }
         let demo = output::with_progress(|progress| demo::run(scene.unwrap_or_default(), options, progress))?;
         if let Some(path) = &self.svg {
-            output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
+            output::whole_text(path, &demo.svg())?;
         }
         output::line(demo.to_string().trim_end())
     }

@@ -73,7 +73,7 @@ impl EmulateArgs {
         }
         if let Some(path) = &self.svg {
             let svg = picture::draw(&Recording::new(&outcome.conversions, &packets), None);
-            output::whole_file(path, |file| Ok(file.write_all(svg.as_bytes())?))?;
+            output::whole_text(path, &svg)?;
         }
         report(outcome.counts);
         Ok(())

@@ -41,6 +41,7 @@ pub struct Hub {
     updates: Sender<Message>,
 }
 
+#[derive(Default)]
 struct Inner {
     live: Live,
     /// Why there are no raw frames, if there is a reason.
@@ -54,7 +55,7 @@ struct Inner {
     sent_log: Log,
     sent_restarts: u32,
     spectrum: Option<Spectrum>,
-    spectrum_made: Instant,
+    spectrum_made: Option<Instant>,
     /// Whether raw frames arrived after the spectrum was made.
     spectrum_is_old: bool,
     curves: Option<Curves>,
@@ -107,16 +108,8 @@ impl Hub {
             sent_log: live.log.clone(),
             sent_restarts: live.now.restarts,
             live,
-            no_raw: None,
-            received: None,
-            points: Vec::new(),
-            frames: Strips::default(),
-            spectrum: None,
-            spectrum_made: Instant::now(),
-            spectrum_is_old: false,
-            curves: None,
-            curves_of_us: None,
-            number: 0,
+            spectrum_made: Some(Instant::now()),
+            ..Inner::default()
         };
         Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0 }
     }
@@ -179,9 +172,9 @@ impl Inner {
             return (self.spectrum.take().is_some(), self.curves.take().is_some());
         }
         self.spectrum_is_old |= !self.frames.is_empty();
-        let is_due = self.spectrum_is_old && self.spectrum_made.elapsed() >= SPECTRUM_EVERY;
+        let is_due = self.spectrum_is_old && self.spectrum_made.is_none_or(|made| made.elapsed() >= SPECTRUM_EVERY);
         if is_due {
-            (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Instant::now());
+            (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Some(Instant::now()));
             self.spectrum_is_old = false;
         }
         let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.iter().next_back());
