@@ -2,10 +2,8 @@
 
 use ridgetone_host::picture::layout::nice;
 
-/// An axis of powers of ten.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
-    /// Its least and its greatest power.
     pub powers: (f64, f64),
     /// Their places, pixels.
     pub at: (f64, f64),

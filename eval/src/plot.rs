@@ -35,9 +35,7 @@ pub fn picture(height: f64, title: &str) -> Svg {
 /// A frame with an axis along each side.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// From left to right.
     pub x: Linear,
-    /// From bottom to top.
     pub y: Linear,
 }
 

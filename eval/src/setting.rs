@@ -10,7 +10,6 @@ use std::fmt;
 /// Fewest cycles in a window that is measured.
 pub const CYCLES_MIN: f64 = 1.0;
 
-/// How long a window is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Length {
     /// So many seconds, of a slide that is long enough.

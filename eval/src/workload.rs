@@ -35,19 +35,27 @@ pub fn read<T: DeserializeOwned>(mut fill: impl FnMut(&mut [u8]) -> bool) -> Opt
 /// A job of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Job {
-    /// Leave the emulator.
     End,
     /// Fit a window of so many frames with so many harmonics at most, the fundamental included; gives a [`Measured::Fit`].
-    Fit { harmonics: u8, frames: u32 },
+    Fit {
+        harmonics: u8,
+        frames: u32,
+    },
     /// A detector takes whole scans of conversions, from the first slot on; gives a [`Measured::Message`] for every event
     /// and a [`Measured::Frame`] for every scan.
-    Detect { conversions: u32 },
+    Detect {
+        conversions: u32,
+    },
     /// Encode the [`longest_packet`]; gives a [`Measured::Message`].
     Encode,
     /// Take conversions in from a chip in memory; gives a [`Measured::Intake`].
     Intake,
     /// Estimate the frequency of a window by a baseline, from the first so many channels; gives a [`Measured::Baseline`].
-    Baseline { method: u8, channels: u8, frames: u32 },
+    Baseline {
+        method: u8,
+        channels: u8,
+        frames: u32,
+    },
 }
 
 /// The values of a frame, and the mask of its valid taxels.
@@ -115,15 +123,29 @@ impl Wire {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Measured {
     /// One fit, from its frames to frequency and uncertainty.
-    Fit { instructions: u32, stack_bytes: u32, outcome: Outcome },
+    Fit {
+        instructions: u32,
+        stack_bytes: u32,
+        outcome: Outcome,
+    },
     /// One scan's conversions in the detector, and the windows that fell due.
-    Frame { instructions: u32, windows: u32 },
-    /// One packet encoded.
-    Message { instructions: u32, wire: Wire },
+    Frame {
+        instructions: u32,
+        windows: u32,
+    },
+    Message {
+        instructions: u32,
+        wire: Wire,
+    },
     /// One conversion read, stamped and queued, at most.
-    Intake { instructions: u32 },
+    Intake {
+        instructions: u32,
+    },
     /// One estimate of a baseline, if it found a frequency: cycles per frame.
-    Baseline { instructions: u32, frequency_bits: Option<u32> },
+    Baseline {
+        instructions: u32,
+        frequency_bits: Option<u32>,
+    },
 }
 
 #[cfg(test)]

@@ -21,7 +21,6 @@ const PULLED_MOST: f32 = 1.25;
 /// The same in pitches: at two, both directions look alike.
 const PITCHES_MOST: f32 = 1.98;
 
-/// A grating of known period.
 pub struct Grating {
     pub name: String,
     pub period_mm: f64,

@@ -58,9 +58,7 @@ impl<'a> Client<'a> {
     }
 
     /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
-    ///
-    /// # Errors
-    /// The board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
+    /// Fails if the board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
         let outcome = request(self.feed, &mut self.requests, command, &mut |_| {})?;
         let text = events::outcome(&outcome);

@@ -19,7 +19,6 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
 use serde::{Serialize, Serializer};
 
-/// The latest lines of the log.
 pub type Log = Bounded<String, 200>;
 
 /// Phase of a touch (paper, section 3.1).
@@ -119,7 +118,6 @@ pub struct Now {
 pub struct Live {
     #[serde(flatten)]
     pub now: Now,
-    /// Estimates, oldest first.
     pub history: History,
     /// The latest raw frames: empty unless they were requested.
     #[serde(serialize_with = "columns")]
@@ -130,9 +128,8 @@ pub struct Live {
 
 /// Gives the latest packet of a kind as the event in it.
 macro_rules! latest {
-    ($($doc:literal $field:ident: $event:ident;)*) => {
-        $(#[doc = $doc]
-        pub fn $field(&self) -> Option<&$event> {
+    ($($field:ident: $event:ident),*) => {
+        $(pub fn $field(&self) -> Option<&$event> {
             match &self.now.latest.$field.as_ref()?.0.event {
                 Event::$event(event) => Some(event),
                 _ => None,
@@ -148,14 +145,7 @@ impl Live {
         Self { now, ..Self::default() }
     }
 
-    latest! {
-        "The board's latest greeting." hello: Hello;
-        "The latest estimate: of a window, or of a whole slide." estimate: Estimate;
-        "The latest estimate of a whole slide." whole_slide: Estimate;
-        "The static image before the slide of the latest touch." image_before: Image;
-        "The static image after it." image_after: Image;
-        "The latest readings and counters of the board." health: Health;
-    }
+    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health);
 
     pub fn take(&mut self, packet: &Packet) {
         let now = &mut self.now;
@@ -245,7 +235,6 @@ impl Live {
         self.hello().map_or(Settings::DEFAULT, |hello| hello.settings)
     }
 
-    /// The latest static image.
     pub fn image(&self) -> Option<&Image> {
         self.image_after().or_else(|| self.image_before())
     }

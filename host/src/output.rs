@@ -18,9 +18,7 @@ pub fn line(text: &str) -> Result<()> {
 
 /// Writes a file under a temporary name beside its place and renames it, so that it is never incomplete. An existing file is
 /// replaced, but for a recording of telemetry, which nobody can make again.
-///
-/// # Errors
-/// A recording exists; those of the system and of `write`, with the file's name.
+/// Errors, those of `write` too, have the file's name.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
     if recording::is_telemetry(path).unwrap_or(false) {

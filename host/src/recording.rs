@@ -76,9 +76,7 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    ///
-    /// # Errors
-    /// It cannot be read, holds something else, or was written by another version of the format or of the protocol.
+    /// Fails if it cannot be read, holds something else, or was written by another version of the format or of the protocol.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {

@@ -53,7 +53,6 @@ impl Requests {
         self.queue.push_back(command);
     }
 
-    /// Whether all are answered.
     pub fn are_done(&self) -> bool {
         self.current.is_none() && self.queue.is_empty()
     }

@@ -74,7 +74,6 @@ pub fn toml(settings: &Settings) -> Result<String> {
     Ok(bare.lines().map(line).collect())
 }
 
-/// Meaning of a setting, with its unit.
 fn meaning(name: &str) -> Option<&'static str> {
     Some(match name {
         "window_s" => "length of a window, s",
@@ -109,9 +108,7 @@ pub fn load(path: &Path) -> Result<Settings> {
 }
 
 /// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
-///
-/// # Errors
-/// [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
+/// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut settings = *settings;
     for change in changes {

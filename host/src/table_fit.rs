@@ -26,7 +26,6 @@ pub struct Selection {
     pub harmonics: Option<u8>,
     /// The column to fit by place with, if not by time.
     pub place: Option<Column>,
-    /// A known interferer in all columns, hertz.
     pub interferer_hz: Option<f64>,
 }
 
@@ -59,7 +58,6 @@ pub struct TableFit {
     pub channels: Vec<ChannelResult>,
 }
 
-/// Fits the selected rows and columns.
 pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let file = rows.file();
     let columns = columns(rows, selection)?;

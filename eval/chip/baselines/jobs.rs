@@ -13,7 +13,7 @@ const FRAMES: usize = 482;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static mut WINDOW: [Frame; FRAMES] = [[0.0; CHANNELS]; FRAMES];
-    static mut SCRATCH: Scratch = Scratch::new();
+    static mut SCRATCH: Scratch = Scratch::EMPTY;
 
     heap::start();
     let counter = Counter::start();

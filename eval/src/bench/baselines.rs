@@ -1,11 +1,11 @@
 //! The cost of the baselines, on the same windows as the fit of one harmonic.
 
-use super::emulated::Jobs;
+use super::emulated::{Jobs, next};
 use super::fits;
 use crate::baselines::{Method, Scratch};
 use crate::simulated::Simulated;
 use crate::workload::{Job, Measured};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use serde::Serialize;
 
 /// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and Marquardt.
@@ -24,7 +24,6 @@ pub struct BaselineCell {
     pub channels: u8,
     /// Windows: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
-    /// Those in which it found a frequency.
     pub found: u32,
     pub instructions_mean: f64,
     pub instructions_worst: u32,
@@ -72,7 +71,7 @@ impl Baselines {
     }
 
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
-        let mut scratch = Scratch::new();
+        let mut scratch = Scratch::EMPTY;
         self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()
     }
 }
@@ -82,10 +81,7 @@ impl Kind<'_> {
         let Self { method, window_s, carried, channels, windows } = *self;
         let (mut sum, mut worst, mut found) = (0.0, 0, 0);
         for window in windows {
-            let next = measured.next();
-            let Some(Measured::Baseline { instructions, frequency_bits }) = next else {
-                bail!("the baselines' benchmark gave {next:?} in place of an estimate");
-            };
+            let (instructions, frequency_bits) = next!(measured, Baseline { instructions, frequency_bits });
             let frequency = frequency_bits.map(f32::from_bits);
             let here = method.estimate(&window.values, usize::from(channels), scratch);
             ensure!(

@@ -1,6 +1,6 @@
 //! The benchmark's image in the emulator: jobs in, measurements out.
 
-use crate::workload::{Job, Measured, RECORD_MAX, Wire, read, write};
+use crate::workload::{Job, Measured, RECORD_MAX, read, write};
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_host::emulator::process::{QEMU, qemu};
 use serde::Serialize;
@@ -66,11 +66,13 @@ impl Jobs {
     }
 }
 
-/// The next measurement, which must be that of a packet.
-pub fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
-    let next = measured.next();
-    let Some(Measured::Message { instructions, wire }) = next else {
-        bail!("the benchmark gave {next:?} in place of a packet");
+/// The fields of the next measurement, which must be of this kind.
+macro_rules! next {
+    ($measured:expr, $kind:ident { $($field:ident),* }) => {
+        match $measured.next() {
+            Some($crate::workload::Measured::$kind { $($field),* }) => ($($field),*),
+            other => anyhow::bail!("the benchmark gave {other:?} in place of {}", stringify!($kind)),
+        }
     };
-    Ok((instructions, wire))
 }
+pub(super) use next;

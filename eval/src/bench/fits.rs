@@ -1,11 +1,11 @@
 //! The cost of a fit, by window, channels and harmonics.
 
-use super::emulated::Jobs;
+use super::emulated::{Jobs, next};
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
 use crate::trade::contender::fit;
 use crate::workload::{Job, Measured, Outcome};
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, ensure};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Status;
 use serde::Serialize;
@@ -97,10 +97,7 @@ impl Kind {
         let Self { window_s, channels, harmonics, carried, ref windows } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
         for window in windows {
-            let next = measured.next();
-            let Some(Measured::Fit { instructions, stack_bytes, outcome }) = next else {
-                bail!("the benchmark gave {next:?} in place of a fit");
-            };
+            let (instructions, stack_bytes, outcome) = next!(measured, Fit { instructions, stack_bytes, outcome });
             let fit = fit(&window.values, harmonics, channels)?;
             let here = Outcome::new(Some(&fit));
             ensure!(

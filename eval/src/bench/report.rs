@@ -26,7 +26,6 @@ pub struct Report {
     /// The baselines, on the windows of the fits of one harmonic.
     pub baselines: Vec<BaselineCell>,
     pub frames: Vec<Phase>,
-    /// Instructions to encode the longest packet.
     pub encode_instructions: u32,
     pub encode_bytes: u32,
     /// Instructions to read, stamp and queue a conversion.

@@ -34,7 +34,6 @@ const BATCH: u64 = 50_000;
 /// The checksum by a table: another implementation than the decoder's.
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Counts of frames with bit errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BitErrors {
     /// Frames sent, each with at least one bit error.
@@ -97,7 +96,6 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
     bit_errors
 }
 
-/// Inverts bits.
 fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     let bits = 8 * frame.len() as u32;
     let mut at = |bit: u32| frame[bit as usize / 8] ^= 1 << (bit % 8);

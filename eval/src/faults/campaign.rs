@@ -103,7 +103,6 @@ fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
     Family::value_variants().iter().copied().filter(move |family| only.is_none_or(|only| only == *family))
 }
 
-/// Makes one run on this PC.
 pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let ran = task_sim::run(input, SETTINGS)?;

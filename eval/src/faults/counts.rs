@@ -8,7 +8,6 @@ pub struct Counts {
     pub good: u64,
     /// Estimates with status `good` that name faults.
     pub good_with_faults: u64,
-    /// Estimates with status `doubtful`.
     pub doubtful: u64,
     /// Estimates with status `good` that are off by more than five of their standard deviations, but by less than 0.5 %.
     pub off: u64,

@@ -17,7 +17,6 @@ pub const NOT_REPORTED: &str = "not reported";
 /// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance of device time.
 const SLACK_NS: u64 = 400_000;
 
-/// The consequences of one injection.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.

@@ -16,7 +16,6 @@ const PAGE_BYTES: u32 = 1024;
 const STORED: u64 = 7;
 const OTHER: u64 = 1000;
 
-/// The results of many bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heard {
     pub bytes: u64,

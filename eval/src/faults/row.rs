@@ -5,7 +5,6 @@ use super::family::Family;
 use super::judge::{Judgement, NOT_REPORTED};
 use serde::Serialize;
 
-/// Where the firmware ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
@@ -51,7 +50,6 @@ impl Delays {
 pub struct Row {
     /// Its name, for programs: of a family, the value of `--only`.
     pub name: String,
-    /// What was injected.
     pub fault: String,
     pub place: Place,
     /// Touches; none where the line or the store is tested alone.

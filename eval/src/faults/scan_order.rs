@@ -25,7 +25,6 @@ impl ScanOrder {
     }
 }
 
-/// Slot of a channel id in the scan.
 fn slot_of(id: u8) -> Option<usize> {
     let mask = SCAN.channel_mask();
     (mask >> id & 1 != 0).then(|| (mask & ((1 << id) - 1)).count_ones() as usize)

@@ -14,7 +14,6 @@ use std::ops::Range;
 pub struct Cut {
     /// The taxel with the clearest spike.
     pub taxel: usize,
-    /// Device time of the spike, seconds.
     pub spike_s: f64,
     /// From the slide's start to its end, seconds.
     pub slide_s: (f64, f64),

@@ -71,7 +71,7 @@ fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> 
     let (speed_mm_s, _) = TABLE_2[c];
     let taken = Taken::new(scene(TABLE_2[c], run, Imperfect::ALL), place)?;
     let first = found(&taken, TABLE_3[0].taxels, speed_mm_s).with_context(|| format!("data series {series}"))?;
-    let mut scratch = Box::new(Scratch::new());
+    let mut scratch = Box::new(Scratch::EMPTY);
     let mut windows = Vec::new();
     for length_s in window_lengths_s() {
         windows.push(of_length(&taken, &first, length_s, &mut scratch)?);
@@ -92,7 +92,7 @@ fn found(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Result<Cut> {
 
 /// A run over its whole length.
 fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
-    let mut scratch = Box::new(Scratch::new());
+    let mut scratch = Box::new(Scratch::EMPTY);
     let mut pairs = [Pair { fft_hz: None, least_squares_hz: None }; 2];
     for (pair, paper) in pairs.iter_mut().zip(TABLE_3) {
         let frames = found(taken, paper.taxels, speed_mm_s)?.frames;
@@ -202,7 +202,7 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
         let (pair, nominal_hz) = (TABLE_3[0].taxels, speed_mm_s / period_mm);
         let frames = found(&taken, pair, speed_mm_s)?.frames;
         let percent = |hz: Option<f64>| hz.map(|hz| 100.0 * (hz / nominal_hz - 1.0));
-        let two = least_squares_hz(&taken, pair, &frames, &mut Box::new(Scratch::new()));
+        let two = least_squares_hz(&taken, pair, &frames, &mut Box::new(Scratch::EMPTY));
         Ok((percent(two), percent(joint_hz(&taken, &frames)?.map(|(hz, _)| hz))))
     })?;
     kinds

@@ -87,7 +87,7 @@ fn spectrum((c, series): (usize, usize), short: bool, taken: &Taken, cut: &Cut) 
 }
 
 fn overlay(series: usize, taken: &Taken, cut: &Cut) -> Option<Overlay> {
-    let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::new()))?;
+    let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::EMPTY))?;
     let parts = PAIR.map(|taxel| taken.part(taxel, &cut.frames));
     let sines_mv = parts.map(|part| sine(part, hz).map(|volts| 1e3 * volts));
     Some(Overlay { series, taxels: PAIR, curves: parts.map(Curve::new), hz, sines_mv })

@@ -10,7 +10,6 @@ pub struct Reproduction {
     pub combinations: Vec<Combination>,
     /// Table 2: what a perfect stimulator makes, those that the paper did not test included.
     pub expected: Vec<Expected>,
-    /// Where the errors come from.
     pub causes: Vec<Cause>,
     pub pictures: Pictures,
 }
@@ -175,7 +174,6 @@ pub struct Contact {
     /// The part that the paper's equations cut out, seconds.
     pub cut_s: (f64, f64),
     pub slide_s: (f64, f64),
-    /// The slide that the firmware found, seconds.
     pub found_s: Option<(f64, f64)>,
 }
 

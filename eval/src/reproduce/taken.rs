@@ -17,7 +17,6 @@ use std::ops::Range;
 pub enum Place<'a> {
     /// On this PC: the library, conversion for conversion as on the chip.
     Pc,
-    /// The firmware image in the emulator.
     Emulator(Options<'a>),
 }
 
@@ -81,7 +80,6 @@ impl Taken {
         self.volts(taxel).get(frames.clone()).unwrap_or_default()
     }
 
-    /// The volts alone.
     pub fn samples(&self, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
         self.part(taxel, frames).iter().map(|(_, volts)| *volts).collect()
     }

@@ -27,14 +27,12 @@ pub struct Answer {
     pub ambiguous: bool,
 }
 
-/// A window and its estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     pub true_hz: f64,
     pub bound_hz: f64,
     /// The error of an estimator on the bound in this very window, hertz.
     pub luck_hz: f64,
-    /// The estimate, if there is one.
     pub answer: Option<Answer>,
 }
 

@@ -54,7 +54,6 @@ const DETECTION_SEED: u64 = 2_000_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Windows {
     pub accuracy: u32,
-    /// Of noise alone, for each length.
     pub noise: u32,
     /// For each line of Table 2 at the detection bar.
     pub detection: u32,
@@ -104,7 +103,6 @@ pub struct Bars {
     pub windows: Windows,
     /// Accuracy: every length, noise and line of Table 2.
     pub cells: Vec<Cell>,
-    /// Noise alone, by length.
     pub noise: Vec<Found>,
     pub detection: Found,
 }

@@ -9,7 +9,6 @@ use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 
-/// An estimator and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
@@ -43,7 +42,7 @@ impl Contender {
                 Ok(fit.status.has_tone().then_some(answer))
             }
             Self::Baseline { method, channels } => {
-                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::new()));
+                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::EMPTY));
                 let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
                 Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
             }

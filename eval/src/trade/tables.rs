@@ -24,7 +24,6 @@ pub fn table(trade: &Trade, name: &str) -> Option<String> {
     })
 }
 
-/// How many windows there were.
 fn windows(trade: &Trade) -> String {
     let of_bars = trade.bars.windows;
     let headings =

@@ -23,7 +23,6 @@ const LOOK_NS: i64 = 50_000_000;
 /// Board time that the firmware has to start the chip, and to read the last result after the input's end, seconds.
 const PATIENCE_S: f64 = 10.0;
 
-/// Result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Every byte of the telemetry line, if [`Options::keep_serial`].
@@ -31,7 +30,6 @@ pub struct Outcome {
     /// Messages of the firmware and of the emulator, line by line.
     pub messages: String,
     pub counts: Counts,
-    /// Conversions that the board has read.
     pub conversions_served: u64,
     pub chip: hal_mock::Counters,
     /// Conversions of which at least one read arrived at the board as they were converted.

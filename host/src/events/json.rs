@@ -3,7 +3,7 @@
 use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, period_f32};
-use ridgetone_proto::boot::{Death, Record, ResetCause, SettingsSource};
+use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::settings::Settings;
@@ -103,19 +103,6 @@ struct JsonRecord<'a> {
     line: u32,
 }
 
-impl<'a> From<&'a Record> for JsonRecord<'a> {
-    fn from(record: &'a Record) -> Self {
-        Self {
-            death: record.death,
-            board_time_s: f64::from(record.t_us) / 1e6,
-            pc: format!("{:#010x}", record.pc),
-            lr: format!("{:#010x}", record.lr),
-            file: &record.file,
-            line: record.line,
-        }
-    }
-}
-
 /// [`Outcome`] with its name beside its values.
 #[derive(Serialize)]
 #[serde(remote = "Outcome", tag = "outcome", rename_all = "snake_case")]
@@ -169,7 +156,14 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             settings: e.settings,
             settings_source: e.source,
             reset_cause: e.boot.cause,
-            record: e.boot.record.as_ref().map(Into::into),
+            record: e.boot.record.as_ref().map(|record| JsonRecord {
+                death: record.death,
+                board_time_s: f64::from(record.t_us) / 1e6,
+                pc: format!("{:#010x}", record.pc),
+                lr: format!("{:#010x}", record.lr),
+                file: &record.file,
+                line: record.line,
+            }),
         },
         Event::Contact(contact) => Body::Contact(contact),
         Event::Slide(slide) => Body::Slide { t_s, slide, state: State::of(slide.end_us) },

@@ -152,7 +152,6 @@ fn reply(e: &Reply) -> String {
     format!("request {}: {}", e.number, outcome(&e.outcome))
 }
 
-/// Result of a request.
 pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),

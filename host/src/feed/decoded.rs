@@ -52,9 +52,7 @@ impl Feed {
 
     /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence numbers gives the number
     /// of missing packets.
-    ///
-    /// # Errors
-    /// The board speaks another protocol; the source cannot go on; the recording cannot be written.
+    /// Fails if the board speaks another protocol, the source cannot go on, or the recording cannot be written.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         let begun = Instant::now();
         loop {

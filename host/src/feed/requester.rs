@@ -81,9 +81,7 @@ impl Requester {
     }
 
     /// Sends the request that is due. Call it often while the board is connected.
-    ///
-    /// # Errors
-    /// The board does not answer, or the line fails; all requests are dropped then.
+    /// Fails if the board does not answer, or the line fails; all requests are dropped then.
     pub fn tick(&mut self, feed: &mut Feed) -> Result<()> {
         let now = Instant::now();
         if self.requests.are_done() && self.renew.is_some_and(|due| due <= now) {

@@ -51,5 +51,4 @@ impl Point {
     }
 }
 
-/// The latest estimates.
 pub type History = Bounded<Point, POINTS>;

@@ -9,11 +9,9 @@ const HISTORY_S: [f64; 5] = [10.0, 30.0, 60.0, 180.0, 600.0];
 /// Lengths of the strips that can be shown, seconds.
 const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
-/// An action that a key requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     Quit,
-    /// Delete what is shown.
     Clear,
     /// Request raw frames, or end them.
     Raw,
@@ -24,7 +22,6 @@ pub struct View {
     /// The screen stands still; packets are still folded.
     pub is_paused: bool,
     pub shows_help: bool,
-    /// Whether raw frames come.
     pub raw: RawFrames,
     /// Alarms are red. Nothing else has a colour: the terminal's own fit its background.
     pub has_colour: bool,

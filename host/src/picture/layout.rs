@@ -3,7 +3,6 @@
 use crate::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
 
-/// Height of a strip.
 pub const STRIP: f64 = 46.0;
 /// Baseline of the labels above the strips.
 pub const LABELS_Y: f64 = 82.0;
@@ -79,7 +78,6 @@ pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
-/// A time axis under a panel.
 pub fn axis(svg: &mut Svg, panel: Panel, from_s: f64, to_s: f64, label: &str) {
     let step_s = nice((to_s - from_s) / 4.0);
     let decimals = if step_s < 0.1 { 2 } else { usize::from(step_s < 1.0) };

@@ -10,7 +10,6 @@ use std::io::{self, Read, Write};
 pub struct Found {
     /// Name to open it by, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// Description of its USB device, if it is one.
     pub usb: Option<Usb>,
 }
 
@@ -43,7 +42,6 @@ pub trait Ports {
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
 }
 
-/// Which board is meant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// The board at this port. If its USB serial number is unique, that identifies it from then on.
@@ -90,7 +88,6 @@ impl Wanted {
     }
 }
 
-/// The ports cannot be listed.
 pub fn list_error(error: io::Error) -> Error {
     anyhow!("the serial ports cannot be listed ({error}): name one with --port")
 }

@@ -42,7 +42,6 @@ pub struct Receiver<F: NorFlash> {
     estimator: Box<Estimator>,
     outbox: Outbox<PACKETS>,
     shared: Shared<FitPended>,
-    /// Requests that were answered.
     pub answered: u64,
 }
 

@@ -118,7 +118,7 @@ impl Hub {
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
-        inner.no_raw = status::no_raw(following.raw());
+        inner.no_raw = status::no_raw(&following.raw);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
         match packet.event {

@@ -153,7 +153,6 @@ struct Page {
     missed: u64,
 }
 
-/// The messages to a page, for ever.
 fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(Page { hub, updates: None, missed: 0 }, |mut page| async {
         let message = page.next().await?;
