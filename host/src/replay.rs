@@ -34,7 +34,7 @@ pub struct Outcome {
 
 /// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress` takes the seconds done and
 /// those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per millimetre.
-/// It ends early when this process is to stop ([`stop`]).
+/// It ends early when this process is to stop.
 pub fn run(
     input: Opened,
     settings: Settings,

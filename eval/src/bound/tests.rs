@@ -54,8 +54,8 @@ impl Scene {
     fn cost(&self, parameters: &[f64], data: &[Vec<f64>]) -> f64 {
         let mut sum = 0.0;
         for (number, channel) in self.channels.iter().enumerate() {
-            for frame in 0..self.window.frames {
-                let off = data[number][frame] - self.model(parameters, number, frame);
+            for (frame, value) in data[number].iter().enumerate() {
+                let off = value - self.model(parameters, number, frame);
                 sum += 0.5 * (off / channel.sigma).powi(2);
             }
         }

@@ -14,9 +14,9 @@ pub struct Options<'a> {
     pub elf: &'a Path,
     /// Wall time without a sign of life after which the emulator is given up.
     pub silence: Duration,
-    /// Whether to fill [`Outcome::conversions`].
+    /// Whether to fill [`Outcome::conversions`](super::Outcome::conversions).
     pub keep_conversions: bool,
-    /// Whether to fill [`Outcome::serial`].
+    /// Whether to fill [`Outcome::serial`](super::Outcome::serial).
     pub keep_serial: bool,
     /// What happens to the board, and at which board time, microseconds.
     pub crash: Option<(u64, Crash)>,
@@ -24,7 +24,7 @@ pub struct Options<'a> {
     pub icount_shift: u8,
     /// When the telemetry line is blocked, from and until, seconds of scene time.
     pub line_blocked_s: Option<(f64, f64)>,
-    /// Settings of the firmware: [`run`] sends others than its own after the greeting.
+    /// Settings of the firmware: [`run`](super::run) sends others than its own after the greeting.
     pub settings: Settings,
     /// Takes each line of the firmware's log: board time in seconds, level, text.
     pub log: Option<fn(&str)>,
