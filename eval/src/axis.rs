@@ -2,10 +2,8 @@
 
 use ridgetone_host::picture::layout::nice;
 
-/// An axis of powers of ten.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis {
-    /// Its least and its greatest power.
     pub powers: (f64, f64),
     /// Their places, pixels.
     pub at: (f64, f64),
@@ -20,13 +18,11 @@ impl Axis {
         Self { powers: (from, most.log10().ceil().max(from + 1.0)), at }
     }
 
-    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.powers;
         self.at.0 + (self.at.1 - self.at.0) * (value.log10() - from) / (to - from)
     }
 
-    /// Its powers of ten.
     pub fn ticks(&self) -> impl Iterator<Item = i32> {
         self.powers.0 as i32..=self.powers.1 as i32
     }
@@ -35,14 +31,11 @@ impl Axis {
 /// An evenly divided axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear {
-    /// Its ends.
     pub range: (f64, f64),
-    /// Their places, pixels.
     pub at: (f64, f64),
 }
 
 impl Linear {
-    /// Place of a value, pixels.
     pub fn place(&self, value: f64) -> f64 {
         let (from, to) = self.range;
         self.at.0 + (self.at.1 - self.at.0) * (value - from) / (to - from)

@@ -5,9 +5,7 @@ use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bar {
-    /// The name of the quantity.
     pub bar: String,
-    /// The allowed values.
     pub limit: String,
     pub measured: String,
     pub met: bool,
@@ -21,7 +19,6 @@ impl Bar {
     }
 }
 
-/// The table of some bars.
 pub fn table<'a>(bars: impl IntoIterator<Item = &'a Bar>) -> String {
     let mut table = Table::new(4, "bar|limit|measured|");
     for Bar { bar, limit, measured, met } in bars {

@@ -31,24 +31,16 @@ pub use samples::{CHANNELS, FRAMES_MAX, Frame, Scratch};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Method {
-    /// [`periodogram`]
     Periodogram,
-    /// [`parabolic`]
     Parabolic,
-    /// [`interpolated_dft`]
     InterpolatedDft,
-    /// [`zero_crossings`]
     ZeroCrossings,
-    /// [`ieee1057`]
     Ieee1057,
-    /// [`oddo2009`]
     Oddo2009,
-    /// [`lm_joint`]
     LmJoint,
 }
 
 impl Method {
-    /// All of them, by their numbers.
     pub const ALL: [Self; 7] = [
         Self::Periodogram,
         Self::Parabolic,
@@ -59,7 +51,6 @@ impl Method {
         Self::LmJoint,
     ];
 
-    /// Its name in tables.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Periodogram => "periodogram",
@@ -72,7 +63,6 @@ impl Method {
         }
     }
 
-    /// The method of a number.
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()
     }

@@ -10,17 +10,16 @@ pub mod fits;
 mod frames;
 pub mod report;
 
-use crate::workload::{Job, Measured, Wire, longest_packet};
-use anyhow::{Context, Result, bail, ensure};
+use crate::workload::{Job, Wire, longest_packet};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
-use emulated::{Jobs, message};
+use emulated::{Jobs, next};
 use report::{Report, Stack};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::Options;
 use ridgetone_proto::telemetry::WIRE_MAX;
 use std::path::{Path, PathBuf};
 
-/// `bench`
 #[derive(Debug, Args)]
 pub struct BenchArgs {
     /// The image of the benchmark; without one nothing is counted.
@@ -69,20 +68,17 @@ pub fn run(
     let mut jobs = Jobs::default();
     fits.write(&mut jobs);
     frames.write(&mut jobs);
-    jobs.add(Job::Encode);
-    jobs.add(Job::Intake);
+    jobs.add(Job::Encode, [(); 0]);
+    jobs.add(Job::Intake, [(); 0]);
     let mut measured = jobs.run(elf)?.into_iter();
 
     let cells = fits.read(&mut measured)?;
     let phases = frames.read(&mut measured)?;
-    let (encode_instructions, wire) = message(&mut measured)?;
+    let (encode_instructions, wire) = next!(measured, Message { instructions, wire });
     let mut bytes = [0; WIRE_MAX];
     let used = Wire::write(&longest_packet(), &mut bytes);
     ensure!(wire == Wire::new(&bytes[..used]), "the longest packet: {wire:?} on the chip, {used} bytes here");
-    let next = measured.next();
-    let Some(Measured::Intake { instructions: intake_instructions }) = next else {
-        bail!("the benchmark gave {next:?} in place of a conversion");
-    };
+    let intake_instructions = next!(measured, Intake { instructions });
     ensure!(measured.next().is_none(), "the benchmark gave more results than jobs");
 
     let baselines = baselines::Baselines::new()?;

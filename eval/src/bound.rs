@@ -24,9 +24,7 @@ const DEPENDENT: f64 = 1e-9;
 /// A exp(2 pi i h f t), it is cos = Re A and sin = -Im A.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
-    /// Factor of the cosine.
     pub cos: f64,
-    /// Factor of the sine.
     pub sin: f64,
 }
 
@@ -37,7 +35,6 @@ impl Harmonic {
     }
 }
 
-/// The truth of one channel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// Standard deviation of the noise of one frame, in the channel's unit, > 0.
@@ -46,31 +43,24 @@ pub struct Channel {
     pub harmonics: Vec<Harmonic>,
 }
 
-/// A window and its unknowns.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window<'a> {
-    /// Frames from the first to the last, those that are missing included.
+pub struct Window {
     pub frames: usize,
     /// Frames per second, > 0.
     pub frame_rate_hz: f64,
-    /// Bit k of a frame's mask: channel k has a valid value there, as in [`ridgetone_tone::Table`]. None: all have.
-    pub valid: Option<&'a [u16]>,
     /// Whether each channel has an unknown slope and not only an unknown offset.
     pub slope: bool,
 }
 
-/// A channel's information about the frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clue {
     /// Fisher information, one over hertz squared.
     pub information: f64,
-    /// Derivative of the log-likelihood by the frequency at the truth, over the noise that a window has; one over
-    /// hertz.
+    /// Derivative of the log-likelihood by the frequency at the truth, for the noise of a window; one over hertz.
     pub score: f64,
 }
 
 impl Clue {
-    /// The information of several channels.
     pub fn sum(clues: &[Self]) -> Self {
         let add = |sum: Self, clue: &Self| Self {
             information: sum.information + clue.information,
@@ -102,32 +92,25 @@ pub fn clues(
     let positive = |value: f64| value.is_finite() && value > 0.0;
     ensure!(positive(window.frame_rate_hz), "frame rate {} Hz: must be greater than 0", window.frame_rate_hz);
     ensure!(positive(frequency_hz), "frequency {frequency_hz} Hz: must be greater than 0");
-    if let Some(valid) = window.valid {
-        ensure!(valid.len() == window.frames, "{} masks for {} frames", valid.len(), window.frames);
-        ensure!(channels.len() <= u16::BITS as usize, "{} channels, a mask has 16", channels.len());
-    }
     let mut columns: Option<Columns> = None;
     let mut clues = Vec::new();
     for (number, channel) in channels.iter().enumerate() {
         ensure!(positive(channel.sigma), "channel {number}: sigma {}: must be greater than 0", channel.sigma);
         let finite = channel.harmonics.iter().all(|h| h.cos.is_finite() && h.sin.is_finite());
         ensure!(finite, "channel {number}: an amplitude is not finite");
-        let is_valid = |frame: &usize| window.valid.is_none_or(|valid| valid[*frame] & 1 << number != 0);
-        let frames: Vec<usize> = (0..window.frames).filter(is_valid).collect();
         let harmonics = channel.harmonics.len();
         // Most channels share them with the one before.
         let columns = match &mut columns {
-            Some(same) if same.frames == frames && same.waves.len() == harmonics => same,
-            other => other.insert(Columns::new(window, frequency_hz, frames, harmonics)),
+            Some(same) if same.waves.len() == harmonics => same,
+            other => other.insert(Columns::new(window, frequency_hz, harmonics)),
         };
         clues.push(columns.clue(channel, &|frame| value(number, frame)));
     }
     Ok(clues)
 }
 
-/// The model's columns, the same for channels with the same frames and number of harmonics.
+/// The model's columns, the same for channels with the same number of harmonics.
 struct Columns {
-    frames: Vec<usize>,
     /// Seconds from the window's centre.
     times_s: Vec<f64>,
     /// Cosine and sine of each harmonic.
@@ -137,9 +120,9 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(window: &Window, frequency_hz: f64, frames: Vec<usize>, harmonics: usize) -> Self {
+    fn new(window: &Window, frequency_hz: f64, harmonics: usize) -> Self {
         let centre = 0.5 * (window.frames as f64 - 1.0);
-        let times_s: Vec<f64> = frames.iter().map(|frame| (*frame as f64 - centre) / window.frame_rate_hz).collect();
+        let times_s: Vec<f64> = (0..window.frames).map(|frame| (frame as f64 - centre) / window.frame_rate_hz).collect();
         let wave = |h: usize| {
             let both = times_s.iter().map(|t_s| (TAU * h as f64 * frequency_hz * t_s).sin_cos());
             let (sin, cos) = both.unzip();
@@ -151,7 +134,7 @@ impl Columns {
             nuisance.push(times_s.clone());
         }
         nuisance.extend(waves.iter().flatten().cloned());
-        Self { frames, nuisance: orthonormal(nuisance), times_s, waves }
+        Self { nuisance: orthonormal(nuisance), times_s, waves }
     }
 
     fn clue(&self, channel: &Channel, value: &dyn Fn(usize) -> f64) -> Clue {
@@ -169,7 +152,7 @@ impl Columns {
         if remainder <= DEPENDENT * whole {
             return Clue::default();
         }
-        let met: f64 = derivative.iter().zip(&self.frames).map(|(part, frame)| part * value(*frame)).sum();
+        let met: f64 = derivative.iter().enumerate().map(|(frame, part)| part * value(frame)).sum();
         Clue { information: (remainder / channel.sigma).powi(2), score: met / channel.sigma.powi(2) }
     }
 }

@@ -6,7 +6,6 @@ use crate::faults::{self, FaultsArgs};
 use crate::reproduce;
 use crate::reproduce::taken::Place;
 use crate::trade;
-use crate::trade::Effort;
 use crate::trade::results::Trade;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -35,7 +34,6 @@ enum Command {
     Faults(FaultsArgs),
 }
 
-/// `reproduce`
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Takes a minute or two, with --emulated some minutes. Writes reproduction.json, reproduction.md and the pictures in reproduction/.
@@ -80,7 +78,7 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
     if let Some(chip) = chip.as_ref().filter(|_| !args.json) {
         output::line(chip.to_string().trim_end())?;
     }
-    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let effort = if args.quick { trade::QUICK } else { trade::FULL };
     let trade = (!args.chip).then(|| trade::measure(effort, chip.as_ref())).transpose()?;
     if let (Some(folder), Some(trade)) = (&args.write, &trade) {
         trade::write(trade, folder)?;

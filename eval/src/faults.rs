@@ -37,7 +37,6 @@ use ridgetone_host::output;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// `faults`
 #[derive(Debug, clap::Args)]
 pub struct FaultsArgs {
     /// Injections on this PC, at least.
@@ -62,7 +61,6 @@ pub struct FaultsArgs {
     json: bool,
 }
 
-/// The command.
 pub fn run(args: &FaultsArgs) -> Result<()> {
     let start = Instant::now();
     let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;
@@ -77,7 +75,7 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
     }
     if let Some(folder) = &args.write {
         let page = table::page(&campaign)?;
-        output::whole_file(&folder.join("faults.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
+        output::whole_text(&folder.join("faults.md"), &page)?;
     }
     output::line(&if args.json { serde_json::to_string(&campaign)? } else { table::table(&campaign) })?;
     for row in &campaign.rows {

@@ -3,6 +3,9 @@
 //! A table stands between the lines `<!-- table: NAME -->` and `<!-- end -->`.
 
 use anyhow::{Context, Result};
+use serde::de::DeserializeOwned;
+use std::fs;
+use std::path::Path;
 
 /// A table in Markdown, figures to the right.
 pub struct Table(String);
@@ -15,7 +18,6 @@ impl Table {
         Self(format!("| {} |\n|{}|\n", headings.join(" | "), rule.collect::<Vec<_>>().join("|")))
     }
 
-    /// Adds a row.
     pub fn row(&mut self, cells: &[String]) {
         self.0 += &format!("| {} |\n", cells.join(" | "));
     }
@@ -41,6 +43,12 @@ pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<Stri
         text += &format!("{START}{name}{START_END}{table}{END}{rest}");
     }
     Ok(text)
+}
+
+/// The data of a page, from their JSON file.
+pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
+    serde_json::from_str(&text).with_context(|| path.display().to_string())
 }
 
 /// A figure of so many decimals, or a dash where there is none.

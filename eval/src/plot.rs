@@ -35,9 +35,7 @@ pub fn picture(height: f64, title: &str) -> Svg {
 /// A frame with an axis along each side.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// From left to right.
     pub x: Linear,
-    /// From bottom to top.
     pub y: Linear,
 }
 
@@ -47,7 +45,6 @@ impl Frame {
         Self { x: Linear { range: x, at: (left, right) }, y: Linear { range: y, at: (bottom, top) } }
     }
 
-    /// Where a point is.
     pub fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.x.place(x), self.y.place(y))
     }
@@ -55,11 +52,7 @@ impl Frame {
     /// Ticks with labels at both axes, thin lines across. The axis of x has its label below, where it has one.
     pub fn axes(&self, svg: &mut Svg, ticks: (u32, u32), x_label: &str, y_label: &str) {
         let ((left, right), (bottom, top)) = (self.x.at, self.y.at);
-        for (value, label) in self.y.ticks(ticks.1) {
-            let y = self.y.place(value);
-            svg.line((left, y), (right, y), "grid");
-            svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &label);
-        }
+        self.grid(svg, ticks.1);
         for (value, label) in self.x.ticks(ticks.0) {
             let x = self.x.place(value);
             svg.line((x, bottom), (x, bottom + 4.0), "axis");
@@ -73,6 +66,16 @@ impl Frame {
             svg.text(0.5 * (left + right), bottom + 34.0, Anchor::Middle, "small", x_label);
         }
         svg.text(left - 40.0, top - 9.0, Anchor::Start, "small", y_label);
+    }
+
+    /// About so many thin lines across, with labels at the left.
+    pub fn grid(&self, svg: &mut Svg, ticks: u32) {
+        let (left, right) = self.x.at;
+        for (value, label) in self.y.ticks(ticks) {
+            let y = self.y.place(value);
+            svg.line((left, y), (right, y), "grid");
+            svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &label);
+        }
     }
 
     /// A curve, thinned to what can be seen.
@@ -116,14 +119,11 @@ pub fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (least - margin, most + margin)
 }
 
-/// A marker's shape.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
-    /// A square.
     Square,
     /// A triangle that stands on its base.
     Triangle,
-    /// A diamond.
     Diamond,
 }
 
@@ -138,18 +138,14 @@ pub fn marker(svg: &mut Svg, shape: Shape, (x, y): (f64, f64), class: &str) {
     svg.path(&points, class);
 }
 
-/// What stands in front of an entry of a key.
+/// What stands in front of an entry of a key, with its class.
 #[derive(Clone, Copy, Debug)]
 pub enum Sample {
-    /// A line of a class.
     Line(&'static str),
-    /// An area of a class.
     Area(&'static str),
     /// A line with a marker on it: classes of line and marker.
     Marked(&'static str, Shape, &'static str),
-    /// A marker alone.
     Marker(Shape, &'static str),
-    /// Dots of a class.
     Dots(&'static str),
 }
 

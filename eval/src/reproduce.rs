@@ -15,12 +15,12 @@ pub mod results;
 mod tables;
 pub mod taken;
 
-use crate::page::filled;
+use crate::page::{filled, load};
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use paper::{COMBINATIONS, NOT_TESTED};
 use results::{Pictures, Reproduction};
-use ridgetone_host::output::whole_file;
+use ridgetone_host::output::whole_text;
 use std::fs;
 use std::path::Path;
 use taken::Place;
@@ -57,26 +57,19 @@ pub fn write(reproduction: &Reproduction, folder: &Path) -> Result<()> {
         .into_iter()
         .fold(json, |json, start| json.replace(start, &format!("\n{start}")));
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    whole_file(&folder.join("reproduction.json"), |file| Ok(writeln!(file, "{json}")?))?;
+    whole_text(&folder.join("reproduction.json"), &(json + "\n"))?;
     render(folder)
 }
 
 /// Writes `reproduction.md` and the pictures in `reproduction/` from `reproduction.json`.
 pub fn render(folder: &Path) -> Result<()> {
-    let reproduction = load(&folder.join("reproduction.json"))?;
+    let reproduction: Reproduction = load(&folder.join("reproduction.json"))?;
     let folder_of_pictures = folder.join("reproduction");
     fs::create_dir_all(&folder_of_pictures).with_context(|| folder_of_pictures.display().to_string())?;
-    let write = |path: &Path, text: String| whole_file(path, |file| Ok(file.write_all(text.as_bytes())?));
     for (name, svg) in pictures(&reproduction) {
-        write(&folder_of_pictures.join(name), svg)?;
+        whole_text(&folder_of_pictures.join(name), &svg)?;
     }
-    write(&folder.join("reproduction.md"), page(&reproduction)?)
-}
-
-/// Reads `reproduction.json`.
-pub fn load(path: &Path) -> Result<Reproduction> {
-    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
+    whole_text(&folder.join("reproduction.md"), &page(&reproduction)?)
 }
 
 /// The page. Figures that a run of some combinations lacks are dashes.

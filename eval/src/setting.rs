@@ -10,7 +10,6 @@ use std::fmt;
 /// Fewest cycles in a window that is measured.
 pub const CYCLES_MIN: f64 = 1.0;
 
-/// How long a window is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Length {
     /// So many seconds, of a slide that is long enough.
@@ -28,14 +27,10 @@ impl fmt::Display for Length {
     }
 }
 
-/// A setting.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// Speed of the grating, mm/s.
     pub speed_mm_s: f64,
-    /// Its spatial period, mm.
     pub period_mm: f64,
-    /// The window.
     pub length: Length,
     /// Noise, decibels below the tone's fundamental.
     pub snr_db: f64,
@@ -52,7 +47,6 @@ impl Setting {
             .filter(|setting| setting.cycles() >= CYCLES_MIN)
     }
 
-    /// The tone, hertz.
     pub fn frequency_hz(&self) -> f64 {
         self.speed_mm_s / self.period_mm
     }

@@ -1,7 +1,6 @@
 //! A window of a slide as the fit gets it, and its truth.
 
-use crate::bound;
-use crate::bound::{Channel, Clue, Harmonic};
+use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
 use ridgetone::schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
@@ -22,16 +21,12 @@ const AFTER_START_S: f64 = 0.1;
 /// From the contact spike to a window of noise alone, seconds: the spike has decayed to a billionth.
 const AFTER_CONTACT_S: f64 = 1.0;
 
-/// A window.
 #[derive(Clone, Debug)]
 pub struct Simulated {
     /// The frames, in codes less a reference; all channels at the frame's time.
     pub values: Vec<Values>,
-    /// Frames per second.
     pub frame_rate_hz: f64,
-    /// The true frequency, hertz.
     pub frequency_hz: f64,
-    /// The truth of each channel, in codes.
     pub channels: Vec<Channel>,
 }
 
@@ -91,16 +86,14 @@ impl Simulated {
         Self { values, frame_rate_hz: rate_hz, frequency_hz: truth.frequency_hz, channels: channels.collect() }
     }
 
-    /// Length in seconds.
     pub fn window_s(&self) -> f64 {
         self.values.len() as f64 / self.frame_rate_hz
     }
 
-    /// The information of each channel about the frequency, if only so many harmonics are there and unknown; with or
-    /// without an unknown slope.
+    /// Information of each channel about the frequency with so many harmonics, and with or without an unknown slope.
     pub fn clues(&self, slope: bool, harmonics: usize) -> Result<Vec<Clue>> {
         let frames = self.values.len();
-        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, valid: None, slope };
+        let window = bound::Window { frames, frame_rate_hz: self.frame_rate_hz, slope };
         let mut channels = self.channels.clone();
         channels.iter_mut().for_each(|channel| channel.harmonics.truncate(harmonics));
         let value = |channel: usize, frame: usize| f64::from(self.values[frame][channel]);

@@ -3,51 +3,34 @@
 
 pub mod accuracy;
 mod bars;
-mod chart;
+pub mod chart;
 pub mod contender;
 mod grid;
 pub mod results;
 mod tables;
 
+pub use bars::Windows;
+
 use crate::bench::report::Report;
-use crate::page::filled;
-use anyhow::{Context, Result};
-use bars::{Bars, Windows};
+use crate::page::{filled, load};
+use anyhow::Result;
+use bars::Bars;
 use results::Trade;
-use ridgetone_host::output::whole_file;
-use std::fs;
+use ridgetone_host::output::whole_text;
 use std::path::Path;
 
 /// The page with its tables as they were filled in last.
 const PAGE: &str = include_str!("../../docs/trade.md");
 
-/// How many windows are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effort {
-    /// For the page: minutes.
-    Full,
-    /// For a look: seconds.
-    Quick,
-    /// For a test that it runs.
-    #[cfg(test)]
-    Least,
-}
-
-impl Effort {
-    /// Windows of each line of Table 2 for a row, and those of the bars.
-    fn windows(self) -> (u32, Windows) {
-        match self {
-            Self::Full => (100, Windows { accuracy: 1000, noise: 4000, detection: 1000 }),
-            Self::Quick => (10, Windows { accuracy: 30, noise: 200, detection: 30 }),
-            #[cfg(test)]
-            Self::Least => (1, Windows { accuracy: 2, noise: 2, detection: 1 }),
-        }
-    }
-}
+/// Windows of each line of Table 2 for a row, and those of the bars.
+pub type Effort = (u32, Windows);
+/// For the page: minutes.
+pub const FULL: Effort = (100, Windows { accuracy: 1000, noise: 4000, detection: 1000 });
+/// For a look: seconds.
+pub const QUICK: Effort = (10, Windows { accuracy: 30, noise: 200, detection: 30 });
 
 /// Measures accuracy here and takes the instructions from a report of the chip, if there is one.
-pub fn measure(effort: Effort, chip: Option<&Report>) -> Result<Trade> {
-    let (windows, of_bars) = effort.windows();
+pub fn measure((windows, of_bars): Effort, chip: Option<&Report>) -> Result<Trade> {
     let mut rows = grid::measure(windows)?;
     if let Some(chip) = chip {
         rows.iter_mut().for_each(|row| row.instructions = grid::instructions(row, chip));
@@ -61,32 +44,19 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
     let json = serde_json::to_string(trade)?;
     // A line for each row and setting, so that a diff shows which changed.
     let json = json.replace("},{\"method\"", "},\n{\"method\"").replace("},{\"setting\"", "},\n{\"setting\"");
-    whole_file(&folder.join("trade.json"), |file| Ok(writeln!(file, "{json}")?))?;
+    whole_text(&folder.join("trade.json"), &(json + "\n"))?;
     render(folder)
 }
 
 /// Writes `trade.md` and `trade.svg` from `trade.json`.
 pub fn render(folder: &Path) -> Result<()> {
-    let trade = load(&folder.join("trade.json"))?;
-    let (page, svg) = (page(&trade)?, picture(&trade));
-    whole_file(&folder.join("trade.md"), |file| Ok(file.write_all(page.as_bytes())?))?;
-    whole_file(&folder.join("trade.svg"), |file| Ok(file.write_all(svg.as_bytes())?))
+    let trade: Trade = load(&folder.join("trade.json"))?;
+    whole_text(&folder.join("trade.md"), &page(&trade)?)?;
+    whole_text(&folder.join("trade.svg"), &chart::draw(&trade))
 }
 
-/// Reads `trade.json`.
-pub fn load(path: &Path) -> Result<Trade> {
-    let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    serde_json::from_str(&text).with_context(|| path.display().to_string())
-}
-
-/// The page.
 pub fn page(trade: &Trade) -> Result<String> {
     filled(PAGE, |name| tables::table(trade, name))
-}
-
-/// The picture.
-pub fn picture(trade: &Trade) -> String {
-    chart::draw(trade)
 }
 
 /// The tables for a terminal.

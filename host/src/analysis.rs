@@ -18,7 +18,6 @@ const LEAST_DB: f32 = -120.0;
 pub struct Spectrum {
     /// Device time of the window's first and last frame, seconds.
     pub from_s: f64,
-    /// See `from_s`.
     pub until_s: f64,
     /// Whether it is the window of the latest estimate; otherwise the latest frames.
     pub of_estimate: bool,
@@ -41,8 +40,7 @@ pub struct Curves {
     pub tone_v: Vec<Option<Vec<f32>>>,
 }
 
-/// Spectrum of the latest estimate's window, if all its frames are kept, else of the latest frames, as many as a window has.
-/// None with too few raw frames.
+/// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones. None with too few frames.
 pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let window = live.estimate().and_then(|estimate| windowed(&live.strips, estimate)).filter(|found| found.is_whole);
     let of_estimate = window.is_some();
@@ -108,7 +106,7 @@ struct Windowed {
 }
 
 fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
-    let (oldest, newest) = (strips.frames().next()?, strips.frames().next_back()?);
+    let (oldest, newest) = (strips.iter().next()?, strips.iter().next_back()?);
     let frame_s = (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
     // A window ends with its last frame: from stamp to stamp it is one frame shorter.
     let end_s = estimate.t_us as f64 / 1e6;
@@ -116,7 +114,7 @@ fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     let slack_s = 0.5 * frame_s;
     let inside = |frame: &&Frame| frame.t_s > start_s - slack_s && frame.t_s < end_s + slack_s;
     Some(Windowed {
-        frames: strips.frames().filter(inside).copied().collect(),
+        frames: strips.iter().filter(inside).copied().collect(),
         centre_s: 0.5 * (start_s + end_s),
         is_whole: oldest.t_s < start_s + slack_s && newest.t_s > end_s - slack_s,
     })
@@ -125,7 +123,7 @@ fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
 /// The latest frames, as many as a window has.
 fn latest(live: &Live) -> Vec<Frame> {
     let wanted = (live.settings().window_s * nominal_hz(live)).round() as usize;
-    let frames = live.strips.frames();
+    let frames = live.strips.iter();
     let skipped = frames.len().saturating_sub(wanted);
     frames.skip(skipped).copied().collect()
 }

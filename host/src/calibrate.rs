@@ -21,24 +21,17 @@ const PULLED_MOST: f32 = 1.25;
 /// The same in pitches: at two, both directions look alike.
 const PITCHES_MOST: f32 = 1.98;
 
-/// A grating of known period.
 pub struct Grating {
-    /// Its name in errors.
     pub name: String,
-    /// Its spatial period, millimetres.
     pub period_mm: f64,
-    /// Its recording.
     pub input: Opened,
 }
 
-/// The measurement of a grating.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
-    /// Its spatial period, millimetres.
     pub period_mm: f64,
     /// The lag between the columns, radians.
     pub lag_rad: f64,
-    /// Residual of the calibrated line, radians.
     pub residual_rad: f64,
     /// Windows whose mean it is.
     pub windows: usize,
@@ -47,18 +40,13 @@ pub struct Point {
 /// The line, as [`Array`] has it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Calibration {
-    /// [`Array::pitch_mm`].
     pub pitch_mm: f64,
-    /// [`Array::edge_phase_rad`].
     pub edge_phase_rad: f64,
-    /// [`Array::edge_phase_sigma_rad`].
     pub edge_phase_sigma_rad: f64,
-    /// The measurements.
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods behind the simulated chip, and fits the line. `pitch_mm` is the units' own
-/// pitch.
+/// Measures gratings of different periods and fits the line. `pitch_mm` is the units' own pitch.
 pub fn run(gratings: Vec<Grating>, pitch_mm: f32) -> Result<Calibration> {
     ensure!(gratings.len() >= GRATINGS_MIN, "{} gratings: {GRATINGS_MIN} at least are needed", gratings.len());
     let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm)).collect::<Result<Vec<_>>>()?;

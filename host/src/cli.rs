@@ -75,9 +75,7 @@ enum Command {
 
 impl Cli {
     /// Does the command.
-    ///
-    /// # Errors
-    /// One line that says what failed; [`crate::usage::UsageError`] where the command itself makes no sense.
+    /// Fails with one line; with a [`crate::usage::UsageError`] where the command itself makes no sense.
     pub fn run(self) -> Result<()> {
         match self.command {
             Command::Fit(args) => args.run(),

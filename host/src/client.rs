@@ -1,7 +1,7 @@
 //! `settings` and `command`: requests to a board over its line, and its replies.
 
 use crate::events;
-use crate::feed::{Feed, FeedEvent, Source, new_requests, request};
+use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::requests::{PATIENCE, Requests};
 use crate::settings_form;
 use crate::usage::UsageError;
@@ -14,21 +14,17 @@ use ridgetone_proto::telemetry::{Event, Hello, Packet};
 const PACKETS_MAX: usize = 20;
 
 /// The PC's end of the conversation with a board.
-pub struct Client<'a, S: Source> {
-    feed: &'a mut Feed<S>,
+pub struct Client<'a> {
+    feed: &'a mut Feed,
     requests: Requests,
 }
 
-impl<'a, S: Source> Client<'a, S> {
-    /// A client of the board behind a feed.
-    pub fn new(feed: &'a mut Feed<S>) -> Self {
+impl<'a> Client<'a> {
+    pub fn new(feed: &'a mut Feed) -> Self {
         Self { feed, requests: new_requests() }
     }
 
     /// The board's greeting.
-    ///
-    /// # Errors
-    /// The board does not answer.
     pub fn hello(&mut self) -> Result<Hello> {
         let mut hello = None;
         let keep = |packet: &Packet, hello: &mut Option<Hello>| {
@@ -50,9 +46,6 @@ impl<'a, S: Source> Client<'a, S> {
     }
 
     /// Sends a speed profile: estimates follow by place.
-    ///
-    /// # Errors
-    /// The board refuses the profile, or does not answer.
     pub fn follow(&mut self, knots: &[Knot], after: After) -> Result<()> {
         let mut first = 0;
         for part in knots.chunks(KNOTS_A_COMMAND) {
@@ -65,9 +58,7 @@ impl<'a, S: Source> Client<'a, S> {
     }
 
     /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
-    ///
-    /// # Errors
-    /// The board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
+    /// Fails if the board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
         let outcome = request(self.feed, &mut self.requests, command, &mut |_| {})?;
         let text = events::outcome(&outcome);

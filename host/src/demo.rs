@@ -1,62 +1,25 @@
 //! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
 use crate::digits::{decimals, with_sigma};
-use crate::emulator;
-use crate::emulator::{Options, Outcome};
+use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
+use crate::live::Counts;
 use crate::names::name;
-use crate::picture;
-use crate::picture::Recording;
+use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone_proto::telemetry::{Contact, Estimate, Event, Health, Hold, Image, Packet, Slide, Span};
+use ridgetone_proto::telemetry::{Event, Hold, Packet, Span};
 use std::fmt;
 
-/// A run of a scene.
+/// A run of a scene, and its truth in device time.
 #[derive(Clone, Debug)]
 pub struct Demo {
-    /// The results, beside the truth.
-    pub summary: Summary,
-    /// Result of the run.
-    pub outcome: Outcome,
-    /// Every packet, in order.
-    pub packets: Vec<Packet>,
-}
-
-/// The results beside the truth. Times are device times in seconds.
-#[derive(Clone, Debug)]
-pub struct Summary {
-    /// Speed of the grating, mm/s.
     pub speed_mm_s: f64,
-    /// Its spatial period, mm.
     pub period_mm: f64,
-    /// The truth, in device time.
     pub truth: Truth,
-    /// The contact spike.
-    pub contact: Option<Contact>,
-    /// The last slide that has ended.
-    pub slide: Option<Slide>,
-    /// The fit over it.
-    pub estimate: Option<Estimate>,
-    /// The latest static images, before a slide and after one.
-    pub images: [Option<Image>; 2],
-    /// Greatest processor load, 0 to 1.
-    pub load: f32,
-    /// The last health report.
-    pub health: Option<Health>,
-    /// Conversions read by the board, and lost.
-    pub conversions: (u64, u64),
-    /// Telemetry frames received, lost and damaged.
-    pub frames: (u64, u32, u32),
-}
-
-impl Summary {
-    /// Error of the frequency, percent of the nominal one.
-    pub fn error_percent(&self) -> Option<f64> {
-        let found = self.estimate.as_ref().filter(|estimate| estimate.status.has_tone())?;
-        Some(100.0 * (f64::from(found.frequency) / self.truth.frequency_hz - 1.0))
-    }
+    pub outcome: Outcome,
+    pub packets: Vec<Packet>,
 }
 
 /// Runs a scene; the default one is 3.6 mm at 30 mm/s, 20 dB.
@@ -70,15 +33,29 @@ pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f
         Ok(())
     };
     let outcome = emulator::run(input, Options { keep_conversions: true, ..options }, &mut sink, progress)?;
-    let summary = summary((speed_mm_s, period_mm), truth, &outcome, &packets);
-    Ok(Demo { summary, outcome, packets })
+    // Scene time begins when the board starts the chip, device time with the first result.
+    let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
+    Ok(Demo { speed_mm_s, period_mm, truth: later(truth, zero_s), outcome, packets })
 }
 
 impl Demo {
-    /// The picture.
     pub fn svg(&self) -> String {
         let recording = Recording::new(&self.outcome.conversions, &self.packets);
-        picture::draw(&recording, Some(self.summary.truth.frequency_hz))
+        picture::draw(&recording, Some(self.truth.frequency_hz))
+    }
+
+    /// Greatest processor load, 0 to 1.
+    pub fn load(&self) -> f32 {
+        let loads = self.packets.iter().filter_map(|packet| match packet.event {
+            Event::Health(health) => Some(health.load),
+            _ => None,
+        });
+        loads.fold(0.0, f32::max)
+    }
+
+    /// The last event of a kind.
+    fn last<'a, T>(&'a self, kind: impl Fn(&'a Event) -> Option<T>) -> Option<T> {
+        self.packets.iter().rev().find_map(|packet| kind(&packet.event))
     }
 }
 
@@ -94,75 +71,62 @@ pub fn later(truth: Truth, by_s: f64) -> Truth {
     }
 }
 
-fn summary((speed_mm_s, period_mm): (f64, f64), truth: Truth, outcome: &Outcome, packets: &[Packet]) -> Summary {
-    // Scene time begins when the board starts the chip, device time with the first result.
-    let zero_s = (outcome.start_us as f64 - outcome.first_edge_us as f64) / 1e6;
-    let truth = later(truth, zero_s);
-    let mut summary = Summary {
-        speed_mm_s,
-        period_mm,
-        truth,
-        contact: None,
-        slide: None,
-        estimate: None,
-        images: [None, None],
-        load: 0.0,
-        health: None,
-        conversions: (outcome.conversions_served, outcome.conversions_lost),
-        frames: (outcome.received, outcome.missing, outcome.damaged),
-    };
-    for packet in packets {
-        match &packet.event {
-            Event::Contact(contact) => summary.contact = Some(*contact),
-            Event::Slide(slide) if slide.end_us.is_some() => summary.slide = Some(*slide),
-            Event::Estimate(estimate) if estimate.span == Span::Slide => summary.estimate = Some(estimate.clone()),
-            Event::Image(image) => summary.images[(image.hold == Hold::AfterSlide) as usize] = Some(image.clone()),
-            Event::Health(health) => {
-                summary.load = summary.load.max(health.load);
-                summary.health = Some(*health);
-            }
-            _ => {}
-        }
-    }
-    summary
-}
-
 fn time(t_us: Option<u64>) -> String {
     t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", t_us as f64 / 1e6))
 }
 
-impl fmt::Display for Summary {
+impl fmt::Display for Demo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { speed_mm_s, period_mm, truth, .. } = self;
+        let Self { speed_mm_s, period_mm, truth, outcome, .. } = self;
+        let contact_us = self.last(|event| match event {
+            Event::Contact(contact) => Some(contact.t_us),
+            _ => None,
+        });
+        let slide_us = self.last(|event| match event {
+            Event::Slide(slide) => Some((slide.start_us, slide.end_us?)),
+            _ => None,
+        });
+        let estimate = self.last(|event| match event {
+            Event::Estimate(estimate) if estimate.span == Span::Slide => Some(estimate),
+            _ => None,
+        });
+        let health = self.last(|event| match event {
+            Event::Health(health) => Some(health),
+            _ => None,
+        });
         writeln!(f, "A grating of {period_mm} mm slides over the emulated fingertip at {speed_mm_s} mm/s.\n")?;
         writeln!(f, "{:<16}{:>24}{:>14}", "", "firmware", "truth")?;
         let mut row =
             |name: &str, found: String, true_value: String| writeln!(f, "{name:<16}{found:>24}{true_value:>14}");
-        row("contact", time(self.contact.map(|c| c.t_us)), format!("{:.3} s", truth.contact_s))?;
-        row("slide begins", time(self.slide.map(|s| s.start_us)), format!("{:.3} s", truth.slide_start_s))?;
-        row("slide ends", time(self.slide.and_then(|s| s.end_us)), format!("{:.3} s", truth.slide_end_s))?;
-        match &self.estimate {
+        row("contact", time(contact_us), format!("{:.3} s", truth.contact_s))?;
+        row("slide begins", time(slide_us.map(|(start_us, _)| start_us)), format!("{:.3} s", truth.slide_start_s))?;
+        row("slide ends", time(slide_us.map(|(_, end_us)| end_us)), format!("{:.3} s", truth.slide_end_s))?;
+        match estimate {
             Some(e) if e.status.has_tone() => {
                 let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
                 row("tone", format!("{hz} +- {sigma_hz} Hz"), format!("{:.4} Hz", truth.frequency_hz))?;
-                let period_mm = speed_mm_s / f64::from(e.frequency);
-                let (mm, sigma_mm) = with_sigma(period_mm, period_mm * f64::from(e.sigma / e.frequency));
-                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{:.4} mm", self.period_mm))?;
+                let found_mm = speed_mm_s / f64::from(e.frequency);
+                let (mm, sigma_mm) = with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
+                row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{period_mm:.4} mm"))?;
             }
             Some(e) => row("tone", name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,
         }
-        let map = |image: &Option<Image>| match image {
-            Some(image) => static_image::text(image, ""),
-            None => "not found\n\n\n\n".into(),
+        let map = |hold: Hold| {
+            let image = self.last(|event| match event {
+                Event::Image(image) if image.hold == hold => Some(static_image::text(image, "")),
+                _ => None,
+            });
+            image.unwrap_or_else(|| "not found\n\n\n\n".into())
         };
-        let [before, after] = self.images.each_ref().map(map);
+        let [before, after] = [Hold::BeforeSlide, Hold::AfterSlide].map(map);
         writeln!(f, "\n{:<44}after the slide, mV", "static image before the slide, mV")?;
         for (before, after) in before.lines().zip(after.lines()) {
             writeln!(f, "{before:<44}{after}")?;
         }
         writeln!(f)?;
-        if let (Some(error), Some(e)) = (self.error_percent(), &self.estimate) {
+        if let Some(e) = estimate.filter(|estimate| estimate.status.has_tone()) {
+            let error = 100.0 * (f64::from(e.frequency) / truth.frequency_hz - 1.0);
             let decimals = decimals(100.0 * f64::from(e.sigma / e.frequency), 3);
             writeln!(
                 f,
@@ -171,11 +135,11 @@ impl fmt::Display for Summary {
                 e.window_s
             )?;
         }
-        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * self.load)?;
-        let (read, lost) = self.conversions;
-        let (skipped, dropped) = self.health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
+        writeln!(f, "processor load  {:.1} % at most (instructions of 8 ns)", 100.0 * self.load())?;
+        let (read, lost) = (outcome.conversions_served, outcome.chip.lost);
+        let (skipped, dropped) = health.map_or((0, 0), |health| (health.hops_skipped, health.messages_dropped));
         writeln!(f, "conversions     {read} read, {lost} lost; {skipped} hops skipped")?;
-        let (received, missing, damaged) = self.frames;
+        let Counts { received, missing, damaged, .. } = outcome.counts;
         writeln!(f, "telemetry       {received} frames received, {missing} lost, {damaged} damaged; {dropped} dropped")
     }
 }

@@ -1,5 +1,10 @@
 //! Numbers as text: significant digits, and as many decimals as an uncertainty needs.
 
+/// Microseconds in seconds.
+pub fn seconds(t_us: u64) -> f64 {
+    t_us as f64 / 1e6
+}
+
 /// A number with `digits` significant digits, plain between 1e-4 and 1e7.
 pub fn significant(value: f64, digits: usize) -> String {
     let power = value.abs().log10().floor();

@@ -21,30 +21,11 @@ struct Json<'a> {
     tone: JsonTone<f64>,
     status: Status,
     harmonics: u8,
-    channels: Vec<JsonChannel<'a>>,
-}
-
-#[derive(Serialize)]
-struct JsonChannel<'a> {
-    name: &'a str,
-    usable: bool,
-    offset: Option<f64>,
-    amplitude: Option<f64>,
-    phase_rad: Option<f32>,
-    residual: Option<f64>,
+    channels: &'a [ChannelResult],
 }
 
 /// One JSON object on one line, without the line's end.
 pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
-    let tone = fit.tone.is_some();
-    let channels = fit.channels.iter().map(|channel| JsonChannel {
-        name: &channel.name,
-        usable: channel.values.is_some(),
-        offset: channel.values.map(|v| v.offset),
-        amplitude: channel.values.filter(|_| tone).map(|v| v.amplitude),
-        phase_rad: channel.values.filter(|_| tone).map(|v| v.phase_rad),
-        residual: channel.values.map(|v| v.residual),
-    });
     serde_json::to_string(&Json {
         r#type: "fit",
         file,
@@ -56,11 +37,10 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
         tone: JsonTone::new(fit.abscissa, fit.tone, period),
         status: fit.status,
         harmonics: fit.harmonics,
-        channels: channels.collect(),
+        channels: &fit.channels,
     })
 }
 
-/// A table for people.
 pub fn text(fit: &TableFit) -> String {
     let mut out = String::new();
     let width = if fit.abscissa == Abscissa::Time { 13 } else { 16 };
@@ -68,7 +48,8 @@ pub fn text(fit: &TableFit) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{name:<width$} {value}");
     };
-    let digits_of = |value: Option<f64>, digits| value.map_or("-".into(), |value| significant(value, digits));
+    let digits_of =
+        |value: Option<f64>, digits: usize| value.map_or("-".to_owned(), |value| significant(value, digits));
     let mut pair = |name: &str, sigma_name: &str, values: Option<(f64, f64)>| {
         line(name, digits_of(values.map(|(value, _)| value), 7));
         line(sigma_name, digits_of(values.map(|(_, sigma)| sigma), 2));
@@ -92,23 +73,18 @@ pub fn text(fit: &TableFit) -> String {
         "\n{:<width$} {:>12} {:>12} {:>10} {:>12}",
         "channel", "offset", "amplitude", "phase_rad", "residual"
     );
-    for ChannelResult { name, values } in &fit.channels {
-        let _ = match values {
-            Some(v) => {
-                let (amplitude, phase_rad) = match fit.tone {
-                    Some(_) => (significant(v.amplitude, 4), format!("{:.4}", v.phase_rad)),
-                    None => ("-".to_owned(), "-".to_owned()),
-                };
-                let (offset, residual) = (significant(v.offset, 6), significant(v.residual, 3));
-                writeln!(out, "{name:<width$} {offset:>12} {amplitude:>12} {phase_rad:>10} {residual:>12}")
-            }
-            None => writeln!(out, "{name:<width$} not usable: constant or a straight line"),
+    for ChannelResult { name, usable, offset, amplitude, phase_rad, residual } in &fit.channels {
+        let phase_rad = phase_rad.map_or("-".into(), |phase_rad| format!("{phase_rad:.4}"));
+        let [offset, amplitude, residual] =
+            [(offset, 6), (amplitude, 4), (residual, 3)].map(|(value, digits)| digits_of(*value, digits));
+        let _ = match usable {
+            true => writeln!(out, "{name:<width$} {offset:>12} {amplitude:>12} {phase_rad:>10} {residual:>12}"),
+            false => writeln!(out, "{name:<width$} not usable: constant or a straight line"),
         };
     }
     out
 }
 
-/// Meaning of a status.
 fn meaning(status: Status) -> &'static str {
     match status {
         Status::Good => "a common tone",

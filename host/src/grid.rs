@@ -9,10 +9,8 @@ const GAP: f64 = 1.5;
 /// Share of missing rows above which the time stamps are no steady sampling with a few rows lost.
 const MISSING_MAX: f64 = 0.2;
 
-/// The place of each row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// Sampling rate, rows per second.
     pub rate_hz: f64,
     /// Places of the rows, in sampling intervals from the first row.
     pub places: Vec<usize>,

@@ -14,7 +14,6 @@ const POWER_UP_CYCLES: u64 = ads1258::POWER_UP_TICKS as u64;
 /// Overload, as a multiple of the reference: the chip clips and sets a status bit (SBAS297G, data format).
 const OVERLOAD: f64 = 1.06;
 
-/// Where the voltages come from.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "only one exists at a time")]
 pub enum Source {
@@ -22,11 +21,9 @@ pub enum Source {
     Scene(Sliding),
     /// A CSV file, one column for each taxel.
     Trace {
-        /// The file.
         path: PathBuf,
         /// Rows per second where it has no `time_s`; the scan's own rate if none.
         rate_hz: Option<f64>,
-        /// Volts per unit of the file.
         volts_per_unit: f64,
     },
 }
@@ -34,7 +31,6 @@ pub enum Source {
 /// A source and the chip in front of it.
 #[derive(Clone, Debug)]
 pub struct Input {
-    /// Where the voltages come from.
     pub source: Source,
     /// Whether the converter adds its own noise, 4.5 uV rms at the scan's data rate; a scene may switch it off too.
     pub converter_noise: bool,
@@ -48,35 +44,24 @@ impl Default for Input {
     }
 }
 
-/// An input, opened.
 pub struct Opened {
     /// Voltages that the chip converts.
     pub scene: Box<dyn Scene>,
-    /// Properties of the chip.
     pub options: Options,
-    /// Length in seconds.
     pub end_s: f64,
     /// True values of a scene.
     pub truth: Option<Truth>,
-    /// A warning for the user, one line.
     pub warning: Option<String>,
 }
 
 /// From the end of a touch to the beginning of the next, seconds.
 const PAUSE_S: f64 = 1.0;
 
-/// A scene that repeats.
+/// Repeats a scene every so many seconds until its end.
 pub struct Again<S> {
-    scene: S,
-    every_s: f64,
-    end_s: f64,
-}
-
-impl<S: Scene> Again<S> {
-    /// Repeats `scene` every `every_s` seconds, until `end_s`.
-    pub fn new(scene: S, every_s: f64, end_s: f64) -> Self {
-        Self { scene, every_s, end_s }
-    }
+    pub scene: S,
+    pub every_s: f64,
+    pub end_s: f64,
 }
 
 impl<S: Scene> Scene for Again<S> {
@@ -93,7 +78,7 @@ impl Opened {
     /// Repeats the input for ever, with a second's pause.
     #[must_use]
     pub fn repeated(self) -> Self {
-        let scene = Again::new(self.scene, self.end_s + PAUSE_S, f64::INFINITY);
+        let scene = Again { scene: self.scene, every_s: self.end_s + PAUSE_S, end_s: f64::INFINITY };
         Self { scene: Box::new(scene), end_s: f64::INFINITY, ..self }
     }
 }
@@ -105,9 +90,6 @@ pub fn frame_rate_hz() -> f64 {
 
 impl Input {
     /// Reads the file or builds the scene.
-    ///
-    /// # Errors
-    /// The file is refused, with the line; a parameter of the scene is out of its range.
     pub fn open(&self) -> Result<Opened> {
         let mut options = Options {
             noise: self.converter_noise,
@@ -142,9 +124,6 @@ const LENGTH_MAX_S: f64 = 3600.0;
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses an input that would play for hours.
-///
-/// # Errors
-/// It is longer than an hour, or its length is no number.
 pub fn check_length(what: &str, end_s: f64) -> Result<()> {
     ensure!(
         end_s <= LENGTH_MAX_S,

@@ -1,7 +1,7 @@
 //! Packets of a feed one by one, until the source is over or the sink breaks off.
 
 use crate::events;
-use crate::feed::{Feed, FeedEvent, Requester, Source};
+use crate::feed::{Feed, FeedEvent, Requester};
 use crate::stop;
 use anyhow::{Result, bail};
 use ridgetone_proto::command::Outcome;
@@ -17,8 +17,8 @@ const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
 /// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
 /// the source is over, when the sink breaks off, or when this process is to stop ([`stop`]).
-pub fn run<S: Source>(
-    feed: &mut Feed<S>,
+pub fn run(
+    feed: &mut Feed,
     requester: &mut Requester,
     sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
 ) -> Result<()> {

@@ -3,22 +3,23 @@
 //!
 //! [`Live`] can be serialised. Packets in it have the same names as with `--json` ([`crate::events::json`]).
 
+mod bounded;
 mod history;
 mod strips;
 
 pub use history::{History, POINTS, Point};
-pub use strips::{Frame, STRIP_FRAMES, Strips};
+pub use strips::{Frame, STRIP_FRAMES, Strips, columns};
 
+use crate::digits::seconds;
 use crate::events;
+use bounded::Bounded;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
 use serde::{Serialize, Serializer};
-use std::collections::VecDeque;
 
-/// Lines kept in the log.
-pub const LOG_LINES: usize = 200;
+pub type Log = Bounded<String, 200>;
 
 /// Phase of a touch (paper, section 3.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -31,24 +32,20 @@ pub enum Phase {
     Idle,
     /// The finger is touched, and nothing has slid yet.
     Held,
-    /// The grating slides.
     Sliding,
     /// The slide is over, the finger is still touched.
     HeldAfter,
 }
 
-/// State of the connection to the source.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Connection {
     /// Nothing was received yet.
     #[default]
     Waiting,
-    /// The board is connected.
     Connected,
     /// The board is unplugged; the source waits for it.
     Disconnected {
-        /// The system's message.
         why: String,
     },
     /// A recording or a scene is over.
@@ -58,7 +55,6 @@ pub enum Connection {
 /// Counts of packets at this end of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
-    /// Packets received.
     pub received: u64,
     /// Packets that never arrived, by their sequence numbers.
     pub missing: u32,
@@ -76,21 +72,25 @@ impl Counts {
     }
 }
 
+/// A packet, serialised as with `--json`.
+#[derive(Clone, Debug)]
+struct Kept(Packet);
+
+impl Serialize for Kept {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        events::serializable(&self.0).serialize(serializer)
+    }
+}
+
 /// The latest packets of some kinds.
 #[derive(Clone, Debug, Default, Serialize)]
 struct Latest {
-    #[serde(serialize_with = "as_json")]
-    hello: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    estimate: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    whole_slide: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    image_before: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    image_after: Option<Packet>,
-    #[serde(serialize_with = "as_json")]
-    health: Option<Packet>,
+    hello: Option<Kept>,
+    estimate: Option<Kept>,
+    whole_slide: Option<Kept>,
+    image_before: Option<Kept>,
+    image_after: Option<Kept>,
+    health: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -98,19 +98,14 @@ struct Latest {
 pub struct Now {
     /// Name of the source: a port, a recording, the emulated board.
     pub source: String,
-    /// State of the connection.
     pub connection: Connection,
-    /// Counts of packets.
     pub counts: Counts,
     /// The latest device time, seconds since the board's first conversion.
     pub now_s: Option<f64>,
-    /// Phase of the touch.
     pub phase: Phase,
     /// Beginning of the phase, device time in seconds.
     pub phase_since_s: Option<f64>,
-    /// Touches so far.
     pub touches: u32,
-    /// Restarts of the board so far.
     pub restarts: u32,
     latest: Latest,
     /// Faults that last.
@@ -121,23 +116,21 @@ pub struct Now {
 /// The state of a board, as far as its packets report it.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Live {
-    /// The small part.
     #[serde(flatten)]
     pub now: Now,
-    /// Estimates, oldest first.
     pub history: History,
     /// The latest raw frames: empty unless they were requested.
+    #[serde(serialize_with = "columns")]
     pub strips: Strips,
     /// Events, a line each, oldest first: all packets but estimates, health, raw frames and requests done.
-    pub log: VecDeque<String>,
+    pub log: Log,
 }
 
 /// Gives the latest packet of a kind as the event in it.
 macro_rules! latest {
-    ($($doc:literal $field:ident: $event:ident;)*) => {
-        $(#[doc = $doc]
-        pub fn $field(&self) -> Option<&$event> {
-            match &self.now.latest.$field.as_ref()?.event {
+    ($($field:ident: $event:ident),*) => {
+        $(pub fn $field(&self) -> Option<&$event> {
+            match &self.now.latest.$field.as_ref()?.0.event {
                 Event::$event(event) => Some(event),
                 _ => None,
             }
@@ -152,23 +145,15 @@ impl Live {
         Self { now, ..Self::default() }
     }
 
-    latest! {
-        "The board's latest greeting." hello: Hello;
-        "The latest estimate: of a window, or of a whole slide." estimate: Estimate;
-        "The latest estimate of a whole slide." whole_slide: Estimate;
-        "The static image before the slide of the latest touch." image_before: Image;
-        "The static image after it." image_after: Image;
-        "The latest readings and counters of the board." health: Health;
-    }
+    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health);
 
-    /// Takes a packet.
     pub fn take(&mut self, packet: &Packet) {
         let now = &mut self.now;
         now.connection = Connection::Connected;
         if let Some(t_s) = time_s(&packet.event) {
             now.now_s = Some(now.now_s.map_or(t_s, |now_s| now_s.max(t_s)));
         }
-        let kept = || Some(packet.clone());
+        let kept = || Some(Kept(packet.clone()));
         match &packet.event {
             Event::Hello(hello) => self.greeted(packet, hello),
             Event::Contact(contact) => {
@@ -227,7 +212,7 @@ impl Live {
         if has_begun {
             (self.now.phase, self.now.phase_since_s) = (Phase::Idle, Some(0.0));
         }
-        self.now.latest.hello = Some(packet.clone());
+        self.now.latest.hello = Some(Kept(packet.clone()));
         if is_new || has_begun {
             self.note(events::text(packet));
         }
@@ -235,10 +220,7 @@ impl Live {
 
     /// Adds a line to the log.
     pub fn note(&mut self, text: impl Into<String>) {
-        if self.log.len() == LOG_LINES {
-            self.log.pop_front();
-        }
-        self.log.push_back(text.into());
+        self.log.push(text.into());
     }
 
     /// Deletes estimates, strips, static images and the log.
@@ -253,7 +235,6 @@ impl Live {
         self.hello().map_or(Settings::DEFAULT, |hello| hello.settings)
     }
 
-    /// The latest static image.
     pub fn image(&self) -> Option<&Image> {
         self.image_after().or_else(|| self.image_before())
     }
@@ -268,14 +249,6 @@ impl Now {
 /// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
 pub fn time_s(event: &Event) -> Option<f64> {
     event.t_us().map(seconds)
-}
-
-fn seconds(t_us: u64) -> f64 {
-    t_us as f64 / 1e6
-}
-
-fn as_json<S: Serializer>(packet: &Option<Packet>, serializer: S) -> Result<S::Ok, S::Error> {
-    packet.as_ref().map(events::serializable).serialize(serializer)
 }
 
 fn fault_names<S: Serializer>(faults: &[Fault], serializer: S) -> Result<S::Ok, S::Error> {

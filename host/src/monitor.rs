@@ -24,7 +24,6 @@ use view::{Action, View};
 /// Time between two pictures.
 const REFRESH: Duration = Duration::from_millis(50);
 
-/// The screen and its state.
 pub struct Monitor {
     following: Following,
     live: Live,
@@ -39,7 +38,7 @@ impl Monitor {
         let following = Following::new(feed, settings);
         // https://no-color.org
         let has_colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        let (live, view) = (following.live(), View::new(following.raw().clone(), has_colour));
+        let (live, view) = (following.live(), View::new(following.raw.clone(), has_colour));
         Self { following, live, paused: None, view }
     }
 
@@ -81,7 +80,7 @@ impl Monitor {
             }
             Action::Raw => {
                 self.following.want_raw(self.view.raw != RawFrames::On);
-                self.view.raw = self.following.raw().clone();
+                self.view.raw = self.following.raw.clone();
                 if self.view.raw == RawFrames::Off {
                     self.live.strips = Default::default();
                 }
@@ -97,7 +96,7 @@ impl Monitor {
             let left = most.saturating_sub(begun.elapsed());
             let event = self.following.next(left)?;
             self.following.fold(event.as_ref(), &mut self.live);
-            self.view.raw = self.following.raw().clone();
+            self.view.raw = self.following.raw.clone();
             if begun.elapsed() >= most {
                 return Ok(());
             }

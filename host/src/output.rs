@@ -18,9 +18,7 @@ pub fn line(text: &str) -> Result<()> {
 
 /// Writes a file under a temporary name beside its place and renames it, so that it is never incomplete. An existing file is
 /// replaced, but for a recording of telemetry, which nobody can make again.
-///
-/// # Errors
-/// A recording exists; those of the system and of `write`, with the file's name.
+/// Errors, those of `write` too, have the file's name.
 pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
     let named = || path.display().to_string();
     if recording::is_telemetry(path).unwrap_or(false) {
@@ -47,6 +45,11 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     Ok(())
 }
 
+/// The same with a text.
+pub fn whole_text(path: &Path, text: &str) -> Result<()> {
+    whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
 /// Shows the progress of a run on standard error, every two seconds of wall time.
 #[derive(Debug)]
 pub struct Progress {
@@ -65,18 +68,20 @@ impl Default for Progress {
     }
 }
 
-impl Progress {
-    /// Seconds of the input done, and its length.
-    pub fn show_seconds(&mut self, done_s: f64, total_s: f64) {
-        self.show(format_args!("{done_s:.1} of {total_s:.1} s"));
-    }
+/// Does `run`, which takes the seconds of the input done and its length, and shows them.
+pub fn with_progress<T>(run: impl FnOnce(&mut dyn FnMut(f64, f64)) -> Result<T>) -> Result<T> {
+    let mut progress = Progress::default();
+    let result = run(&mut |done_s, total_s| progress.show(format_args!("{done_s:.1} of {total_s:.1} s")));
+    progress.end();
+    result
+}
 
+impl Progress {
     /// Items done, and their number.
     pub fn show_count(&mut self, what: &str, done: u64, total: u64) {
         self.show(format_args!("{what}: {done} of {total}"));
     }
 
-    /// Any text.
     pub fn show(&mut self, text: Arguments<'_>) {
         if self.shown.elapsed() < EVERY {
             return;

@@ -10,7 +10,7 @@ pub use recording::Recording;
 use crate::digits::{decimals, significant, with_sigma};
 use crate::names::name;
 use crate::svg::{Anchor, Svg};
-use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, Spaced, nice};
+use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, nice, spaced};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Estimate;
 use std::f64::consts::TAU;
@@ -23,7 +23,6 @@ path{fill:none}.card{fill:#fff;stroke:#bbb}.odd{fill:#f4f5f7}.axis{stroke:#555}.
 .data{stroke:#33475b;stroke-width:.8;stroke-linejoin:round}.dot{stroke:#33475b;stroke-width:2.6;stroke-linecap:round}\
 .fit{stroke:#d1490c;stroke-width:1.6}.bar{stroke:#222;stroke-width:2}";
 
-/// The run over time.
 const TIME: Panel = Panel { left: 64.0, right: 690.0 };
 /// A few periods of the slide.
 const CLOSE: Panel = Panel { left: 730.0, right: 976.0 };
@@ -84,22 +83,22 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
 /// Contact, slide, fitted window and release: across all strips, with labels above that do not overlap.
 fn phases(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
     let x = |t_s: f64| TIME.x(t_s, from_s, to_s);
-    let mut labels = Spaced::default();
+    let mut labels = Vec::new();
     for (start_s, end_s) in &recording.slides_s {
         svg.rect(x(*start_s), STRIPS_Y, x(*end_s) - x(*start_s), STRIPS_END_Y - STRIPS_Y, "slide");
     }
     for t_s in &recording.contacts_s {
         svg.line((x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y), "mark");
-        labels.add(x(*t_s), format!("contact {t_s:.2} s"));
+        labels.push((x(*t_s), format!("contact {t_s:.2} s")));
     }
     for (start_s, end_s) in &recording.slides_s {
-        labels.add(0.5 * (x(*start_s) + x(*end_s)), format!("slide {start_s:.2} to {end_s:.2} s"));
+        labels.push((0.5 * (x(*start_s) + x(*end_s)), format!("slide {start_s:.2} to {end_s:.2} s")));
     }
     for t_s in &recording.releases_s {
         svg.line((x(*t_s), STRIPS_Y - 2.0), (x(*t_s), STRIPS_END_Y), "mark");
-        labels.add(x(*t_s), format!("release {t_s:.2} s"));
+        labels.push((x(*t_s), format!("release {t_s:.2} s")));
     }
-    for (x, text) in labels.placed(TIME) {
+    for (x, text) in spaced(labels, TIME) {
         svg.text(x, LABELS_Y, Anchor::Middle, "label", &text);
     }
     if let Some(fit) = &recording.slide_fit {

@@ -1,6 +1,6 @@
 //! `record`: a board's bytes into a file.
 
-use crate::feed::{Feed, Requester, Source};
+use crate::feed::{Feed, Requester};
 use crate::listen;
 use crate::live::time_s;
 use crate::output::Progress;
@@ -12,12 +12,7 @@ use std::path::Path;
 
 /// Writes all bytes into a new file until the source is over, `length_s` of device time have passed, or this process is to
 /// stop. The file is valid at any moment. Gives the feed back, for its counts.
-pub fn run<S: Source>(
-    feed: Feed<S>,
-    path: &Path,
-    mut requester: Requester,
-    length_s: Option<f64>,
-) -> Result<(Feed<S>, Result<()>)> {
+pub fn run(feed: Feed, path: &Path, mut requester: Requester, length_s: Option<f64>) -> Result<(Feed, Result<()>)> {
     let file = recording::create(path, &feed.name())?;
     let mut feed = feed.recorded(Box::new(file));
     let mut progress = Progress::default();

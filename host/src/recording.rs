@@ -4,8 +4,8 @@
 //! ridgetone telemetry 1 {"protocol":5,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
 //!
-//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame. Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave
-//! them, are read too.
+//! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame.
+//! Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave them, are read too.
 
 use crate::feed::{FeedEvent, Source};
 use anyhow::{Context, Result, bail};
@@ -19,31 +19,25 @@ use std::time::Duration;
 /// Beginning of such a file.
 const MAGIC: &str = "ridgetone telemetry ";
 
-/// Version of this format.
 const FORMAT: u32 = 1;
 
-/// Longest header, bytes.
+/// Bytes.
 const HEADER_MAX: u64 = 4096;
 
 /// Bytes at the beginning of a file of telemetry that hold a complete frame: frames have
 /// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
-/// The header of a recording.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the wire contract ([`PROTOCOL`]).
     pub protocol: u8,
     /// Version of the command that wrote it.
     pub version: String,
-    /// Source of the bytes.
     pub source: String,
 }
 
 /// Begins a recording of `source`. The file is not buffered.
-///
-/// # Errors
-/// The file exists already, or cannot be written.
 pub fn create(path: &Path, source: &str) -> Result<File> {
     let named = || path.display().to_string();
     let mut file = match File::create_new(path) {
@@ -75,16 +69,14 @@ pub fn is_telemetry(path: &Path) -> Result<bool> {
 pub struct Recorded {
     name: String,
     file: BufReader<File>,
-    header: Option<Header>,
-    bytes: u64,
-    done: u64,
+    /// None in bytes without one.
+    pub header: Option<Header>,
+    /// Bytes of telemetry in the file when it was opened.
+    pub bytes: u64,
 }
 
 impl Recorded {
-    /// Opens a recording.
-    ///
-    /// # Errors
-    /// It cannot be read, holds something else, or was written by another version of the format or of the protocol.
+    /// Fails if it cannot be read, holds something else, or was written by another version of the format or of the protocol.
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
@@ -92,7 +84,7 @@ impl Recorded {
         }
         let file = File::open(path).with_context(|| name.clone())?;
         let bytes = file.metadata().with_context(|| name.clone())?.len();
-        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes, done: 0 };
+        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes };
         recorded.read_header().with_context(|| name)?;
         Ok(recorded)
     }
@@ -102,7 +94,7 @@ impl Recorded {
             return Ok(());
         }
         let mut text = Vec::new();
-        self.done = self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
+        self.bytes -= self.file.by_ref().take(HEADER_MAX).read_until(0, &mut text)? as u64;
         let text = String::from_utf8(text).context("the header")?;
         let (format, json) =
             text[MAGIC.len()..].trim_end_matches(['\0', '\n']).split_once(' ').context("the header")?;
@@ -117,21 +109,6 @@ impl Recorded {
         self.header = Some(header);
         Ok(())
     }
-
-    /// Its header, if it has one.
-    pub fn header(&self) -> Option<&Header> {
-        self.header.as_ref()
-    }
-
-    /// Bytes of the file when it was opened.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
-    /// Bytes read.
-    pub fn done(&self) -> u64 {
-        self.done
-    }
 }
 
 impl Source for Recorded {
@@ -142,7 +119,6 @@ impl Source for Recorded {
     fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
         let bytes = self.file.fill_buf().with_context(|| self.name.clone())?.to_vec();
         self.file.consume(bytes.len());
-        self.done += bytes.len() as u64;
         Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }))
     }
 
@@ -194,7 +170,7 @@ mod tests {
         let (bytes, packets) = telemetry();
         let path = folder.path().join("whole");
         create(&path, "a test").unwrap().write_all(&bytes).unwrap();
-        let header = Recorded::open(&path).unwrap().header().cloned().unwrap();
+        let header = Recorded::open(&path).unwrap().header.unwrap();
         assert_eq!((header.protocol, header.source.as_str()), (PROTOCOL, "a test"));
         let (found, counts) = read(&path);
         assert_eq!(found, packets);
@@ -214,7 +190,7 @@ mod tests {
         let bare = folder.path().join("bare");
         std::fs::write(&bare, &bytes).unwrap();
         assert_eq!(read(&bare).0, packets);
-        assert!(Recorded::open(&bare).unwrap().header().is_none());
+        assert!(Recorded::open(&bare).unwrap().header.is_none());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the board.
 
 use crate::input::Opened;
+use crate::live::Counts;
 use crate::stop;
 use ads1258::Ads1258;
 use anyhow::{Context, Result, ensure};
@@ -22,27 +23,18 @@ pub const START_US: u32 = 20_100;
 /// Conversions between two reports of progress.
 const PROGRESS_EVERY: u64 = 2048;
 
-/// What came of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// Bytes as they would have gone over the wire.
     pub serial: Vec<u8>,
-    /// Packets received.
-    pub received: u64,
-    /// Packets that never came, by their numbers.
-    pub missing: u32,
-    /// Packets whose checksum was wrong.
-    pub damaged: u32,
-    /// Conversions read.
+    /// Packets at the PC's end of the wire.
+    pub counts: Counts,
     pub conversions: u64,
 }
 
-/// Runs `input` through the library. Packets go to `sink` after a trip through the wire format; `progress` is told the
-/// seconds done and those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per
-/// millimetre. It ends early when this process is asked to (Ctrl-C).
-///
-/// # Errors
-/// Those of `sink`; an event that does not fit the wire format.
+/// Runs `input` through the library. Packets go to `sink` after encoding and decoding; `progress` takes the seconds done and
+/// those to do. `settings` must have passed [`Settings::validate`]; with a `profile` estimates come in cycles per millimetre.
+/// It ends early when this process is to stop.
 pub fn run(
     input: Opened,
     settings: Settings,
@@ -54,9 +46,6 @@ pub fn run(
 }
 
 /// As [`run`]; `watch` sees every conversion, with the board's time of its DRDY edge.
-///
-/// # Errors
-/// Those of [`run`].
 pub fn run_watched(
     input: Opened,
     settings: Settings,
@@ -66,7 +55,8 @@ pub fn run_watched(
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
     let end_s = input.end_s;
-    let mut wire = Wire::new(sink);
+    let decoder = Decoder::default();
+    let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, sink, failure: None };
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.follow(profile);
     wire.send(pipeline.hello());
@@ -87,19 +77,10 @@ pub fn run_watched(
     }
     pipeline.finish(&mut |event| wire.send(event));
     wire.result()?;
-    Ok(Outcome {
-        received: wire.received,
-        missing: wire.decoder.missing,
-        damaged: wire.decoder.damaged,
-        serial: wire.serial,
-        conversions: count,
-    })
+    Ok(Outcome { counts: Counts::of(&wire.decoder, wire.received), serial: wire.serial, conversions: count })
 }
 
 /// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`.
-///
-/// # Errors
-/// Those of `take`; the driver and the simulated chip do not agree.
 pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
@@ -127,15 +108,11 @@ struct Wire<'a> {
     decoder: Decoder,
     received: u64,
     sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
-    /// The first thing that went wrong; nothing is handed on after it.
+    /// The first failure; no packet is given to the sink after it.
     failure: Option<anyhow::Error>,
 }
 
-impl<'a> Wire<'a> {
-    fn new(sink: &'a mut dyn FnMut(&Packet) -> Result<()>) -> Self {
-        Self { sequence: 0, serial: Vec::new(), decoder: Decoder::default(), received: 0, sink, failure: None }
-    }
-
+impl Wire<'_> {
     fn send(&mut self, event: Event) {
         if self.failure.is_some() {
             return;

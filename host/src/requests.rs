@@ -49,20 +49,15 @@ impl Requests {
         Self { next: first, queue: VecDeque::new(), current: None }
     }
 
-    /// Adds a command.
     pub fn push(&mut self, command: Command) {
         self.queue.push_back(command);
     }
 
-    /// Whether all are answered.
     pub fn are_done(&self) -> bool {
         self.current.is_none() && self.queue.is_empty()
     }
 
     /// Bytes to send at this time; mostly none.
-    ///
-    /// # Errors
-    /// The board has not answered after [`TRIES`].
     pub fn due(&mut self, now: Duration) -> Result<Vec<u8>> {
         if self.current.is_none() {
             let Some(command) = self.queue.pop_front() else { return Ok(Vec::new()) };

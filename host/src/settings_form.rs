@@ -51,7 +51,6 @@ enum SlideForm {
     },
 }
 
-/// Settings in their form.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
 struct Written(#[serde(with = "SettingsForm")] Settings);
@@ -66,9 +65,6 @@ const fn length_mm() -> f32 {
 }
 
 /// Settings as TOML, each with its meaning as a comment.
-///
-/// # Errors
-/// Those of the serializer; no settings cause one.
 pub fn toml(settings: &Settings) -> Result<String> {
     let bare = toml::to_string(&Written(*settings))?;
     let line = |line: &str| match line.split_once(" = ").and_then(|(name, _)| meaning(name)) {
@@ -78,7 +74,6 @@ pub fn toml(settings: &Settings) -> Result<String> {
     Ok(bare.lines().map(line).collect())
 }
 
-/// Meaning of a setting, with its unit.
 fn meaning(name: &str) -> Option<&'static str> {
     Some(match name {
         "window_s" => "length of a window, s",
@@ -105,9 +100,6 @@ fn meaning(name: &str) -> Option<&'static str> {
 }
 
 /// Settings of a file, with defaults for those it leaves out.
-///
-/// # Errors
-/// The file cannot be read, is no TOML, has an unknown name, or a value out of its bounds.
 pub fn load(path: &Path) -> Result<Settings> {
     let named = || path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(named)?;
@@ -116,9 +108,7 @@ pub fn load(path: &Path) -> Result<Settings> {
 }
 
 /// Settings with some of them changed: `name=value`, in a table `table.name=value`, as in TOML.
-///
-/// # Errors
-/// [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
+/// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut settings = *settings;
     for change in changes {

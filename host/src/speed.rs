@@ -15,17 +15,12 @@ pub const fn after(repeats: bool) -> After {
     if repeats { After::Repeat } else { After::Hold }
 }
 
-/// Reads a speed profile.
 pub fn profile(path: &Path, after: After) -> Result<Profile> {
-    check(path, &knots(path, after)?, after)
+    Ok(knots(path, after)?.1)
 }
 
-fn check(path: &Path, knots: &[Knot], after: After) -> Result<Profile> {
-    Profile::new(knots, after).with_context(|| path.display().to_string())
-}
-
-/// Reads the knots of a speed profile: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
-pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
+/// Reads a speed profile, and its knots: columns `time_s` (device time) and `speed_mm_s`, one knot a row.
+pub fn knots(path: &Path, after: After) -> Result<(Vec<Knot>, Profile)> {
     let table = Table::load(path)?;
     let file = table.file();
     let Some(column) = table.names().iter().position(|name| name == SPEED_COLUMN) else {
@@ -38,8 +33,8 @@ pub fn knots(path: &Path, after: After) -> Result<Vec<Knot>> {
         ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
         knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
     }
-    check(path, &knots, after)?;
-    Ok(knots)
+    let profile = Profile::new(&knots, after).with_context(|| file.to_owned())?;
+    Ok((knots, profile))
 }
 
 /// A column with the finger's place.
@@ -52,15 +47,13 @@ pub enum Column {
 }
 
 impl Column {
-    /// Name of the column.
     pub fn name(&self) -> &str {
         match self {
             Self::Position(name) | Self::Speed(name) => name,
         }
     }
 
-    /// Places of all sampling intervals, millimetres from the first, from the column's values in the rows; between
-    /// rows they are interpolated, speeds by straight lines.
+    /// Places of all sampling intervals, millimetres from the first, from the rows' values, with straight lines in between.
     pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Vec<f32> {
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());

@@ -18,7 +18,6 @@
 
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
-use std::fmt::Write;
 
 /// Rows and columns of the map.
 pub const SIDE: usize = 4;
@@ -46,22 +45,21 @@ pub fn map_v(image: &Image) -> [[Option<f32>; SIDE]; SIDE] {
     map(&by_taxel(image)).map(|row| row.map(|found| found.map(|pressed| pressed.level_v)))
 }
 
+/// The rows of an image's map in millivolts, each value as wide and with as many decimals as given.
+pub fn rows(image: &Image, width: usize, decimals: usize) -> [String; SIDE] {
+    let value = |(column, found): (usize, Option<f32>)| {
+        let gap = if column == SIDE / 2 { " |" } else { "" };
+        match found {
+            Some(level_v) => format!("{gap}{:>+width$.decimals$}", 1e3 * level_v),
+            None => format!("{gap}{:>width$}", "dead"),
+        }
+    };
+    map_v(image).map(|row| row.into_iter().enumerate().map(value).collect())
+}
+
 /// The map of an image as four lines of text in millivolts, each behind `indent`.
 pub fn text(image: &Image, indent: &str) -> String {
-    let mut lines = String::new();
-    for row in map_v(image) {
-        lines += indent;
-        for (column, found) in row.into_iter().enumerate() {
-            let gap = if column == SIDE / 2 { " |" } else { "" };
-            // Writing to a string cannot fail.
-            let _ = match found {
-                Some(level_v) => write!(lines, "{gap}{:>+9.3}", 1e3 * level_v),
-                None => write!(lines, "{gap}{:>9}", "dead"),
-            };
-        }
-        lines.push('\n');
-    }
-    lines
+    rows(image, 9, 3).map(|row| format!("{indent}{row}\n")).concat()
 }
 
 /// The greatest standard error of an image, volts; none if all taxels are dead.

@@ -1,4 +1,4 @@
-//! Ctrl-C and the signals that ask a program to end; a second one ends it at once.
+//! Ctrl-C and the signals that end a program: the first one is a request, a second one ends it at once.
 
 use anyhow::{Context, Result};
 use std::sync::atomic::{AtomicBool, Ordering};

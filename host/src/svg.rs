@@ -2,18 +2,13 @@
 
 use std::fmt::Write;
 
-/// Anchor of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// Begins at the point.
     Start,
-    /// Is centred on it.
     Middle,
-    /// Ends at it.
     End,
 }
 
-/// A picture being written.
 #[derive(Debug)]
 pub struct Svg {
     body: String,
@@ -37,7 +32,8 @@ impl Svg {
         svg
     }
 
-    fn push(&mut self, element: &str) {
+    /// An element as it stands in the file.
+    pub fn push(&mut self, element: &str) {
         self.body.push_str(element);
         self.body.push('\n');
     }
@@ -53,42 +49,23 @@ impl Svg {
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
     }
 
-    /// A straight line.
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
         let ((x1, y1), (x2, y2)) = (from, to);
         self.push(&format!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"));
     }
 
-    /// A filled rectangle.
     pub fn rect(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str) {
         self.push(&format!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
         ));
     }
 
-    /// A filled rectangle with an opacity from 0 to 1.
-    pub fn shade(&mut self, x: f64, y: f64, width: f64, height: f64, class: &str, opacity: f64) {
-        self.push(&format!(
-            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\" fill-opacity=\"{opacity:.2}\"/>"
-        ));
-    }
-
-    /// A line through points.
     pub fn path(&mut self, points: &[(f64, f64)], class: &str) {
-        self.any_path(points, "class", class);
-    }
-
-    /// A line through points with a style of its own, CSS.
-    pub fn styled_path(&mut self, points: &[(f64, f64)], style: &str) {
-        self.any_path(points, "style", style);
-    }
-
-    fn any_path(&mut self, points: &[(f64, f64)], attribute: &str, value: &str) {
         let mut d = String::new();
         for (i, (x, y)) in points.iter().enumerate() {
             let _ = write!(d, "{}{x:.1} {y:.1}", if i == 0 { "M" } else { "L" });
         }
-        self.push(&format!("<path d=\"{d}\" {attribute}=\"{value}\"/>"));
+        self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
     /// Dots, as a path of strokes without length and with round ends.
@@ -100,7 +77,6 @@ impl Svg {
         self.push(&format!("<path d=\"{d}\" class=\"{class}\"/>"));
     }
 
-    /// The finished picture.
     pub fn finish(mut self) -> String {
         self.push("</svg>");
         self.body

@@ -7,9 +7,9 @@ use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
+use serde::Serialize;
 
-/// Channels are scaled to this span, about that of a real one in codes, and fitted as if quantized to 1: that floor of the
-/// residuals is far below those of any file.
+/// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
 
 /// Which rows and columns to fit, and how.
@@ -19,7 +19,6 @@ pub struct Selection {
     pub rate_hz: Option<f64>,
     /// First time to use, seconds as in `time_s`; without that column row / rate.
     pub from_s: Option<f64>,
-    /// Last time to use, seconds.
     pub to_s: Option<f64>,
     /// Names of the columns to use; all if empty.
     pub columns: Vec<String>,
@@ -27,70 +26,54 @@ pub struct Selection {
     pub harmonics: Option<u8>,
     /// The column to fit by place with, if not by time.
     pub place: Option<Column>,
-    /// A known interferer in all columns, hertz.
     pub interferer_hz: Option<f64>,
 }
 
-/// One channel's part of the result, in the file's unit.
-#[derive(Clone, Debug, PartialEq)]
+/// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ChannelResult {
-    /// Name of its column.
     pub name: String,
-    /// None for a constant column or a ramp, which the fit leaves out.
-    pub values: Option<ChannelValues>,
-}
-
-/// Results of one channel, in the file's unit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChannelValues {
+    /// False for a constant column or a ramp, which the fit leaves out.
+    pub usable: bool,
     /// Level at the window's centre.
-    pub offset: f64,
-    /// Amplitude of the fundamental; zero without a tone.
-    pub amplitude: f64,
-    /// Phase of the fundamental at the window's centre, radians: amplitude x cos(2 pi f t + phase). Zero without a tone.
-    pub phase_rad: f32,
-    /// Standard deviation of the residuals.
-    pub residual: f64,
+    pub offset: Option<f64>,
+    pub amplitude: Option<f64>,
+    /// At the window's centre: amplitude x cos(2 pi f t + phase).
+    pub phase_rad: Option<f32>,
+    pub residual: Option<f64>,
 }
 
-/// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFit {
-    /// Rows per second.
     pub rate_hz: f64,
-    /// Length of the window, seconds.
     pub window_s: f64,
-    /// Rows in the window.
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
-    /// The status, as in telemetry.
     pub status: Status,
-    /// Unit in which cycles are counted.
     pub abscissa: Abscissa,
     /// Frequency and its standard deviation, hertz, or cycles per millimetre by place; none without a tone.
     pub tone: Option<(f64, f64)>,
-    /// Harmonics fitted.
     pub harmonics: u8,
-    /// One for each column.
     pub channels: Vec<ChannelResult>,
 }
 
-/// Fits the selected rows and columns.
 pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let file = rows.file();
     let columns = columns(rows, selection)?;
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
-    let (first, end) = window(rows, selection)?;
-    let grid = match (rows.time_s(), selection.rate_hz) {
-        (Some(time_s), rate_hz) => Grid::from_stamps(&time_s[first..end], rate_hz, |row| {
+    let Some(times) = times(rows, selection) else {
+        bail!("{file}: no column time_s: give the rate of the rows with --rate HZ");
+    };
+    let (first, end) = window(file, &times, selection)?;
+    let grid = match rows.time_s() {
+        Some(time_s) => Grid::from_stamps(&time_s[first..end], selection.rate_hz, |row| {
             format!("row {} (time_s {})", first + row + 1, time_s[first + row])
         })
         .map_err(|error| error.context(file.to_owned()))?,
-        (None, Some(rate_hz)) => Grid::even(end - first, rate_hz),
-        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
+        None => Grid::even(end - first, selection.rate_hz.unwrap_or(f64::NAN)),
     };
     ensure!(
         grid.slots() <= FRAMES_MAX,
@@ -134,13 +117,15 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     let has_tone = found.status.has_tone();
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
-        let values = (found.usable & 1 << c != 0).then(|| ChannelValues {
-            offset: zero + f64::from(channel.offset) * unit,
-            amplitude: f64::from(channel.amplitude) * unit,
-            phase_rad: channel.phase_rad,
-            residual: f64::from(channel.residual) * unit,
-        });
-        ChannelResult { name: rows.names()[*column].clone(), values }
+        let usable = found.usable & 1 << c != 0;
+        ChannelResult {
+            name: rows.names()[*column].clone(),
+            usable,
+            offset: usable.then(|| zero + f64::from(channel.offset) * unit),
+            amplitude: (usable && has_tone).then(|| f64::from(channel.amplitude) * unit),
+            phase_rad: (usable && has_tone).then_some(channel.phase_rad),
+            residual: usable.then(|| f64::from(channel.residual) * unit),
+        }
     });
     Ok(TableFit {
         rate_hz: grid.rate_hz,
@@ -155,7 +140,6 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     })
 }
 
-/// Index of the column with a name.
 fn named(rows: &Rows, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
@@ -164,7 +148,6 @@ fn named(rows: &Rows, name: &str) -> Result<usize> {
     }
 }
 
-/// The wanted columns.
 fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
@@ -182,17 +165,18 @@ fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     Ok(columns)
 }
 
+/// Times of the rows, seconds; none without stamps and without a rate.
+fn times(rows: &Rows, selection: &Selection) -> Option<Vec<f64>> {
+    let even = |rate_hz: f64| (0..rows.rows().len()).map(|row| row as f64 / rate_hz).collect();
+    rows.time_s().map(<[f64]>::to_vec).or_else(|| selection.rate_hz.map(even))
+}
+
 /// First row of the window and the one after its last.
-fn window(rows: &Rows, selection: &Selection) -> Result<(usize, usize)> {
-    let (file, count) = (rows.file(), rows.rows().len());
+fn window(file: &str, times: &[f64], selection: &Selection) -> Result<(usize, usize)> {
+    let count = times.len();
     if selection.from_s.is_none() && selection.to_s.is_none() {
         return Ok((0, count));
     }
-    let times: Vec<f64> = match (rows.time_s(), selection.rate_hz) {
-        (Some(time_s), _) => time_s.to_vec(),
-        (None, Some(rate_hz)) => (0..count).map(|row| row as f64 / rate_hz).collect(),
-        (None, None) => bail!("{file}: no column time_s: give the rate of the rows with --rate HZ"),
-    };
     let (begin_s, last_s) = (times[0], times[count - 1]);
     // A row lasts until the next one would come.
     let lasts_s = if count > 1 { 1.001 * (last_s - begin_s) / (count - 1) as f64 } else { 0.0 };

@@ -19,8 +19,7 @@ impl Default for Teleplot {
 }
 
 impl Teleplot {
-    /// The lines of a packet, without the end of the last line; empty for a packet without numbers. Times are device time in
-    /// milliseconds.
+    /// The lines of a packet at device time in milliseconds, without the last end of line; empty without numbers.
     pub fn lines(&mut self, packet: &Packet) -> String {
         let mut lines = String::new();
         let time_ms = 1e3 * time_s(&packet.event).unwrap_or(0.0);

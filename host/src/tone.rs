@@ -7,24 +7,8 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub enum JsonTone<T> {
-    /// In time.
-    Time {
-        /// Frequency, hertz.
-        frequency_hz: Option<T>,
-        /// Its standard deviation, hertz.
-        sigma_hz: Option<T>,
-    },
-    /// By place.
-    Place {
-        /// Frequency, cycles per millimetre.
-        frequency_per_mm: Option<T>,
-        /// Its standard deviation, cycles per millimetre.
-        sigma_per_mm: Option<T>,
-        /// Spatial period, millimetres.
-        period_mm: Option<T>,
-        /// Its standard deviation, millimetres.
-        period_sigma_mm: Option<T>,
-    },
+    Time { frequency_hz: Option<T>, sigma_hz: Option<T> },
+    Place { frequency_per_mm: Option<T>, sigma_per_mm: Option<T>, period_mm: Option<T>, period_sigma_mm: Option<T> },
 }
 
 impl<T: Copy> JsonTone<T> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// The command line asks for something impossible; the text says why.
+/// The command line requests something impossible; the text says why.
 #[derive(Debug)]
 pub struct UsageError(pub String);
 

@@ -28,9 +28,6 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Serves the page at a [`server::loopback`] address, and prints its URL, until this process is to stop. `settings` are put
 /// into force on the board first, but not stored. Gives the feed back, for its counts.
-///
-/// # Errors
-/// The port is in use; those of the feed.
 pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed, Result<()>) {
     let mut following = Following::new(feed, settings);
     let served = serve(&mut following, address);
@@ -40,7 +37,7 @@ pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed
 fn serve(following: &mut Following, address: SocketAddr) -> Result<()> {
     let hub = Arc::new(Hub::new(following.live()));
     let server = Server::start(address, Arc::clone(&hub))?;
-    output::line(&format!("http://{}/", server.address()))?;
+    output::line(&format!("http://{}/", server.address))?;
     let mut published = Instant::now();
     while !stop::is_requested() {
         let event = following.next(LOOK)?;

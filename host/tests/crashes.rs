@@ -5,8 +5,7 @@
 use hal_mock::Sliding;
 use hal_mock::bridge::Crash;
 use ridgetone::tasks::liveness::WATCHDOG_S;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_proto::boot::{Death, ResetCause};
 use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Span, Status};
@@ -47,7 +46,7 @@ fn after_every_crash_it_restarts_reports_the_cause_and_measures_again() {
         // The touch is well after the watchdog, which takes longest.
         let idle_s = if crash == Crash::Hang { f64::from(WATCHDOG_S) + 1.5 } else { 0.8 };
         let (outcome, packets) = run(&elf, Sliding { idle_s, ..Sliding::default() }, Some(crash));
-        assert_eq!(outcome.damaged, 0, "{crash:?}");
+        assert_eq!(outcome.counts.damaged, 0, "{crash:?}");
         let hellos = greetings(&packets);
         let [before, after] = hellos[..] else { panic!("{crash:?}: {hellos:?}") };
         assert_eq!((before.boot.cause, &before.boot.record), (ResetCause::Unknown, &None), "{crash:?}");
@@ -119,7 +118,7 @@ fn the_stack_s_depth_is_reported_once_a_second() {
 fn no_arithmetic_overflows_in_a_touch() {
     let events = |elf: &Path| {
         let (outcome, packets) = run(elf, Sliding::default(), None);
-        assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
         // Health says how busy the processor is, which differs; and a slower fit is overtaken by other news.
         let all = packets.into_iter().map(|packet| packet.event).filter(|event| !matches!(event, Event::Health(_)));
         let (fits, others): (Vec<_>, Vec<_>) = all.partition(|event| matches!(event, Event::Estimate(_)));

@@ -11,8 +11,7 @@ mod steady;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
@@ -95,7 +94,7 @@ fn assert_within_bars(what: &str, packets: &[Packet], outcome: &Outcome, truth: 
     let off = f64::from(estimates[0].frequency) / truth.frequency_hz - 1.0;
     assert_eq!(estimates[0].status, Status::Good, "{what}");
     assert!(off.abs() < 0.002, "{what}: {} Hz, {truth:?}", estimates[0].frequency);
-    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0), "{what}");
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
 }
 
 /// All of `inputs`, two at a time.
@@ -163,7 +162,7 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             assert!((f64::from(travel.speed_mm_s) / scene.speed_mm_s - 1.0).abs() < 0.015, "{what}");
             windows += u32::from(fit.span == Span::Window);
         }
-        assert!(windows > 0 && (outcome.missing, outcome.damaged, outcome.conversions_lost) == (0, 0, 0));
+        assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
         assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
     });
 }
@@ -223,8 +222,8 @@ fn two_runs_give_the_same_bytes() {
     assert!(!first.serial.is_empty());
     assert_eq!(first.serial, second.serial);
     assert!(matches!(packets[0].event, Event::Hello(_)));
-    assert_eq!((first.missing, first.damaged, first.conversions_lost), (0, 0, 0));
-    assert_eq!(first.received, packets.len() as u64);
+    assert_eq!((first.counts.missing, first.counts.damaged, first.chip.lost), (0, 0, 0));
+    assert_eq!(first.counts.received, packets.len() as u64);
     assert_eq!(first.conversions.len() as u64, first.conversions_served);
     assert!(second.conversions.is_empty());
 }
@@ -250,11 +249,11 @@ fn the_readme_shows_what_the_demo_gives() {
     }
     assert!(std::fs::read_to_string(&picture).expect("docs/demo.svg") == demo.svg(), "docs/demo.svg is not the demo's");
     let readme = std::fs::read_to_string(root.join("README.md")).expect("README.md");
-    for line in demo.summary.to_string().lines() {
+    for line in demo.to_string().lines() {
         // The load depends on the compiler's version by a fraction of a percent.
         if !line.starts_with("processor load") {
             assert!(readme.contains(line), "README.md lacks: {line}");
         }
     }
-    assert!((0.03..0.10).contains(&demo.summary.load), "load {}", demo.summary.load);
+    assert!((0.03..0.10).contains(&demo.load()), "load {}", demo.load());
 }

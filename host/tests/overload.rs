@@ -3,8 +3,7 @@
 #![cfg(target_os = "linux")]
 
 use hal_mock::Sliding;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_proto::telemetry::{Event, Health, Packet};
 
@@ -48,10 +47,10 @@ fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &
     let framed = u64::from(health.frames) * slots;
     assert!(framed + lost + slots > made, "{what}: {made} made, {} frames, {lost} reported as lost", health.frames);
     // Numbers begin at zero: what is missing before the first packet the decoder cannot know, for it may listen in late.
-    let missing = outcome.missing + u32::from(packets.first().expect("a packet").sequence);
+    let missing = outcome.counts.missing + u32::from(packets.first().expect("a packet").sequence);
     // What was dropped for the sake of that `health`, or later, it cannot know.
     let unknown = missing.checked_sub(health.messages_dropped);
-    assert!(unknown.is_some_and(|unknown| unknown <= 3) && outcome.damaged == 0, "{what}: {missing} {health:?}");
+    assert!(unknown.is_some_and(|unknown| unknown <= 3) && outcome.counts.damaged == 0, "{what}: {missing} {health:?}");
 }
 
 #[test]
@@ -97,7 +96,7 @@ fn a_blocked_line_costs_the_oldest_telemetry_and_no_conversion() {
     let (outcome, packets, health) = run(None, |options| options.line_blocked_s = Some((from_s, until_s)));
     assert_accounted("blocked line", &outcome, &packets, &health);
     assert_eq!((outcome.chip.lost, health.conversions_lost), (0, 0));
-    assert!(health.messages_dropped > 0 && outcome.missing == health.messages_dropped, "{health:?}");
+    assert!(health.messages_dropped > 0 && outcome.counts.missing == health.messages_dropped, "{health:?}");
     // The newest arrived when the line was free again, in one gap.
     let gaps = packets.windows(2).filter(|pair| pair[1].sequence.wrapping_sub(pair[0].sequence) > 1).count();
     assert_eq!(gaps, 1);

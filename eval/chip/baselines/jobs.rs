@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::heap;
 use crate::machine::Counter;
 use ridgetone_eval::baselines::{CHANNELS, Frame, Method, Scratch};
-use ridgetone_eval::workload::{JOB_BYTES, Job, Measured};
+use ridgetone_eval::workload::{self, Job, Measured};
 
 /// Most frames of a window: two seconds at 241 Hz.
 const FRAMES: usize = 482;
@@ -13,19 +13,19 @@ const FRAMES: usize = 482;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     static mut WINDOW: [Frame; FRAMES] = [[0.0; CHANNELS]; FRAMES];
-    static mut SCRATCH: Scratch = Scratch::new();
+    static mut SCRATCH: Scratch = Scratch::EMPTY;
 
     heap::start();
     let counter = Counter::start();
     Files::run(|files| {
         loop {
-            match Job::decode(&files.read::<JOB_BYTES>()?)? {
+            match files.read()? {
                 Job::End => return Some(()),
                 Job::Baseline { method, channels, frames } => {
                     let method = Method::from_number(method)?;
                     let window = WINDOW.get_mut(..frames as usize)?;
                     for frame in window.iter_mut() {
-                        (*frame, _) = files.frame()?;
+                        (*frame, _) = files.read::<workload::Frame>()?;
                     }
                     let (instructions, frequency) =
                         counter.measure(|| estimate(method, window, usize::from(channels), SCRATCH));

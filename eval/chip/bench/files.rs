@@ -1,10 +1,8 @@
 //! Jobs in, measurements out: what the benchmarks' images have in common.
 
-use crate::machine::semihost;
-use crate::machine::semihost::{Exit, File};
-use core::fmt::Write;
-use ridgetone_eval::workload::{FRAME_BYTES, LINE_MAX, Measured, decode_frame};
-use ridgetone_tone::Values;
+use crate::machine::semihost::{self, Exit, File};
+use ridgetone_eval::workload::{self, Measured, RECORD_MAX};
+use serde::de::DeserializeOwned;
 
 /// The two files of a benchmark.
 pub struct Files {
@@ -28,21 +26,15 @@ impl Files {
         }
     }
 
-    /// The next bytes of the workload.
-    pub fn read<const N: usize>(&self) -> Option<[u8; N]> {
-        let mut bytes = [0; N];
-        self.workload.read_exact(&mut bytes).then_some(bytes)
+    /// The next record of the workload. Apart: its code must not change what is measured beside it.
+    #[inline(never)]
+    pub fn read<T: DeserializeOwned>(&self) -> Option<T> {
+        workload::read(|bytes| self.workload.read_exact(bytes))
     }
 
-    /// The next frame of the workload: its values and the mask of valid taxels.
-    pub fn frame(&self) -> Option<(Values, u16)> {
-        Some(decode_frame(&self.read::<FRAME_BYTES>()?))
-    }
-
-    /// Writes a result.
+    /// As [`Self::read`].
+    #[inline(never)]
     pub fn write(&self, measured: Measured) -> Option<()> {
-        let mut line = heapless::String::<LINE_MAX>::new();
-        writeln!(line, "{measured}").ok()?;
-        self.results.write_all(line.as_bytes()).then_some(())
+        self.results.write_all(workload::write(&measured, &mut [0; RECORD_MAX])?).then_some(())
     }
 }

@@ -12,7 +12,7 @@ use ridgetone::acquire::{Acquisition, Drdy};
 use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::TimedConversion;
 use ridgetone::scan::SLOTS;
-use ridgetone_eval::workload::{CONVERSION_BYTES, decode_conversion};
+use ridgetone_eval::workload::conversion;
 
 /// Places of the firmware's queue.
 const SAMPLES: usize = 128;
@@ -81,11 +81,8 @@ pub fn measure(counter: &Counter) -> Option<u32> {
         let mut edge = || acquisition.edge(|| black_box(count), &mut samples, &diagnostics);
         let (instructions, drdy) = counter.measure(|| black_box(edge()));
         most = most.max(instructions);
-        let mut bytes = [0; CONVERSION_BYTES];
-        let (time, conversion) = bytes.split_first_chunk_mut::<4>()?;
-        *time = count.to_le_bytes();
-        conversion.copy_from_slice(answer(2 * count).get(1..)?);
-        if drdy != Drdy::Listen || out.dequeue()? != decode_conversion(&bytes) {
+        let [_, bytes @ ..] = answer(2 * count);
+        if drdy != Drdy::Listen || out.dequeue()? != conversion((count, bytes)) {
             return None;
         }
     }

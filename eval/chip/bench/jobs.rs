@@ -10,9 +10,7 @@ use ridgetone::frame::TimedConversion;
 use ridgetone::ring::Ring;
 use ridgetone::scan::SLOTS;
 use ridgetone::window::Window;
-use ridgetone_eval::workload::{
-    CONVERSION_BYTES, JOB_BYTES, Job, Measured, Outcome, Wire, decode_conversion, longest_packet,
-};
+use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, longest_packet};
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, HARMONICS_MAX};
@@ -45,7 +43,7 @@ struct Bench<'a> {
 impl Bench<'_> {
     fn all(&mut self, fitter: &mut Fitter, detector: &mut Detector) -> Option<()> {
         loop {
-            match Job::decode(&self.files.read::<JOB_BYTES>()?)? {
+            match self.files.read()? {
                 Job::End => return Some(()),
                 Job::Fit { harmonics, frames } => {
                     renew(fitter, harmonics);
@@ -72,7 +70,7 @@ impl Bench<'_> {
         }
         self.ring.restart(0);
         for _ in 0..frames {
-            let (values, valid) = self.files.frame()?;
+            let (values, valid): Frame = self.files.read()?;
             self.ring.push(&values, valid, 0);
         }
         let from = stack::paint();
@@ -86,7 +84,7 @@ impl Bench<'_> {
         for _ in 0..conversions / SLOTS {
             let mut scan = Vec::<TimedConversion, { SLOTS as usize }>::new();
             for _ in 0..SLOTS {
-                scan.push(decode_conversion(&self.files.read::<CONVERSION_BYTES>()?)).ok()?;
+                scan.push(conversion(self.files.read()?)).ok()?;
             }
             let mut events = Vec::<Event, EVENTS_MAX>::new();
             let mut windows = 0;
@@ -130,8 +128,8 @@ fn detect(
     emit: &mut dyn FnMut(Event),
     due: &mut dyn FnMut(Window),
 ) {
-    static TALLY: Diagnostics = Diagnostics::new();
+    static DIAGNOSTICS: Diagnostics = Diagnostics::new();
     for conversion in scan {
-        detector.push(*conversion, ring, &TALLY, emit, due);
+        detector.push(*conversion, ring, &DIAGNOSTICS, emit, due);
     }
 }

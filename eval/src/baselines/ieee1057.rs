@@ -18,8 +18,7 @@ const REPETITIONS: usize = 20;
 /// single channel at 40 dB and 241 frames.
 const ENOUGH: f32 = 3e-6;
 
-/// Farther than this from the guess, in cycles per window, it is on its way to another line, and its
-/// channel is left out.
+/// A channel that moves farther than this from the guess, in cycles per window, is left out.
 const REACH: f32 = 1.0;
 
 /// The frequency, cycles per frame: the mean of the channels that converged.

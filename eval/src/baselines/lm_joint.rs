@@ -39,7 +39,6 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
     Some(problem.frequency())
 }
 
-/// Samples and parameters.
 struct Problem {
     /// Samples less their mean, channel by channel.
     samples: DVector<f32>,
@@ -50,7 +49,6 @@ struct Problem {
 }
 
 impl Problem {
-    /// Cycles per frame.
     fn frequency(&self) -> f32 {
         self.parameters[3 * self.channels] / self.frames as f32
     }

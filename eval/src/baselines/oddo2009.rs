@@ -21,7 +21,6 @@ use core::f32::consts::TAU;
 /// Channels that take part: piezoresistor 1 of two of the paper's sensors.
 pub const CHANNELS_MAX: usize = 2;
 
-/// Steps at most.
 pub const STEPS: usize = 500;
 
 /// A step shorter than this share of the tone itself is the last. It moves the frequency by 5.5e-6 cycles per window at
@@ -84,7 +83,6 @@ fn descend(signals: &[&[f32]; CHANNELS_MAX], mut at: Parameters, bend: &Paramete
     Some(at[6])
 }
 
-/// E and its gradient.
 fn slope(signals: &[&[f32]; CHANNELS_MAX], at: &Parameters) -> (f32, Parameters) {
     let frequency = at[6];
     let (mut error, mut gradient) = (0.0, [0.0; 7]);

@@ -21,7 +21,6 @@ pub fn estimate(values: &[Frame], channels: usize, scratch: &mut Scratch) -> Opt
 pub struct Peak {
     /// Its number; at least 1.
     line: usize,
-    /// Points of the transform.
     points: usize,
     /// Power of the line below, of the highest, and of the one above.
     pub power: [f32; 3],

@@ -1,6 +1,5 @@
 //! A channel's samples, less their mean.
 
-/// Channels of a frame.
 pub const CHANNELS: usize = 16;
 
 /// One frame's values, codes: whole numbers up to 2^24, offsets included.
@@ -9,7 +8,6 @@ pub type Frame = [f32; CHANNELS];
 /// Most frames of a window, and points of the longest transform.
 pub const FRAMES_MAX: usize = 1024;
 
-/// Working memory for one window.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     /// A channel's samples, or their transform.
@@ -21,16 +19,7 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Empty; `const`, so that it can live in a static.
-    pub const fn new() -> Self {
-        Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] }
-    }
-}
-
-impl Default for Scratch {
-    fn default() -> Self {
-        Self::new()
-    }
+    pub const EMPTY: Self = Self { points: [0.0; FRAMES_MAX], second: [0.0; FRAMES_MAX], power: [0.0; FRAMES_MAX / 2] };
 }
 
 /// Fewest frames of a window: below four a sine with an offset is not determined.

@@ -1,18 +1,17 @@
 //! The cost of the baselines, on the same windows as the fit of one harmonic.
 
-use super::emulated::Jobs;
+use super::emulated::{Jobs, next};
 use super::fits;
 use crate::baselines::{Method, Scratch};
 use crate::simulated::Simulated;
-use crate::workload::Measured;
-use anyhow::{Result, bail, ensure};
+use crate::workload::{Job, Measured};
+use anyhow::{Result, ensure};
 use serde::Serialize;
 
 /// Lengths of windows, seconds: those of the fits that leave the chip memory for Levenberg and Marquardt.
 const WINDOWS_S: [f64; 5] = [0.2, 0.3, 0.4, 0.6, 1.0];
 /// Harmonics of the scenes: the tone alone, which all the methods assume, and those of a grating.
 pub const CARRIED: [u8; 2] = [1, 4];
-/// Numbers of channels.
 const CHANNELS: [u8; 2] = [2, 16];
 
 /// The cost of one method's estimates of one kind.
@@ -21,15 +20,12 @@ pub struct BaselineCell {
     pub method: &'static str,
     pub window_s: f64,
     pub frames: usize,
-    /// Harmonics of the scene.
     pub carried: u8,
     pub channels: u8,
     /// Windows: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
-    /// Those in which it found a frequency.
     pub found: u32,
     pub instructions_mean: f64,
-    /// Instructions of the costliest window.
     pub instructions_worst: u32,
 }
 
@@ -46,7 +42,6 @@ struct Kind<'a> {
 pub struct Baselines(Vec<(f64, u8, Vec<Simulated>)>);
 
 impl Baselines {
-    /// Makes the windows.
     pub fn new() -> Result<Self> {
         let scenes = WINDOWS_S.into_iter().flat_map(|window_s| CARRIED.map(|carried| (window_s, carried)));
         let windows = |(window_s, carried)| Ok((window_s, carried, fits::windows(window_s, carried)?));
@@ -66,18 +61,17 @@ impl Baselines {
         })
     }
 
-    /// Writes the jobs.
     pub fn write(&self, jobs: &mut Jobs) {
         for Kind { method, channels, windows, .. } in self.kinds() {
             for window in windows {
-                jobs.add_baseline(method as u8, channels, &window.values);
+                let job = Job::Baseline { method: method as u8, channels, frames: window.values.len() as u32 };
+                jobs.add(job, window.values.iter().map(|values| (values, u16::MAX)));
             }
         }
     }
 
-    /// Reads their measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<BaselineCell>> {
-        let mut scratch = Scratch::new();
+        let mut scratch = Scratch::EMPTY;
         self.kinds().map(|kind| kind.read(measured, &mut scratch)).collect()
     }
 }
@@ -87,10 +81,7 @@ impl Kind<'_> {
         let Self { method, window_s, carried, channels, windows } = *self;
         let (mut sum, mut worst, mut found) = (0.0, 0, 0);
         for window in windows {
-            let next = measured.next();
-            let Some(Measured::Baseline { instructions, frequency_bits }) = next else {
-                bail!("the baselines' benchmark gave {next:?} in place of an estimate");
-            };
+            let (instructions, frequency_bits) = next!(measured, Baseline { instructions, frequency_bits });
             let frequency = frequency_bits.map(f32::from_bits);
             let here = method.estimate(&window.values, usize::from(channels), scratch);
             ensure!(

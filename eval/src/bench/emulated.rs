@@ -1,14 +1,13 @@
 //! The benchmark's image in the emulator: jobs in, measurements out.
 
-use crate::workload::{Job, Measured, Wire, encode_conversion, encode_frame};
+use crate::workload::{Job, Measured, RECORD_MAX, read, write};
 use anyhow::{Context, Result, bail, ensure};
-use ridgetone::frame::TimedConversion;
-use ridgetone_host::emulator::process::QEMU;
-use ridgetone_tone::Values;
+use ridgetone_host::emulator::process::{QEMU, qemu};
+use serde::Serialize;
 use std::fs;
-use std::io::{ErrorKind, Read};
+use std::io::Read;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// The whole benchmark takes seconds: after this time the emulator hangs.
@@ -22,60 +21,24 @@ const CHECK_EVERY: Duration = Duration::from_millis(20);
 pub struct Jobs(Vec<u8>);
 
 impl Jobs {
-    /// A job whose items, if it has any, are already counted in it and are added by the caller.
-    pub fn add(&mut self, job: Job) {
-        self.0.extend(job.encode());
+    /// A job and its items, which are counted in it.
+    pub fn add<T: Serialize>(&mut self, job: Job, items: impl IntoIterator<Item = T>) {
+        self.record(&job);
+        items.into_iter().for_each(|item| self.record(&item));
     }
 
-    /// A fit of frames that all have valid values of the same taxels, bit k for taxel k.
-    pub fn add_fit(&mut self, harmonics: u8, values: &[Values], valid: u16) {
-        self.add(Job::Fit { harmonics, frames: values.len() as u32 });
-        self.add_frames(values, valid);
-    }
-
-    /// An estimate by the baseline of that number from the first so many channels.
-    pub fn add_baseline(&mut self, method: u8, channels: u8, values: &[Values]) {
-        self.add(Job::Baseline { method, channels, frames: values.len() as u32 });
-        self.add_frames(values, u16::MAX);
-    }
-
-    fn add_frames(&mut self, values: &[Values], valid: u16) {
-        for frame in values {
-            self.0.extend(encode_frame(frame, valid));
-        }
-    }
-
-    /// A detection.
-    pub fn add_detection(&mut self, conversions: &[TimedConversion]) {
-        self.add(Job::Detect { conversions: conversions.len() as u32 });
-        for conversion in conversions {
-            self.0.extend(encode_conversion(conversion));
-        }
+    fn record(&mut self, item: &impl Serialize) {
+        self.0.extend(write(item, &mut [0; RECORD_MAX]).unwrap_or_default());
     }
 
     /// Has an image do all jobs, in a directory that is gone afterwards.
     pub fn run(mut self, elf: &Path) -> Result<Vec<Measured>> {
         let elf = elf.canonicalize().with_context(|| elf.display().to_string())?;
-        self.add(Job::End);
+        self.record(&Job::End);
         let directory = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary directory")?;
         fs::write(directory.path().join("workload"), &self.0).context("the workload")?;
-        let spawned = Command::new(QEMU)
-            // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
-            .args(["-machine", "netduinoplus2", "-icount", "shift=0"])
-            .args(["-display", "none", "-monitor", "none", "-serial", "null"])
-            .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(elf)
-            .current_dir(directory.path())
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn();
-        let mut child = match spawned {
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                bail!("{QEMU} is not installed: `cargo xtask setup` installs it")
-            }
-            spawned => spawned.context(QEMU)?,
-        };
+        // One instruction a nanosecond: the timers, which run at 1 GHz here, count instructions.
+        let mut child = qemu(&elf, directory.path(), "shift=0", &["null"], Stdio::null)?;
         let began = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait().context(QEMU)? {
@@ -94,17 +57,22 @@ impl Jobs {
             stderr.read_to_string(&mut words).context(QEMU)?;
         }
         ensure!(status.success(), "the benchmark ended with {status}: {}", words.trim());
-        let results = fs::read_to_string(directory.path().join("results")).context("the benchmark's results")?;
-        let parse = |line| Measured::parse(line).with_context(|| format!("the benchmark wrote `{line}`"));
-        results.lines().map(parse).collect()
+        let results = fs::read(directory.path().join("results")).context("the benchmark's results")?;
+        let (mut rest, mut measured) = (&results[..], Vec::new());
+        while !rest.is_empty() {
+            measured.push(read(|bytes| rest.read_exact(bytes).is_ok()).context("the benchmark's results are damaged")?);
+        }
+        Ok(measured)
     }
 }
 
-/// The next measurement, which must be that of a packet.
-pub fn message(measured: &mut dyn Iterator<Item = Measured>) -> Result<(u32, Wire)> {
-    let next = measured.next();
-    let Some(Measured::Message { instructions, wire }) = next else {
-        bail!("the benchmark gave {next:?} in place of a packet");
+/// The fields of the next measurement, which must be of this kind.
+macro_rules! next {
+    ($measured:expr, $kind:ident { $($field:ident),* }) => {
+        match $measured.next() {
+            Some($crate::workload::Measured::$kind { $($field),* }) => ($($field),*),
+            other => anyhow::bail!("the benchmark gave {other:?} in place of {}", stringify!($kind)),
+        }
     };
-    Ok((instructions, wire))
 }
+pub(super) use next;

@@ -1,17 +1,17 @@
 //! The cost of a fit, by window, channels and harmonics.
 
-use super::emulated::Jobs;
+use super::emulated::{Jobs, next};
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
-use crate::workload::{Measured, Outcome};
-use anyhow::{Result, bail, ensure};
+use crate::trade::contender::fit;
+use crate::workload::{Job, Measured, Outcome};
+use anyhow::{Result, ensure};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_tone::{Fitter, FrameSpan, Status, Table};
+use ridgetone_tone::Status;
 use serde::Serialize;
 
 /// Lengths of windows, seconds: from the shortest of the bars to the longest setting.
 pub const WINDOWS_S: [f64; 6] = [0.2, 0.3, 0.4, 0.6, 1.0, 3.9];
-/// Numbers of channels.
 pub const CHANNELS: [u8; 4] = [1, 2, 4, 16];
 /// Harmonics of a scene, and most of a fit, the fundamental included.
 pub const HARMONICS: [u8; 4] = [1, 2, 3, 4];
@@ -26,8 +26,7 @@ pub fn is_measured(carried: u8, harmonics: u8, channels: u8) -> bool {
     carried == harmonics || all && (carried == most || carried == fewest && harmonics == most)
 }
 
-/// Instructions of one pass of cosine and sine over 16 x 240 samples, the unit of costs (measured on the
-/// same emulator).
+/// Instructions of one pass of cosine and sine over 16 x 240 samples, measured on the same emulator: the unit of costs.
 pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 
 /// The cost of fits of one kind.
@@ -35,22 +34,18 @@ pub const PASS_INSTRUCTIONS: f64 = 14_300.0;
 pub struct Cell {
     pub window_s: f64,
     pub frames: usize,
-    /// Channels with valid values.
     pub channels: u8,
     /// Most harmonics, the fundamental included.
     pub harmonics: u8,
-    /// Harmonics of the scene.
     pub carried: u8,
     /// Windows fitted: one for each line of the paper's Table 2 with at least one cycle in the window.
     pub windows: u32,
     /// Those in which the tone was found.
     pub good: u32,
     pub instructions_mean: f64,
-    /// Instructions of the costliest window.
     pub instructions_worst: u32,
     /// The same in passes over 16 x 240 samples.
     pub passes_worst: f64,
-    /// Most stack in use, bytes.
     pub stack_bytes: u32,
 }
 
@@ -63,18 +58,9 @@ struct Kind {
     windows: Vec<Simulated>,
 }
 
-impl Kind {
-    /// Bit k: taxel k has valid values.
-    fn mask(&self) -> u16 {
-        u16::MAX >> (u16::BITS - u32::from(self.channels))
-    }
-}
-
-/// All fits.
 pub struct Fits(Vec<Kind>);
 
 impl Fits {
-    /// Makes the windows.
     pub fn new() -> Result<Self> {
         let mut kinds = Vec::new();
         for window_s in WINDOWS_S {
@@ -90,16 +76,17 @@ impl Fits {
         Ok(Self(kinds))
     }
 
-    /// Writes the jobs.
     pub fn write(&self, jobs: &mut Jobs) {
         for kind in &self.0 {
             for window in &kind.windows {
-                jobs.add_fit(kind.harmonics, &window.values, kind.mask());
+                // Bit k: taxel k has valid values.
+                let valid = u16::MAX >> (u16::BITS - u32::from(kind.channels));
+                let job = Job::Fit { harmonics: kind.harmonics, frames: window.values.len() as u32 };
+                jobs.add(job, window.values.iter().map(|values| (values, valid)));
             }
         }
     }
 
-    /// Reads their measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
         self.0.iter().map(|kind| kind.read(measured)).collect()
     }
@@ -109,16 +96,10 @@ impl Kind {
     fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Cell> {
         let Self { window_s, channels, harmonics, carried, ref windows } = *self;
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
-        let mut fitter = Box::new(Fitter::new(harmonics));
         for window in windows {
-            let next = measured.next();
-            let Some(Measured::Fit { instructions, stack_bytes, outcome }) = next else {
-                bail!("the benchmark gave {next:?} in place of a fit");
-            };
-            let valid = vec![self.mask(); window.values.len()];
-            let mut table = Table { values: &window.values, valid: &valid };
-            let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0)).ok();
-            let here = Outcome::new(fit.as_ref());
+            let (instructions, stack_bytes, outcome) = next!(measured, Fit { instructions, stack_bytes, outcome });
+            let fit = fit(&window.values, harmonics, channels)?;
+            let here = Outcome::new(Some(&fit));
             ensure!(
                 outcome == here,
                 "a window of {window_s} s, {} Hz, {channels} channels, {harmonics} harmonics: \
@@ -128,7 +109,7 @@ impl Kind {
             sum += f64::from(instructions);
             worst = worst.max(instructions);
             stack = stack.max(stack_bytes);
-            good += u32::from(fit.is_some_and(|fit| fit.status == Status::Good));
+            good += u32::from(fit.status == Status::Good);
         }
         Ok(Cell {
             window_s,

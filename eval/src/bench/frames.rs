@@ -1,8 +1,8 @@
 //! The cost of frame assembly, contact and window, frame by frame through a touch.
 
-use super::emulated::{Jobs, message};
-use crate::workload::{Measured, Wire};
-use anyhow::{Context, Result, bail, ensure};
+use super::emulated::{Jobs, next};
+use crate::workload::{Job, Measured, Wire, conversion_record};
+use anyhow::{Context, Result, ensure};
 use hal_mock::Truth;
 use ridgetone::detector::Detector;
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -21,20 +21,16 @@ pub struct Phase {
     /// `idle`, `hold`, `slide`, or `all` of the touch.
     pub name: &'static str,
     pub frames: u32,
-    /// Instructions a frame (21 conversions), mean.
     pub instructions_mean: f64,
-    /// Instructions of the costliest frame.
     pub instructions_worst: u32,
 }
 
-/// The touch: the default scene.
 pub struct Frames {
     truth: Truth,
     conversions: Vec<TimedConversion>,
 }
 
 impl Frames {
-    /// Makes it.
     pub fn new() -> Result<Self> {
         let input = Input::default().open()?;
         let truth = input.truth.context("a scene has a truth")?;
@@ -48,12 +44,11 @@ impl Frames {
         Ok(Self { truth, conversions })
     }
 
-    /// Writes the job.
     pub fn write(&self, jobs: &mut Jobs) {
-        jobs.add_detection(&self.conversions);
+        let job = Job::Detect { conversions: self.conversions.len() as u32 };
+        jobs.add(job, self.conversions.iter().map(conversion_record));
     }
 
-    /// Reads its measurements.
     pub fn read(&self, measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Phase>> {
         let mut frames = Vec::new();
         let (mut ring, mut detector) = (Box::new(Ring::new()), Detector::new(Settings::DEFAULT));
@@ -65,17 +60,14 @@ impl Frames {
                 detector.push(*conversion, &mut ring, &diagnostics, &mut emit, &mut |_| due += 1);
             }
             for event in events {
-                let (_, wire) = message(measured)?;
+                let (_, wire) = next!(measured, Message { instructions, wire });
                 let mut bytes = [0; WIRE_MAX];
                 let packet = Packet { sequence, event };
                 let used = Wire::write(&packet, &mut bytes);
                 ensure!(wire == Wire::new(&bytes[..used]), "the chip did not send {packet:?}");
                 sequence = sequence.wrapping_add(1);
             }
-            let next = measured.next();
-            let Some(Measured::Frame { instructions, windows }) = next else {
-                bail!("the benchmark gave {next:?} in place of a frame");
-            };
+            let (instructions, windows) = next!(measured, Frame { instructions, windows });
             let number = frames.len();
             ensure!(windows == due, "frame {number}: {windows} windows are due on the chip, {due} here");
             frames.push(instructions);

@@ -3,8 +3,7 @@
 use super::baselines::BaselineCell;
 use super::fits::Cell;
 use super::frames::Phase;
-use crate::bar;
-use crate::bar::Bar;
+use crate::bar::{self, Bar};
 use crate::page::{Table, grouped};
 use serde::Serialize;
 use std::fmt;
@@ -27,25 +26,19 @@ pub struct Report {
     /// The baselines, on the windows of the fits of one harmonic.
     pub baselines: Vec<BaselineCell>,
     pub frames: Vec<Phase>,
-    /// Instructions to encode the longest packet.
     pub encode_instructions: u32,
-    /// Its bytes on the wire.
     pub encode_bytes: u32,
     /// Instructions to read, stamp and queue a conversion.
     pub intake_instructions: u32,
-    /// Flash of the Feather's image, bytes.
     pub flash_bytes: u64,
-    /// RAM of its statics, bytes.
     pub ram_bytes: u64,
     /// Stack of the whole firmware over a touch, if it was run.
     pub firmware_stack: Option<Stack>,
     pub bars: Vec<Bar>,
 }
 
-/// Use of a stack, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Stack {
-    /// The most in use.
     pub deepest: u32,
     pub size: u32,
 }
@@ -59,7 +52,6 @@ impl Stack {
 }
 
 impl Report {
-    /// The same with its bars.
     pub fn with_bars(mut self) -> Self {
         let same = |cell: &&Cell, harmonics| {
             (cell.channels, cell.frames, cell.harmonics, cell.carried) == (16, 241, harmonics, harmonics)

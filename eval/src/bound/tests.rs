@@ -10,13 +10,13 @@ fn sigma_hz(window: &Window, frequency_hz: f64, channels: &[Channel]) -> Result<
 }
 
 /// A scene of few channels whose likelihood is differentiated by numbers.
-struct Scene<'a> {
-    window: Window<'a>,
+struct Scene {
+    window: Window,
     frequency_hz: f64,
     channels: Vec<Channel>,
 }
 
-impl Scene<'_> {
+impl Scene {
     /// Unknowns of one channel, in their order: offset, slope, cosine and sine of each harmonic.
     fn unknowns_of(&self, channel: &Channel) -> usize {
         1 + usize::from(self.window.slope) + 2 * channel.harmonics.len()
@@ -54,11 +54,9 @@ impl Scene<'_> {
     fn cost(&self, parameters: &[f64], data: &[Vec<f64>]) -> f64 {
         let mut sum = 0.0;
         for (number, channel) in self.channels.iter().enumerate() {
-            for frame in 0..self.window.frames {
-                if self.window.valid.is_none_or(|valid| valid[frame] >> number & 1 == 1) {
-                    let off = data[number][frame] - self.model(parameters, number, frame);
-                    sum += 0.5 * (off / channel.sigma).powi(2);
-                }
+            for (frame, value) in data[number].iter().enumerate() {
+                let off = value - self.model(parameters, number, frame);
+                sum += 0.5 * (off / channel.sigma).powi(2);
             }
         }
         sum
@@ -110,8 +108,8 @@ fn first_of_inverse(mut matrix: Vec<Vec<f64>>) -> f64 {
     right[0] / matrix[0][0]
 }
 
-fn whole(frames: usize, slope: bool) -> Window<'static> {
-    Window { frames, frame_rate_hz: 241.14, valid: None, slope }
+fn whole(frames: usize, slope: bool) -> Window {
+    Window { frames, frame_rate_hz: 241.14, slope }
 }
 
 /// Channels of different noise, size and number of harmonics.
@@ -127,12 +125,6 @@ fn channels(harmonics: usize) -> Vec<Channel> {
 
 #[test]
 fn it_is_the_inverse_hessian_of_the_likelihood() {
-    let mut with_holes = vec![u16::MAX; 72];
-    // A missing frame, a channel's own missing values, and a stretch at the end.
-    with_holes[30] = 0;
-    with_holes[3] &= !1;
-    with_holes[10] &= !2;
-    with_holes[65..].iter_mut().for_each(|valid| *valid &= !4);
     let cases = [
         (whole(72, true), 8.33, channels(4)),
         (whole(72, false), 8.33, channels(1)),
@@ -140,7 +132,6 @@ fn it_is_the_inverse_hessian_of_the_likelihood() {
         (whole(40, true), 7.0, channels(2)),
         (whole(30, false), 6.0, channels(3)),
         (whole(64, true), 118.0, channels(1)),
-        (Window { valid: Some(&with_holes), ..whole(72, true) }, 8.33, channels(3)),
     ];
     for (window, frequency_hz, channels) in cases {
         let bound = sigma_hz(&window, frequency_hz, &channels).unwrap();
@@ -185,16 +176,6 @@ fn the_score_tells_how_far_the_frequency_is_off() {
 }
 
 #[test]
-fn a_mask_that_hides_nothing_changes_nothing_and_one_that_hides_a_channel_removes_it() {
-    let all = sigma_hz(&whole(72, true), 8.33, &channels(2)).unwrap();
-    let masked = |valid: &[u16], channels: &[Channel]| {
-        sigma_hz(&Window { valid: Some(valid), ..whole(72, true) }, 8.33, channels).unwrap()
-    };
-    assert_eq!(masked(&[u16::MAX; 72], &channels(2)), all);
-    assert_eq!(masked(&[!4; 72], &channels(2)), sigma_hz(&whole(72, true), 8.33, &channels(2)[..2]).unwrap());
-}
-
-#[test]
 fn what_determines_nothing_is_infinite() {
     let silent = Channel { sigma: 1.0, harmonics: vec![Harmonic::default(); 2] };
     let loud = Channel { sigma: 1.0, harmonics: vec![Harmonic::polar(1.0, 0.0); 4] };
@@ -212,5 +193,4 @@ fn nonsense_is_an_error() {
     assert!(refused(whole(72, true), 0.0, channel()));
     assert!(refused(whole(72, true), 8.33, Channel { sigma: 0.0, ..channel() }));
     assert!(refused(whole(72, true), 8.33, Channel { harmonics: vec![Harmonic::polar(f64::NAN, 0.0)], ..channel() }));
-    assert!(refused(Window { valid: Some(&[1; 71]), ..whole(72, true) }, 8.33, channel()));
 }

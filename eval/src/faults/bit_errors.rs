@@ -5,7 +5,7 @@
 //! codes for Internet applications*, DSN 2002, table 1: for 0x04C11DB7 the Hamming distance is 5 up to 2,974 bits and 4
 //! up to 91,607). On the line that message is stuffed by COBS: where a bit error makes a zero, the frame becomes
 //! two; where it hits one of the stuffing's lengths, bytes change elsewhere too, and the guarantee is lost. Of such
-//! frames, and of those with more errors, one in 2^32 passes the checksum by chance, so of ten million 0.002; the
+//! frames, and of those with more errors, one in 2^32 passes the checksum, so of ten million 0.002; the
 //! stuffing refuses a part of them before, and the content's encoding behind it: what is left over, unknown, or out of
 //! range.
 //!
@@ -13,6 +13,7 @@
 //! and five ones that two bit errors cut out of their frame are the empty message. The decoder refuses it since no packet is
 //! empty; the count `empty` has their number.
 
+use super::counts::add_fields;
 use crate::parallel;
 use anyhow::Result;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +23,6 @@ use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, Release, WIRE_MAX, encode};
 use serde::Serialize;
-use std::ops::Add;
 
 /// Most single bit errors of a frame.
 const SINGLE_MAX: u32 = 16;
@@ -34,7 +34,6 @@ const BATCH: u64 = 50_000;
 /// The checksum by a table: another implementation than the decoder's.
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Counts of frames with bit errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BitErrors {
     /// Frames sent, each with at least one bit error.
@@ -43,8 +42,7 @@ pub struct BitErrors {
     pub refused: u64,
     /// Of these, those of which it returned a packet. Must be zero.
     pub accepted_damaged: u64,
-    /// Of these, those with a non-empty part whose checksum is right, by another implementation; the decoder may still
-    /// refuse the content.
+    /// Of these, those with a non-empty part whose checksum is right; the decoder may still refuse the content.
     pub checksum_passed: u64,
     /// Of these, those with the empty message as a part.
     pub empty: u64,
@@ -52,20 +50,7 @@ pub struct BitErrors {
     pub next_lost: u64,
 }
 
-impl Add for BitErrors {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            sent: self.sent + other.sent,
-            refused: self.refused + other.refused,
-            accepted_damaged: self.accepted_damaged + other.accepted_damaged,
-            checksum_passed: self.checksum_passed + other.checksum_passed,
-            empty: self.empty + other.empty,
-            next_lost: self.next_lost + other.next_lost,
-        }
-    }
-}
+add_fields!(BitErrors: sent refused accepted_damaged checksum_passed empty next_lost);
 
 /// Sends `frames` frames of telemetry, each with bit errors: 1 to 16 anywhere in it, its delimiter included, or a
 /// burst of 2 to 64. Frames are those of `touch`, one after the other. The same `seed` gives the same errors, on any number
@@ -79,7 +64,9 @@ pub fn count(touch: Opened, frames: u64, seed: u64) -> Result<BitErrors> {
         rng.set_stream(*batch);
         Ok(count_batch(&telemetry, BATCH.min(frames - batch * BATCH), &mut rng))
     })?;
-    Ok(counted.into_iter().fold(BitErrors::default(), BitErrors::add))
+    let mut bit_errors = BitErrors::default();
+    counted.into_iter().for_each(|more| bit_errors += more);
+    Ok(bit_errors)
 }
 
 fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErrors {
@@ -109,7 +96,6 @@ fn count_batch(telemetry: &[&[u8]], frames: u64, rng: &mut ChaCha8Rng) -> BitErr
     bit_errors
 }
 
-/// Inverts bits.
 fn damage(frame: &mut [u8], rng: &mut ChaCha8Rng) {
     let bits = 8 * frame.len() as u32;
     let mut at = |bit: u32| frame[bit as usize / 8] ^= 1 << (bit % 8);
@@ -145,7 +131,7 @@ mod tests {
         let touch = Input::default().open().unwrap();
         let bit_errors = count(touch, 300_000, 1).unwrap();
         println!("{bit_errors:?}");
-        // A frame may pass by chance, one in 2^32: with this seed none does.
+        // One frame in 2^32 passes: with this seed none does.
         let expected = BitErrors { sent: 300_000, refused: 300_000, empty: bit_errors.empty, ..BitErrors::default() };
         assert_eq!(bit_errors, expected);
     }
@@ -170,7 +156,7 @@ mod tests {
         assert_eq!(decoder.damaged, 1);
     }
 
-    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the checksum promises.
+    /// Every single bit and every burst of up to 32 of the message itself is noticed, as the checksum guarantees.
     #[test]
     fn what_the_checksum_guarantees_holds_for_the_content() {
         let touch = Input::default().open().unwrap();

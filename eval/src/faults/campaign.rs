@@ -8,6 +8,7 @@ use super::bit_errors::BitErrors;
 use super::{emulated, lines, task_sim};
 use crate::parallel;
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 use ridgetone_host::emulator;
 use serde::Serialize;
 
@@ -21,7 +22,6 @@ const EMULATED_SLIDE_S: f64 = 2.5;
 pub struct Campaign {
     /// Seed of the first run of each family.
     pub seed: u64,
-    /// Rows, in the order of the table.
     pub rows: Vec<Row>,
     /// Frames of telemetry with bit errors, if they were counted.
     pub bit_errors: Option<BitErrors>,
@@ -100,10 +100,9 @@ fn standing_for(family: Family, injections: usize) -> usize {
 }
 
 fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
-    Family::ALL.into_iter().filter(move |family| only.is_none_or(|only| only == *family))
+    Family::value_variants().iter().copied().filter(move |family| only.is_none_or(|only| only == *family))
 }
 
-/// Makes one run on this PC.
 pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
     let ran = task_sim::run(input, SETTINGS)?;

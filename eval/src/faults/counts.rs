@@ -1,7 +1,6 @@
 //! Numbers of estimates and conversions, of a run or of many.
 
 use serde::Serialize;
-use std::ops::AddAssign;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Counts {
@@ -9,7 +8,6 @@ pub struct Counts {
     pub good: u64,
     /// Estimates with status `good` that name faults.
     pub good_with_faults: u64,
-    /// Estimates with status `doubtful`.
     pub doubtful: u64,
     /// Estimates with status `good` that are off by more than five of their standard deviations, but by less than 0.5 %.
     pub off: u64,
@@ -21,8 +19,7 @@ pub struct Counts {
     pub silent: u64,
     /// Conversions reported as lost beyond those that were.
     pub excess: u64,
-    /// Conversions that arrived other than they were converted; packets, requests or settings that nobody sent. Must be
-    /// zero.
+    /// Conversions that arrived altered; packets, requests or settings that nobody sent. Must be zero.
     pub altered: u64,
     /// Fault episodes in runs without injections. Must be zero.
     pub false_alarms: u64,
@@ -37,17 +34,16 @@ impl Counts {
     }
 }
 
-impl AddAssign for Counts {
-    fn add_assign(&mut self, other: Self) {
-        self.good += other.good;
-        self.good_with_faults += other.good_with_faults;
-        self.doubtful += other.doubtful;
-        self.off += other.off;
-        self.wrong += other.wrong;
-        self.wrong_with_faults += other.wrong_with_faults;
-        self.silent += other.silent;
-        self.excess += other.excess;
-        self.altered += other.altered;
-        self.false_alarms += other.false_alarms;
-    }
+/// Adds structs of counts, field by field.
+macro_rules! add_fields {
+    ($counts:ident: $($field:ident)*) => {
+        impl std::ops::AddAssign for $counts {
+            fn add_assign(&mut self, other: Self) {
+                $(self.$field += other.$field;)*
+            }
+        }
+    };
 }
+pub(super) use add_fields;
+
+add_fields!(Counts: good good_with_faults doubtful off wrong wrong_with_faults silent excess altered false_alarms);

@@ -3,11 +3,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// A generator.
 pub struct Draw(ChaCha8Rng);
 
 impl Draw {
-    /// Of this seed.
     pub fn new(seed: u64) -> Self {
         Self(ChaCha8Rng::seed_from_u64(seed))
     }
@@ -16,7 +14,6 @@ impl Draw {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Heads or tails.
     pub fn coin(&mut self) -> bool {
         self.uniform() < 0.5
     }
@@ -26,7 +23,6 @@ impl Draw {
         least + self.0.next_u64() % (most - least + 1)
     }
 
-    /// Evenly from `least` to `most`.
     pub fn even(&mut self, least: f64, most: f64) -> f64 {
         least + (most - least) * self.uniform()
     }

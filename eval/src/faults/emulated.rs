@@ -2,12 +2,11 @@
 
 use super::judge::{Judgement, judge};
 use super::plan::Plan;
-use super::scan_order::Order;
+use super::scan_order::ScanOrder;
 use super::task_sim::Ran;
 use ads1258::Register;
 use anyhow::Result;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::{Options, Outcome};
+use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Packet;
 
@@ -28,13 +27,13 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 /// conversion that arrived right at least once counts as delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
-    let mut order = Order::default();
+    let mut order = ScanOrder::default();
     let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
     // GPIOD shows the pins.
     let writable = usize::from(Register::Gpiod.address());
     Ok(Ran {
         packets,
-        line: (outcome.missing, outcome.damaged),
+        line: (outcome.counts.missing, outcome.counts.damaged),
         chip: outcome.chip,
         injected: outcome.injected.clone(),
         delivered: outcome.arrived,

@@ -5,18 +5,20 @@ use clap::ValueEnum;
 use hal_mock::Fault;
 use ridgetone_proto::fault::FaultKind;
 
-/// What is injected.
+/// What is injected, in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 pub enum Family {
     /// Nothing: any report is a false alarm.
     None,
-    /// A register's bit changes by itself.
-    RegisterFlip,
-    /// The chip resets itself.
-    Reset,
-    /// The converter stands still.
-    Stall,
+    /// Edges of DRDY do not arrive.
+    EdgesLost,
+    /// An edge of DRDY too many.
+    EdgeRepeated,
+    /// DRDY is stuck.
+    DrdyStuck,
+    /// Edges of DRDY without end.
+    Storm,
     /// A bit error from the chip.
     DoutFlip,
     /// A bit error in a read's command.
@@ -25,14 +27,12 @@ pub enum Family {
     DoutStuck,
     /// The bus is cut: ones or zeros, and the chip hears nothing.
     BusCut,
-    /// DRDY is stuck.
-    DrdyStuck,
-    /// Edges of DRDY without end.
-    Storm,
-    /// Edges of DRDY do not arrive.
-    EdgesLost,
-    /// An edge of DRDY too many.
-    EdgeRepeated,
+    /// The converter stands still.
+    Stall,
+    /// The chip resets itself.
+    Reset,
+    /// A register's bit changes by itself.
+    RegisterFlip,
     /// The analogue supply is out of range.
     Supply,
     /// The reference is out of range.
@@ -46,30 +46,9 @@ pub enum Family {
 }
 
 impl Family {
-    /// All, in the order of the table.
-    pub const ALL: [Self; 17] = [
-        Self::None,
-        Self::EdgesLost,
-        Self::EdgeRepeated,
-        Self::DrdyStuck,
-        Self::Storm,
-        Self::DoutFlip,
-        Self::DinFlip,
-        Self::DoutStuck,
-        Self::BusCut,
-        Self::Stall,
-        Self::Reset,
-        Self::RegisterFlip,
-        Self::Supply,
-        Self::Reference,
-        Self::Clock,
-        Self::Input,
-        Self::Mixed,
-    ];
-
     /// The families of a single fault: all but the first and the last.
     fn single() -> &'static [Self] {
-        let [_, single @ .., _] = &Self::ALL;
+        let [_, single @ .., _] = Self::value_variants() else { return &[] };
         single
     }
 
@@ -78,65 +57,43 @@ impl Family {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Whether the exact number of lost conversions is known: then the firmware must not report one more.
-    pub const fn loss_is_known(self) -> bool {
-        matches!(
-            self,
-            Self::None
-                | Self::EdgesLost
-                | Self::EdgeRepeated
-                | Self::DoutFlip
-                | Self::Supply
-                | Self::Reference
-                | Self::Clock
-                | Self::Input
-        )
-    }
-
-    /// What it is, for people.
-    pub const fn title(self) -> &'static str {
-        match self {
-            Self::None => "nothing (control)",
-            Self::RegisterFlip => "register changed by itself",
-            Self::Reset => "chip reset itself",
-            Self::Stall => "converter stood still, 1 to 600 ms",
-            Self::DoutFlip => "bit error from the chip",
-            Self::DinFlip => "bit error in a read's command",
-            Self::DoutStuck => "DOUT stuck at ones or zeros, 0.2 to 300 ms",
-            Self::BusCut => "bus cut: ones or zeros, 0.2 to 300 ms",
-            Self::DrdyStuck => "DRDY stuck high or low, 1 to 600 ms",
-            Self::Storm => "storm on DRDY, 5 to 300 ms",
-            Self::EdgesLost => "1 to 40 edges of DRDY lost",
-            Self::EdgeRepeated => "edge of DRDY repeated",
-            Self::Supply => "supply of 3.5 to 4.6 V or 5.4 to 5.8 V, 20 to 700 ms",
-            Self::Reference => "reference off by 3 to 20 %, 20 to 700 ms",
-            Self::Clock => "chip's clock off by 1 %, 0.6 to 1.2 s",
-            Self::Input => "input at a rail, 5 to 300 ms",
-            Self::Mixed => "six of these, 30 to 300 ms apart",
-        }
-    }
-
-    /// One of these kinds must be reported.
-    pub const fn expected(self) -> &'static [FaultKind] {
+    /// What it is, for people; the kinds of report of which one must follow; and whether the exact number of lost conversions
+    /// is known: then the firmware must not report one more.
+    const fn facts(self) -> (&'static str, &'static [FaultKind], bool) {
         use FaultKind::*;
         match self {
-            Self::None => &[],
-            Self::RegisterFlip | Self::Reset => &[Registers],
+            Self::None => ("nothing (control)", &[], true),
+            Self::EdgesLost => ("1 to 40 edges of DRDY lost", &[Lost], true),
+            Self::EdgeRepeated => ("edge of DRDY repeated", &[Repeated], true),
             // If it is shorter than the watch's half second, it is a gap.
-            Self::Stall | Self::DrdyStuck => &[Silent, Lost],
-            Self::DoutFlip => &[Bus],
+            Self::DrdyStuck => ("DRDY stuck high or low, 1 to 600 ms", &[Silent, Lost], false),
+            Self::Storm => ("storm on DRDY, 5 to 300 ms", &[Storm, Repeated], false),
+            Self::DoutFlip => ("bit error from the chip", &[Bus], true),
             // The bit decides what the chip does: it reads registers, writes them, or does nothing.
-            Self::DinFlip => &[Bus, BusDead, Repeated, Registers, Channel, Lost],
-            Self::DoutStuck | Self::BusCut => &[BusDead],
-            Self::Storm => &[Storm, Repeated],
-            Self::EdgesLost => &[Lost],
-            Self::EdgeRepeated => &[Repeated],
-            Self::Supply => &[Supply],
-            Self::Reference => &[Reference],
-            Self::Clock => &[Clock],
-            Self::Input => &[Overload],
-            Self::Mixed => &FaultKind::ALL,
+            Self::DinFlip => ("bit error in a read's command", &[Bus, BusDead, Repeated, Registers, Channel, Lost], false),
+            Self::DoutStuck => ("DOUT stuck at ones or zeros, 0.2 to 300 ms", &[BusDead], false),
+            Self::BusCut => ("bus cut: ones or zeros, 0.2 to 300 ms", &[BusDead], false),
+            Self::Stall => ("converter stood still, 1 to 600 ms", &[Silent, Lost], false),
+            Self::Reset => ("chip reset itself", &[Registers], false),
+            Self::RegisterFlip => ("register changed by itself", &[Registers], false),
+            Self::Supply => ("supply of 3.5 to 4.6 V or 5.4 to 5.8 V, 20 to 700 ms", &[Supply], true),
+            Self::Reference => ("reference off by 3 to 20 %, 20 to 700 ms", &[Reference], true),
+            Self::Clock => ("chip's clock off by 1 %, 0.6 to 1.2 s", &[Clock], true),
+            Self::Input => ("input at a rail, 5 to 300 ms", &[Overload], true),
+            Self::Mixed => ("six of these, 30 to 300 ms apart", &FaultKind::ALL, false),
         }
+    }
+
+    pub const fn title(self) -> &'static str {
+        self.facts().0
+    }
+
+    pub const fn expected(self) -> &'static [FaultKind] {
+        self.facts().1
+    }
+
+    pub const fn loss_is_known(self) -> bool {
+        self.facts().2
     }
 
     /// A fault of this family, and how long it lasts, seconds.

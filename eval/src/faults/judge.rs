@@ -17,17 +17,14 @@ pub const NOT_REPORTED: &str = "not reported";
 /// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance of device time.
 const SLACK_NS: u64 = 400_000;
 
-/// The consequences of one injection.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
     /// From its start to the report, seconds of device time; none if there was no report.
     pub detected_s: Option<f64>,
-    /// From its end to the end of the next scan without a flaw, with the registers right, seconds; none if there was no
-    /// such scan.
+    /// From its end to the end of the next scan without a flaw and with right registers, seconds, if there was one.
     pub recovered_s: Option<f64>,
 }
 
-/// The judgement of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Judgement {
     /// Of each injection that acted.
@@ -44,7 +41,6 @@ struct Episode {
     until_ns: Option<u64>,
 }
 
-/// Judges a run.
 pub fn judge(plan: &Plan, truth: &Truth, ran: &Ran) -> Judgement {
     let mut judgement = Judgement::default();
     let mut health = Health::default();
@@ -131,12 +127,9 @@ fn judge_estimate(estimate: &Estimate, truth: &Truth, judgement: &mut Judgement)
     let is_off = off_hz > SIGMAS * f64::from(estimate.sigma);
     let is_wrong = is_off && off_hz > SHARE * truth.frequency_hz;
     let counts = &mut judgement.counts;
-    match estimate.status {
-        Status::Good => {}
-        status => {
-            counts.doubtful += u64::from(status == Status::Doubtful);
-            return;
-        }
+    if estimate.status != Status::Good {
+        counts.doubtful += u64::from(estimate.status == Status::Doubtful);
+        return;
     }
     let (good, wrong) = match estimate.faults.is_none() {
         true => (&mut counts.good, &mut counts.wrong),

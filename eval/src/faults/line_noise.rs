@@ -16,7 +16,6 @@ const PAGE_BYTES: u32 = 1024;
 const STORED: u64 = 7;
 const OTHER: u64 = 1000;
 
-/// The results of many bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heard {
     pub bytes: u64,
@@ -45,7 +44,7 @@ impl Subject {
         let mut board = Receiver::new(CutFlash::new(1));
         board.hear(&request(1, Command::Set { settings: settings(STORED), keep: true })?);
         let pages = board.into_pages();
-        let flash = pages.bytes().to_vec();
+        let flash = pages.bytes.clone();
         Ok(Self { board: Receiver::new(pages), flash, heard: Heard::default(), last: 0 })
     }
 
@@ -69,7 +68,7 @@ impl Subject {
         let greet = request(60_000, Command::Greet)?;
         heard.obeys = self.board.hear(&greet) == [Reply { number: 60_000, outcome: Outcome::Done }];
         let pages = self.board.into_pages();
-        heard.changed |= pages.bytes() != self.flash || pages.wrong > 0;
+        heard.changed |= pages.bytes != self.flash || pages.wrong > 0;
         Ok(heard)
     }
 }
@@ -88,7 +87,6 @@ fn requests() -> Result<Vec<Vec<u8>>> {
         .collect()
 }
 
-/// Sends so many random bytes.
 pub fn random_bytes(bytes: u64, seed: u64) -> Result<Heard> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut subject = Subject::new()?;

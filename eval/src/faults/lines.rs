@@ -1,11 +1,9 @@
 //! Rows of damage on the line, both ways, and of power that is lost while settings are stored. These run no touch: they
 //! test the line's receiver, the decoder and the store of settings alone.
 
-use super::bit_errors;
-use super::bit_errors::BitErrors;
+use super::bit_errors::{self, BitErrors};
 use super::counts::Counts;
-use super::line_noise;
-use super::line_noise::Heard;
+use super::line_noise::{self, Heard};
 use super::power_cuts::{Cuts, cut_everywhere};
 use super::row::Row;
 use crate::parallel;
@@ -14,9 +12,7 @@ use ridgetone_host::input::Input;
 
 /// Frames of telemetry for each injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
-/// Random bytes for each.
 const RANDOM_BYTES: u64 = 1000;
-/// Damaged requests for each.
 const REQUESTS: u64 = 10;
 /// Random bytes, and requests, that one board gets.
 const BYTES_A_BOARD: u64 = 1_000_000;
@@ -36,8 +32,7 @@ const CUTS: (&str, &str) = ("power_cuts", "power lost while settings are stored"
 #[cfg(test)]
 pub const TITLES: [&str; 4] = [BIT_ERRORS.1, RANDOM.1, DAMAGED.1, CUTS.1];
 
-/// The rows that belong to so many injections into the chip: to 100,000 ten million frames and a hundred megabytes. And the
-/// counts of the frames.
+/// Rows and counts of frames for so many injections into the chip: for 100,000 ten million frames and 100 MB.
 pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     let errors = bit_errors::count(Input::default().open()?, injections * TELEMETRY_FRAMES, seed)?;
     let random = batches("random bytes", injections * RANDOM_BYTES / BYTES_A_BOARD, seed, |seed| {

@@ -18,7 +18,6 @@ const MIXED_APART_S: (f64, f64) = (0.03, 0.3);
 /// Injections of a mixed run.
 const MIXED: usize = 6;
 
-/// A run to be made.
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub family: Family,
@@ -62,7 +61,6 @@ impl Plan {
         Self { family, seed, sliding, injections }
     }
 
-    /// Its input and its truth.
     pub fn open(&self) -> Result<(Opened, Truth)> {
         let source = Source::Scene(self.sliding.clone());
         let mut input = Input { source, seed: self.seed, ..Input::default() }.open()?;

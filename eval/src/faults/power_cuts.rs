@@ -3,6 +3,7 @@
 //! The flash works as in the manual: erasing sets bits, programming clears them. An operation that loses power has changed
 //! any part of its bits, and no others.
 
+use super::counts::add_fields;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -13,12 +14,10 @@ use ridgetone_proto::store::{FlashStore, PAGES, Store, WORD_BYTES};
 /// Two pages of flash that lose power after a number of words and erasures.
 #[derive(Clone, Debug)]
 pub struct CutFlash<const PAGE_BYTES: u32> {
-    bytes: Vec<u8>,
+    pub bytes: Vec<u8>,
     /// Operations until power is lost; none: it is not.
     left: Option<u64>,
-    /// Operations so far.
     pub done: u64,
-    /// Whether power is gone.
     pub is_off: bool,
     /// Operations beyond the pages, or that program words that are not erased. Must be zero.
     pub wrong: u64,
@@ -30,7 +29,6 @@ pub struct CutFlash<const PAGE_BYTES: u32> {
 }
 
 impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
-    /// New pages.
     pub fn new(seed: u64) -> Self {
         let bytes = vec![0xff; (PAGES * PAGE_BYTES) as usize];
         Self {
@@ -46,41 +44,45 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         }
     }
 
-    /// Pages with this content.
     #[cfg(test)]
     pub fn with_bytes(mut self, byte: impl FnMut(usize) -> u8) -> Self {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
-
-    /// Their content.
-    pub fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
     /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);
         self
     }
 
-    /// Whether the next operation is complete, partial, or does not happen.
-    fn next(&mut self) -> Done {
+    /// Whether power lasts until the end of the next operation; an error if it is gone before it begins.
+    fn lasts(&mut self) -> Result<bool, NorFlashErrorKind> {
         if self.is_off {
-            return Done::Not;
+            return Err(NorFlashErrorKind::Other);
         }
         self.done += 1;
-        match &mut self.left {
-            Some(0) => {
-                self.is_off = true;
-                Done::Partly
-            }
-            Some(left) => {
-                *left -= 1;
-                Done::Fully
-            }
-            None => Done::Fully,
+        self.is_off = self.left == Some(0);
+        self.left = self.left.map(|left| left.saturating_sub(1));
+        Ok(!self.is_off)
+    }
+
+    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
+        let range = offset as usize..offset as usize + WORD_BYTES;
+        if !offset.is_multiple_of(WORD_BYTES as u32) || range.end > self.bytes.len() {
+            self.wrong += 1;
+            return Err(NorFlashErrorKind::OutOfBounds);
         }
+        let lasts = self.lasts()?;
+        let mask = if lasts { u32::MAX } else { part(&mut self.random) };
+        let place = &mut self.bytes[range];
+        self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
+        // The bits that were not done are still set.
+        for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
+            let before = *kept;
+            *kept &= byte | !mask;
+            self.is_marked |= *kept != before;
+        }
+        lasts.then_some(()).ok_or(NorFlashErrorKind::Other)
     }
 }
 
@@ -90,37 +92,6 @@ fn part(random: &mut ChaCha8Rng) -> u32 {
         0 => 0,
         1 => u32::MAX,
         _ => random.next_u32(),
-    }
-}
-
-#[derive(PartialEq)]
-enum Done {
-    Fully,
-    Partly,
-    Not,
-}
-
-impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
-    /// Programs a word.
-    fn program(&mut self, offset: u32, word: [u8; WORD_BYTES]) -> Result<(), NorFlashErrorKind> {
-        let done = self.next();
-        let mask = if done == Done::Partly { part(&mut self.random) } else { u32::MAX };
-        let range = offset as usize..offset as usize + WORD_BYTES;
-        let Some(place) = self.bytes.get_mut(range).filter(|_| offset.is_multiple_of(WORD_BYTES as u32)) else {
-            self.wrong += 1;
-            return Err(NorFlashErrorKind::OutOfBounds);
-        };
-        if done == Done::Not {
-            return Err(NorFlashErrorKind::Other);
-        }
-        self.wrong += u64::from(place.iter().any(|byte| *byte != 0xff));
-        // The bits that were not done are still set.
-        for ((kept, byte), mask) in place.iter_mut().zip(word).zip(mask.to_le_bytes()) {
-            let before = *kept;
-            *kept &= byte | !mask;
-            self.is_marked |= *kept != before;
-        }
-        if done == Done::Fully { Ok(()) } else { Err(NorFlashErrorKind::Other) }
     }
 }
 
@@ -159,28 +130,23 @@ impl<const PAGE_BYTES: u32> NorFlash for CutFlash<PAGE_BYTES> {
 
     /// One page.
     fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        let done = self.next();
-        let page = (from / PAGE_BYTES) as usize;
         let is_one = from.is_multiple_of(PAGE_BYTES) && from.checked_add(PAGE_BYTES) == Some(to);
-        let Some(place) = self.bytes.chunks_exact_mut(PAGE_BYTES as usize).nth(page).filter(|_| is_one) else {
+        if !is_one || to as usize > self.bytes.len() {
             self.wrong += 1;
             return Err(NorFlashErrorKind::OutOfBounds);
-        };
-        match done {
-            Done::Fully => {
-                place.fill(0xff);
-                self.erased += 1;
-                Ok(())
-            }
-            Done::Partly => {
-                place.as_chunks_mut::<4>().0.iter_mut().for_each(|word| {
-                    let set = part(&mut self.random).to_le_bytes();
-                    word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
-                });
-                Err(NorFlashErrorKind::Other)
-            }
-            Done::Not => Err(NorFlashErrorKind::Other),
         }
+        let lasts = self.lasts()?;
+        let page = &mut self.bytes[from as usize..to as usize];
+        if lasts {
+            page.fill(0xff);
+            self.erased += 1;
+            return Ok(());
+        }
+        for word in page.as_chunks_mut::<WORD_BYTES>().0 {
+            let set = part(&mut self.random).to_le_bytes();
+            word.iter_mut().zip(set).for_each(|(byte, set)| *byte |= set);
+        }
+        Err(NorFlashErrorKind::Other)
     }
 }
 
@@ -201,16 +167,7 @@ pub struct Cuts {
     pub wrong: u64,
 }
 
-impl std::ops::AddAssign for Cuts {
-    fn add_assign(&mut self, other: Self) {
-        self.injected += other.injected;
-        self.old += other.old;
-        self.reported += other.reported;
-        self.new += other.new;
-        self.defaults += other.defaults;
-        self.wrong += other.wrong;
-    }
-}
+add_fields!(Cuts: injected old reported new defaults wrong);
 
 /// Settings that differ from those of every other number.
 pub fn settings(number: u64) -> Settings {

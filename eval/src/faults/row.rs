@@ -5,7 +5,6 @@ use super::family::Family;
 use super::judge::{Judgement, NOT_REPORTED};
 use serde::Serialize;
 
-/// Where the firmware ran.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
@@ -16,7 +15,6 @@ pub enum Place {
 }
 
 impl Place {
-    /// For people.
     pub const fn title(self) -> &'static str {
         match self {
             Self::Pc => "PC",
@@ -29,9 +27,8 @@ impl Place {
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Delays {
     pub count: usize,
-    /// NaN where no time is measured.
+    /// NaN where no time is measured, as the next.
     pub median_s: f64,
-    /// NaN where no time is measured.
     pub longest_s: f64,
 }
 
@@ -49,17 +46,14 @@ impl Delays {
     }
 }
 
-/// A row.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Its name, for programs: of a family, the value of `--only`.
     pub name: String,
-    /// What was injected.
     pub fault: String,
     pub place: Place,
     /// Touches; none where the line or the store is tested alone.
     pub runs: usize,
-    /// Injections.
     pub injected: usize,
     /// Those that a report of the right kind followed; none where there is nothing to report.
     pub detected: Option<Delays>,
@@ -69,7 +63,6 @@ pub struct Row {
     pub loss_is_known: bool,
     #[serde(flatten)]
     pub counts: Counts,
-    /// The first few complaints.
     pub complaints: Vec<String>,
 }
 

@@ -5,9 +5,9 @@ use ridgetone_proto::settings::SCAN;
 
 /// Conversions without a flaw in the order of the scan, since its first slot.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Order(usize);
+pub struct ScanOrder(usize);
 
-impl Order {
+impl ScanOrder {
     /// Takes a new conversion; true if it ends a scan without a flaw.
     pub fn take(&mut self, conversion: &Conversion) -> bool {
         let status = conversion.status;
@@ -25,7 +25,6 @@ impl Order {
     }
 }
 
-/// Slot of a channel id in the scan.
 fn slot_of(id: u8) -> Option<usize> {
     let mask = SCAN.channel_mask();
     (mask >> id & 1 != 0).then(|| (mask & ((1 << id) - 1)).count_ones() as usize)
@@ -40,11 +39,11 @@ mod tests {
     fn a_scan_is_whole_once_all_slots_came_in_order() {
         // The datasheet's ids of AIN0 to AIN15, OFFSET, VCC, TEMP, GAIN, REF.
         let ids: Vec<u8> = (0x08..=0x18).chain(0x1A..=0x1D).collect();
-        let scan = |order: &mut Order, ids: &[u8]| {
+        let scan = |order: &mut ScanOrder, ids: &[u8]| {
             let ends = ids.iter().map(|id| order.take(&Conversion { status: Status(0x80 | id), code: 1 }));
             ends.filter(|end| *end).count()
         };
-        let mut order = Order::default();
+        let mut order = ScanOrder::default();
         assert_eq!(scan(&mut order, &ids), 1);
         assert_eq!(scan(&mut order, &[&ids[..7], &ids[8..]].concat()), 0);
         assert_eq!(scan(&mut order, &ids), 1);

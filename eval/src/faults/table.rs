@@ -8,7 +8,6 @@ use anyhow::{Context, Result};
 /// The page with its tables as they were filled in last.
 const PAGE: &str = include_str!("../../../docs/faults.md");
 
-/// The page.
 pub fn page(campaign: &Campaign) -> Result<String> {
     let numbers = numbers(campaign).context("without the damaged frames the page is not whole")?;
     filled(PAGE, |name| match name {
@@ -33,7 +32,6 @@ fn numbers(campaign: &Campaign) -> Option<String> {
     Some(table.end())
 }
 
-/// The table of all faults.
 pub fn table(campaign: &Campaign) -> String {
     let headings = "fault|on|injected|reported|after, median / longest|recovered|after, median / longest|\
                     estimates good / good with faults / doubtful|wrong but good|with faults|off, less than 0.5 %|\

@@ -4,7 +4,7 @@
 //! tasks that these start. The processor takes no time, the bus takes as long as the board's.
 
 use super::power_cuts::CutFlash;
-use super::scan_order::Order;
+use super::scan_order::ScanOrder;
 
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
@@ -40,18 +40,15 @@ const SCLK_HZ: u32 = 5_250_000;
 /// From one watch to the next, nanoseconds.
 const WATCH_NS: u64 = 500_000_000;
 
-/// The results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Ran {
-    /// Telemetry, decoded.
     pub packets: Vec<Packet>,
     /// Packets that were lost, and damaged ones.
     pub line: (u32, u32),
-    /// What the chip has done.
     pub chip: Counters,
     /// When each injection acted, nanoseconds of the simulated board.
     pub injected: Vec<Injected>,
-    /// Conversions that came out of the queue with NEW set.
+    /// Conversions from the queue with NEW set.
     pub delivered: u64,
     /// Those among them that are not what the chip had converted.
     pub altered: u64,
@@ -61,14 +58,10 @@ pub struct Ran {
     pub zero_ns: u64,
     /// End of the run, nanoseconds of the simulated board.
     pub end_ns: u64,
-    /// Whether the registers were right at the end.
     pub registers_right: bool,
 }
 
 /// Runs `input` through the firmware's tasks.
-///
-/// # Errors
-/// The simulated chip cannot be set up.
 pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(SCLK_HZ);
@@ -102,7 +95,7 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
         decoder: Decoder::new(),
         ran: Ran::default(),
         registers: board.with_chip(|chip| chip.registers()),
-        order: Order::default(),
+        order: ScanOrder::default(),
         begun: false,
     };
     tasks.run(&shared);
@@ -145,7 +138,6 @@ struct Interrupt {
     has_ended: Cell<bool>,
 }
 
-/// DRDY's pin.
 struct Pin<'a> {
     board: &'a SimulatedBoard,
     interrupt: &'a Interrupt,
@@ -219,7 +211,7 @@ struct Tasks<'a> {
     ran: Ran,
     /// The registers after set-up.
     registers: [u8; REGISTERS],
-    order: Order,
+    order: ScanOrder,
     begun: bool,
 }
 

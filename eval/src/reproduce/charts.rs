@@ -111,11 +111,7 @@ pub fn repeatability(combinations: &[Combination]) -> String {
         let (_, top) = frame.at((0.0, most));
         let (_, bottom) = frame.at((0.0, least));
         svg.rect(left, top, right - left, bottom - top, "band");
-        for (value, label) in frame.y.ticks(5) {
-            let y = frame.y.place(value);
-            svg.line((left, y), (right, y), "grid");
-            svg.text(left - 7.0, y + 4.0, Anchor::End, "small", &label);
-        }
+        frame.grid(&mut svg, 5);
         svg.line((left, 250.0), (right, 250.0), "axis");
         svg.text(left - 40.0, 53.0, Anchor::Start, "small", &format!("MEMS {}, piezoresistor 1", n + 1));
         for (c, combination) in combinations.iter().enumerate() {

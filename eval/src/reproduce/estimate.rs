@@ -14,16 +14,13 @@ use std::ops::Range;
 pub struct Cut {
     /// The taxel with the clearest spike.
     pub taxel: usize,
-    /// Device time of the spike, seconds.
     pub spike_s: f64,
     /// From the slide's start to its end, seconds.
     pub slide_s: (f64, f64),
-    /// The frames in between.
     pub frames: Range<usize>,
 }
 
-/// Finds the contact spike in two channels and cuts the slide out (equations 2 to 5), the speed being known. None if
-/// the recording is shorter than that.
+/// Finds the contact spike in two channels and cuts the slide out (equations 2 to 5). None in a shorter recording.
 pub fn cut(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Option<Cut> {
     let spikes = taxels.iter().filter_map(|&taxel| {
         let head = &taken.volts(taxel)[..taken.frame_at(taxel, SPIKE_BEFORE_S)];
@@ -64,14 +61,9 @@ fn highest(power: &[f64], count: usize) -> Option<f64> {
     Some((most.0 + 1) as f64 / count as f64)
 }
 
-/// The samples of a channel in some frames.
-fn samples(taken: &Taken, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
-    taken.volts(taxel).get(frames.clone()).map_or_else(Vec::new, |part| part.iter().map(|(_, volts)| *volts).collect())
-}
-
 /// Naive Fourier analysis: the highest line of each channel by itself, and their mean, hertz.
 pub fn fft_hz(taken: &Taken, taxels: &[usize], frames: &Range<usize>) -> Option<f64> {
-    let lines = taxels.iter().map(|taxel| highest(&periodogram(&samples(taken, *taxel, frames)), frames.len()));
+    let lines = taxels.iter().map(|taxel| highest(&periodogram(&taken.samples(*taxel, frames)), frames.len()));
     let lines: Option<Vec<f64>> = lines.collect();
     lines.map(|lines| taken.rate_hz * lines.iter().sum::<f64>() / taxels.len() as f64)
 }
@@ -94,8 +86,7 @@ pub fn least_squares_hz(
     Some(f64::from(frequency) * taken.rate_hz)
 }
 
-/// Our own fit of all channels with as many harmonics as the firmware is set to: frequency and standard deviation,
-/// hertz. None where it reports no single tone.
+/// Our fit of all channels with the firmware's harmonics: frequency and sigma, hertz. None without a single tone.
 pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64)>> {
     let Some(part) = taken.codes.get(frames.clone()).filter(|part| !part.is_empty()) else { return Ok(None) };
     let zero = part[0];

@@ -46,7 +46,7 @@ pub fn contacts(contacts: &[Contact]) -> String {
     svg.finish()
 }
 
-/// Figures 4 and 5: a stretch of a channel above its periodogram.
+/// Figures 4 and 5: a part of a channel above its periodogram.
 pub fn spectra(spectra: &[Spectrum]) -> String {
     let mut svg = picture(480.0, "Periodograms of a whole slide and of 0.35 s");
     for (n, (spectrum, (left, right))) in spectra.iter().zip(COLUMNS).enumerate() {

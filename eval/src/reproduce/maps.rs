@@ -53,7 +53,10 @@ fn map(svg: &mut Svg, image: &[f64], (left, top): (f64, f64), most: f64) {
         let (x, y) = (left + gap(column), top + gap(row));
         let share = if most > 0.0 { volts.abs() / most } else { 0.0 };
         let class = if *volts < 0.0 { "minus" } else { "plus" };
-        svg.shade(x, y, CELL - 1.0, CELL - 1.0, class, 0.75 * share);
+        let (side, opacity) = (CELL - 1.0, 0.75 * share);
+        svg.push(&format!(
+            "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" class=\"{class}\" fill-opacity=\"{opacity:.2}\"/>"
+        ));
         svg.text(x + 0.5 * CELL, y + 0.5 * CELL + 4.0, Anchor::Middle, "cell", &format!("{:+.1}", tenths(1e3 * volts)));
     }
 }

@@ -12,13 +12,12 @@ use crate::parallel;
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use ridgetone_proto::settings::TAXELS;
+use ridgetone_host::digits::seconds;
 use ridgetone_host::static_image::by_taxel;
 use ridgetone_proto::telemetry::{Event, Hold, Span, Status};
 
-/// All channels.
 pub const ALL: [usize; TAXELS] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
 
-/// The data of a run.
 struct Measured {
     run: Run,
     /// Per length of window, per window: naive Fourier analysis, least squares, our fit; hertz.
@@ -72,14 +71,12 @@ fn measure(c: usize, run: u32, runs: u32, place: Place<'_>) -> Result<Measured> 
     let (speed_mm_s, _) = TABLE_2[c];
     let taken = Taken::new(scene(TABLE_2[c], run, Imperfect::ALL), place)?;
     let first = found(&taken, TABLE_3[0].taxels, speed_mm_s).with_context(|| format!("data series {series}"))?;
-    let mut scratch = Box::new(Scratch::new());
+    let mut scratch = Box::new(Scratch::EMPTY);
     let mut windows = Vec::new();
     for length_s in window_lengths_s() {
         windows.push(of_length(&taken, &first, length_s, &mut scratch)?);
     }
-    let cropped = TABLE_3[0].taxels.map(|taxel| {
-        taken.volts(taxel).get(first.frames.clone()).unwrap_or_default().iter().map(|(_, volts)| *volts).collect()
-    });
+    let cropped = TABLE_3[0].taxels.map(|taxel| taken.samples(taxel, &first.frames));
     Ok(Measured {
         run: whole(&taken, series, speed_mm_s)?,
         windows,
@@ -95,7 +92,7 @@ fn found(taken: &Taken, taxels: [usize; 2], speed_mm_s: f64) -> Result<Cut> {
 
 /// A run over its whole length.
 fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
-    let mut scratch = Box::new(Scratch::new());
+    let mut scratch = Box::new(Scratch::EMPTY);
     let mut pairs = [Pair { fft_hz: None, least_squares_hz: None }; 2];
     for (pair, paper) in pairs.iter_mut().zip(TABLE_3) {
         let frames = found(taken, paper.taxels, speed_mm_s)?.frames;
@@ -117,19 +114,12 @@ fn whole(taken: &Taken, series: usize, speed_mm_s: f64) -> Result<Run> {
 
 /// The firmware's report: its longest slide.
 fn firmware(taken: &Taken) -> Option<Firmware> {
-    let seconds = |t_us: u64| t_us as f64 / 1e6;
     let contact_s = taken
         .events(|event| match event {
             Event::Contact(contact) => Some(seconds(contact.t_us)),
             _ => None,
         })
         .next()?;
-    let slide_s = taken
-        .events(|event| match event {
-            Event::Slide(slide) => slide.end_us.map(|end_us| (seconds(slide.start_us), seconds(end_us))),
-            _ => None,
-        })
-        .max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))?;
     let tone_hz = taken
         .events(|event| match event {
             Event::Estimate(fit) if fit.span == Span::Slide => Some(fit.clone()),
@@ -138,7 +128,7 @@ fn firmware(taken: &Taken) -> Option<Firmware> {
         .max_by(|a, b| a.window_s.total_cmp(&b.window_s))
         .filter(|fit| fit.status == Status::Good)
         .map(|fit| (f64::from(fit.frequency), f64::from(fit.sigma)));
-    Some(Firmware { contact_s, slide_s, tone_hz })
+    Some(Firmware { contact_s, slide_s: taken.longest_slide_s()?, tone_hz })
 }
 
 /// The firmware's static images before and after the slide (phases B and D): volts over the level before the touch by
@@ -195,15 +185,14 @@ fn windows(combination: &Combination, measured: &[Measured], n: usize, window_s:
 
 /// The effect of each imperfection alone on the first run of every combination.
 pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
-    let only = |name, imperfect| (name, imperfect);
     let nothing = Imperfect::NOTHING;
     let kinds = [
-        only("nothing", nothing),
-        only("the slide's onset", Imperfect { onset: true, ..nothing }),
-        only("noise", Imperfect { noise: true, ..nothing }),
-        only("ripple of the speed", Imperfect { ripple: true, ..nothing }),
-        only("mean speed", Imperfect { speed: true, ..nothing }),
-        only("all of it", Imperfect::ALL),
+        ("nothing", nothing),
+        ("the slide's onset", Imperfect { onset: true, ..nothing }),
+        ("noise", Imperfect { noise: true, ..nothing }),
+        ("ripple of the speed", Imperfect { ripple: true, ..nothing }),
+        ("mean speed", Imperfect { speed: true, ..nothing }),
+        ("all of it", Imperfect::ALL),
     ];
     let items: Vec<(Imperfect, usize)> =
         kinds.iter().flat_map(|(_, imperfect)| which.iter().map(|c| (*imperfect, *c))).collect();
@@ -213,7 +202,7 @@ pub fn causes(which: &[usize], place: Place<'_>) -> Result<Vec<Cause>> {
         let (pair, nominal_hz) = (TABLE_3[0].taxels, speed_mm_s / period_mm);
         let frames = found(&taken, pair, speed_mm_s)?.frames;
         let percent = |hz: Option<f64>| hz.map(|hz| 100.0 * (hz / nominal_hz - 1.0));
-        let two = least_squares_hz(&taken, pair, &frames, &mut Box::new(Scratch::new()));
+        let two = least_squares_hz(&taken, pair, &frames, &mut Box::new(Scratch::EMPTY));
         Ok((percent(two), percent(joint_hz(&taken, &frames)?.map(|(hz, _)| hz))))
     })?;
     kinds

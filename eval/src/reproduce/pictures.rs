@@ -7,7 +7,6 @@ use super::results::{Contact, Curve, Opposite, Overlay, Pictures, Spectrum};
 use super::taken::Taken;
 use crate::baselines::Scratch;
 use hal_mock::TABLE_2;
-use ridgetone_proto::telemetry::Event;
 
 /// Data series of Figure 3.
 const FIGURE_3: [usize; 2] = [12, 16];
@@ -31,8 +30,7 @@ pub fn add(all: &mut Pictures, more: &Pictures) {
     all.opposite = all.opposite.take().or_else(|| more.opposite.clone());
 }
 
-/// What the paper shows of a run, by combination and run from 0 on. Of `runs` runs the last stands for those that were
-/// not taken.
+/// The pictures of a run, by combination and run from 0 on. Of `runs` runs the last stands for those not taken.
 pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pictures {
     let number = series(c, run);
     let is = |wanted: usize| {
@@ -57,10 +55,6 @@ pub fn of_run((c, run): (usize, u32), runs: u32, taken: &Taken, cut: &Cut) -> Pi
 
 fn contact(series: usize, taken: &Taken, cut: &Cut) -> Contact {
     let truth = taken.truth;
-    let found = taken.events(|event| match event {
-        Event::Slide(slide) => slide.end_us.map(|end_us| (slide.start_us as f64 / 1e6, end_us as f64 / 1e6)),
-        _ => None,
-    });
     Contact {
         series,
         taxels: PAIR,
@@ -68,7 +62,7 @@ fn contact(series: usize, taken: &Taken, cut: &Cut) -> Contact {
         spike_s: cut.spike_s,
         cut_s: cut.slide_s,
         slide_s: (truth.slide_start_s, truth.slide_end_s),
-        found_s: found.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0))),
+        found_s: taken.longest_slide_s(),
     }
 }
 
@@ -81,29 +75,27 @@ fn spectrum((c, series): (usize, usize), short: bool, taken: &Taken, cut: &Cut) 
         let first = taken.frame_at(taxel, cut.slide_s.0 + WINDOW_AT_S);
         first..first + (FIGURE_5_S * taken.rate_hz).round() as usize
     };
-    let part = taken.volts(taxel).get(frames.clone()).unwrap_or_default();
-    let volts: Vec<f64> = part.iter().map(|(_, volts)| *volts).collect();
     let (speed_mm_s, period_mm) = TABLE_2[c];
     Spectrum {
         series,
         taxel,
-        curve: Curve::new(part),
+        curve: Curve::new(taken.part(taxel, &frames)),
         nominal_hz: speed_mm_s / period_mm,
         line_hz: taken.rate_hz / frames.len() as f64,
-        mv: periodogram(&volts).iter().map(|power| (1e6 * power.sqrt()).round() / 1e3).collect(),
+        mv: periodogram(&taken.samples(taxel, &frames)).iter().map(|power| (1e6 * power.sqrt()).round() / 1e3).collect(),
     }
 }
 
 fn overlay(series: usize, taken: &Taken, cut: &Cut) -> Option<Overlay> {
-    let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::new()))?;
-    let parts = PAIR.map(|taxel| taken.volts(taxel).get(cut.frames.clone()).unwrap_or_default());
+    let hz = least_squares_hz(taken, PAIR, &cut.frames, &mut Box::new(Scratch::EMPTY))?;
+    let parts = PAIR.map(|taxel| taken.part(taxel, &cut.frames));
     let sines_mv = parts.map(|part| sine(part, hz).map(|volts| 1e3 * volts));
     Some(Overlay { series, taxels: PAIR, curves: parts.map(Curve::new), hz, sines_mv })
 }
 
 fn opposite(series: usize, taken: &Taken, cut: &Cut) -> Option<Opposite> {
     let (_, taxels) = FIGURE_10;
-    let parts = taxels.map(|taxel| taken.volts(taxel).get(cut.frames.clone()).unwrap_or_default());
-    let volts = parts.map(|part| part.iter().map(|(_, volts)| *volts).collect());
-    Some(Opposite { series, taxels, curves: parts.map(Curve::new), correlation: correlation(&volts, 0)? })
+    let curves = taxels.map(|taxel| Curve::new(taken.part(taxel, &cut.frames)));
+    let volts = taxels.map(|taxel| taken.samples(taxel, &cut.frames));
+    Some(Opposite { series, taxels, curves, correlation: correlation(&volts, 0)? })
 }

@@ -26,7 +26,6 @@ pub const RIPPLE_PERCENT: f64 = 2.0;
 /// timing variations", which bounds it to 50 ms at 48 mm/s.
 pub const JITTER_S: f64 = 0.02;
 
-/// The imperfections of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Imperfect {
     /// The speed: its mean, and from run to run.
@@ -46,7 +45,6 @@ impl Imperfect {
 /// Relative error of the speed, percent: a straight line in the speed, and a scatter from run to run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// At rest.
     pub at_zero_percent: f64,
     /// By speed, percent per mm/s.
     pub slope_percent_s_mm: f64,

@@ -3,7 +3,6 @@
 use hal_mock::TABLE_2;
 use serde::{Deserialize, Serialize};
 
-/// All that was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reproduction {
     /// Whether the firmware image ran in the emulator, or its library on a PC.
@@ -11,12 +10,10 @@ pub struct Reproduction {
     pub combinations: Vec<Combination>,
     /// Table 2: what a perfect stimulator makes, those that the paper did not test included.
     pub expected: Vec<Expected>,
-    /// Where the errors come from.
     pub causes: Vec<Cause>,
     pub pictures: Pictures,
 }
 
-/// A combination of speed and spatial period.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Combination {
     /// Speed that the stimulator is set to, mm/s.
@@ -40,7 +37,6 @@ impl Combination {
         self.number().map_or_else(String::new, |c| format!("C{}", c + 1))
     }
 
-    /// The expected frequency: speed over period, hertz.
     pub fn nominal_hz(&self) -> f64 {
         self.speed_mm_s / self.period_mm
     }
@@ -50,8 +46,7 @@ impl Combination {
         100.0 * hz / self.nominal_hz()
     }
 
-    /// RMS over the runs of an estimate's difference from the nominal frequency (equation 10), hertz. None if a run has
-    /// no estimate.
+    /// RMS difference of an estimate from the nominal frequency (equation 10), hertz. None if a run has no estimate.
     pub fn rms_hz(&self, estimate: impl Fn(&Run) -> Option<f64>) -> Option<f64> {
         rms(self.runs.iter().map(|run| Some(estimate(run)? - self.nominal_hz())))
     }
@@ -76,7 +71,6 @@ pub struct Run {
     pub series: usize,
     /// The true frequency: the stimulator's mean speed over the period.
     pub true_hz: f64,
-    /// Start and end of the true slide.
     pub true_slide_s: (f64, f64),
     /// The paper's estimates over its 55 mm, for its two pairs of channels.
     pub pairs: [Pair; 2],
@@ -90,7 +84,6 @@ pub struct Run {
     pub images_v: [Vec<f64>; 2],
 }
 
-/// Estimates from two channels, hertz.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
     pub fft_hz: Option<f64>,
@@ -98,7 +91,6 @@ pub struct Pair {
     pub least_squares_hz: Option<f64>,
 }
 
-/// The firmware's report of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Firmware {
     pub contact_s: f64,
@@ -149,7 +141,6 @@ pub struct Expected {
     pub end_late_s: Option<f64>,
 }
 
-/// A curve, evenly sampled.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     pub from_s: f64,
@@ -168,7 +159,6 @@ impl Curve {
         Self { from_s, step_s, mv: samples.iter().map(|(_, volts)| (1e5 * volts).round() / 100.0).collect() }
     }
 
-    /// Its points: seconds and millivolts.
     pub fn points(&self) -> Vec<(f64, f64)> {
         self.mv.iter().enumerate().map(|(n, mv)| (self.from_s + n as f64 * self.step_s, *mv)).collect()
     }
@@ -183,9 +173,7 @@ pub struct Contact {
     pub spike_s: f64,
     /// The part that the paper's equations cut out, seconds.
     pub cut_s: (f64, f64),
-    /// The true slide, seconds.
     pub slide_s: (f64, f64),
-    /// The slide that the firmware found, seconds.
     pub found_s: Option<(f64, f64)>,
 }
 
@@ -227,7 +215,6 @@ pub struct Opposite {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pictures {
     pub contacts: Vec<Contact>,
-    /// Figures 4 and 5.
     pub spectra: Vec<Spectrum>,
     pub overlay: Option<Overlay>,
     pub opposite: Option<Opposite>,

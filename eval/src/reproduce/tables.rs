@@ -5,7 +5,6 @@ use super::results::{Combination, Reproduction, Run, Windows};
 use crate::page::{Table, figure};
 use ridgetone_host::digits::significant;
 
-/// A table by its name.
 pub fn table(reproduction: &Reproduction, name: &str) -> Option<String> {
     let combinations = &reproduction.combinations;
     Some(match name {

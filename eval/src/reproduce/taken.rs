@@ -3,41 +3,36 @@
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
 use ridgetone_host::demo::later;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use ridgetone_host::digits::seconds;
+use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::{Input, Source, frame_rate_hz};
 use ridgetone_host::picture::Recording;
-use ridgetone_host::replay;
-use ridgetone_host::replay::START_US;
+use ridgetone_host::replay::{self, START_US};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet};
+use std::ops::Range;
 
 /// Where the firmware's code runs.
 #[derive(Clone, Copy, Debug)]
 pub enum Place<'a> {
     /// On this PC: the library, conversion for conversion as on the chip.
     Pc,
-    /// The firmware image in the emulator.
     Emulator(Options<'a>),
 }
 
 /// The data of a run. Times are device times in seconds.
 #[derive(Clone, Debug)]
 pub struct Taken {
-    /// The truth of the scene.
     pub truth: Truth,
     /// All channels, and the events in them.
     pub recording: Recording,
-    /// The firmware's telemetry.
     pub packets: Vec<Packet>,
     /// ADC codes of each frame, whole numbers.
     pub codes: Vec<[f32; TAXELS]>,
-    /// Frames per second.
     pub rate_hz: f64,
 }
 
 impl Taken {
-    /// Makes a run.
     pub fn new(scene: Sliding, place: Place<'_>) -> Result<Self> {
         let seed = scene.seed;
         let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
@@ -80,12 +75,29 @@ impl Taken {
         self.recording.channels.get(taxel).map_or(&[], |channel| &channel[..channel.len().min(self.codes.len())])
     }
 
+    /// Some frames of it; empty if they are not all there.
+    pub fn part(&self, taxel: usize, frames: &Range<usize>) -> &[(f64, f64)] {
+        self.volts(taxel).get(frames.clone()).unwrap_or_default()
+    }
+
+    pub fn samples(&self, taxel: usize, frames: &Range<usize>) -> Vec<f64> {
+        self.part(taxel, frames).iter().map(|(_, volts)| *volts).collect()
+    }
+
     /// The first frame of a taxel that is not before a time.
     pub fn frame_at(&self, taxel: usize, t_s: f64) -> usize {
         self.volts(taxel).partition_point(|(at_s, _)| *at_s < t_s)
     }
 
-    /// The events of a kind.
+    /// The longest slide that the firmware found, from its start to its end.
+    pub fn longest_slide_s(&self) -> Option<(f64, f64)> {
+        let slides = self.events(|event| match event {
+            Event::Slide(slide) => Some((seconds(slide.start_us), seconds(slide.end_us?))),
+            _ => None,
+        });
+        slides.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
+    }
+
     pub fn events<'a, T: 'a>(&'a self, kind: impl Fn(&'a Event) -> Option<T> + 'a) -> impl Iterator<Item = T> + 'a {
         self.packets.iter().filter_map(move |packet| kind(&packet.event))
     }

@@ -2,14 +2,14 @@
 
 use crate::faults::campaign::Campaign;
 use crate::faults::family::Family;
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use clap::ValueEnum;
+use ridgetone_host::emulator::{self, Options};
 
 #[test]
 #[ignore = "needs the emulator: cargo xtask test --all"]
 fn a_run_of_each_family_of_faults_and_nothing_wrong_is_reported_as_right() {
     let elf = emulator::image::find().expect("an image");
-    for family in &Family::ALL {
+    for family in Family::value_variants() {
         let mut campaign = Campaign { seed: 1, rows: Vec::new(), bit_errors: None };
         campaign.on_emulator(1, Some(*family), Options::new(&elf)).expect("a run");
         let [row] = &campaign.rows[..] else { panic!("{:?}", campaign.rows) };

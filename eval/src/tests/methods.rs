@@ -37,7 +37,7 @@ fn tone(frequency: f64, frames: usize, sigma: f64, seed: u64) -> Vec<Frame> {
 
 /// Root mean square of the errors, in cycles per window, and how many windows gave none.
 fn errors(method: Method, channels: usize, frames: usize, sigma: f64, runs: u64) -> (f64, u64) {
-    let mut scratch = Scratch::new();
+    let mut scratch = Scratch::EMPTY;
     let (mut sum, mut none) = (0.0, 0);
     for seed in 0..runs {
         match method.estimate(&tone(FREQUENCY, frames, sigma, seed), channels, &mut scratch) {
@@ -62,7 +62,7 @@ fn tolerance(method: Method) -> f64 {
 
 #[test]
 fn every_method_finds_a_clean_tone() {
-    let mut scratch = Scratch::new();
+    let mut scratch = Scratch::EMPTY;
     for method in Method::ALL {
         for channels in [1, 2, 16] {
             for seed in 0..10 {
@@ -77,7 +77,7 @@ fn every_method_finds_a_clean_tone() {
 
 #[test]
 fn the_fits_work_at_the_ends_of_the_band_and_of_the_windows() {
-    let mut scratch = Scratch::new();
+    let mut scratch = Scratch::EMPTY;
     let fits = [Method::InterpolatedDft, Method::Ieee1057, Method::Oddo2009, Method::LmJoint];
     for (frequency, frames) in [(0.41, 940), (0.4567, 241), (0.0152, 964), (0.2501, 1024), (0.11, 24)] {
         for method in fits {
@@ -113,7 +113,7 @@ fn the_fits_are_on_their_bound() {
 
 #[test]
 fn what_is_no_tone_gives_no_panic_and_no_frequency_outside_the_band() {
-    let mut scratch = Scratch::new();
+    let mut scratch = Scratch::EMPTY;
     let mut noise = Noise::new(1);
     let mut normal = |_| std::array::from_fn(|_| (100.0 * noise.normal()) as f32);
     let noise: Vec<Frame> = (0..241).map(&mut normal).collect();
@@ -142,7 +142,7 @@ fn what_is_no_tone_gives_no_panic_and_no_frequency_outside_the_band() {
 
 #[test]
 fn a_broken_channel_is_left_out() {
-    let mut scratch = Scratch::new();
+    let mut scratch = Scratch::EMPTY;
     for method in Method::ALL {
         let mut values = tone(FREQUENCY, 241, 0.0, 3);
         values.iter_mut().for_each(|frame| frame[0] = 5.0);

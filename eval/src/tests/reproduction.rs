@@ -1,6 +1,7 @@
 //! The reproduction: that its figures are those of the scenes, and that the page is what was measured.
 
 use super::{from_root, read};
+use crate::page::load;
 use crate::reproduce;
 use crate::reproduce::measure::combinations;
 use crate::reproduce::paper::{LENGTH_MM, TABLE_3};
@@ -10,7 +11,7 @@ use hal_mock::{Sliding, SlidingScene, TABLE_2};
 use std::sync::OnceLock;
 
 fn shipped() -> Reproduction {
-    reproduce::load(&from_root("docs/reproduction.json")).expect("the data")
+    load(&from_root("docs/reproduction.json")).expect("the data")
 }
 
 /// C7 and C10, the two shortest, one run each.

@@ -18,10 +18,8 @@ const ANSWERED: f64 = 0.99;
 /// Fewest windows from which a regression is worth anything.
 const REGRESSED: usize = 10;
 
-/// An estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
-    /// Frequency, hertz.
     pub hz: f64,
     /// The estimator's own standard deviation, hertz.
     pub sigma_hz: Option<f64>,
@@ -29,15 +27,12 @@ pub struct Answer {
     pub ambiguous: bool,
 }
 
-/// A window and its estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// The true frequency, hertz.
     pub true_hz: f64,
     pub bound_hz: f64,
     /// The error of an estimator on the bound in this very window, hertz.
     pub luck_hz: f64,
-    /// The estimate, if there is one.
     pub answer: Option<Answer>,
 }
 
@@ -57,22 +52,17 @@ pub struct Accuracy {
     pub error: Option<Error>,
 }
 
-/// An error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Error {
     pub rms_hz: f64,
     /// RMS, percent of the true frequency.
     pub rms_percent: f64,
-    /// The bound in the same units.
     pub bound_percent: f64,
-    /// RMS of error over bound.
     pub ratio: f64,
-    /// Standard error of that.
     pub ratio_sigma: f64,
 }
 
 impl Accuracy {
-    /// Sums up.
     pub fn new(samples: &[Sample]) -> Self {
         let answered = || samples.iter().filter_map(|sample| Some((sample, sample.answer?)));
         let good: Vec<(&Sample, Answer)> = answered().filter(|(_, answer)| !answer.ambiguous).collect();

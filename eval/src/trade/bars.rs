@@ -10,7 +10,6 @@ use hal_mock::TABLE_2;
 use ridgetone_proto::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
-/// The windows.
 pub const LENGTHS: [Length; 6] = [
     Length::Seconds(0.2),
     Length::Seconds(0.3),
@@ -41,7 +40,7 @@ const DETECTION_SNR_DB: f64 = 10.0;
 const DETECTED_WITHIN: f64 = 0.1;
 
 /// A setting whose ratio is within so many standard errors of its bar is measured again, with so many times as many
-/// windows, all of them new: of 171 settings on the bar's good side a few look worse by chance.
+/// windows, all of them new: of 171 settings on the bar's good side a few look worse in some draws.
 const NEAR_SIGMAS: f64 = 3.0;
 const AGAIN: u32 = 8;
 
@@ -52,18 +51,14 @@ const AGAIN_SEED: u64 = 50_000;
 const NOISE_SEED: u64 = 1_000_000_000;
 const DETECTION_SEED: u64 = 2_000_000_000;
 
-/// How many windows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Windows {
-    /// For each setting of accuracy.
     pub accuracy: u32,
-    /// Of noise alone, for each length.
     pub noise: u32,
     /// For each line of Table 2 at the detection bar.
     pub detection: u32,
 }
 
-/// One setting's accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Cell {
     pub setting: Setting,
@@ -79,7 +74,6 @@ impl Cell {
         self.accuracy.error.is_none_or(|error| error.ratio + NEAR_SIGMAS * error.ratio_sigma > RATIO_BAR)
     }
 
-    /// Whether it is above the bar.
     pub fn is_above(&self) -> bool {
         self.ratio() > RATIO_BAR
     }
@@ -88,11 +82,9 @@ impl Cell {
 /// The tones found in windows of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
-    /// Length of the windows; none where it follows from the cycles.
+    /// None where it follows from the cycles.
     pub length: Option<Length>,
-    /// How many there were.
     pub windows: u32,
-    /// In how many of them a tone was found.
     pub found: u32,
 }
 
@@ -106,19 +98,16 @@ fn percent(part: u32, all: u32) -> f64 {
     100.0 * f64::from(part) / f64::from(all)
 }
 
-/// All measurements for the bars.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bars {
     pub windows: Windows,
     /// Accuracy: every length, noise and line of Table 2.
     pub cells: Vec<Cell>,
-    /// Noise alone, by length.
     pub noise: Vec<Found>,
     pub detection: Found,
 }
 
 impl Bars {
-    /// Measures.
     pub fn measure(windows: Windows) -> Result<Self> {
         Ok(Self {
             windows,
@@ -128,7 +117,6 @@ impl Bars {
         })
     }
 
-    /// The bars.
     pub fn bars(&self) -> Vec<Bar> {
         vec![self.on_the_bound(), self.small(), self.octaves(), self.coverage(), self.false_alarms(), self.detected()]
     }

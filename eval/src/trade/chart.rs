@@ -28,7 +28,6 @@ struct Line<'a> {
     rows: Vec<&'a Row>,
 }
 
-/// Draws it.
 pub fn draw(trade: &Trade) -> String {
     let lines = lines(trade);
     let points = || lines.iter().flat_map(|line| &line.rows).filter_map(|row| point(row));

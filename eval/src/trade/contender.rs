@@ -9,20 +9,16 @@ use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
 
-/// An estimator and its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contender {
     /// Ridgetone's fit of the first `channels` channels with up to so many harmonics.
     Ridgetone {
-        /// Most harmonics, the fundamental included.
         harmonics: u8,
-        /// Channels with valid values.
         channels: u8,
     },
     /// Another method on the first `channels` channels.
     Baseline {
         method: Method,
-        /// Channels that it gets.
         channels: u8,
     },
 }
@@ -33,7 +29,6 @@ impl Contender {
         Self::Ridgetone { harmonics, channels: TAXELS as u8 }
     }
 
-    /// Its estimate of a window.
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone { harmonics, channels } => {
@@ -47,7 +42,7 @@ impl Contender {
                 Ok(fit.status.has_tone().then_some(answer))
             }
             Self::Baseline { method, channels } => {
-                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::new()));
+                let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::EMPTY));
                 let hz = estimate.map(|frequency| f64::from(frequency) * window.frame_rate_hz);
                 Ok(hz.map(|hz| Answer { hz, sigma_hz: None, ambiguous: false }))
             }

@@ -13,14 +13,11 @@ pub const RIDGETONE: &str = "Ridgetone";
 /// Clock of the STM32F405, hertz.
 const CLOCK_HZ: f64 = 168e6;
 
-/// All that was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trade {
     /// Windows of each line of Table 2 in a row.
     pub windows: u32,
-    /// Every choice.
     pub rows: Vec<Row>,
-    /// The bars of accuracy.
     pub bars: Bars,
     /// The bars of instructions and memory on the chip.
     pub chip: Vec<Bar>,
@@ -42,8 +39,7 @@ impl Trade {
             .find(|row| (row.method.as_str(), row.window_s, row.carried, row.harmonics, row.channels) == key)
     }
 
-    /// The rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip's
-    /// memory where these are fewer.
+    /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip.
     pub fn baseline(&self, window_s: f64, carried: u8, method: Method) -> impl Iterator<Item = &Row> {
         let key = (method.name(), window_s, carried);
         self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
@@ -57,9 +53,7 @@ pub struct Row {
     pub method: String,
     pub window_s: f64,
     pub frames: u32,
-    /// Harmonics of the scene.
     pub carried: u8,
-    /// Most harmonics of the fit.
     pub harmonics: u8,
     pub channels: u8,
     pub accuracy: Accuracy,
@@ -78,7 +72,6 @@ impl Row {
         self.instructions.map(|instructions| f64::from(instructions) / PASS_INSTRUCTIONS)
     }
 
-    /// RMS error, percent of the frequency.
     pub fn rms_percent(&self) -> Option<f64> {
         self.accuracy.error.map(|error| error.rms_percent)
     }

@@ -12,7 +12,6 @@ use hal_mock::TABLE_2;
 use ridgetone_host::digits::significant;
 use ridgetone_proto::settings::TAXELS;
 
-/// A table by its name.
 pub fn table(trade: &Trade, name: &str) -> Option<String> {
     Some(match name {
         "windows" => windows(trade),
@@ -25,7 +24,6 @@ pub fn table(trade: &Trade, name: &str) -> Option<String> {
     })
 }
 
-/// How many windows there were.
 fn windows(trade: &Trade) -> String {
     let of_bars = trade.bars.windows;
     let headings =
@@ -40,7 +38,6 @@ fn or_dash(figure: Option<String>) -> String {
     figure.unwrap_or_else(|| "-".into())
 }
 
-/// Percent of the frequency.
 fn percent(row: &Row) -> String {
     or_dash(row.rms_percent().map(|percent| significant(percent, 2)))
 }
@@ -61,8 +58,7 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// Windows without a single frequency, and those in which it was a multiple or a fraction of the true one,
-/// percent of all.
+/// Windows without a single frequency, and those with a multiple or a fraction of the true one, percent of all.
 fn failures(row: &Row) -> [String; 2] {
     let accuracy = &row.accuracy;
     let share = |count: u32| match 100.0 * f64::from(count) / f64::from(accuracy.windows) {

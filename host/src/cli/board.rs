@@ -36,13 +36,13 @@ impl BoardOptions {
                 eprintln!("ridgetone: warning: {warning}");
             }
             let input = if again { input.repeated() } else { input };
-            return Ok(Feed::new(Box::new(Emulated::start(input, elf, silence, pace))));
+            return Ok(Feed::new(Emulated::start(input, elf, silence, pace)));
         }
         if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
             return Err(misplaced());
         }
         let wanted = Wanted::new(self.port.clone().flatten(), self.usb_serial.clone());
-        Ok(Feed::new(Box::new(Link::open(System, wanted)?)))
+        Ok(Feed::new(Link::open(System, wanted)?))
     }
 
     /// The same for requests alone: the emulated board feels a plain scene at the speed of a real one.

@@ -67,7 +67,7 @@ impl BoardCommand {
             Self::Unfollow(board) => (board, Command::Unfollow, "estimates come by time"),
             Self::Follow(args) => {
                 let after = speed::after(args.repeats);
-                let knots = speed::knots(&args.file, after)?;
+                let (knots, _) = speed::knots(&args.file, after)?;
                 let mut feed = args.board.open_for_request()?;
                 Client::new(&mut feed).follow(&knots, after)?;
                 eprintln!("ridgetone: {}: estimates come by place, in cycles per mm", feed.name());

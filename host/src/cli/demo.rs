@@ -2,7 +2,6 @@
 
 use super::firmware::FirmwareOptions;
 use crate::input::frame_rate_hz;
-use crate::output::Progress;
 use crate::{demo, output, settings_form};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -37,15 +36,10 @@ impl DemoArgs {
         if let Some(path) = &self.settings {
             options.settings = settings_form::load(path)?;
         }
-        let mut progress = Progress::default();
-        let demo = demo::run(scene.unwrap_or_default(), options, &mut |done_s, total_s| {
-            progress.show_seconds(done_s, total_s);
-        });
-        progress.end();
-        let demo = demo?;
+        let demo = output::with_progress(|progress| demo::run(scene.unwrap_or_default(), options, progress))?;
         if let Some(path) = &self.svg {
-            output::whole_file(path, |file| Ok(file.write_all(demo.svg().as_bytes())?))?;
+            output::whole_text(path, &demo.svg())?;
         }
-        output::line(demo.summary.to_string().trim_end())
+        output::line(demo.to_string().trim_end())
     }
 }

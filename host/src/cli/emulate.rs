@@ -4,8 +4,6 @@ use super::firmware::FirmwareOptions;
 use super::input::InputOptions;
 use super::lines::{LineOptions, printer, report};
 use super::settings::SettingsOptions;
-use crate::live::Counts;
-use crate::output::Progress;
 use crate::picture::Recording;
 use crate::{emulator, output, picture, stop};
 use anyhow::Result;
@@ -58,7 +56,6 @@ impl EmulateArgs {
             log: self.log.then_some(|line| eprintln!("log: {line}")),
             ..self.firmware.options(&elf)
         };
-        let mut progress = Progress::default();
         let mut print = printer(LineOptions { json: self.json, teleplot: false });
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
@@ -67,11 +64,7 @@ impl EmulateArgs {
             }
             print(packet)
         };
-        let outcome = emulator::run(input, options, &mut sink, &mut |done_s, total_s| {
-            progress.show_seconds(done_s, total_s);
-        });
-        progress.end();
-        let outcome = outcome?;
+        let outcome = output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
         for line in outcome.messages.lines() {
             eprintln!("firmware: {line}");
         }
@@ -80,10 +73,9 @@ impl EmulateArgs {
         }
         if let Some(path) = &self.svg {
             let svg = picture::draw(&Recording::new(&outcome.conversions, &packets), None);
-            output::whole_file(path, |file| Ok(file.write_all(svg.as_bytes())?))?;
+            output::whole_text(path, &svg)?;
         }
-        let (received, missing, damaged) = (outcome.received, outcome.missing, outcome.damaged);
-        report(Counts { received, missing, damaged, ..Counts::default() });
+        report(outcome.counts);
         Ok(())
     }
 }

@@ -19,7 +19,6 @@ pub struct FirmwareOptions {
 }
 
 impl FirmwareOptions {
-    /// The image.
     pub fn image(&self) -> Result<PathBuf> {
         match &self.elf {
             Some(elf) if !elf.is_file() => {

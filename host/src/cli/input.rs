@@ -75,7 +75,6 @@ impl SceneOptions {
         scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some()
     }
 
-    /// The scene's parameters.
     pub fn sliding(&self) -> Result<Sliding> {
         if let Some(path) = &self.scene_file {
             let scene = hal_mock::load_scene(path, frame_rate_hz())?;
@@ -93,7 +92,6 @@ impl SceneOptions {
 }
 
 impl InputOptions {
-    /// Whether any option was given.
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
     }

@@ -1,6 +1,6 @@
 //! Packets printed as lines, of one of three kinds.
 
-use crate::feed::{Feed, Requester, Source};
+use crate::feed::{Feed, Requester};
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
 use crate::{events, listen, output};
@@ -20,14 +20,13 @@ pub struct LineOptions {
 }
 
 /// Prints all packets of a feed, and at the end the counts.
-pub fn print<S: Source>(mut feed: Feed<S>, mut requester: Requester, lines: LineOptions) -> Result<()> {
+pub fn print(mut feed: Feed, mut requester: Requester, lines: LineOptions) -> Result<()> {
     let mut print = printer(lines);
     let ended = listen::run(&mut feed, &mut requester, &mut |packet| print(packet).map(ControlFlow::Continue));
     report(feed.counts());
     ended
 }
 
-/// Prints one packet after the other.
 pub fn printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
     let mut teleplot = lines.teleplot.then(Teleplot::default);
     move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {

@@ -4,8 +4,7 @@ use super::input::InputOptions;
 use super::lines::{LineOptions, print, printer, report};
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
-use crate::live::Counts;
-use crate::output::Progress;
+use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::usage::UsageError;
 use crate::{recording, replay, speed, stop};
@@ -53,14 +52,9 @@ impl ReplayArgs {
         let after = speed::after(self.profile_repeats);
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
         let input = self.input.open_for(settings.window_s)?;
-        let mut progress = Progress::default();
-        let outcome = replay::run(input, settings, profile, &mut printer(self.lines), &mut |done_s, total_s| {
-            progress.show_seconds(done_s, total_s);
-        });
-        progress.end();
-        let outcome = outcome?;
-        let (received, missing, damaged) = (outcome.received, outcome.missing, outcome.damaged);
-        report(Counts { received, missing, damaged, ..Counts::default() });
+        let mut print = printer(self.lines);
+        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut print, progress))?;
+        report(outcome.counts);
         Ok(())
     }
 

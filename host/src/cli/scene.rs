@@ -5,7 +5,7 @@ use crate::input::{check_length, frame_rate_hz};
 use crate::output;
 use anyhow::Result;
 use clap::Args;
-use hal_mock::{SlidingScene, write_csv};
+use hal_mock::{SlidingScene, Truth, write_csv};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -31,6 +31,13 @@ struct TruthJson<'a> {
     file: &'a str,
     rows: u64,
     rate_hz: f64,
+    #[serde(flatten, with = "TruthForm")]
+    truth: Truth,
+}
+
+#[derive(Serialize)]
+#[serde(remote = "Truth")]
+struct TruthForm {
     contact_s: f64,
     slide_start_s: f64,
     slide_end_s: f64,
@@ -54,18 +61,8 @@ impl SceneArgs {
             truth.contact_s, truth.slide_start_s, truth.slide_end_s, truth.release_s, truth.end_s, truth.frequency_hz
         );
         if self.json {
-            output::line(&serde_json::to_string(&TruthJson {
-                r#type: "truth",
-                file: &file,
-                rows,
-                rate_hz,
-                contact_s: truth.contact_s,
-                slide_start_s: truth.slide_start_s,
-                slide_end_s: truth.slide_end_s,
-                release_s: truth.release_s,
-                end_s: truth.end_s,
-                frequency_hz: truth.frequency_hz,
-            })?)?;
+            let json = TruthJson { r#type: "truth", file: &file, rows, rate_hz, truth };
+            output::line(&serde_json::to_string(&json)?)?;
         }
         Ok(())
     }

@@ -39,16 +39,11 @@ pub struct SettingsOptions {
     /// By the protocol: length of the slide to use, mm.
     #[arg(long, value_name = "MM", default_value_t = 55.0, requires = "speed")]
     pub length: f32,
-    /// The units and the gratings.
     #[command(flatten)]
     pub array: ArrayOptions,
 }
 
 impl SettingsOptions {
-    /// The settings.
-    ///
-    /// # Errors
-    /// The file cannot be read, or a setting is out of its bounds ([`UsageError`]).
     pub fn settings(&self) -> Result<Settings> {
         let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
         // A zero would switch the setting off; as an option it is out of bounds.

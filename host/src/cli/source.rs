@@ -32,14 +32,13 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
-    /// Opens the source.
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
         let Some(path) = &self.recording else { return self.board.open(Some(&self.input), pace, !self.once) };
         if self.input.is_given() || self.board.firmware.elf.is_some() {
             return Err(misplaced());
         }
-        let feed = Feed::new(Box::new(Recorded::open(path)?) as Box<_>);
+        let feed = Feed::new(Recorded::open(path)?);
         Ok(match pace {
             Some(pace) => feed.paced(Pace::new(pace)),
             None => feed,

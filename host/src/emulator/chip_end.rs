@@ -1,5 +1,6 @@
 //! The bridge's PC end: requests of the emulated board, answered by the simulated chip.
 
+use super::options::Options;
 use crate::input::Opened;
 use ads1258::Conversion;
 use hal_mock::Ads1258;
@@ -14,7 +15,6 @@ const NEW: u8 = 0x80;
 /// Nanoseconds in a microsecond: the board counts these, the chip those.
 const NS_PER_US: u64 = 1000;
 
-/// A chip on the bridge.
 pub struct ChipEnd {
     pub(super) chip: Ads1258,
     end_s: f64,
@@ -45,8 +45,7 @@ pub struct ChipEnd {
 }
 
 impl ChipEnd {
-    /// A chip in front of an input. With `keep` it keeps every conversion that the board reads.
-    pub fn new(input: Opened, keep: bool, crash: Option<(u64, Crash)>, line_blocked_s: Option<(f64, f64)>) -> Self {
+    pub fn new(input: Opened, options: &Options<'_>) -> Self {
         Self {
             end_s: input.end_s,
             chip: Ads1258::new(input.scene, input.options),
@@ -54,9 +53,9 @@ impl ChipEnd {
             start_us: None,
             first_edge_us: None,
             ended: false,
-            crash,
-            line_blocked_s,
-            keep,
+            crash: options.crash,
+            line_blocked_s: options.line_blocked_s,
+            keep: options.keep_conversions,
             conversions: Vec::new(),
             served: 0,
             arrived: 0,
@@ -149,11 +148,13 @@ impl ChipEnd {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hal_mock::{Constant, Options};
+    use hal_mock::Constant;
 
     fn end(end_s: f64) -> ChipEnd {
         let scene = Box::new(Constant { end_s, ..Constant::default() });
-        ChipEnd::new(Opened { scene, options: Options::default(), end_s, truth: None, warning: None }, true, None, None)
+        let options = crate::emulator::Options { keep_conversions: true, ..crate::emulator::Options::new("".as_ref()) };
+        let chip = hal_mock::Options::default();
+        ChipEnd::new(Opened { scene, options: chip, end_s, truth: None, warning: None }, &options)
     }
 
     fn request(operation: Operation, level: bool, length: u8, now_us: u32) -> Request {

@@ -18,9 +18,6 @@ const MARKER: &[u8] = b"spi.request\0";
 
 /// The default image: in `CARGO_TARGET_DIR`, else in `target` of the workspace around the current
 /// directory, else of the one this program was built in.
-///
-/// # Errors
-/// There is no image.
 pub fn find() -> Result<PathBuf> {
     let here = std::env::current_dir().unwrap_or_default();
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
@@ -33,9 +30,6 @@ pub fn find() -> Result<PathBuf> {
 }
 
 /// Checks that a file is an image of our firmware; gives its absolute path.
-///
-/// # Errors
-/// It is another file; one line says which.
 pub fn check(path: &Path) -> Result<PathBuf> {
     let shown = path.display();
     let bytes = std::fs::read(path).with_context(|| format!("{shown}"))?;

@@ -4,7 +4,6 @@ use anyhow::{Context, Result, bail};
 use defmt_decoder::{DecodeError, Table};
 use std::path::Path;
 
-/// Decodes a log.
 pub struct Log {
     table: Table,
     /// Bytes of an incomplete frame.
@@ -23,7 +22,6 @@ impl Log {
         Ok(Self { table, rest: Vec::new(), print })
     }
 
-    /// Takes bytes of the log.
     pub fn push(&mut self, bytes: &[u8]) {
         self.rest.extend_from_slice(bytes);
         // A frame ends with a zero.

@@ -4,30 +4,54 @@ use anyhow::{Context, Result, bail};
 use rustix::fs::{CWD, Mode, OFlags, fcntl_getfl, fcntl_setfl};
 use std::fs::File;
 use std::io::{ErrorKind, Write};
+use std::os::fd::OwnedFd;
 use std::path::Path;
-use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use tempfile::TempDir;
 
-/// The emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
+
+/// Records from the board.
+pub const REQUESTS: usize = 0;
+/// The board's third serial port.
+pub const SERIAL: usize = 1;
+/// The emulator's standard error.
+pub const MESSAGES: usize = 2;
 
 /// A running emulator. Dropped, it is killed and its directory removed.
 pub struct Emulator {
     child: Child,
     directory: Option<TempDir>,
-    /// Records from the board.
-    pub request: File,
+    /// Pipes from the emulator, by [`REQUESTS`], [`SERIAL`], [`MESSAGES`] and the rest, the board's log.
+    pub pipes: [File; 4],
     reply: File,
-    /// The board's log.
-    pub log: File,
     /// To the board's third serial port.
     line: ChildStdin,
     /// Bytes that the line did not accept yet.
     unsent: Vec<u8>,
-    /// From the board's third serial port.
-    pub serial: ChildStdout,
-    /// The emulator's standard error.
-    pub messages: ChildStderr,
+}
+
+/// Starts QEMU on an image, whose path must be absolute, in a directory with the image's files. Its standard input and output
+/// are `stdio`, its standard error is a pipe.
+pub fn qemu(image: &Path, directory: &Path, icount: &str, ports: &[&str], stdio: fn() -> Stdio) -> Result<Child> {
+    let spawned = Command::new(QEMU)
+        .args(["-machine", "netduinoplus2", "-icount", icount])
+        .args(["-display", "none", "-monitor", "none"])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .args(ports.iter().flat_map(|port| ["-serial", port]))
+        .arg("-kernel")
+        .arg(image)
+        .current_dir(directory)
+        .stdin(stdio())
+        .stdout(stdio())
+        .stderr(Stdio::piped())
+        .spawn();
+    match spawned {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            bail!("{QEMU} is not installed: `cargo xtask setup` installs it (Debian: apt-get install qemu-system-arm)")
+        }
+        spawned => spawned.context(QEMU),
+    }
 }
 
 impl Emulator {
@@ -37,26 +61,8 @@ impl Emulator {
         let request = fifo(&directory.path().join("spi.request"))?;
         let reply = fifo(&directory.path().join("spi.reply"))?;
         let log = fifo(&directory.path().join("defmt.log"))?;
-        let spawned = Command::new(QEMU)
-            .args(["-machine", "netduinoplus2", "-icount", &format!("shift={icount_shift},sleep=off")])
-            .args(["-display", "none", "-monitor", "none"])
-            .args(["-semihosting-config", "enable=on,target=native"])
-            .args(["-serial", "null", "-serial", "null", "-serial", "stdio", "-kernel"])
-            .arg(image)
-            .current_dir(directory.path())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn();
-        let mut child = match spawned {
-            Ok(child) => child,
-            Err(error) if error.kind() == ErrorKind::NotFound => {
-                bail!(
-                    "{QEMU} is not installed: `cargo xtask setup` installs it (Debian: apt-get install qemu-system-arm)"
-                )
-            }
-            Err(error) => return Err(error).context(QEMU),
-        };
+        let icount = format!("shift={icount_shift},sleep=off");
+        let mut child = qemu(image, directory.path(), &icount, &["null", "null", "stdio"], Stdio::piped)?;
         let (Some(line), Some(serial), Some(messages)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
         else {
             bail!("{QEMU}: no pipes");
@@ -64,17 +70,15 @@ impl Emulator {
         // A board that does not read must not block the loop that serves it.
         let flags = fcntl_getfl(&line).context("the line to the emulated board")?;
         fcntl_setfl(&line, flags | OFlags::NONBLOCK).context("the line to the emulated board")?;
-        let directory = Some(directory);
-        Ok(Self { child, directory, request, reply, log, line, unsent: Vec::new(), serial, messages })
+        let pipes = [request, OwnedFd::from(serial).into(), OwnedFd::from(messages).into(), log];
+        Ok(Self { child, directory: Some(directory), pipes, reply, line, unsent: Vec::new() })
     }
 
-    /// Removes the directory when both ends of the bridge are open: then nothing is left behind even if this program is
-    /// killed.
+    /// Removes the directory once both ends of the bridge are open: nothing is left behind even if this program is killed.
     pub fn connected(&mut self) {
         self.directory = None;
     }
 
-    /// Sends a reply.
     pub fn reply(&mut self, bytes: &[u8]) -> Result<()> {
         self.reply.write_all(bytes).context("the bridge to the emulated board")
     }

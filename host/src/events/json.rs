@@ -1,8 +1,9 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
+use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, period_f32};
-use ridgetone_proto::boot::{Death, Record, ResetCause, SettingsSource};
+use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::settings::Settings;
@@ -12,11 +13,19 @@ use ridgetone_proto::telemetry::{
 };
 use serde::Serialize;
 
+/// A packet's kind in lower case, its number, and its content.
 #[derive(Serialize)]
-#[serde(tag = "type", rename_all = "snake_case")]
+struct Line<'a> {
+    r#type: String,
+    sequence: u16,
+    #[serde(flatten)]
+    body: Body<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
 enum Body<'a> {
     Hello {
-        sequence: u16,
         protocol: u8,
         version: String,
         frame_rate_hz: f32,
@@ -26,20 +35,14 @@ enum Body<'a> {
         reset_cause: ResetCause,
         record: Option<JsonRecord<'a>>,
     },
-    Contact {
-        sequence: u16,
-        #[serde(flatten)]
-        contact: &'a Contact,
-    },
+    Contact(&'a Contact),
     Slide {
-        sequence: u16,
         t_s: f64,
         #[serde(flatten)]
         slide: &'a Slide,
         state: State,
     },
     Estimate {
-        sequence: u16,
         t_s: f64,
         window_s: f32,
         span: Span,
@@ -54,40 +57,25 @@ enum Body<'a> {
         travel: JsonTravel,
         channels: &'a [Channel],
     },
-    Release {
-        sequence: u16,
-        #[serde(flatten)]
-        release: &'a Release,
-    },
-    Health {
-        sequence: u16,
-        #[serde(flatten)]
-        health: &'a Health,
-    },
+    Release(&'a Release),
+    Health(&'a Health),
     Image {
-        sequence: u16,
         t_s: f64,
         #[serde(flatten)]
         image: &'a Image,
     },
     Fault {
-        sequence: u16,
         t_s: f64,
         #[serde(flatten)]
         fault: &'a Fault,
         state: State,
     },
     Reply {
-        sequence: u16,
         number: u16,
         #[serde(flatten, with = "JsonOutcome")]
         outcome: &'a Outcome,
     },
-    Raw {
-        sequence: u16,
-        #[serde(flatten)]
-        raw: &'a Raw,
-    },
+    Raw(&'a Raw),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -113,19 +101,6 @@ struct JsonRecord<'a> {
     lr: String,
     file: &'a str,
     line: u32,
-}
-
-impl<'a> From<&'a Record> for JsonRecord<'a> {
-    fn from(record: &'a Record) -> Self {
-        Self {
-            death: record.death,
-            board_time_s: f64::from(record.t_us) / 1e6,
-            pc: format!("{:#010x}", record.pc),
-            lr: format!("{:#010x}", record.lr),
-            file: &record.file,
-            line: record.line,
-        }
-    }
 }
 
 /// [`Outcome`] with its name beside its values.
@@ -166,32 +141,33 @@ impl From<&Travel> for JsonTravel {
 }
 
 /// A packet as one JSON object on one line, without the line's end.
-///
-/// # Errors
-/// Those of the serializer; no packet causes one.
 pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }
 
 /// A packet in the form of [`json`], for a serializer.
 pub fn serializable(packet: &Packet) -> impl Serialize {
-    let sequence = packet.sequence;
     let t_s = packet.event.t_us().map_or(0.0, |t_us| t_us as f64 / 1e6);
-    match &packet.event {
+    let body = match &packet.event {
         Event::Hello(e) => Body::Hello {
-            sequence,
             protocol: e.protocol,
             version: e.version.map(|part| part.to_string()).join("."),
             frame_rate_hz: e.frame_rate_hz,
             settings: e.settings,
             settings_source: e.source,
             reset_cause: e.boot.cause,
-            record: e.boot.record.as_ref().map(Into::into),
+            record: e.boot.record.as_ref().map(|record| JsonRecord {
+                death: record.death,
+                board_time_s: f64::from(record.t_us) / 1e6,
+                pc: format!("{:#010x}", record.pc),
+                lr: format!("{:#010x}", record.lr),
+                file: &record.file,
+                line: record.line,
+            }),
         },
-        Event::Contact(contact) => Body::Contact { sequence, contact },
-        Event::Slide(slide) => Body::Slide { sequence, t_s, slide, state: State::of(slide.end_us) },
+        Event::Contact(contact) => Body::Contact(contact),
+        Event::Slide(slide) => Body::Slide { t_s, slide, state: State::of(slide.end_us) },
         Event::Estimate(e) => Body::Estimate {
-            sequence,
             t_s,
             window_s: e.window_s,
             span: e.span,
@@ -204,13 +180,14 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             travel: (&e.travel).into(),
             channels: &e.channels,
         },
-        Event::Release(release) => Body::Release { sequence, release },
-        Event::Health(health) => Body::Health { sequence, health },
-        Event::Image(image) => Body::Image { sequence, t_s, image },
-        Event::Fault(fault) => Body::Fault { sequence, t_s, fault, state: State::of(fault.until_us) },
-        Event::Reply(e) => Body::Reply { sequence, number: e.number, outcome: &e.outcome },
-        Event::Raw(raw) => Body::Raw { sequence, raw },
-    }
+        Event::Release(release) => Body::Release(release),
+        Event::Health(health) => Body::Health(health),
+        Event::Image(image) => Body::Image { t_s, image },
+        Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
+        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
+        Event::Raw(raw) => Body::Raw(raw),
+    };
+    Line { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! One line a packet: time, type, and values with units. A static image has its map below.
 
-use crate::digits::with_sigma;
+use crate::digits::{seconds, with_sigma};
 use crate::names::name;
 use crate::static_image;
 use crate::tone::period_f32;
@@ -34,10 +34,6 @@ pub fn text(packet: &Packet) -> String {
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
         Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
     }
-}
-
-fn seconds(t_us: u64) -> f64 {
-    t_us as f64 / 1e6
 }
 
 fn line(t_us: u64, name: &str, values: &str) -> String {
@@ -156,7 +152,6 @@ fn reply(e: &Reply) -> String {
     format!("request {}: {}", e.number, outcome(&e.outcome))
 }
 
-/// Result of a request.
 pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),

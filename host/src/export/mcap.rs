@@ -1,7 +1,7 @@
 //! MCAP (<https://mcap.dev>): a channel of JSON for each kind of packet, with a schema, at device time. No compression, which would
 //! need C.
 
-use super::packets;
+use super::packets::packets;
 use super::schema::Schema;
 use crate::events;
 use crate::live::{Counts, Frame, time_s};

@@ -12,7 +12,6 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// Adds a value.
     pub fn see(&mut self, value: &Value) {
         let name = match value {
             Value::Null => "null",

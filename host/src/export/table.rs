@@ -1,11 +1,12 @@
 //! Tables as CSV.
 
-use super::packets;
+use super::packets::packets;
+use crate::digits::seconds;
 use crate::live::{Counts, Frame, Point};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Raw};
+use ridgetone_proto::telemetry::{Event, Health, Raw};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -21,27 +22,29 @@ pub enum Kind {
     Health,
 }
 
-#[derive(Serialize)]
-struct HealthRow {
-    t_s: f64,
-    frames: u32,
-    conversions_lost: u32,
-    conversions_doubtful: u32,
-    hops_skipped: u32,
-    messages_dropped: u32,
-    chip_restarts: u32,
-    requests_damaged: u32,
-    stack_used_bytes: u32,
-    frame_rate_hz: f32,
-    load: f32,
-    supply_v: f32,
-    reference_v: f32,
-    temperature_c: f32,
-    offset_v: f32,
-    gain: f32,
+/// A row of health: the time, and fields under their names.
+macro_rules! health_row {
+    ($($kind:ident: $($field:ident)*;)*) => {
+        #[derive(Serialize)]
+        struct HealthRow {
+            t_s: f64,
+            $($($field: $kind,)*)*
+        }
+
+        impl HealthRow {
+            fn new(health: &Health) -> Self {
+                Self { t_s: seconds(health.t_us), $($($field: health.$field,)*)* }
+            }
+        }
+    };
 }
 
-/// Writes one.
+health_row! {
+    u32: frames conversions_lost conversions_doubtful hops_skipped messages_dropped chip_restarts requests_damaged
+        stack_used_bytes;
+    f32: frame_rate_hz load supply_v reference_v temperature_c offset_v gain;
+}
+
 pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut csv = csv::Writer::from_writer(out);
     let mut rows = 0u64;
@@ -55,24 +58,7 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
         Kind::Health => packets(path, &mut |packet| {
             let Event::Health(health) = packet.event else { return Ok(()) };
             rows += 1;
-            Ok(csv.serialize(HealthRow {
-                t_s: health.t_us as f64 / 1e6,
-                frames: health.frames,
-                conversions_lost: health.conversions_lost,
-                conversions_doubtful: health.conversions_doubtful,
-                hops_skipped: health.hops_skipped,
-                messages_dropped: health.messages_dropped,
-                chip_restarts: health.chip_restarts,
-                requests_damaged: health.requests_damaged,
-                stack_used_bytes: health.stack_used_bytes,
-                frame_rate_hz: health.frame_rate_hz,
-                load: health.load,
-                supply_v: health.supply_v,
-                reference_v: health.reference_v,
-                temperature_c: health.temperature_c,
-                offset_v: health.offset_v,
-                gain: health.gain,
-            })?)
+            Ok(csv.serialize(HealthRow::new(&health))?)
         })?,
     };
     csv.flush()?;

@@ -5,7 +5,7 @@ use crate::input::Input;
 use crate::{recording, replay};
 use hal_mock::Table;
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Raw, WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
 
 /// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a taxel.

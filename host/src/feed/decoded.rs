@@ -10,10 +10,11 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// A source and the decoder behind it.
-pub struct Feed<S: Source = Box<dyn Source + Send>> {
-    source: S,
+pub struct Feed {
+    source: Box<dyn Source + Send>,
     decoder: Decoder,
     received: u64,
+    bytes: u64,
     queue: VecDeque<FeedEvent<Packet>>,
     is_over: bool,
     pace: Option<Pace>,
@@ -21,13 +22,14 @@ pub struct Feed<S: Source = Box<dyn Source + Send>> {
     opened: Instant,
 }
 
-impl<S: Source> Feed<S> {
+impl Feed {
     /// A feed from a source that was not read yet.
-    pub fn new(source: S) -> Self {
+    pub fn new(source: impl Source + Send + 'static) -> Self {
         Self {
-            source,
+            source: Box::new(source),
             decoder: Decoder::new(),
             received: 0,
+            bytes: 0,
             queue: VecDeque::new(),
             is_over: false,
             pace: None,
@@ -50,9 +52,7 @@ impl<S: Source> Feed<S> {
 
     /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence numbers gives the number
     /// of missing packets.
-    ///
-    /// # Errors
-    /// The board speaks another protocol; the source cannot go on; the recording cannot be written.
+    /// Fails if the board speaks another protocol, the source cannot go on, or the recording cannot be written.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         let begun = Instant::now();
         loop {
@@ -103,6 +103,7 @@ impl<S: Source> Feed<S> {
     }
 
     fn decode(&mut self, bytes: &[u8]) -> Result<()> {
+        self.bytes += bytes.len() as u64;
         if let Some(recording) = &mut self.recording {
             recording.write_all(bytes).and_then(|()| recording.flush()).context("the recording")?;
         }
@@ -113,22 +114,19 @@ impl<S: Source> Feed<S> {
         Ok(())
     }
 
-    /// Sends bytes to the board.
     pub fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.source.send(bytes)
     }
 
-    /// Whether a board can receive requests.
     pub fn has_board(&self) -> bool {
         self.source.has_board()
     }
 
-    /// The source.
-    pub fn source(&self) -> &S {
-        &self.source
+    /// Bytes received so far.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
     }
 
-    /// Name of the source.
     pub fn name(&self) -> String {
         self.source.name()
     }
@@ -138,7 +136,6 @@ impl<S: Source> Feed<S> {
         self.opened.elapsed()
     }
 
-    /// Packets received, missing and damaged so far.
     pub fn counts(&self) -> Counts {
         Counts::of(&self.decoder, self.received)
     }

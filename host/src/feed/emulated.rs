@@ -1,11 +1,10 @@
 //! The emulated board as a source: the firmware image in QEMU, at the speed of a real one.
 
 use super::source::{FeedEvent, Source};
-use crate::emulator;
-use crate::emulator::Options;
+use crate::emulator::{self, Options};
 use crate::input::Opened;
 use anyhow::{Context, Result, anyhow, bail};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -36,7 +35,32 @@ impl Emulated {
         let (requests, to_board) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
-        let thread = std::thread::spawn(move || run(input, &elf, silence, pace, &stopped, &to_feed, &to_board));
+        let thread = std::thread::spawn(move || {
+            let options = Options { silence, ..Options::new(&elf) };
+            let (mut begun, mut next) = (Instant::now(), Duration::ZERO);
+            let mut exchange = |now: Duration, bytes: &[u8]| {
+                if stopped.load(Ordering::Relaxed) {
+                    bail!("the emulated board is no longer wanted");
+                }
+                if !bytes.is_empty() {
+                    // The receiver is gone only if this thread is to end too.
+                    to_feed.send(bytes.to_vec()).map_err(|_| anyhow!("nobody listens to the emulated board"))?;
+                }
+                if let Some(pace) = pace
+                    && now >= next
+                {
+                    next = now + LOOK;
+                    let (due, here) = (begun + now.div_f64(pace), Instant::now());
+                    if due > here {
+                        std::thread::sleep(due - here);
+                    } else if here - due > LATE_MAX {
+                        begun += here - due;
+                    }
+                }
+                Ok(to_board.try_iter().flatten().collect())
+            };
+            emulator::run_bytes(input, options, &mut exchange, &mut |_, _| {}).map(|_| ())
+        });
         Self { telemetry, requests, stop, thread: Some(thread) }
     }
 
@@ -47,41 +71,6 @@ impl Emulated {
             None => Ok(()),
         }
     }
-}
-
-fn run(
-    input: Opened,
-    elf: &Path,
-    silence: Duration,
-    pace: Option<f64>,
-    stopped: &AtomicBool,
-    telemetry: &Sender<Vec<u8>>,
-    requests: &Receiver<Vec<u8>>,
-) -> Result<()> {
-    let options = Options { silence, ..Options::new(elf) };
-    let (mut begun, mut next) = (Instant::now(), Duration::ZERO);
-    let mut exchange = |now: Duration, bytes: &[u8]| {
-        if stopped.load(Ordering::Relaxed) {
-            bail!("the emulated board is no longer wanted");
-        }
-        if !bytes.is_empty() {
-            // The receiver is gone only if this thread is to end too.
-            telemetry.send(bytes.to_vec()).map_err(|_| anyhow!("nobody listens to the emulated board"))?;
-        }
-        if let Some(pace) = pace
-            && now >= next
-        {
-            next = now + LOOK;
-            let (due, here) = (begun + now.div_f64(pace), Instant::now());
-            if due > here {
-                std::thread::sleep(due - here);
-            } else if here - due > LATE_MAX {
-                begun += here - due;
-            }
-        }
-        Ok(requests.try_iter().flatten().collect())
-    };
-    emulator::run_bytes(input, options, &mut exchange, &mut |_, _| {}).map(|_| ())
 }
 
 impl Source for Emulated {

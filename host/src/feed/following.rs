@@ -26,11 +26,11 @@ pub enum RawFrames {
     Refused(String),
 }
 
-/// A feed that is followed.
 pub struct Following {
     feed: Feed,
     requester: Requester,
-    raw: RawFrames,
+    /// Whether raw frames come, or why not.
+    pub raw: RawFrames,
 }
 
 impl Following {
@@ -47,11 +47,6 @@ impl Following {
     /// A state that knows the name of the source alone.
     pub fn live(&self) -> Live {
         Live::new(self.feed.name())
-    }
-
-    /// Whether raw frames come, or why not.
-    pub fn raw(&self) -> &RawFrames {
-        &self.raw
     }
 
     /// Requests raw frames, or ends them; without a board it does nothing.

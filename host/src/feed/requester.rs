@@ -1,7 +1,7 @@
 //! Requests to the board behind a feed: waited for, or sent while its packets are read.
 
 use super::decoded::Feed;
-use super::source::{FeedEvent, Source};
+use super::source::FeedEvent;
 use crate::requests::{PATIENCE, Requests};
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
@@ -16,19 +16,15 @@ const RENEW: Duration = Duration::from_secs(5);
 /// board may run some times faster than this clock.
 const FRAMES: u32 = (60.0 * FRAME_RATE_HZ) as u32;
 
-/// Requests whose first number comes from the clock: a board repeats its answer to the number that it answered last, without
-/// doing anything.
+/// Their first number comes from the clock: a board only repeats its answer to the number that it answered last.
 pub fn new_requests() -> Requests {
     let clock = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Requests::new((clock.as_millis() % 65_536) as u16)
 }
 
 /// Sends a command and waits for its outcome; all packets that arrive meanwhile go to `sink`.
-///
-/// # Errors
-/// The board does not answer; those of the feed.
-pub fn request<S: Source>(
-    feed: &mut Feed<S>,
+pub fn request(
+    feed: &mut Feed,
     requests: &mut Requests,
     command: Command,
     sink: &mut dyn FnMut(&Packet),
@@ -72,7 +68,6 @@ impl Requester {
         requester
     }
 
-    /// Adds a command.
     pub fn push(&mut self, command: Command) {
         self.requests.push(command);
     }
@@ -86,10 +81,8 @@ impl Requester {
     }
 
     /// Sends the request that is due. Call it often while the board is connected.
-    ///
-    /// # Errors
-    /// The board does not answer, or the line fails; all requests are dropped then.
-    pub fn tick<S: Source>(&mut self, feed: &mut Feed<S>) -> Result<()> {
+    /// Fails if the board does not answer, or the line fails; all requests are dropped then.
+    pub fn tick(&mut self, feed: &mut Feed) -> Result<()> {
         let now = Instant::now();
         if self.requests.are_done() && self.renew.is_some_and(|due| due <= now) {
             self.renew = Some(now + RENEW);

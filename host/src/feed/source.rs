@@ -10,13 +10,11 @@ pub enum FeedEvent<T> {
     Connected(String),
     /// The board at this name is disconnected, with the system's message. The source waits for it.
     Disconnected(String, String),
-    /// Data of the board.
     Data(T),
     /// No more data will come.
     Over,
 }
 
-/// A source of telemetry bytes.
 pub trait Source {
     /// Name for people: of a port or of a file.
     fn name(&self) -> String;
@@ -24,29 +22,10 @@ pub trait Source {
     /// Waits for the next event, at most for `most`. Nobody calls it after [`FeedEvent::Over`].
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
 
-    /// Sends bytes to the board.
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
     /// Whether a board can receive bytes.
     fn has_board(&self) -> bool {
         true
-    }
-}
-
-impl<S: Source + ?Sized> Source for Box<S> {
-    fn name(&self) -> String {
-        (**self).name()
-    }
-
-    fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        (**self).next(most)
-    }
-
-    fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        (**self).send(bytes)
-    }
-
-    fn has_board(&self) -> bool {
-        (**self).has_board()
     }
 }

@@ -10,6 +10,7 @@ use ridgetone_proto::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
 use ridgetone_proto::telemetry::{PROTOCOL, Packet};
 use std::collections::VecDeque;
 use std::io::Write;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 /// Two pages of flash.
@@ -69,19 +70,20 @@ impl Obedient {
     }
 }
 
-impl Source for Obedient {
+impl Source for Arc<Mutex<Obedient>> {
     fn name(&self) -> String {
         "an obedient board".into()
     }
 
     fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        Ok(self.outgoing.pop_front())
+        Ok(self.lock().unwrap().outgoing.pop_front())
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        self.received += bytes.len();
-        for reply in self.board.hear(bytes) {
-            self.emit(Event::Reply(reply));
+        let mut board = self.lock().unwrap();
+        board.received += bytes.len();
+        for reply in board.board.hear(bytes) {
+            board.emit(Event::Reply(reply));
         }
         Ok(())
     }
@@ -93,14 +95,15 @@ fn packet(sequence: u16, t_us: u64) -> Packet {
 
 #[test]
 fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_wanted() {
-    let mut feed = Feed::new(Obedient::new());
+    let board = Arc::new(Mutex::new(Obedient::new()));
+    let mut feed = Feed::new(Arc::clone(&board));
     let mut requester = Requester::default();
     let settings = Settings { window_s: 0.5, ..Settings::DEFAULT };
     requester.push(Command::Set { settings, keep: false });
     requester.push(Command::Set { settings: Settings { window_s: 9.0, ..settings }, keep: false });
     requester.want_raw(true);
     let mut answers = Vec::new();
-    let talk = |feed: &mut Feed<Obedient>, requester: &mut Requester, answers: &mut Vec<_>| {
+    let talk = |feed: &mut Feed, requester: &mut Requester, answers: &mut Vec<_>| {
         for _ in 0..10 {
             requester.tick(feed).unwrap();
             while let Some(FeedEvent::Data(packet)) = feed.next(Duration::ZERO).unwrap() {
@@ -109,14 +112,14 @@ fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_w
         }
     };
     talk(&mut feed, &mut requester, &mut answers);
-    assert_eq!(feed.source().board.in_force().0, settings);
+    assert_eq!(board.lock().unwrap().board.in_force().0, settings);
     let outcomes: Vec<_> = answers.iter().map(|(_, outcome)| outcome).collect();
     assert!(matches!(outcomes[..], [Outcome::Done, Outcome::Setting { .. }, Outcome::Done]), "{outcomes:?}");
     assert!(matches!(answers[2].0, Command::Raw { frames } if frames > 241 * 10), "{answers:?}");
     // Nothing more is sent until raw frames have to be requested again.
-    let received = feed.source().received;
+    let received = board.lock().unwrap().received;
     talk(&mut feed, &mut requester, &mut answers);
-    assert_eq!((feed.source().received, answers.len()), (received, 3));
+    assert_eq!((board.lock().unwrap().received, answers.len()), (received, 3));
     // A restarted board no longer sends them.
     let (boot, source) = Default::default();
     let hello = Hello {
@@ -137,7 +140,8 @@ fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_w
 
 #[test]
 fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
-    let mut feed = Feed::new(Obedient::new());
+    let board = Arc::new(Mutex::new(Obedient::new()));
+    let mut feed = Feed::new(Arc::clone(&board));
     let mut client = crate::client::Client::new(&mut feed);
     let mut set = |settings| client.request(Command::Set { settings, keep: true });
     assert!(!set(Settings { hop_s: 0.5, ..Settings::DEFAULT }).unwrap());
@@ -145,12 +149,11 @@ fn settings_are_put_into_force_and_refused_with_their_bounds_over_any_line() {
     assert!(refused.is::<crate::usage::UsageError>());
     assert!(refused.to_string().contains("harmonics = 9") && refused.to_string().contains("from 1 to 5"), "{refused}");
     assert!(!client.request(Command::Forget).unwrap());
-    assert_eq!(feed.source().board.in_force().0, Settings::DEFAULT);
+    assert_eq!(board.lock().unwrap().board.in_force().0, Settings::DEFAULT);
 }
 
 #[test]
 fn bytes_are_recorded_as_they_arrive_and_a_cut_off_frame_is_ended() {
-    use std::sync::{Arc, Mutex};
     #[derive(Clone, Default)]
     struct Kept(Arc<Mutex<Vec<u8>>>);
     impl Write for Kept {
@@ -174,7 +177,7 @@ fn bytes_are_recorded_as_they_arrive_and_a_cut_off_frame_is_ended() {
         FeedEvent::Over,
     ]);
     let kept = Kept::default();
-    let mut feed = Feed::new(board).recorded(Box::new(kept.clone()));
+    let mut feed = Feed::new(Arc::new(Mutex::new(board))).recorded(Box::new(kept.clone()));
     let mut events = Vec::new();
     while events.last() != Some(&FeedEvent::Over) {
         events.extend(feed.next(Duration::ZERO).unwrap());
@@ -212,6 +215,6 @@ fn another_protocol_is_an_error_that_says_what_to_do() {
     let settings = Settings::DEFAULT;
     let hello = Hello { protocol: PROTOCOL + 1, version: [9, 0, 0], frame_rate_hz: 241.14, settings, source, boot };
     board.emit(Event::Hello(hello));
-    let error = Feed::new(board).next(Duration::ZERO).unwrap_err().to_string();
+    let error = Feed::new(Arc::new(Mutex::new(board))).next(Duration::ZERO).unwrap_err().to_string();
     assert!(error.contains("an obedient board") && error.contains("build both from one version"), "{error}");
 }

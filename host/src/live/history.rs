@@ -1,8 +1,8 @@
 //! The latest estimates, for a chart of the frequency.
 
+use super::bounded::Bounded;
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Span, Status, TravelStatus};
 use serde::Serialize;
-use std::collections::VecDeque;
 
 /// Estimates kept: eight minutes of sliding at the default hop.
 pub const POINTS: usize = 2000;
@@ -12,13 +12,9 @@ pub const POINTS: usize = 2000;
 pub struct Point {
     /// Device time of the window's end, seconds.
     pub t_s: f64,
-    /// Length of the window, seconds.
     pub window_s: f32,
-    /// What the window covers.
     pub span: Span,
-    /// Unit in which cycles are counted.
     pub abscissa: Abscissa,
-    /// The estimate's status, as with `--json`.
     pub status: Status,
     /// Hertz, or by place cycles per millimetre.
     pub frequency: Option<f32>,
@@ -26,20 +22,14 @@ pub struct Point {
     pub sigma: Option<f32>,
     /// Whether period and speed are known, as with `--json`.
     pub travel: TravelStatus,
-    /// Direction of the grating.
     pub direction: Option<Direction>,
-    /// Spatial period, millimetres.
     pub spatial_period_mm: Option<f32>,
-    /// Its standard deviation, millimetres.
     pub spatial_period_sigma_mm: Option<f32>,
-    /// Speed, millimetres per second.
     pub speed_mm_s: Option<f32>,
-    /// Its standard deviation, millimetres per second.
     pub speed_sigma_mm_s: Option<f32>,
 }
 
 impl Point {
-    /// The short form of an estimate.
     pub fn new(estimate: &Estimate) -> Self {
         let tone = |value| estimate.status.has_tone().then_some(value);
         let known = |value| estimate.travel.is_known().then_some(value);
@@ -61,22 +51,4 @@ impl Point {
     }
 }
 
-/// The latest [`POINTS`] estimates, oldest first.
-#[derive(Clone, Debug, Default, Serialize)]
-#[serde(transparent)]
-pub struct History(VecDeque<Point>);
-
-impl History {
-    /// Adds an estimate, and drops the oldest one if there are too many.
-    pub fn push(&mut self, point: Point) {
-        if self.0.len() == POINTS {
-            self.0.pop_front();
-        }
-        self.0.push_back(point);
-    }
-
-    /// All estimates, oldest first.
-    pub fn points(&self) -> impl DoubleEndedIterator<Item = &Point> + ExactSizeIterator {
-        self.0.iter()
-    }
-}
+pub type History = Bounded<Point, POINTS>;

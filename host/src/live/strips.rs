@@ -1,15 +1,14 @@
 //! The latest raw frames, for strips of the channels.
 
+use super::bounded::Bounded;
 use ads1258::reading;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Raw;
 use serde::{Serialize, Serializer};
-use std::collections::VecDeque;
 
 /// Frames kept: four seconds at 241.14 frames a second.
 pub const STRIP_FRAMES: usize = 965;
 
-/// A frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// Device time of its first slot, seconds.
@@ -29,45 +28,22 @@ impl Frame {
     }
 }
 
-/// The latest [`STRIP_FRAMES`] frames, oldest first. Serialised by columns: `t_s`, `number`, and `volts` as one list for each
-/// taxel.
-#[derive(Clone, Debug, Default)]
-pub struct Strips(VecDeque<Frame>);
+/// The latest frames. Serialised by [`columns`].
+pub type Strips = Bounded<Frame, STRIP_FRAMES>;
 
-impl Strips {
-    /// Adds a frame, and drops the oldest one if there are too many.
-    pub fn push(&mut self, frame: Frame) {
-        if self.0.len() == STRIP_FRAMES {
-            self.0.pop_front();
-        }
-        self.0.push_back(frame);
+/// Serialises frames by columns: `t_s`, `number`, and a list of `volts` per taxel.
+pub fn columns<S: Serializer>(strips: &Strips, serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Columns {
+        t_s: Vec<f64>,
+        number: Vec<u32>,
+        volts: Vec<Vec<Option<f32>>>,
     }
-
-    /// All frames, oldest first.
-    pub fn frames(&self) -> impl DoubleEndedIterator<Item = &Frame> + ExactSizeIterator {
-        self.0.iter()
+    let frames = || strips.iter();
+    Columns {
+        t_s: frames().map(|frame| frame.t_s).collect(),
+        number: frames().map(|frame| frame.number).collect(),
+        volts: (0..TAXELS).map(|taxel| frames().map(|frame| frame.volts[taxel]).collect()).collect(),
     }
-
-    /// Whether there is no frame.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-}
-
-impl Serialize for Strips {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Columns {
-            t_s: Vec<f64>,
-            number: Vec<u32>,
-            volts: Vec<Vec<Option<f32>>>,
-        }
-        let frames = || self.0.iter();
-        Columns {
-            t_s: frames().map(|frame| frame.t_s).collect(),
-            number: frames().map(|frame| frame.number).collect(),
-            volts: (0..TAXELS).map(|taxel| frames().map(|frame| frame.volts[taxel]).collect()).collect(),
-        }
-        .serialize(serializer)
-    }
+    .serialize(serializer)
 }

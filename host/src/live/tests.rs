@@ -36,7 +36,7 @@ fn a_touch_goes_through_its_phases_and_leaves_tone_period_and_images() {
     let slide = live.whole_slide().unwrap();
     assert_eq!(slide.status, Status::Good);
     assert!((f64::from(slide.frequency) / truth.frequency_hz - 1.0).abs() < 1e-3);
-    let points: Vec<_> = live.history.points().collect();
+    let points: Vec<_> = live.history.iter().collect();
     assert!(points.len() > 3 && points.iter().all(|p| p.frequency.is_some() && p.sigma.is_some()), "{points:?}");
     assert!(points.windows(2).all(|pair| pair[0].t_s <= pair[1].t_s + 1.0));
     let (before, after) = (live.image_before().unwrap(), live.image_after().unwrap());
@@ -62,7 +62,7 @@ fn it_can_be_serialised_with_the_names_that_json_lines_have() {
     assert_eq!(json["latest"]["hello"]["type"], "hello");
     assert_eq!(json["latest"]["whole_slide"]["status"], "good");
     assert_eq!(json["latest"]["image_after"]["hold"], "after_slide");
-    assert_eq!(json["history"].as_array().unwrap().len(), live.history.points().len());
+    assert_eq!(json["history"].as_array().unwrap().len(), live.history.len());
     // A code of the reference's is the reference's voltage; taxel 2 was not read, taxel 3 is doubtful.
     let strips = &json["strips"];
     assert_eq!((&strips["t_s"][0], &strips["number"][0]), (&5.0.into(), &1200.into()));
@@ -89,7 +89,7 @@ fn a_restart_begins_a_new_axis_and_a_repeated_greeting_does_not() {
     assert!(live.estimate().is_some() && live.settings().vref_v == 2.5);
     live.take(&hello(0));
     assert_eq!((live.now.restarts, live.now.phase, live.now.now_s), (1, Phase::Idle, None));
-    assert!(live.estimate().is_none() && live.history.points().len() == 0);
+    assert!(live.estimate().is_none() && live.history.is_empty());
 }
 
 #[test]
@@ -111,6 +111,6 @@ fn faults_stand_as_long_as_they_last_and_memory_is_bounded() {
         live.take(&Packet { sequence: 1, event: Event::Raw(raw) });
         live.take(&fault(FaultKind::Bus, Some(1)));
     }
-    assert_eq!((live.history.points().len(), live.strips.frames().len(), live.log.len()), (2000, 965, 200));
-    assert_eq!(live.strips.frames().next().map(|frame| frame.number), Some(3000 - 965));
+    assert_eq!((live.history.len(), live.strips.len(), live.log.len()), (2000, 965, 200));
+    assert_eq!(live.strips.iter().next().map(|frame| frame.number), Some(3000 - 965));
 }

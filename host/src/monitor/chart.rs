@@ -19,23 +19,22 @@ const MARGIN: f64 = 0.1;
 /// Dots of a bar of uncertainty: more than the chart has rows of dots.
 const BAR_DOTS: usize = 96;
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    let abscissa = live.history.points().next_back().map_or(Abscissa::Time, |point| point.abscissa);
+    let abscissa = live.history.iter().next_back().map_or(Abscissa::Time, |point| point.abscissa);
     let (what, unit) = match abscissa {
         Abscissa::Time => ("frequency", "Hz"),
         Abscissa::Place => ("cycles per mm", "/mm"),
     };
     let block = boxed(format!("{what}, {unit}, last {} s", view.history_s()));
-    let last_s = live.history.points().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
+    let last_s = live.history.iter().map(|point| point.t_s).fold(f64::NEG_INFINITY, f64::max);
     let end_s = live.now.now_s.unwrap_or(last_s).max(last_s);
     // The axis has its full length from the start.
     let begin_s = (end_s - view.history_s()).max(0.0);
     let end_s = begin_s + view.history_s();
     let shown: Vec<&Point> =
-        live.history.points().filter(|point| point.t_s >= begin_s && point.abscissa == abscissa).collect();
+        live.history.iter().filter(|point| point.t_s >= begin_s && point.abscissa == abscissa).collect();
     let Some(bounds) = bounds(&shown) else {
-        let text = if live.history.points().len() == 0 { "no frequency yet" } else { "no frequency in this time" };
+        let text = if live.history.is_empty() { "no frequency yet" } else { "no frequency in this time" };
         frame.render_widget(Paragraph::new(text).block(block), area);
         return;
     };

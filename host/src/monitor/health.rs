@@ -9,7 +9,6 @@ use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let (title, style) = match live.now.faults.as_slice() {
         [] => (format!("health: nothing is wrong; {} packets", live.now.counts.received), Default::default()),

@@ -9,7 +9,6 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 use ridgetone_proto::telemetry::Hold;
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live) {
     let title = match live.image().map(|image| image.hold) {
         Some(Hold::BeforeSlide) => "map before the slide, mV",
@@ -24,13 +23,7 @@ fn lines(live: &Live) -> Vec<Line<'static>> {
         return vec![Line::raw("none yet: it comes when"), Line::raw("a hold is over")];
     };
     let mut lines = Vec::new();
-    for (row, values) in static_image::map_v(image).iter().enumerate() {
-        let mut text = String::new();
-        for (column, value) in values.iter().enumerate() {
-            let gap = if column == static_image::SIDE / 2 { " |" } else { "" };
-            text += gap;
-            text += &value.map_or_else(|| format!("{:>6}", "dead"), |volts| format!("{:>+6.1}", 1e3 * volts));
-        }
+    for (row, text) in static_image::rows(image, 6, 1).into_iter().enumerate() {
         if row == static_image::SIDE / 2 {
             lines.push(Line::raw(format!("{0}-+{0}", "-".repeat(12))));
         }

@@ -26,7 +26,6 @@ const HEALTH_ROWS: u16 = 4;
 /// Rows of the log on screens with more rows than [`LEAST`].
 const LOG_ROWS: u16 = 8;
 
-/// Draws the screen.
 pub fn draw(frame: &mut Frame<'_>, live: &Live, view: &View) {
     let area = frame.area();
     if area.width < LEAST.0 || area.height < LEAST.1 {

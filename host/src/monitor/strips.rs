@@ -13,7 +13,6 @@ use ridgetone_proto::settings::TAXELS;
 /// Heights of a bar, from nothing.
 const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
-/// Draws them.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     let rows = area.height.saturating_sub(2);
     let columns = if usize::from(rows) >= TAXELS { 1 } else { 2 };
@@ -74,9 +73,9 @@ fn bar(eighths: usize) -> String {
 
 /// Each channel's voltage about its mean, all on one scale.
 fn raw(live: &Live, view: &View, width: usize) -> (String, Vec<Line<'static>>) {
-    let end_s = live.strips.frames().next_back().map_or(0.0, |frame| frame.t_s);
+    let end_s = live.strips.iter().next_back().map_or(0.0, |frame| frame.t_s);
     let begin_s = end_s - view.strips_s();
-    let frames: Vec<&RawFrame> = live.strips.frames().filter(|frame| frame.t_s > begin_s).collect();
+    let frames: Vec<&RawFrame> = live.strips.iter().filter(|frame| frame.t_s > begin_s).collect();
     let places = width.saturating_sub(3 + 1);
     let means: Vec<Vec<Option<f32>>> =
         (0..TAXELS).map(|taxel| columns(&frames, taxel, begin_s, view.strips_s(), places)).collect();

@@ -4,17 +4,14 @@ use super::view::View;
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::widgets::Block;
 
-/// Style of errors and alarms.
 pub fn alarm(view: &View) -> Style {
     if view.has_colour { bold().fg(Color::Red) } else { bold().add_modifier(Modifier::REVERSED) }
 }
 
-/// Bold.
 pub fn bold() -> Style {
     Style::new().add_modifier(Modifier::BOLD)
 }
 
-/// A box with a title.
 pub fn boxed(title: impl Into<String>) -> Block<'static> {
     Block::bordered().title(format!(" {} ", title.into()))
 }

@@ -11,7 +11,6 @@ use ratatui::text::Line;
 use ratatui::widgets::Paragraph;
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Status, Travel, TravelStatus};
 
-/// Draws it.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
     frame.render_widget(Paragraph::new(lines(live, view)).block(boxed(phase(live))), area);
 }

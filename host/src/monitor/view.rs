@@ -9,25 +9,19 @@ const HISTORY_S: [f64; 5] = [10.0, 30.0, 60.0, 180.0, 600.0];
 /// Lengths of the strips that can be shown, seconds.
 const STRIPS_S: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 
-/// An action that a key asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Leave.
     Quit,
-    /// Delete what is shown.
     Clear,
     /// Request raw frames, or end them.
     Raw,
 }
 
-/// What the screen shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The screen stands still; packets are still folded.
     pub is_paused: bool,
-    /// The help is shown.
     pub shows_help: bool,
-    /// Whether raw frames come.
     pub raw: RawFrames,
     /// Alarms are red. Nothing else has a colour: the terminal's own fit its background.
     pub has_colour: bool,
@@ -36,17 +30,14 @@ pub struct View {
 }
 
 impl View {
-    /// The view at the start.
     pub fn new(raw: RawFrames, has_colour: bool) -> Self {
         Self { is_paused: false, shows_help: false, raw, has_colour, history: 1, strips: 1 }
     }
 
-    /// Length of the history, seconds.
     pub fn history_s(&self) -> f64 {
         HISTORY_S[self.history]
     }
 
-    /// Length of the strips, seconds.
     pub fn strips_s(&self) -> f64 {
         STRIPS_S[self.strips]
     }
@@ -80,7 +71,6 @@ impl View {
 /// Keys, for the last line of the screen.
 pub const KEYS: &str = "q quit  p pause  c clear  r raw frames  +- history  [] strips  h help";
 
-/// The help.
 pub const HELP: &[&str] = &[
     "q, Esc, Ctrl-C  leave",
     "p, space        pause the screen; packets are still read",

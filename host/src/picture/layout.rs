@@ -3,7 +3,6 @@
 use crate::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
 
-/// Height of a strip.
 pub const STRIP: f64 = 46.0;
 /// Baseline of the labels above the strips.
 pub const LABELS_Y: f64 = 82.0;
@@ -18,9 +17,7 @@ const CHARACTER: f64 = 7.0;
 /// A part of the picture with a time axis of its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Panel {
-    /// Its left edge.
     pub left: f64,
-    /// Its right edge.
     pub right: f64,
 }
 
@@ -30,39 +27,25 @@ impl Panel {
         self.left + (self.right - self.left) * (t_s - from_s) / (to_s - from_s)
     }
 
-    /// Its middle.
     pub fn middle(&self) -> f64 {
         0.5 * (self.left + self.right)
     }
 }
 
-/// Centred labels on one line; a label that would touch another is left out.
-#[derive(Debug, Default)]
-pub struct Spaced {
-    wanted: Vec<(f64, String)>,
-}
-
-impl Spaced {
-    /// A label centred on `x`.
-    pub fn add(&mut self, x: f64, text: String) {
-        self.wanted.push((x, text));
-    }
-
-    /// The labels that fit, moved into the panel at its ends.
-    pub fn placed(mut self, panel: Panel) -> Vec<(f64, String)> {
-        self.wanted.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut placed = Vec::new();
-        let mut free_from = panel.left;
-        for (x, text) in self.wanted {
-            let half = 0.5 * CHARACTER * text.chars().count() as f64;
-            let x = x.max(panel.left + half).min(panel.right - half);
-            if x - half >= free_from {
-                free_from = x + half + 10.0;
-                placed.push((x, text));
-            }
+/// Centred labels on one line, moved into the panel at its ends; a label that would touch another is left out.
+pub fn spaced(mut labels: Vec<(f64, String)>, panel: Panel) -> Vec<(f64, String)> {
+    labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut placed = Vec::new();
+    let mut free_from = panel.left;
+    for (x, text) in labels {
+        let half = 0.5 * CHARACTER * text.chars().count() as f64;
+        let x = x.max(panel.left + half).min(panel.right - half);
+        if x - half >= free_from {
+            free_from = x + half + 10.0;
+            placed.push((x, text));
         }
-        placed
     }
+    placed
 }
 
 /// The greatest of 1, 2, 5 times a power of ten that is not above `value`.
@@ -95,7 +78,6 @@ pub fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
-/// A time axis under a panel.
 pub fn axis(svg: &mut Svg, panel: Panel, from_s: f64, to_s: f64, label: &str) {
     let step_s = nice((to_s - from_s) / 4.0);
     let decimals = if step_s < 0.1 { 2 } else { usize::from(step_s < 1.0) };
@@ -121,11 +103,9 @@ mod tests {
 
     #[test]
     fn labels_do_not_touch() {
-        let mut labels = Spaced::default();
-        labels.add(5.0, "contact".into());
-        labels.add(12.0, "slide".into());
-        labels.add(300.0, "release".into());
-        let placed = labels.placed(Panel { left: 0.0, right: 310.0 });
+        let labels = [(5.0, "contact"), (12.0, "slide"), (300.0, "release")];
+        let labels = labels.map(|(x, text)| (x, text.to_owned()));
+        let placed = spaced(labels.into(), Panel { left: 0.0, right: 310.0 });
         assert_eq!(placed.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(), ["contact", "release"]);
         assert!(placed[1].0 < 300.0);
     }

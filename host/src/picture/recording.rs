@@ -1,5 +1,6 @@
 //! The data of the picture: sixteen channels over time, and the results.
 
+use crate::digits::seconds;
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet, Span};
@@ -17,18 +18,12 @@ pub struct Recording {
     pub channels: [Vec<(f64, f64)>; TAXELS],
     /// Idle level per taxel, volts.
     pub idle_v: [f64; TAXELS],
-    /// Contact spikes.
     pub contacts_s: Vec<f64>,
     /// Slides that have ended, start and end.
     pub slides_s: Vec<(f64, f64)>,
-    /// Releases.
     pub releases_s: Vec<f64>,
     /// The last fit over a whole slide.
     pub slide_fit: Option<Estimate>,
-}
-
-fn seconds(t_us: u64) -> f64 {
-    t_us as f64 / 1e6
 }
 
 impl Recording {
@@ -67,7 +62,6 @@ impl Recording {
         recording
     }
 
-    /// From the first sample to the last.
     pub fn span_s(&self) -> (f64, f64) {
         let all = || self.channels.iter().flatten().map(|(t_s, _)| *t_s);
         let (from_s, to_s) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));

@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 /// Time between two looks for an unplugged board.
 pub(super) const LOOK_EVERY: Duration = Duration::from_millis(200);
 
-/// A board's line.
 pub struct Link<P: Ports> {
     ports: P,
     /// Name of the board's port, or of its last one.

@@ -10,7 +10,6 @@ use std::io::{self, Read, Write};
 pub struct Found {
     /// Name to open it by, such as `/dev/ttyUSB0` or `COM3`.
     pub name: String,
-    /// Description of its USB device, if it is one.
     pub usb: Option<Usb>,
 }
 
@@ -19,11 +18,8 @@ pub struct Found {
 pub struct Usb {
     /// Serial number, which identifies the device under another name. Many cheap adapters have none.
     pub serial_number: Option<String>,
-    /// Name of the product.
     pub product: Option<String>,
-    /// Number of the vendor.
     pub vendor_id: u16,
-    /// The vendor's number of the product.
     pub product_id: u16,
 }
 
@@ -41,21 +37,17 @@ pub trait Ports {
     /// An open port. A read waits a moment at most, and fails with `TimedOut` without a byte.
     type SerialLine: Read + Write;
 
-    /// Ports that are plugged in.
     fn list(&self) -> io::Result<Vec<Found>>;
 
-    /// Opens a port.
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
 }
 
-/// Which board is meant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// The board at this port. If its USB serial number is unique, that identifies it from then on.
     Name(String),
     /// The board with this USB serial number.
     UsbSerial(String),
-    /// The only board.
     Only,
 }
 
@@ -96,7 +88,6 @@ impl Wanted {
     }
 }
 
-/// The ports cannot be listed.
 pub fn list_error(error: io::Error) -> Error {
     anyhow!("the serial ports cannot be listed ({error}): name one with --port")
 }

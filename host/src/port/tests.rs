@@ -6,10 +6,9 @@ use super::*;
 use crate::feed::{Feed, FeedEvent};
 use ridgetone_proto::telemetry::{Event, Packet, Release, WIRE_MAX, encode};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use std::cell::RefCell;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
-use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -36,7 +35,7 @@ impl Plugged {
 
 /// Real terminals, listed as the test says.
 #[derive(Clone, Default)]
-struct Bench(Rc<RefCell<Vec<Found>>>);
+struct Bench(Arc<Mutex<Vec<Found>>>);
 
 impl Bench {
     fn has(&self, ports: &[(&str, Option<&str>)]) {
@@ -44,7 +43,7 @@ impl Bench {
             let usb = number.map(|number| Usb { serial_number: Some(number.to_owned()), ..Usb::default() });
             Found { name: (*name).to_owned(), usb }
         });
-        *self.0.borrow_mut() = found.collect();
+        *self.0.lock().unwrap() = found.collect();
     }
 }
 
@@ -52,7 +51,7 @@ impl Ports for Bench {
     type SerialLine = <System as Ports>::SerialLine;
 
     fn list(&self) -> io::Result<Vec<Found>> {
-        Ok(self.0.borrow().clone())
+        Ok(self.0.lock().unwrap().clone())
     }
 
     fn open(&self, name: &str) -> io::Result<Self::SerialLine> {
@@ -67,21 +66,21 @@ fn frame(sequence: u16) -> Vec<u8> {
     wire[..used].to_vec()
 }
 
-fn connected<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+fn connected(link: &mut Feed) -> String {
     match link.next(PATIENCE).unwrap() {
         Some(FeedEvent::Connected(name)) => name,
         other => panic!("{other:?} instead of a board"),
     }
 }
 
-fn disconnected<P: Ports>(link: &mut Feed<Link<P>>) -> String {
+fn disconnected(link: &mut Feed) -> String {
     match link.next(PATIENCE).unwrap() {
         Some(FeedEvent::Disconnected(name, _)) => name,
         other => panic!("{other:?} instead of an unplugged board"),
     }
 }
 
-fn numbers<P: Ports>(link: &mut Feed<Link<P>>, count: usize) -> Vec<u16> {
+fn numbers(link: &mut Feed, count: usize) -> Vec<u16> {
     let number = |event: Option<FeedEvent<Packet>>| match event {
         Some(FeedEvent::Data(packet)) => packet.sequence,
         other => panic!("{other:?} instead of a packet"),

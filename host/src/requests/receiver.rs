@@ -42,7 +42,6 @@ pub struct Receiver<F: NorFlash> {
     estimator: Box<Estimator>,
     outbox: Outbox<PACKETS>,
     shared: Shared<FitPended>,
-    /// Requests that were answered.
     pub answered: u64,
 }
 
@@ -100,7 +99,6 @@ impl<F: NorFlash> Receiver<F> {
         }
     }
 
-    /// The speed profile in force.
     pub const fn profile(&self) -> Option<&Profile> {
         self.requests.profile()
     }

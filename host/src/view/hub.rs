@@ -6,12 +6,11 @@
 use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::feed::{FeedEvent, Following};
-use crate::live::{Live, Now, POINTS, Point, STRIP_FRAMES, Strips};
+use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
 use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
-use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
@@ -28,7 +27,6 @@ const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
 
-/// A message to a page.
 #[derive(Clone, Debug)]
 pub struct Message {
     /// `state`: everything; `update`: what is new.
@@ -43,6 +41,7 @@ pub struct Hub {
     updates: Sender<Message>,
 }
 
+#[derive(Default)]
 struct Inner {
     live: Live,
     /// Why there are no raw frames, if there is a reason.
@@ -53,10 +52,10 @@ struct Inner {
     points: Vec<Point>,
     frames: Strips,
     /// Log and restarts as of the latest update.
-    sent_log: VecDeque<String>,
+    sent_log: Log,
     sent_restarts: u32,
     spectrum: Option<Spectrum>,
-    spectrum_made: Instant,
+    spectrum_made: Option<Instant>,
     /// Whether raw frames arrived after the spectrum was made.
     spectrum_is_old: bool,
     curves: Option<Curves>,
@@ -73,7 +72,6 @@ struct Common<'a> {
     no_raw: Option<&'a str>,
 }
 
-/// Everything.
 #[derive(Serialize)]
 struct State<'a> {
     #[serde(flatten)]
@@ -95,8 +93,9 @@ struct Update<'a> {
     common: Common<'a>,
     live: &'a Now,
     points: &'a [Point],
+    #[serde(serialize_with = "columns")]
     strips: &'a Strips,
-    log: Option<&'a VecDeque<String>>,
+    log: Option<&'a Log>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spectrum: Option<Option<&'a Spectrum>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,22 +103,13 @@ struct Update<'a> {
 }
 
 impl Hub {
-    /// A hub without pages.
     pub fn new(live: Live) -> Self {
         let inner = Inner {
             sent_log: live.log.clone(),
             sent_restarts: live.now.restarts,
             live,
-            no_raw: None,
-            received: None,
-            points: Vec::new(),
-            frames: Strips::default(),
-            spectrum: None,
-            spectrum_made: Instant::now(),
-            spectrum_is_old: false,
-            curves: None,
-            curves_of_us: None,
-            number: 0,
+            spectrum_made: Some(Instant::now()),
+            ..Inner::default()
         };
         Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0 }
     }
@@ -128,12 +118,12 @@ impl Hub {
     pub fn take(&self, event: Option<&FeedEvent<Packet>>, following: &mut Following) {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
-        inner.no_raw = status::no_raw(following.raw());
+        inner.no_raw = status::no_raw(&following.raw);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
         match packet.event {
-            Event::Estimate(_) => inner.points.extend(inner.live.history.points().next_back()),
-            Event::Raw(_) => inner.live.strips.frames().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
+            Event::Estimate(_) => inner.points.extend(inner.live.history.iter().next_back()),
+            Event::Raw(_) => inner.live.strips.iter().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
             _ => {}
         }
     }
@@ -175,19 +165,19 @@ impl Hub {
 }
 
 impl Inner {
-    /// Makes spectrum and curves if they are due; tells for each whether it is new.
+    /// Makes spectrum and curves if they are due. Gives for each whether it is new.
     fn analyse(&mut self) -> (bool, bool) {
         if self.live.strips.is_empty() {
             self.curves_of_us = None;
             return (self.spectrum.take().is_some(), self.curves.take().is_some());
         }
         self.spectrum_is_old |= !self.frames.is_empty();
-        let is_due = self.spectrum_is_old && self.spectrum_made.elapsed() >= SPECTRUM_EVERY;
+        let is_due = self.spectrum_is_old && self.spectrum_made.is_none_or(|made| made.elapsed() >= SPECTRUM_EVERY);
         if is_due {
-            (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Instant::now());
+            (self.spectrum, self.spectrum_made) = (spectrum(&self.live), Some(Instant::now()));
             self.spectrum_is_old = false;
         }
-        let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.frames().next_back());
+        let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.iter().next_back());
         // An estimate may overtake the last frames of its window.
         let has_all = of_us.zip(newest).is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > of_us as f64 / 1e6);
         let is_new = of_us != self.curves_of_us && has_all;

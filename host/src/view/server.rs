@@ -24,7 +24,6 @@ use futures_util::stream::{Stream, unfold};
 use std::convert::Infallible;
 use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
@@ -64,15 +63,11 @@ const HEADERS: [(HeaderName, &str); 6] = [
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
-    address: SocketAddr,
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    pub address: SocketAddr,
+    _running: oneshot::Sender<()>,
 }
 
 /// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port 0 is any free one.
-///
-/// # Errors
-/// It is no address, or not one of this computer's own.
 pub fn loopback(text: &str) -> Result<SocketAddr, String> {
     let numeric = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
     let address: SocketAddr = numeric
@@ -88,45 +83,25 @@ pub fn loopback(text: &str) -> Result<SocketAddr, String> {
 
 impl Server {
     /// Serves the hub's messages at a [`loopback`] address.
-    ///
-    /// # Errors
-    /// The port is in use, or the system refuses.
     pub fn start(address: SocketAddr, hub: Arc<Hub>) -> Result<Self> {
         let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let (stop, stopped) = oneshot::channel();
+        let (running, dropped) = oneshot::channel::<()>();
         let routes = routes(hub).layer(from_fn_with_state(address, guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
             let served = std::pin::pin!(async move { axum::serve(listener, routes).await });
             // It does not wait for pages, which listen for ever.
-            if let Either::Left((Err(error), _)) = select(served, stopped).await {
+            if let Either::Left((Err(error), _)) = select(served, dropped).await {
                 eprintln!("ridgetone: the page is no longer served: {error}");
             }
         };
-        let thread = std::thread::spawn(move || runtime.block_on(serve));
-        Ok(Self { address, stop: Some(stop), thread: Some(thread) })
-    }
-
-    /// Its address.
-    pub fn address(&self) -> SocketAddr {
-        self.address
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            // It fails if the server has ended.
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
+        std::thread::spawn(move || runtime.block_on(serve));
+        Ok(Self { address, _running: running })
     }
 }
 
@@ -172,14 +147,12 @@ async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {
     Sse::new(messages(hub)).keep_alive(KeepAlive::default())
 }
 
-/// A page that listens.
 struct Page {
     hub: Arc<Hub>,
     updates: Option<Receiver<Message>>,
     missed: u64,
 }
 
-/// The messages to a page, for ever.
 fn messages(hub: Arc<Hub>) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(Page { hub, updates: None, missed: 0 }, |mut page| async {
         let message = page.next().await?;

@@ -51,7 +51,7 @@ pub fn run(end_s: f64, alone: bool) {
     let truth = scene.truth();
     assert!(truth.end_s < EVERY_S);
     let input = Opened {
-        scene: Box::new(Again::new(scene, EVERY_S, end_s)),
+        scene: Box::new(Again { scene, every_s: EVERY_S, end_s }),
         options: Options { power_up_cycles: ads1258::POWER_UP_TICKS.into(), ..Options::default() },
         end_s,
         truth: None,
@@ -90,7 +90,7 @@ pub fn run(end_s: f64, alone: bool) {
     };
     let (begun, mut progress) = (Instant::now(), Progress::default());
     let outcome = emulator::run(input, emulator::Options::new(&elf), &mut sink, &mut |done_s, all_s| {
-        progress.show_seconds(done_s, all_s)
+        progress.show(format_args!("{done_s:.1} of {all_s:.1} s"))
     });
     progress.end();
     let outcome = outcome.expect("a run");
@@ -101,7 +101,7 @@ pub fn run(end_s: f64, alone: bool) {
     let touches = (end_s / EVERY_S).floor() as u64;
     let found = [seen.contacts, seen.slides, seen.estimates, seen.releases];
     assert_eq!(found, [touches; 4], "contacts, slides, estimates of them and releases");
-    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
 
     // Device time begins with the first result, the scene when START rises.
     let zero_s = (outcome.first_edge_us - outcome.start_us) as f64 / 1e6;

@@ -2,8 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_host::emulator;
-use ridgetone_host::emulator::Options;
+use ridgetone_host::emulator::{self, Options};
 use ridgetone_host::input::Input;
 use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
@@ -50,7 +49,7 @@ fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     assert_eq!(answers.len(), count, "every request is answered once");
     let replies = packets.iter().filter(|packet| matches!(packet.event, Event::Reply(_))).count();
     assert!(replies >= count);
-    assert_eq!((outcome.missing, outcome.damaged, outcome.conversions_lost), (0, 0, 0));
+    assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0));
     Talked { packets, answers, outcome }
 }
 
@@ -195,5 +194,5 @@ fn noise_on_the_line_is_counted_and_changes_nothing() {
         _ => true,
     });
     assert!(in_force && windows_s(&run.packets).len() >= 3);
-    assert!(run.outcome.received > 10);
+    assert!(run.outcome.counts.received > 10);
 }

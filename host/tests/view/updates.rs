@@ -2,7 +2,7 @@
 
 use super::{packets, recorded};
 use ridgetone_host::analysis::{curves, spectrum};
-use ridgetone_host::feed::{Feed, FeedEvent, Following, Source};
+use ridgetone_host::feed::{Feed, FeedEvent, Following};
 use ridgetone_host::live::{Live, Strips};
 use ridgetone_host::recording::Recorded;
 use ridgetone_host::view::hub::Hub;
@@ -32,7 +32,7 @@ fn line(t_s: &[f64], values: &[f64], frequency_hz: f64) -> (f64, f64) {
 
 /// Frames of the latest window: times, and volts of each taxel.
 fn window(strips: &Strips, from_s: f64, until_s: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let inside = || strips.frames().filter(|frame| frame.t_s >= from_s && frame.t_s <= until_s);
+    let inside = || strips.iter().filter(|frame| frame.t_s >= from_s && frame.t_s <= until_s);
     let volts = |taxel: usize| inside().map(|frame| f64::from(frame.volts[taxel].expect("a value"))).collect();
     (inside().map(|frame| frame.t_s).collect(), (0..16).map(volts).collect())
 }
@@ -94,7 +94,7 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     packets(f64::INFINITY).iter().for_each(|packet| over.take(packet));
     let slide_s = over.whole_slide().expect("a slide").t_us as f64 / 1e6;
     let mut later = Strips::default();
-    over.strips.frames().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.push(*frame));
+    over.strips.iter().filter(|frame| frame.t_s > slide_s - 0.5).for_each(|frame| later.push(*frame));
     over.strips = later;
     let found = ridgetone_host::analysis::curves(&over).expect("those that are there");
     assert!((119..123).contains(&found.t_s.len()) && found.t_s.iter().all(|t_s| *t_s < slide_s + 0.003));
@@ -143,7 +143,7 @@ fn add(early: &mut Value, update: &Value) {
 fn updates_make_of_an_early_state_what_a_late_one_is() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = recorded(folder.path(), &packets(SLIDING_S));
-    let source: Box<dyn Source + Send> = Box::new(Recorded::open(&path).expect("a recording"));
+    let source = Recorded::open(&path).expect("a recording");
     let mut following = Following::new(Feed::new(source), None);
     let hub = Hub::new(following.live());
     let (state, mut updates) = hub.join(0).expect("a state");

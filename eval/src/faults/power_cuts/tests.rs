@@ -35,7 +35,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
             for erased in [0..from, from..PAGE_BYTES] {
                 let left = flash.clone().with_bytes(|at| {
                     let is_erased = at / PAGE_BYTES == page && erased.contains(&(at % PAGE_BYTES));
-                    if is_erased { 0xff } else { flash.bytes()[at] }
+                    if is_erased { 0xff } else { flash.bytes[at] }
                 });
                 let mut store = FlashStore::new(left);
                 let (found, source) = store.load();
