@@ -2,9 +2,7 @@
 
 use core::fmt;
 
-/// A channel of the auto-scan.
-///
-/// Source: SBAS297G, channel id codes (CHID) of the status byte.
+/// A channel of the auto-scan (SBAS297G, channel id codes of the status byte).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Channel {

@@ -36,12 +36,10 @@ pub enum Mux {
     },
 }
 
-/// The whole configuration of the chip.
+/// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
 /// The default is what the chip does after a reset, with the crystal as clock. STAT is always set: a read by command
 /// sends the status byte in any case, and so nothing depends on it.
-///
-/// Source: SBAS297G, register descriptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
@@ -99,7 +97,6 @@ impl Config {
     /// Checks that the chip can work like this.
     ///
     /// # Errors
-    ///
     /// The first rule that is broken, as a [`ConfigError`].
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
@@ -122,7 +119,6 @@ impl Config {
     /// The registers of the multiplexer mode that is not in use are 0.
     ///
     /// # Errors
-    ///
     /// A [`ConfigError`] if the chip cannot do this.
     pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
         if let Err(error) = self.validate() {

@@ -2,9 +2,8 @@
 
 use crate::Channel;
 
-/// One conversion as read: status byte and 24-bit two's complement code.
-///
-/// One LSB is VREF / 0x78_0000 (see [`reading`](crate::reading)). Source: SBAS297G, data format.
+/// One conversion as read: status byte and 24-bit two's complement code (SBAS297G, data format). One LSB is
+/// VREF / 0x78_0000 (see [`reading`](crate::reading)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Conversion {
@@ -16,8 +15,7 @@ pub struct Conversion {
 
 impl Conversion {
     /// The four bytes as they follow the read command: status byte, then the code with its most significant byte first.
-    ///
-    /// The code is sign extended. Every bit pattern is a valid conversion.
+    /// Every bit pattern is a valid conversion.
     ///
     /// ```
     /// use ads1258::Conversion;
@@ -32,9 +30,7 @@ impl Conversion {
     }
 }
 
-/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\].
-///
-/// Source: SBAS297G, status byte.
+/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\] (SBAS297G, status byte).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(pub u8);

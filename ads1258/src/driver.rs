@@ -55,7 +55,6 @@ impl<SPI> Ads1258<SPI> {
     /// START high: the chip converts continuously until [`stop`](Self::stop).
     ///
     /// # Errors
-    ///
     /// The error of the pin.
     pub fn start<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_high()
@@ -66,7 +65,6 @@ impl<SPI> Ads1258<SPI> {
     /// DRDY therefore may still fall once after this. Registers are to be written with START low.
     ///
     /// # Errors
-    ///
     /// The error of the pin.
     pub fn stop<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_low()
@@ -77,7 +75,6 @@ impl<SPI> Ads1258<SPI> {
     /// The chip is ready on release, and no conversion is running unless START is high.
     ///
     /// # Errors
-    ///
     /// The error of the pin.
     pub fn reset_by_pin<P: OutputPin, D: DelayNs>(&mut self, reset: &mut P, delay: &mut D) -> Result<(), P::Error> {
         reset.set_low()?;

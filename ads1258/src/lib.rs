@@ -25,14 +25,12 @@ pub mod rate;
 pub mod reading;
 mod register;
 mod scan;
-mod sysred;
 
 pub use channel::Channel;
 pub use config::{CLOCK_MAX_HZ, CLOCK_MIN_HZ, CRYSTAL_CLOCK_HZ, Config, Mux};
 pub use conversion::{Conversion, Status};
 pub use driver::{Ads1258, MODE, POWER_UP_TICKS, RESET_LOW_US};
 pub use error::{ConfigError, Error};
-pub use fields::{DataRate, Delay, IdleMode, SensorBias};
+pub use fields::{DataRate, Delay, IdleMode, SensorBias, Sysred};
 pub use register::Register;
 pub use scan::Scan;
-pub use sysred::Sysred;

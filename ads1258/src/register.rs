@@ -2,9 +2,7 @@
 
 use core::fmt;
 
-/// A register, by the name the datasheet gives it.
-///
-/// Source: SBAS297G, register map.
+/// A register, by the name the datasheet gives it (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]

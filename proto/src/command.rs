@@ -2,8 +2,8 @@
 
 use crate::framing;
 use crate::profile::{After, Knot};
-use crate::settings::Settings;
-use heapless::{String, Vec};
+use crate::settings::{Settings, SettingsError};
+use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a request on the wire, checksum, stuffing and delimiter included. The longest ones are settings with a
@@ -89,16 +89,7 @@ pub enum Outcome {
     /// Done.
     Done,
     /// A setting is outside its bounds; nothing has changed.
-    Setting {
-        /// Its name, with its unit.
-        field: String<24>,
-        /// The requested value.
-        value: f32,
-        /// Least allowed value.
-        least: f32,
-        /// Greatest allowed value.
-        greatest: f32,
-    },
+    Setting(SettingsError),
     /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is missing.
     Profile,
     /// In force, but not stored: the flash refuses, or a page would have to be erased during a touch.

@@ -87,7 +87,7 @@ pub struct Fault {
     #[serde(rename = "from_s", serialize_with = "text_form::seconds")]
     pub from_us: u64,
     /// Device time at which it was last seen, microseconds; none while it lasts.
-    #[serde(rename = "until_s", serialize_with = "text_form::optional_seconds")]
+    #[serde(rename = "until_s", serialize_with = "text_form::seconds")]
     pub until_us: Option<u64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,

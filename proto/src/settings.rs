@@ -3,6 +3,7 @@
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
 use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
 use core::f32::consts::PI;
+use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Where the sliding phase comes from.
@@ -96,10 +97,10 @@ impl Default for Settings {
 }
 
 /// A setting outside its bounds; NaN is outside all of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SettingsError {
     /// Name of the field, with its unit.
-    pub field: &'static str,
+    pub field: String<24>,
     /// The requested value.
     pub value: f32,
     /// Least allowed value.
@@ -166,15 +167,14 @@ impl Settings {
             (may_go_forward || may_go_backward) as u8 as f32,
             twice as f32,
         ];
-        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values) {
+        let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
+        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values).chain([order]) {
             // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {
+                // A test shows that every name fits.
+                let field = String::try_from(field).unwrap_or_default();
                 return Err(SettingsError { field, value, least, greatest });
             }
-        }
-        if period_most_mm < period_least_mm {
-            let (field, value) = ("period_most_mm", period_most_mm);
-            return Err(SettingsError { field, value, least: period_least_mm, greatest: PERIOD_GREATEST_MM });
         }
         Ok(())
     }
@@ -243,7 +243,8 @@ mod tests {
                 "speed_mm_s",
             ),
         ] {
-            assert_eq!(settings.validate().map_err(|error| error.field), Err(field));
+            assert_eq!(settings.validate().map_err(|error| error.field).unwrap_err(), field);
         }
+        assert!(BOUNDS.iter().all(|(field, ..)| String::<24>::try_from(*field).is_ok()));
     }
 }

@@ -16,8 +16,7 @@ use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
-use kept::Kept;
-use ridgetone::tasks::drdy::DrdyPin;
+use kept::KEPT;
 use ridgetone::tasks::idle::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use semihost::Exit;
@@ -25,7 +24,7 @@ use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use link::{ended, feed_watchdog, is_line_blocked};
+pub use link::{Drdy, ended, feed_watchdog, is_line_blocked};
 pub use memory::SettingsFlash;
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
@@ -34,13 +33,9 @@ pub const POWER_UP_US: u32 = 20_000;
 /// Ticks of the emulator's timers in a microsecond.
 const TICKS_PER_US: u32 = 1000;
 
-/// SPI with CS.
 pub type Spi = Bridge;
-/// The pin START.
 pub type Start = Pin;
-/// The pin RESET.
 pub type Reset = Pin;
-/// The line's USART.
 pub type Usart = USART3;
 
 /// An SPI device whose transactions travel over the bridge, one record each.
@@ -119,45 +114,21 @@ impl OutputPin for Pin {
     }
 }
 
-/// The falling edge of DRDY.
-pub struct Drdy;
-
-impl DrdyPin for Drdy {
-    #[inline(always)]
-    fn acknowledge(&mut self) -> Option<bool> {
-        link::take_edge().then_some(true)
-    }
-
-    /// The chip's own time of the edge: it does not depend on the speed of the emulated processor.
-    fn edge_us(&self) -> u32 {
-        link::edge_us()
-    }
-
-    fn mute(&mut self) {
-        link::mute(true);
-    }
-
-    fn unmute(&mut self) {
-        link::mute(false);
-    }
-}
-
-/// Sets the board up.
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
-    let kept = Kept::take();
+    let kept = KEPT.take();
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
-    if let Some(kept) = &kept {
+    if let Some((now_us, _)) = kept {
         // The chip's time goes on.
-        super::clock::set_us(kept.now_us);
+        super::clock::set_us(now_us);
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
-    let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
+    let cause = kept.map_or(ResetCause::Unknown, |(_, cause)| cause);
     let boot = Boot { cause, record: crash::take_record() };
-    link::open(core.SYST, kept);
+    link::open(core.SYST, kept.is_some());
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
@@ -190,7 +161,7 @@ pub fn sleep() {
     }
 }
 
-/// Resets the processor; the bridge, the time and the pages of settings stay.
+/// The bridge, the time and the pages of settings stay.
 pub fn restart() -> ! {
     link::restart(ResetCause::Software)
 }

@@ -17,18 +17,12 @@ use stm32f4xx_hal::rcc::Config;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
-/// SPI with CS.
 pub type Spi = stm32f4::Spi<'A', 4>;
-/// The pin START.
 pub type Start = PC5<Output>;
-/// The pin RESET.
 pub type Reset = PC6<Output>;
-/// The falling edge of DRDY.
 pub type Drdy = stm32f4::Drdy<'C'>;
-/// The line's USART.
 pub type Usart = USART3;
 
-/// Sets the board up.
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
     let mut rcc = stm32f4::start_clocks(device.RCC, Config::hse(12.MHz()), device.TIM2, device.TIM4);

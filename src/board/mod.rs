@@ -74,21 +74,14 @@ pub use stack::{word as stack_word, words as stack_words};
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::boot::Boot;
 
-/// The board's parts for the tasks.
+/// The board's parts for the tasks, as in the table above.
 pub struct Board {
-    /// The chip's SPI.
     pub spi: Spi,
-    /// START.
     pub start: Start,
-    /// RESET.
     pub reset: Reset,
-    /// DRDY.
     pub drdy: Drdy,
-    /// Telemetry and requests.
     pub line: SerialLine,
-    /// How this run began.
     pub boot: Boot,
-    /// The pages for settings.
     pub flash: SettingsFlash,
 }
 

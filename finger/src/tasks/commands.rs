@@ -3,11 +3,11 @@
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use crate::surface::profile::Profile;
-use heapless::{String, Vec};
+use heapless::Vec;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Part, Reply, Request};
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
-use ridgetone_proto::settings::{Settings, SettingsError};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
 
@@ -74,7 +74,7 @@ impl CommandExecutor {
             match &request.command {
                 Command::Greet => (Effect::Greet, Outcome::Done),
                 Command::Set { settings, keep } => match settings.validate() {
-                    Err(error) => (Effect::None, refused(&error)),
+                    Err(error) => (Effect::None, Outcome::Setting(error)),
                     Ok(()) => {
                         let saved = if *keep { store.save(Some(settings), !is_touched) } else { Ok(Saved::AtOnce) };
                         (Effect::Use(*settings, SettingsSource::Sent), stored(saved))
@@ -155,19 +155,12 @@ fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     }
 }
 
-/// The outcome of settings outside their bounds.
-fn refused(error: &SettingsError) -> Outcome {
-    let SettingsError { field, value, least, greatest } = *error;
-    // A test shows that every name fits.
-    Outcome::Setting { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use ridgetone_proto::command::{KNOTS_A_COMMAND, REQUEST_WIRE_MAX};
     use ridgetone_proto::framing as wire;
-    use ridgetone_proto::settings::{Array, SlideRule};
+    use ridgetone_proto::settings::{Array, SettingsError, SlideRule};
     use ridgetone_proto::telemetry::Hello;
     extern crate std;
     use std::boxed::Box;
@@ -237,10 +230,6 @@ mod tests {
             let mut wire = [0; REQUEST_WIRE_MAX];
             assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
         }
-        for field in ["edge_phase_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
-            let error = SettingsError { field, value: 1.0, least: 2.0, greatest: 3.0 };
-            assert!(matches!(refused(&error), Outcome::Setting { field: name, .. } if name.as_str() == field));
-        }
     }
 
     #[test]
@@ -262,7 +251,7 @@ mod tests {
         let mut board = Board::new();
         let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
         let refused = board.execute(1, Command::Set { settings, keep: true }, false);
-        assert!(matches!(refused, Outcome::Setting { least: 0.5, greatest: 5.5, .. }), "{refused:?}");
+        assert!(matches!(refused, Outcome::Setting(SettingsError { least: 0.5, greatest: 5.5, .. })), "{refused:?}");
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 

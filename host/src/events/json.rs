@@ -5,7 +5,7 @@ use crate::tone::{JsonTone, period_f32};
 use ridgetone_proto::boot::{Death, Record, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
     TravelStatus,
@@ -133,7 +133,7 @@ impl<'a> From<&'a Record> for JsonRecord<'a> {
 #[serde(remote = "Outcome", tag = "outcome", rename_all = "snake_case")]
 enum JsonOutcome {
     Done,
-    Setting { field: heapless::String<24>, value: f32, least: f32, greatest: f32 },
+    Setting(SettingsError),
     Profile,
     NotStored,
     Busy,
