@@ -48,7 +48,10 @@ pub(crate) struct Faults {
     pub(crate) stalled: bool,
     /// An input and its voltage.
     pub(crate) held: Option<(u8, f64)>,
-    bus: Bus,
+    /// What the PC's end of DOUT always reads, if it is not what the chip sends.
+    dout: Option<u8>,
+    /// The chip receives nothing.
+    pub(crate) is_cut: bool,
     /// Flips of later bytes, by the count of bytes exchanged since construction.
     bit_errors: Vec<(u64, BitErrors)>,
     exchanged: u64,
@@ -61,17 +64,6 @@ pub(crate) struct Faults {
     pub(crate) storm_ns: Option<(u64, u64)>,
     /// Supply, reference and error of the clock before the first fault.
     before: Option<(f64, f64, f64)>,
-}
-
-/// State of the SPI bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Bus {
-    #[default]
-    Whole,
-    /// DOUT always reads as this; the chip still receives.
-    Stuck(u8),
-    /// DOUT always reads as this, and the chip receives nothing.
-    Cut(u8),
 }
 
 /// Bits of one byte that the bus inverts.
@@ -102,15 +94,7 @@ impl Faults {
 
     /// The byte that arrives in place of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
-        match self.bus {
-            Bus::Whole => dout,
-            Bus::Stuck(byte) | Bus::Cut(byte) => byte,
-        }
-    }
-
-    /// Whether the chip receives nothing.
-    pub(crate) fn is_cut(&self) -> bool {
-        matches!(self.bus, Bus::Cut(_))
+        self.dout.unwrap_or(dout)
     }
 }
 
@@ -128,8 +112,8 @@ impl Ads1258 {
             Fault::Stall => (faults.stalled, self.conversion) = (true, None),
             Fault::DoutFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { dout: mask, din: 0 }),
             Fault::DinFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { din: mask, dout: 0 }),
-            Fault::DoutStuck { high } => faults.bus = Bus::Stuck(all(high)),
-            Fault::BusCut { high } => faults.bus = Bus::Cut(all(high)),
+            Fault::DoutStuck { high } => faults.dout = Some(all(high)),
+            Fault::BusCut { high } => (faults.dout, faults.is_cut) = (Some(all(high)), true),
             Fault::DrdyStuck { high } => faults.drdy_stuck = Some(high),
             Fault::Storm { period_ns } => faults.storm_ns = Some((self.now_ns, period_ns.max(1))),
             Fault::EdgesLost { count } => faults.edges_lost = count,
@@ -146,25 +130,16 @@ impl Ads1258 {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
         match fault {
-            // These happen once and do not last.
-            Fault::RegisterFlip { .. }
-            | Fault::Reset
-            | Fault::DoutFlip { .. }
-            | Fault::DinFlip { .. }
-            | Fault::EdgesLost { .. }
-            | Fault::EdgeRepeated { .. } => {}
-            Fault::Stall => {
-                if std::mem::take(&mut faults.stalled) {
-                    self.start_again();
-                }
-            }
-            Fault::DoutStuck { .. } | Fault::BusCut { .. } => faults.bus = Bus::Whole,
+            Fault::Stall if std::mem::take(&mut faults.stalled) => self.start_again(),
+            Fault::DoutStuck { .. } | Fault::BusCut { .. } => (faults.dout, faults.is_cut) = (None, false),
             Fault::DrdyStuck { .. } => faults.drdy_stuck = None,
             Fault::Storm { .. } => faults.storm_ns = None,
             Fault::Supply { .. } => analog.avdd_v = supply_v,
             Fault::Reference { .. } => analog.reference_v = reference_v,
             Fault::Clock { .. } => self.set_clock_error(error_ppm),
             Fault::Input { .. } => faults.held = None,
+            // The others happen once and do not last.
+            _ => {}
         }
     }
 

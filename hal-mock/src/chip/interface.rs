@@ -61,7 +61,7 @@ impl Ads1258 {
         self.advance_to(first_sclk_ns);
         let bit_errors = self.faults.next();
         let din = din ^ bit_errors.din;
-        let dout = if self.faults.is_cut() {
+        let dout = if self.faults.is_cut {
             0
         } else if self.reset_low || first_sclk_ns < self.clock.ns(self.options.power_up_cycles) {
             self.poison_byte()
@@ -130,12 +130,8 @@ impl Ads1258 {
             }
             0b010 => State::Read { address, several },
             0b011 => State::Write { address, several },
-            0b100 => {
-                if self.start || self.conversion.is_some() {
-                    self.counters.odd_commands += 1;
-                } else {
-                    self.start_condition();
-                }
+            0b100 if !self.start && self.conversion.is_none() => {
+                self.start_condition();
                 State::Command
             }
             0b110 => {
