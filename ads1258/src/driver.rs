@@ -19,8 +19,10 @@ pub const POWER_UP_TICKS: u32 = 1 << 18;
 /// (SBAS297G, reset timing).
 pub const RESET_LOW_US: u32 = 25;
 
-/// The registers after a reset, which are those of [`Config::RESET`](crate::Config::RESET) (SBAS297G, register map).
-const RESET_IMAGE: Image = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00];
+const RESET_IMAGE: Image = {
+    let [written @ .., _id] = Register::RESET_VALUES;
+    written
+};
 
 /// An ADS1258 on an SPI device.
 ///
@@ -41,6 +43,7 @@ pub struct Ads1258<SPI> {
     pub(crate) written: Image,
 }
 
+/// The pins' methods fail only as the pins do.
 impl<SPI> Ads1258<SPI> {
     /// Takes the SPI device. Nothing is transferred: the driver assumes the reset values.
     pub const fn new(spi: SPI) -> Self {
@@ -53,9 +56,6 @@ impl<SPI> Ads1258<SPI> {
     }
 
     /// START high: the chip converts continuously until [`stop`](Self::stop).
-    ///
-    /// # Errors
-    /// The error of the pin.
     pub fn start<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_high()
     }
@@ -63,9 +63,6 @@ impl<SPI> Ads1258<SPI> {
     /// START low: the chip finishes the running conversion, then it idles.
     ///
     /// DRDY therefore may still fall once after this. Registers are to be written with START low.
-    ///
-    /// # Errors
-    /// The error of the pin.
     pub fn stop<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_low()
     }
@@ -73,9 +70,6 @@ impl<SPI> Ads1258<SPI> {
     /// RESET low for [`RESET_LOW_US`], then high: all registers at their reset values, at once and in any state.
     ///
     /// The chip is ready on release, and no conversion is running unless START is high.
-    ///
-    /// # Errors
-    /// The error of the pin.
     pub fn reset_by_pin<P: OutputPin, D: DelayNs>(&mut self, reset: &mut P, delay: &mut D) -> Result<(), P::Error> {
         reset.set_low()?;
         delay.delay_us(RESET_LOW_US);

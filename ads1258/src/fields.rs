@@ -2,8 +2,8 @@
 
 /// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
 ///
-/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`rate`](crate::rate) has them
-/// for everything else. Source: SBAS297G, CONFIG1 register and rate and noise tables.
+/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz)
+/// has all others. Source: SBAS297G, CONFIG1 register and rate and noise tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -24,7 +24,6 @@ impl DataRate {
     pub const ALL: [Self; 4] = [Self::Drate0, Self::Drate1, Self::Drate2, Self::Drate3];
 
     /// N of the rate formula, 4^(3 - DRATE), in units of 128 tCLK: 64, 16, 4, 1.
-    #[must_use]
     pub(crate) const fn averages(self) -> u32 {
         match self {
             Self::Drate0 => 64,
@@ -66,7 +65,6 @@ impl Delay {
         [Self::Dly0, Self::Dly1, Self::Dly2, Self::Dly3, Self::Dly4, Self::Dly5, Self::Dly6, Self::Dly7];
 
     /// TD of the rate formula in units of 128 tCLK: 0, 1, 2, 4, 8, 16, 32, 48.
-    #[must_use]
     pub(crate) const fn td(self) -> u32 {
         match self {
             Self::Dly0 => 0,
@@ -132,7 +130,6 @@ impl Sysred {
     pub const ALL: Self = Self { reference: true, gain: true, temp: true, vcc: true, offset: true };
 
     /// The byte for the register. Its bits follow the order of the channel ids from OFFSET, 0x18, on.
-    #[must_use]
     pub const fn to_bits(self) -> u8 {
         (self.reference as u8) << 5
             | (self.gain as u8) << 4

@@ -32,7 +32,6 @@ pub const TEMP_SLOPE_BOARD_UV_PER_C: f32 = 563.0;
 /// ```
 /// assert_eq!(ads1258::reading::volts(-0x3C_0000, 5.0), -2.5);
 /// ```
-#[must_use]
 pub const fn volts(code: i32, vref_v: f32) -> f32 {
     code as f32 * (vref_v / CODES_PER_VREF as f32)
 }
@@ -42,31 +41,26 @@ pub const fn volts(code: i32, vref_v: f32) -> f32 {
 /// With the code of the OFFSET reading as base it is the input voltage free of the converter's offset; with the code of
 /// a sensor at rest it is the deflection. Saturates when the codes are further apart than an `i32` holds, which 24-bit
 /// codes never are. `vref_v` is the reference voltage in V.
-#[must_use]
 pub const fn volts_above(code: i32, base_code: i32, vref_v: f32) -> f32 {
     volts(code.saturating_sub(base_code), vref_v)
 }
 
 /// Supply voltage in V (AVDD - AVSS) from the VCC reading: code / 786432.
-#[must_use]
 pub const fn supply_v(code: i32) -> f32 {
     code as f32 / CODES_PER_SUPPLY_VOLT as f32
 }
 
 /// Reference voltage in V from the REF reading: code / 786432.
-#[must_use]
 pub const fn reference_v(code: i32) -> f32 {
     code as f32 / CODES_PER_SUPPLY_VOLT as f32
 }
 
 /// The converter's gain from the GAIN reading, ideally 1: code / 7864320.
-#[must_use]
 pub const fn gain(code: i32) -> f32 {
     code as f32 / CODES_PER_VREF as f32
 }
 
 /// The converter's offset in V from the OFFSET reading, ideally 0. `vref_v` is the reference voltage in V.
-#[must_use]
 pub const fn offset_v(code: i32, vref_v: f32) -> f32 {
     volts(code, vref_v)
 }
@@ -75,14 +69,12 @@ pub const fn offset_v(code: i32, vref_v: f32) -> f32 {
 ///
 /// For a chip that is warmer or colder than its board. `vref_v` is the reference voltage in V. The rounding stays below
 /// 0.001 C, far below the sensor's accuracy.
-#[must_use]
 pub const fn temperature_c(code: i32, vref_v: f32) -> f32 {
     temperature_at_slope_c(code, vref_v, TEMP_SLOPE_UV_PER_C)
 }
 
 /// Temperature in C from the TEMP reading, at 563 uV/C: for board and chip at one temperature, otherwise as
 /// [`temperature_c`].
-#[must_use]
 pub const fn temperature_board_c(code: i32, vref_v: f32) -> f32 {
     temperature_at_slope_c(code, vref_v, TEMP_SLOPE_BOARD_UV_PER_C)
 }

@@ -65,7 +65,7 @@ fn reset_configure_and_verify() {
 
     let mut values = [0; 10];
     adc.read_registers(Register::Config0, &mut values).unwrap();
-    assert_eq!(values, Register::ALL.map(Register::reset_value));
+    assert_eq!(values, Register::RESET_VALUES);
 }
 
 #[test]
