@@ -1,6 +1,5 @@
 //! Commands of the PC, and the board's replies.
 
-use crate::framing;
 use crate::profile::{After, Knot};
 use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
@@ -64,14 +63,6 @@ pub struct Request {
     pub number: u16,
     /// The command.
     pub command: Command,
-}
-
-impl Request {
-    /// Decodes a stuffed frame in place; none if it is damaged.
-    #[inline(never)]
-    pub fn decode(frame: &mut [u8]) -> Option<Self> {
-        framing::decode(frame)
-    }
 }
 
 /// The reply to a request.

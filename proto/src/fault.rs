@@ -41,26 +41,15 @@ pub const KINDS: usize = 13;
 
 impl FaultKind {
     /// Every kind, in the order of their numbers.
-    pub const ALL: [Self; KINDS] = [
-        Self::Lost,
-        Self::Repeated,
-        Self::Bus,
-        Self::BusDead,
-        Self::Channel,
-        Self::Silent,
-        Self::Storm,
-        Self::Registers,
-        Self::NoAnswer,
-        Self::Supply,
-        Self::Reference,
-        Self::Clock,
-        Self::Overload,
-    ];
+    pub const ALL: [Self; KINDS] = {
+        use FaultKind::*;
+        [Lost, Repeated, Bus, BusDead, Channel, Silent, Storm, Registers, NoAnswer, Supply, Reference, Clock, Overload]
+    };
 
     /// Whether the fault may change a measured frequency by more than the estimate's uncertainty. Then no estimate is
     /// [`Good`](crate::telemetry::Status::Good).
     ///
-    /// It does not if the fit leaves out what is missing and knows the times of the rest: [`Self::Lost`],
+    /// It does not if the fit leaves out what is missing and knows when all else was read: [`Self::Lost`],
     /// [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and [`Self::Overload`] (the channel is left out; if it
     /// returns shortly before a window's end it can hide the end of the slide, which the qualification checks).
     ///

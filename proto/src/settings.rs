@@ -97,7 +97,8 @@ impl Default for Settings {
 }
 
 /// A setting outside its bounds; NaN is outside all of them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[error("{field} = {value}: choose a value from {least} to {greatest}")]
 pub struct SettingsError {
     /// Name of the field, with its unit.
     pub field: String<24>,
@@ -108,15 +109,6 @@ pub struct SettingsError {
     /// Greatest allowed value.
     pub greatest: f32,
 }
-
-impl core::fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { field, value, least, greatest } = self;
-        write!(f, "{field} = {value}: choose a value from {least} to {greatest}")
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 impl Settings {
     /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental and three overtones in

@@ -55,13 +55,9 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
-        Self {
-            kinds: [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } };
-                KINDS],
-            fresh: AtomicU32::new(0),
-            recent: AtomicU32::new(0),
-            zero_us: AtomicU32::new(0),
-        }
+        const NEVER: Seen = Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) };
+        let [fresh, recent, zero_us] = [const { AtomicU32::new(0) }; 3];
+        Self { kinds: [const { NEVER }; KINDS], fresh, recent, zero_us }
     }
 
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
@@ -107,8 +103,7 @@ impl FaultLog {
 
     /// The kinds seen since the latest call.
     pub fn take_fresh(&self) -> FaultSet {
-        let fresh = self.fresh.swap(0, Relaxed);
-        FaultSet::of_bits(fresh)
+        FaultSet::of_bits(self.fresh.swap(0, Relaxed))
     }
 
     /// Sets the board time at which device time is zero.

@@ -11,32 +11,21 @@ use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 pub const SPEED_MAX_MM_S: f32 = 2000.0;
 
 /// Why a profile is refused. Knots are numbered from 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProfileError {
     /// It has no knot; or only one, and repeats.
+    #[error("a speed profile needs a knot, and two to repeat")]
     TooFew,
-    /// It has more than [`KNOTS_MAX`] knots: so many.
+    /// It has so many knots, more than [`KNOTS_MAX`].
+    #[error("{0} knots: a speed profile has at most {KNOTS_MAX}")]
     TooMany(usize),
     /// This knot is not later than the one before it.
+    #[error("knot {0} is not later than the one before it")]
     NotLater(usize),
     /// This knot's speed, millimetres per second, is not a number, or beyond [`SPEED_MAX_MM_S`].
+    #[error("knot {0}: a speed of {1} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")]
     Speed(usize, f32),
 }
-
-impl core::fmt::Display for ProfileError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::TooFew => write!(f, "a speed profile needs a knot, and two to repeat"),
-            Self::TooMany(knots) => write!(f, "{knots} knots: a speed profile has at most {KNOTS_MAX}"),
-            Self::NotLater(knot) => write!(f, "knot {knot} is not later than the one before it"),
-            Self::Speed(knot, mm_s) => {
-                write!(f, "knot {knot}: a speed of {mm_s} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")
-            }
-        }
-    }
-}
-
-impl core::error::Error for ProfileError {}
 
 /// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. Then a straight line's
 /// mean speed times its time is a whole number. Places wrap after 4.6 km, but a window is shorter, and only differences

@@ -57,35 +57,26 @@ impl Liveness {
     }
 }
 
-/// Decides when to feed the watchdog.
+/// Decides when to feed the watchdog, by the progress at the last feeding: of `drdy`, of `detect`, of the fit.
 #[derive(Debug, Default)]
-pub struct WatchdogPolicy {
-    acquired: u32,
-    detected: u32,
-    fits_done: u32,
-}
+pub struct WatchdogPolicy([u32; 3]);
 
 impl WatchdogPolicy {
     /// The watchdog was just fed; nothing done since.
     pub const fn new() -> Self {
-        Self { acquired: 0, detected: 0, fits_done: 0 }
+        Self([0; 3])
     }
 
     /// Whether to feed the watchdog now.
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
-        let now = Self {
-            acquired: liveness.acquired.get(),
-            detected: liveness.detected.get(),
-            fits_done: liveness.fits_done.get(),
-        };
-        let fit_idle = now.fits_done == liveness.fits_due.get();
-        let alive = now.acquired != self.acquired
-            && now.detected != self.detected
-            && (fit_idle || now.fits_done != self.fits_done);
-        if alive {
-            *self = now;
+        let now = [&liveness.acquired, &liveness.detected, &liveness.fits_done].map(Progress::get);
+        let ([acquired, detected, fits_done], [had_acquired, had_detected, had_fits_done]) = (now, self.0);
+        let is_fit_alive = fits_done == liveness.fits_due.get() || fits_done != had_fits_done;
+        let is_alive = acquired != had_acquired && detected != had_detected && is_fit_alive;
+        if is_alive {
+            self.0 = now;
         }
-        alive
+        is_alive
     }
 }
 

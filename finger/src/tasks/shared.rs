@@ -21,18 +21,14 @@ pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 /// Packets from `detect` and `fit` to `report`.
 pub const PACKETS: usize = 8;
 
-/// A task that another task starts.
+/// A task that another task starts, named after its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "each is a module")]
 pub enum Task {
-    /// See [`super::drdy`].
     Drdy,
-    /// See [`super::line`].
-    Line,
-    /// See [`super::detect`].
+    SerialLine,
     Detect,
-    /// See [`super::report`].
     Report,
-    /// See [`super::fit`].
     Fit,
 }
 
@@ -75,17 +71,9 @@ pub struct Shared<P> {
 impl<P> Shared<P> {
     /// Nothing counted, nothing to do.
     pub const fn new(platform: P) -> Self {
-        Self {
-            platform,
-            diagnostics: Diagnostics::new(),
-            liveness: Liveness::new(),
-            check: AtomicBool::new(false),
-            urgent: AtomicBool::new(false),
-            look: AtomicBool::new(false),
-            finished: AtomicBool::new(false),
-            sending: AtomicBool::new(false),
-            restarting: AtomicBool::new(false),
-        }
+        let [check, urgent, look, finished, sending, restarting] = [const { AtomicBool::new(false) }; 6];
+        let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
+        Self { platform, diagnostics, liveness, check, urgent, look, finished, sending, restarting }
     }
 
     /// Whether a request has made the board reset as soon as the line is silent.
