@@ -1,8 +1,8 @@
 //! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
 //!
-//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
-//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and
-//! requests use USART3 (the emulator's third serial port). The run ends with the exit status of [`semihost::Exit`]. Its timers run at 1 GHz of virtual time.
+//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no GPIO and no DMA. SPI,
+//! START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and requests use USART3 (the
+//! emulator's third serial port). Its timers run at 1 GHz of virtual time.
 
 mod kept;
 mod link;
@@ -38,60 +38,27 @@ pub type Start = Pin;
 pub type Reset = Pin;
 pub type Usart = USART3;
 
-/// An SPI device whose transactions travel over the bridge, one record each.
+/// An SPI device whose transactions travel over the bridge, one record each. It does what the driver does: one operation
+/// that writes, or transfers in place.
 pub struct Bridge;
 
-/// The transaction is longer than a record.
-#[derive(Clone, Copy, Debug)]
-pub struct TooLong;
-
-impl spi::Error for TooLong {
-    fn kind(&self) -> spi::ErrorKind {
-        spi::ErrorKind::Other
-    }
-}
-
 impl spi::ErrorType for Bridge {
-    type Error = TooLong;
+    type Error = spi::ErrorKind;
 }
 
 impl SpiDevice for Bridge {
-    fn transaction(&mut self, operations: &mut [Op<'_, u8>]) -> Result<(), TooLong> {
-        let mut wire = [0; PAYLOAD_MAX];
-        let mut length = 0;
-        for operation in operations.iter() {
-            let (written, bytes) = written(operation);
-            let slot = wire.get_mut(length..length + bytes).ok_or(TooLong)?;
-            slot.get_mut(..written.len()).ok_or(TooLong)?.copy_from_slice(written);
-            length += bytes;
-        }
-        let wire = wire.get_mut(..length).ok_or(TooLong)?;
-        link::exchange(Operation::Transfer, false, wire);
-
-        let mut rest = &*wire;
-        for operation in operations {
-            let (_, bytes) = written(operation);
-            let (slot, after) = rest.split_at_checked(bytes).ok_or(TooLong)?;
-            let read: &mut [u8] = match operation {
-                Op::Read(read) | Op::Transfer(read, _) | Op::TransferInPlace(read) => read,
-                Op::Write(_) | Op::DelayNs(_) => &mut [],
-            };
-            read.copy_from_slice(slot.get(..read.len()).ok_or(TooLong)?);
-            rest = after;
+    fn transaction(&mut self, operations: &mut [Op<'_, u8>]) -> Result<(), spi::ErrorKind> {
+        match operations {
+            [Op::TransferInPlace(bytes)] => link::exchange(Operation::Transfer, false, bytes),
+            [Op::Write(bytes)] => {
+                let mut wire = [0; PAYLOAD_MAX];
+                let wire = wire.get_mut(..bytes.len()).ok_or(spi::ErrorKind::Other)?;
+                wire.copy_from_slice(bytes);
+                link::exchange(Operation::Transfer, false, wire);
+            }
+            _ => return Err(spi::ErrorKind::Other),
         }
         Ok(())
-    }
-}
-
-/// What an operation writes, and how many bytes it takes on the bus. A delay within a transaction needs no byte: the bridge
-/// carries whole transactions.
-fn written<'a>(operation: &'a Op<'_, u8>) -> (&'a [u8], usize) {
-    match operation {
-        Op::Read(read) => (&[], read.len()),
-        Op::Write(write) => (write, write.len()),
-        Op::Transfer(read, write) => (write, read.len().max(write.len())),
-        Op::TransferInPlace(both) => (both, both.len()),
-        Op::DelayNs(_) => (&[], 0),
     }
 }
 

@@ -43,7 +43,6 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 pub struct SettingsFlash(FLASH);
 
 impl SettingsFlash {
-    /// Takes over the flash's registers.
     pub const fn new(flash: FLASH) -> Self {
         Self(flash)
     }

@@ -75,12 +75,8 @@ pub fn open(mut alarm: SYST, are_kept: bool) {
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
     let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us };
-    critical_section::with(|cs| {
-        // Not borrowed yet.
-        if let Ok(mut place) = LINK.borrow(cs).try_borrow_mut() {
-            *place = Some(link);
-        }
-    });
+    // Not borrowed yet.
+    let _ = critical_section::with(|cs| LINK.borrow(cs).try_borrow_mut().map(|mut place| *place = Some(link)));
 }
 
 /// Puts off the reset by the watchdog.
@@ -94,14 +90,13 @@ pub fn restart(cause: ResetCause) -> ! {
     SCB::sys_reset()
 }
 
-/// The same if the PC has requested the crash.
+/// The same, if the PC has requested the crash.
 pub fn restart_if_requested(cause: ResetCause) {
     if RESTARTS.load(Relaxed) {
         restart(cause);
     }
 }
 
-/// Crashes as the PC requests.
 fn crash_as_requested(crash: Crash) {
     RESTARTS.store(true, Relaxed);
     match crash {
