@@ -18,11 +18,10 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Writes the whole configuration, CONFIG0 to GPIOD, and reads it back. START must be low.
     ///
-    /// This is also the check that there is a chip at all: no wire that is stuck reads back as what was written, since
-    /// CONFIG0 always holds both ones (STAT) and zeros.
+    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, which no stuck wire reads as.
     ///
     /// # Errors
-    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register holds something else than
+    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register does not hold what was
     /// written.
     pub fn configure(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
         self.write_registers(Register::Config0, &config.registers()?)?;
@@ -31,10 +30,9 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Compares all registers with what the driver has written to them, without writing.
     ///
-    /// To be called about once a second in the field: registers have been reported to change by themselves after minutes
-    /// to hours. On a mismatch [`stop`](Self::stop), [`reset`](Self::reset), [`configure`](Self::configure) and
-    /// [`start`](Self::start) again: reserved bits, which a write cannot be relied on to change back, need the reset.
-    /// Best right after a [`read`](Self::read): then the next conversion is furthest away.
+    /// To be called about once a second: registers have been reported to change by themselves after minutes to hours. Best
+    /// right after a [`read`](Self::read): then the next conversion is furthest away. On a mismatch [`stop`](Self::stop),
+    /// [`reset`](Self::reset) (for the reserved bits), [`configure`](Self::configure) and [`start`](Self::start) again.
     ///
     /// # Errors
     /// [`Error::Verify`] with the first register that differs.
@@ -92,19 +90,15 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
         codec::check_id(self.read_register(Register::Id)?)
     }
 
-    /// The pulse convert command (0x80): one conversion, as a pulse on START does, for boards that have it wired low.
-    ///
-    /// Each one converts the next channel of the scan.
+    /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for boards with START wired low.
     pub fn pulse_convert(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::PULSE_CONVERT).map_err(Error::Spi)
     }
 
     /// The latest conversion, read by command in one transaction of 5 bytes: the thing to do when DRDY falls.
     ///
-    /// Safe at any time: when the next conversion ends in the middle of it, the data is not torn, and when there is
-    /// nothing new it gives the last conversion again, with NEW cleared. At 8 MHz SCLK it takes 5 us.
-    ///
-    /// (The direct read, one byte shorter, has neither property, which is why this driver does without it.)
+    /// Safe at any time, unlike the direct read, which is one byte shorter: when the next conversion ends in the middle of
+    /// it, the data is not torn, and when there is nothing new it gives the last conversion again, with NEW cleared.
     #[inline]
     pub fn read(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;

@@ -94,16 +94,14 @@ impl Config {
         gpio_levels: 0x00,
     };
 
-    /// Checks that the chip can work like this.
-    ///
-    /// # Errors
-    /// The first rule that is broken, as a [`ConfigError`].
+    /// Checks that the chip can work like this. The error is the first rule that is broken.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
             return Err(ConfigError::Clock { clock_hz: self.clock_hz });
         }
         match self.mux {
-            Mux::AutoScan { internal, .. } if self.chop && internal.excludes_chop() => {
+            // All but OFFSET.
+            Mux::AutoScan { internal, .. } if self.chop && internal.to_bits() > 1 => {
                 Err(ConfigError::ChopWithInternalReadings)
             }
             Mux::AutoScan { .. } if self.channel_mask() == 0 => Err(ConfigError::EmptyScan),
@@ -116,10 +114,7 @@ impl Config {
 
     /// The bytes for the writable registers, CONFIG0 (0x00) to GPIOD (0x08).
     ///
-    /// The registers of the multiplexer mode that is not in use are 0.
-    ///
-    /// # Errors
-    /// A [`ConfigError`] if the chip cannot do this.
+    /// The registers of the multiplexer mode that is not in use are 0. Fails as [`validate`](Self::validate).
     pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
         if let Err(error) = self.validate() {
             return Err(error);

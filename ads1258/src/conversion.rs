@@ -14,8 +14,7 @@ pub struct Conversion {
 }
 
 impl Conversion {
-    /// The four bytes as they follow the read command: status byte, then the code with its most significant byte first.
-    /// Every bit pattern is a valid conversion.
+    /// The four bytes that follow the read command: status byte, then the code, big endian. Every bit pattern is valid.
     ///
     /// ```
     /// use ads1258::Conversion;

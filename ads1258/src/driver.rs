@@ -15,8 +15,8 @@ pub const MODE: spi::Mode = spi::MODE_0;
 /// The crystal itself needs about 150 ms more after power-down by the PWDN pin.
 pub const POWER_UP_TICKS: u32 = 1 << 18;
 
-/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: more than the 2 tCLK required at the slowest clock, 20 us
-/// (SBAS297G, reset timing).
+/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest clock, 20 us (SBAS297G,
+/// reset).
 pub const RESET_LOW_US: u32 = 25;
 
 const RESET_IMAGE: Image = {
@@ -26,12 +26,11 @@ const RESET_IMAGE: Image = {
 
 /// An ADS1258 on an SPI device.
 ///
-/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock as SCLK. Its methods
-/// are blocking if it implements [`embedded_hal::spi::SpiDevice`]. With the feature `async` each of them has a twin with
-/// `_async` behind its name, for a device that implements `embedded_hal_async::spi::SpiDevice`.
+/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock as SCLK. With the feature
+/// `async` each method has a twin with `_async` behind its name, for an `embedded_hal_async::spi::SpiDevice`.
 ///
-/// The pins START and RESET stay with the caller, who lends them where they are needed. A board that has wired them to a
-/// fixed level does without those methods.
+/// The pins START and RESET stay with the caller, who lends them. A board that has wired them does without those
+/// methods.
 ///
 /// Every method on the bus is one or two SPI transactions, and none waits for the chip. The driver remembers what it has
 /// written to each register, which is what [`verify`](Self::verify) compares with.

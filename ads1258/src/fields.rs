@@ -137,9 +137,4 @@ impl Sysred {
             | (self.vcc as u8) << 2
             | self.offset as u8
     }
-
-    /// Whether a reading is selected that CHOP excludes: REF, GAIN, TEMP or VCC.
-    pub(crate) const fn excludes_chop(self) -> bool {
-        self.reference || self.gain || self.temp || self.vcc
-    }
 }

@@ -15,8 +15,7 @@ use crate::{DataRate, Delay};
 /// Clock periods per unit of N and TD (SBAS297G, data rate equations).
 const TICKS_PER_UNIT: u32 = 128;
 
-/// Clock periods of the multiplexer and the filter around each conversion in auto-scan, 128 x 4.265625 (SBAS297G, data
-/// rate equations).
+/// Clock periods of multiplexer and filter around each conversion, 128 x 4.265625 (SBAS297G, data rate equations).
 const TICKS_OVERHEAD: u32 = 546;
 
 /// Clock periods (tCLK) per conversion: 674 to 29764 in auto-scan, 128 to 29764 on a fixed channel.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A register, by the name the datasheet gives it (SBAS297G, register map).
+/// A register, by the datasheet's name; its number is its address (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -41,11 +41,6 @@ impl Register {
 
     /// How many registers can be written: all but ID, which is the last.
     pub const WRITABLE: usize = 9;
-
-    /// Address, 0x00 to 0x09.
-    pub const fn address(self) -> u8 {
-        self as u8
-    }
 }
 
 const NAMES: [&str; 10] =

@@ -65,8 +65,8 @@ impl HealthReporter {
         is_due
     }
 
-    /// Called twice a second: whether `health` is due since no conversion came for a second. `passed_us` is the time since
-    /// the latest one, if there was one.
+    /// Called twice a second: whether `health` is due since there was no conversion for a second. `passed_us`: since
+    /// the latest.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
         self.silent = if is_silent { self.silent + 1 } else { 0 };

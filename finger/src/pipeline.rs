@@ -1,8 +1,7 @@
 //! The whole path in one call, as a PC runs it: conversions in, events out.
 //!
 //! The chip runs detector and estimator as tasks of different priority. They share only the [`Ring`], and pass
-//! [`Window`]s, so both ways give the same numbers for every window that is fitted. Windows that are not fitted are counted
-//! in `hops_skipped`.
+//! [`Window`]s, so both ways give the same numbers. Windows that are not fitted are counted in `hops_skipped`.
 
 use crate::detector::Detector;
 use crate::estimator::Estimator;

@@ -91,8 +91,8 @@ impl SimulatedBoard {
         self.lock().read_fill = byte;
     }
 
-    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without a delay
-    /// needs more, or virtual time stands still.
+    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without delay needs
+    /// more.
     pub fn set_poll_ns(&self, ns: u64) {
         self.lock().poll_ns = ns;
     }
@@ -120,8 +120,8 @@ impl SimulatedBoard {
         Some(edge_ns)
     }
 
-    /// Access to the chip itself, for inspection and faults. Where it takes the time, pass [`now_ns`](Self::now_ns), but
-    /// read that before: the board is locked inside.
+    /// Access to the chip itself. Where it takes the time, read [`now_ns`](Self::now_ns) before: the board is locked
+    /// inside.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }

@@ -60,8 +60,8 @@ impl FaultKind {
         !matches!(self, Self::Lost | Self::Repeated | Self::Bus | Self::Overload)
     }
 
-    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a change can look like the
-    /// start of a slide, or hide its end.
+    /// Whether levels of taxels may change with the fault, or unseen during it: that can look like a slide, or hide its
+    /// end.
     pub const fn moves_levels(self) -> bool {
         matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
     }

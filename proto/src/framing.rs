@@ -29,10 +29,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
     CHECKSUM.checksum(bytes)
 }
 
-/// Encodes a message. Returns the bytes used of `wire`.
-///
-/// # Errors
-/// It is longer than `wire` allows.
+/// Encodes a message, unless it is longer than `wire`. Returns the bytes used.
 pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     let content = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;

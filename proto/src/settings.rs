@@ -27,8 +27,7 @@ pub enum SlideRule {
 #[serde(deny_unknown_fields)]
 pub struct Array {
     /// Distance between the two columns of units along the motion, millimetres, as it appears in the phases: turns of
-    /// lag over cycles per millimetre. It equals the units' pitch if the contact is much longer. See
-    /// [`Self::edge_phase_rad`].
+    /// lag over cycles per millimetre. It is the units' pitch if the contact is much longer.
     pub pitch_mm: f32,
     /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2 pi `pitch_mm` /
     /// period - `edge_phase_rad`; both are measured with gratings of known period.
@@ -124,10 +123,7 @@ impl Settings {
         array: Array::DEFAULT,
     };
 
-    /// Checks every bound.
-    ///
-    /// # Errors
-    /// The first field outside its bounds.
+    /// Checks every bound. The error is the first field outside its own.
     // Inlined where it is called once: smaller than a call.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
@@ -175,8 +171,7 @@ impl Settings {
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
-/// each field takes a kilobyte of flash more.
+/// Names, least and greatest values, in the order of [`Settings::validate`]. One call a field takes a kilobyte more.
 const BOUNDS: [(&str, f32, f32); 16] = [
     ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
     ("hop_s", 0.02, WINDOW_MOST_S),

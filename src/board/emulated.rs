@@ -38,8 +38,7 @@ pub type Start = Pin;
 pub type Reset = Pin;
 pub type Usart = USART3;
 
-/// An SPI device whose transactions travel over the bridge, one record each. It does what the driver does: one operation
-/// that writes, or transfers in place.
+/// An SPI device whose transactions travel over the bridge, for what the driver does: one write or transfer in place.
 pub struct Bridge;
 
 impl spi::ErrorType for Bridge {
@@ -106,8 +105,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 
 /// Waits until an interrupt is pending, masked or not.
 ///
-/// Not by WFI: the emulator then skips to the next event in another thread, sometimes some nanoseconds off, so that no two
-/// runs are the same.
+/// Not by WFI: the emulator then skips to the next event some nanoseconds off, so that no two runs are the same.
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
@@ -115,8 +113,7 @@ pub fn sleep() {
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {
-        // Only the alarm can end this. While it is far the register is read rarely: one read takes the emulator as long as
-        // hundreds of NOPs.
+        // Only the alarm can end this. While it is far the register is read rarely: one read costs hundreds of NOPs.
         let blocks = if SYST::get_current() > LONG_TICKS { 16 } else { 1 };
         // SAFETY: counts a register down, `blocks` is not 0.
         unsafe {

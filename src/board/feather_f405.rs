@@ -5,8 +5,7 @@
 //! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), both at 921600 baud, 8N1; the baud rate
 //! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
 //!
-//! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip. To wire
-//! DRDY to D6 (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
+//! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
 use super::{Board, SerialLine, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};

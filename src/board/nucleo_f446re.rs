@@ -3,8 +3,8 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
-//! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered
+//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), a serial port of the PC through the ST-LINK, at
+//! 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only after two bridges are soldered
 //! (UM1724).
 
 use super::{Board, SerialLine, stm32f4};

@@ -51,10 +51,7 @@ pub fn write(segments: &[Segment]) -> Vec<u8> {
     file
 }
 
-/// What a file writes.
-///
-/// # Errors
-/// It is no such file, or a damaged one: what does not fit.
+/// What a file writes. An error says what does not fit.
 pub fn read(file: &[u8]) -> Result<Vec<Segment>> {
     let word = |at: usize| {
         let bytes = file.get(at..at + 4).and_then(|bytes| bytes.first_chunk());

@@ -76,8 +76,7 @@ impl Image {
     }
 }
 
-/// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and its
-/// sizes.
+/// Builds an image and checks it. Gives its path, such as `target/firmware/emulated/ridgetone-firmware.elf`, and sizes.
 pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let Image { name, binary, profile, interrupts, .. } = image;
     let toolchain = Toolchain::find_or_install()?;
@@ -109,8 +108,8 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
     Ok(())
 }
 
-/// Lints the firmware for every board, and the benchmarks. Debian's packages have no clippy: with them the compiler's own
-/// warnings are denied.
+/// Lints the firmware and the benchmarks. Debian's packages have no clippy: there the compiler's own warnings are
+/// denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
     for image in Board::value_variants().iter().map(|board| board.image()).chain([BENCH, BASELINES]) {

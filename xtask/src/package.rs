@@ -10,8 +10,7 @@ const PACKAGES: [&str; 4] = ["ads1258", "ridgetone-proto", "ridgetone-tone", "ri
 
 /// Packs each and builds it from its package, without network.
 ///
-/// In a target folder and a home of cargo of their own: cargo takes a package that it has unpacked or built once for the
-/// same ever after, if only its version is.
+/// In a target folder and a home of cargo of their own: cargo never reads a package of the same version again.
 pub fn check() -> Result<()> {
     let folder = target_dir().join("package-check");
     remove(&folder)?;

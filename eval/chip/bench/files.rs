@@ -1,7 +1,7 @@
 //! Jobs in, measurements out: what the benchmarks' images have in common.
 
 use crate::machine::semihost;
-use crate::machine::semihost::{Exit, File};
+use crate::machine::semihost::{Exit, File, Mode};
 use core::fmt::Write;
 use ridgetone_eval::workload::{FRAME_BYTES, LINE_MAX, Measured, decode_frame};
 use ridgetone_tone::Values;
@@ -15,7 +15,9 @@ pub struct Files {
 impl Files {
     /// Opens them, does `work` and leaves the emulator.
     pub fn run(work: impl FnOnce(&Self) -> Option<()>) -> ! {
-        let (Some(workload), Some(results)) = (File::read_from(c"workload"), File::write_to(c"results")) else {
+        let (Some(workload), Some(results)) =
+            (File::open(c"workload", Mode::Read), File::open(c"results", Mode::Write))
+        else {
             semihost::print(format_args!("cannot open workload and results"));
             semihost::exit(Exit::Bridge)
         };

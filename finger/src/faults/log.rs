@@ -55,9 +55,10 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
-        const NEVER: Seen = Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) };
+        let kinds =
+            [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } }; KINDS];
         let [fresh, recent, zero_us] = [const { AtomicU32::new(0) }; 3];
-        Self { kinds: [const { NEVER }; KINDS], fresh, recent, zero_us }
+        Self { kinds, fresh, recent, zero_us }
     }
 
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
@@ -89,8 +90,7 @@ impl FaultLog {
         self.kinds.get(kind as usize).map_or(0, |seen| seen.last_us.load(Relaxed))
     }
 
-    /// Board time at which a kind was first seen in the interval that the latest [`Self::take_fresh`] ended; any value if
-    /// it was not.
+    /// Board time at which a kind was first seen before the latest [`Self::take_fresh`]; any value if it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
         self.kinds.get(kind as usize).map_or(0, |seen| seen.first_us.load(Relaxed))
     }

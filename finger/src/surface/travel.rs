@@ -83,8 +83,7 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     }
 }
 
-/// Travel by the host's speed and the frequency; the phases give the direction and are a check. `way` is the direction of
-/// a wave along +x with increasing abscissa.
+/// Travel by the host's speed and the frequency; the phases check it and give the direction. `way`: of a wave along +x.
 #[inline(never)]
 pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
     let travel = Travel {

@@ -36,9 +36,9 @@ impl CommandExecutor {
         self.restarting
     }
 
-    /// Decides a command: stores settings that are to be kept. Gives the reply, and the command for [`Self::carry_out`];
-    /// none if it changes nothing. While the finger `is_touched` the flash is not erased: that would stop the processor for
-    /// a second or two.
+    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command for
+    /// [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is erased: that stops the
+    /// processor for a second.
     #[inline(never)]
     pub fn decide(&mut self, request: Request, is_touched: bool, store: &mut dyn Store) -> (Option<Command>, Reply) {
         let Request { number, command } = request;

@@ -22,10 +22,6 @@ pub const WATCHDOG_S: u32 = 8;
 pub struct Progress(AtomicU32);
 
 impl Progress {
-    const fn new() -> Self {
-        Self(AtomicU32::new(0))
-    }
-
     /// One step more.
     pub fn bump(&self) {
         self.0.store(self.get().wrapping_add(1), Relaxed);
@@ -52,7 +48,7 @@ pub struct Liveness {
 impl Liveness {
     /// Nothing done yet.
     pub const fn new() -> Self {
-        let [acquired, detected, fits_due, fits_done] = [const { Progress::new() }; 4];
+        let [acquired, detected, fits_due, fits_done] = [const { Progress(AtomicU32::new(0)) }; 4];
         Self { acquired, detected, fits_due, fits_done }
     }
 }

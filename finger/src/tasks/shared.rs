@@ -5,8 +5,8 @@ use crate::faults::diagnostics::Diagnostics;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use ridgetone_proto::telemetry::WIRE_MAX;
 
-/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 conversions a second. This queue and the
-/// next two hold one item less than they have places.
+/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 a second. A queue holds one less than
+/// that.
 pub const SAMPLES: usize = 128;
 
 /// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are for whole slides.

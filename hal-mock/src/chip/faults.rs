@@ -3,8 +3,7 @@
 use super::Ads1258;
 use super::clock::Clock;
 
-/// A fault, in force from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by a schedule of
-/// [`Injection`](super::Injection)s.
+/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by [`Injection`](super::Injection)s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
@@ -12,8 +11,7 @@ pub enum Fault {
     RegisterFlip { address: u8, mask: u8 },
     /// The chip resets itself, once, as a dip of its digital supply makes it.
     Reset,
-    /// The converter stands still: the running conversion never ends and none begins. The end of the fault is a new
-    /// start condition if START is high.
+    /// The converter stands still: no conversion ends or begins. The end is a new start condition if START is high.
     Stall,
     /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
     /// the next byte is the command of a read, and the four that follow are its result.

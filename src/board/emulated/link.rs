@@ -1,8 +1,7 @@
 //! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
 //!
-//! Every reply holds the time of DRDY's next edge. SysTick is set to that moment, and its interrupt pends EXTI4, as the pin
-//! would. While no edge is known the chip is polled every [`POLL_US`]. SysTick can be set for one shot; the emulator's TIM2
-//! to TIM5 cannot.
+//! Every reply holds the time of DRDY's next edge. SysTick, which can be set for one shot, pends EXTI4 then, as the pin
+//! would. While no edge is known the chip is polled every [`POLL_US`].
 
 use super::kept::KEPT;
 use super::log;
