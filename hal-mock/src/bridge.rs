@@ -95,13 +95,8 @@ impl Request {
 
     /// Reads a header back; `None` if the operation is unknown or the payload too long.
     pub fn decode(b: &[u8; REQUEST_BYTES]) -> Option<Self> {
-        let operation = match b[0] {
-            0 => Operation::Poll,
-            1 => Operation::Transfer,
-            2 => Operation::Start,
-            3 => Operation::Reset,
-            _ => return None,
-        };
+        let all = [Operation::Poll, Operation::Transfer, Operation::Start, Operation::Reset];
+        let operation = *all.get(b[0] as usize)?;
         (b[2] as usize <= PAYLOAD_MAX).then_some(Self {
             operation,
             level: b[1] != 0,

@@ -5,8 +5,7 @@ use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire, checksum, stuffing and delimiter included. The longest ones are settings with a
-/// slide by protocol, and a full part of a speed profile; a test encodes both.
+/// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
 pub const REQUEST_WIRE_MAX: usize = 96;
 
 /// Most knots of a speed profile that one command carries.
@@ -87,7 +86,6 @@ pub enum Outcome {
     NotStored,
     /// The board carries out another request; send this one again.
     Busy,
-    /// Done, and a sector of the flash was erased for it. The processor stopped for 1 to 2 s; the conversions lost
-    /// meanwhile are reported as [`Lost`](crate::fault::FaultKind::Lost) and counted in `health`.
+    /// Done, and a sector of the flash was erased for it: conversions of 1 to 2 s were lost, and are reported so.
     DoneErased,
 }

@@ -50,10 +50,9 @@ pub struct Array {
 
 impl Array {
     /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
-    /// 2 and 4 are in front. The units' pitch is 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated
-    /// finger with a contact 8 mm long, and with gratings that are not the paper's (`host/tests/calibrate.rs`).
-    /// **Measure them on your own finger**: they change with the contact's length, hence with the force. The possible
-    /// periods are those of the paper's gratings with a margin, as far as the answer is unique.
+    /// 2 and 4 are in front, at a pitch of 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated finger
+    /// with a contact 8 mm long (`host/tests/calibrate.rs`). **Measure them on your own finger**: they change with the
+    /// force. The possible periods are those of the paper's gratings with a margin, as far as the answer is unique.
     pub const DEFAULT: Self = Self {
         pitch_mm: 2.364,
         edge_phase_rad: 0.41,

@@ -57,7 +57,7 @@ pub enum Saved {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotStored;
 
-/// Place of a record: a number that counts through both pages.
+/// Place of a record, counted through both pages.
 type Slot = u32;
 
 /// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the start of the first page.

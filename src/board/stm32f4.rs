@@ -1,8 +1,7 @@
 //! What the STM32F4 boards share: 168 MHz, SPI1 on PA5 to PA7, DRDY on line 4 of EXTI, the watchdog, the end of a run.
 //!
-//! The time of a DRDY edge is read first in its interrupt, so it is late by the interrupt's entry: 12 cycles (0.07 us), or
-//! a few microseconds if interrupts were masked. A timer's input capture would be exact, but no
-//! pin of line 4 is on a timer channel that the boards have free.
+//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few microseconds if interrupts were
+//! masked. A timer's input capture would be exact, but no pin of line 4 is on a free timer channel.
 
 use super::crash;
 use core::convert::Infallible;

@@ -17,7 +17,6 @@ const PREFIX_BYTES: usize = 11;
 /// "Target", alternate setting, whether it is named, its name, size and number of elements.
 const TARGET_BYTES: usize = 274;
 
-/// Of the target's name.
 const NAME_BYTES: usize = 255;
 
 /// Device, product, vendor, version of DFU, "UFD", length, checksum.

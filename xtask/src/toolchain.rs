@@ -1,8 +1,7 @@
 //! The compiler for the Cortex-M4F, and the core library for it. There are two ways to one:
 //!
 //! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
-//! 2. Debian's packages, which come with the library's sources: cargo builds it along. For machines
-//!    where rustup may not download.
+//! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where rustup may not download.
 //!
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 

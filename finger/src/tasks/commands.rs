@@ -14,26 +14,18 @@ use ridgetone_proto::telemetry::Event;
 /// Decides commands and carries them out. Its memory is bounded: a profile, the parts of the next one, the latest reply.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
-    profile: Option<Profile>,
+    /// The speed profile in force.
+    pub(super) profile: Option<Profile>,
     knots: Vec<Knot, KNOTS_MAX>,
     latest: Option<Reply>,
-    restarting: bool,
+    /// The board resets as soon as the line is silent.
+    pub(super) restarting: bool,
 }
 
 impl CommandExecutor {
     /// An executor before the first command.
     pub const fn new() -> Self {
         Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
-    }
-
-    /// The speed profile in force.
-    pub const fn profile(&self) -> Option<&Profile> {
-        self.profile.as_ref()
-    }
-
-    /// Whether the board resets as soon as the line is silent.
-    pub const fn is_restarting(&self) -> bool {
-        self.restarting
     }
 
     /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command for
@@ -245,12 +237,12 @@ mod tests {
         let mut board = Board::new();
         for (number, first) in (0u16..).zip((0..24).step_by(8)) {
             assert_eq!(board.execute(number, part(first, 8, None), false), Outcome::Done);
-            assert_eq!(board.executor.profile(), None);
+            assert_eq!(board.executor.profile.as_ref(), None);
         }
         assert_eq!(board.execute(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
         let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
         let whole = Profile::new(&all, After::Repeat).unwrap();
-        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.executor.profile.as_ref(), Some(&whole));
         // A part is missing; one that is out of order; one knot too many. The profile in force stays.
         for (number, wrong) in (4u16..).zip([
             vec![part(8, 8, Some(After::Hold))],
@@ -264,16 +256,16 @@ mod tests {
                 assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
             }
         }
-        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.executor.profile.as_ref(), Some(&whole));
         assert_eq!(board.execute(100, Command::Unfollow, false), Outcome::Done);
-        assert_eq!(board.executor.profile(), None);
+        assert_eq!(board.executor.profile.as_ref(), None);
     }
 
     #[test]
     fn who_restarts_does_nothing_else() {
         let mut board = Board::new();
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
-        assert!(board.executor.is_restarting());
+        assert!(board.executor.restarting);
         assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));

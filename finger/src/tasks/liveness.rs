@@ -2,14 +2,13 @@
 //!
 //! The watchdog is fed twice a second if each of these has made progress since the last feeding:
 //!
-//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check comes twice a second
-//!   without conversions too: a silent chip is reported as a fault, and a reset of the board would not mend it.
+//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip, which it makes twice a second: a
+//!   reset of the board would not mend a silent chip.
 //! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
-//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop skips hops; only a fit that
-//!   takes longer than the watchdog's period counts as hung.
+//! - **The fit**: it has nothing to do, or finished a window. It hangs if a window takes longer than the watchdog's period.
 //!
-//! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a higher priority hangs,
-//! the watchdog is not fed. The line does not count: a blocked line costs telemetry, and a reset would not free it.
+//! `watch` interrupts the fit, so a busy fit does not delay the feeding. The line does not count: a reset would not free a
+//! blocked one.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 

@@ -31,7 +31,7 @@ impl<S: Store> Requests<S> {
 
     /// The speed profile in force.
     pub const fn profile(&self) -> Option<&Profile> {
-        self.executor.profile()
+        self.executor.profile.as_ref()
     }
 
     /// What keeps the settings.
@@ -70,7 +70,7 @@ impl<S: Store> Requests<S> {
         if is_carried_out {
             let reply = Event::Reply(reply.clone());
             outbox.lock(|outbox| post(outbox, reply, shared));
-            shared.restarting.store(executor.is_restarting(), Relaxed);
+            shared.restarting.store(executor.restarting, Relaxed);
             *decided = None;
         }
         true
