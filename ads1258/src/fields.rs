@@ -34,8 +34,7 @@ impl DataRate {
     }
 }
 
-/// DLY\[2:0\]: the time between switching the multiplexer and converting, for the signal to settle
-/// (SBAS297G, CONFIG1 register and switch time delay).
+/// DLY\[2:0\]: the time between switching the multiplexer and converting (SBAS297G, CONFIG1 register, switch time delay).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -91,8 +90,7 @@ pub enum IdleMode {
     Sleep = 1,
 }
 
-/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor.
-/// Bits 10 are not defined (SBAS297G, CONFIG1 register).
+/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor (SBAS297G, CONFIG1 register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
