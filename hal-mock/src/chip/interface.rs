@@ -58,8 +58,8 @@ impl Ads1258 {
     /// 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1) resets the interface.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
-        let bit_errors = self.faults.next();
-        let din = din ^ bit_errors.din;
+        let [din_errors, dout_errors] = self.faults.next();
+        let din = din ^ din_errors;
         let dout = if self.faults.is_cut {
             0
         } else if self.reset_low || first_sclk_ns < self.clock.ns(self.options.power_up_cycles) {
@@ -69,7 +69,7 @@ impl Ads1258 {
             self.answer(din)
         };
         self.interface.idle_since_ns = Some(last_sclk_ns);
-        self.faults.on_dout(dout) ^ bit_errors.dout
+        self.faults.on_dout(dout) ^ dout_errors
     }
 
     fn time_out(&mut self, now_ns: u64) {
