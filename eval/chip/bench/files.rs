@@ -1,7 +1,7 @@
 //! Jobs in, measurements out: what the benchmarks' images have in common.
 
 use crate::machine::semihost;
-use crate::machine::semihost::{Exit, File, Mode};
+use crate::machine::semihost::{Exit, File};
 use core::fmt::Write;
 use ridgetone_eval::workload::{FRAME_BYTES, LINE_MAX, Measured, decode_frame};
 use ridgetone_tone::Values;
@@ -16,7 +16,7 @@ impl Files {
     /// Opens them, does `work` and leaves the emulator.
     pub fn run(work: impl FnOnce(&Self) -> Option<()>) -> ! {
         let (Some(workload), Some(results)) =
-            (File::open(c"workload", Mode::Read), File::open(c"results", Mode::Write))
+            (File::open(c"workload", semihost::Mode::Read), File::open(c"results", semihost::Mode::Write))
         else {
             semihost::print(format_args!("cannot open workload and results"));
             semihost::exit(Exit::Bridge)
