@@ -14,14 +14,8 @@
 //! runs is not lost, so no conversion stays in a queue.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
-#![deny(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::unreachable,
-    clippy::todo,
-    clippy::unimplemented
-)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![deny(clippy::unreachable, clippy::todo, clippy::unimplemented)]
 
 #[cfg(all(
     target_os = "none",
@@ -60,7 +54,7 @@ mod app {
     use ridgetone::tasks::drdy::Drdy;
     use ridgetone::tasks::fit::Fit;
     use ridgetone::tasks::idle::{Idle, Next};
-    use ridgetone::tasks::line::Line;
+    use ridgetone::tasks::line::SerialLine;
     use ridgetone::tasks::liveness::WatchdogPolicy;
     use ridgetone::tasks::outbox::Outbox;
     use ridgetone::tasks::report::Report;
@@ -83,7 +77,7 @@ mod app {
         fn pend(_: &Shared<Self>, task: Task) {
             rtic::pend(match task {
                 Task::Drdy => Interrupt::EXTI4,
-                Task::Line => Interrupt::USART3,
+                Task::SerialLine => Interrupt::USART3,
                 Task::Detect => Interrupt::CAN1_RX0,
                 Task::Report => Interrupt::CAN1_TX,
                 Task::Fit => Interrupt::CAN1_RX1,
@@ -112,7 +106,7 @@ mod app {
     #[local]
     struct Local {
         drdy: Drdy<'static, Spi, Start, Reset, board::Drdy>,
-        line: Line<'static, board::SerialLine>,
+        line: SerialLine<'static, board::SerialLine>,
         detect: Detect<'static>,
         report: Report<'static>,
         fit: Fit<'static, FlashStore<board::SettingsFlash>>,
@@ -157,7 +151,7 @@ mod app {
             },
             Local {
                 drdy: Drdy { acquisition, pin: drdy, samples: samples_in },
-                line: Line { port: line, bytes: bytes_out },
+                line: SerialLine { port: line, bytes: bytes_out },
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),
                 fit: Fit {
@@ -216,8 +210,7 @@ mod app {
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
-            // With interrupts masked the processor still wakes up, but serves them only after the clock has been read, so
-            // the sleep is measured without the interrupt that ends it.
+            // With interrupts masked the processor still wakes up, but reads the clock before it serves them.
             let slept_us = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();

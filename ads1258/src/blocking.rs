@@ -5,14 +5,11 @@ use embedded_hal::spi::SpiDevice;
 use crate::codec::{self, Block};
 use crate::{Ads1258, Config, Conversion, Error, Register};
 
+/// Every command fails with [`Error::Spi`] if the SPI device does. Other errors are listed with the command.
 impl<SPI: SpiDevice> Ads1258<SPI> {
     /// The reset command (0xC0): all registers at their reset values.
     ///
     /// The chip finishes a running conversion first; drop its result. [`reset_by_pin`](Self::reset_by_pin) ends it.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Spi`].
     pub fn reset(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::RESET).map_err(Error::Spi)?;
         self.after_reset();
@@ -21,13 +18,11 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Writes the whole configuration, CONFIG0 to GPIOD, and reads it back. START must be low.
     ///
-    /// This is also the check that there is a chip at all: no wire that is stuck reads back as what was written, since
-    /// CONFIG0 always holds both ones (STAT) and zeros.
+    /// This also checks that there is a chip: CONFIG0 always holds ones (STAT) and zeros, which no stuck wire reads as.
     ///
     /// # Errors
-    ///
-    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register holds something else than
-    /// written; [`Error::Spi`].
+    /// [`Error::Config`] before anything is transferred; [`Error::Verify`] if a register does not hold what was
+    /// written.
     pub fn configure(&mut self, config: &Config) -> Result<(), Error<SPI::Error>> {
         self.write_registers(Register::Config0, &config.registers()?)?;
         self.verify()
@@ -35,14 +30,12 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
 
     /// Compares all registers with what the driver has written to them, without writing.
     ///
-    /// To be called about once a second in the field: registers have been reported to change by themselves after minutes
-    /// to hours. On a mismatch [`stop`](Self::stop), [`reset`](Self::reset), [`configure`](Self::configure) and
-    /// [`start`](Self::start) again: reserved bits, which a write cannot be relied on to change back, need the reset.
-    /// Best right after a [`read`](Self::read): then the next conversion is furthest away.
+    /// To be called about once a second: registers have been reported to change by themselves after minutes to hours. Best
+    /// right after a [`read`](Self::read): then the next conversion is furthest away. On a mismatch [`stop`](Self::stop),
+    /// [`reset`](Self::reset) (for the reserved bits), [`configure`](Self::configure) and [`start`](Self::start) again.
     ///
     /// # Errors
-    ///
-    /// [`Error::Verify`] with the first register that differs; [`Error::Spi`].
+    /// [`Error::Verify`] with the first register that differs.
     pub fn verify(&mut self) -> Result<(), Error<SPI::Error>> {
         let mut found = [0; Register::WRITABLE];
         self.read_registers(Register::Config0, &mut found)?;
@@ -50,10 +43,6 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     }
 
     /// Reads one register.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Spi`].
     pub fn read_register(&mut self, register: Register) -> Result<u8, Error<SPI::Error>> {
         let mut value = [0];
         self.read_registers(register, &mut value)?;
@@ -63,8 +52,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// Reads as many registers as `values` has places, from `first` on, in one transaction.
     ///
     /// # Errors
-    ///
-    /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID; [`Error::Spi`]. On an error `values` is unchanged.
+    /// [`Error::RegisterRange`] if `values` is empty or leads beyond ID. On an error `values` is unchanged.
     pub fn read_registers(&mut self, first: Register, values: &mut [u8]) -> Result<(), Error<SPI::Error>> {
         let mut block = Block::read(first, values.len())?;
         self.spi.transfer_in_place(block.bytes()).map_err(Error::Spi)?;
@@ -75,8 +63,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// Writes one register, without reading it back. START must be low.
     ///
     /// # Errors
-    ///
-    /// [`Error::RegisterRange`] for ID, which is read-only; [`Error::Spi`].
+    /// [`Error::RegisterRange`] for ID, which is read-only.
     pub fn write_register(&mut self, register: Register, value: u8) -> Result<(), Error<SPI::Error>> {
         self.write_registers(register, &[value])
     }
@@ -84,8 +71,7 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// Writes the registers from `first` on in one transaction, without reading them back. START must be low.
     ///
     /// # Errors
-    ///
-    /// [`Error::RegisterRange`] if `values` is empty or leads beyond GPIOD (ID is read-only); [`Error::Spi`].
+    /// [`Error::RegisterRange`] if `values` is empty or leads beyond GPIOD (ID is read-only).
     pub fn write_registers(&mut self, first: Register, values: &[u8]) -> Result<(), Error<SPI::Error>> {
         let mut block = Block::write(first, values)?;
         self.spi.write(block.bytes()).map_err(Error::Spi)?;
@@ -99,33 +85,20 @@ impl<SPI: SpiDevice> Ads1258<SPI> {
     /// high, but not from one that is stuck low. [`configure`](Self::configure) finds that one.
     ///
     /// # Errors
-    ///
-    /// [`Error::Id`] if ID4 is set; [`Error::Spi`].
+    /// [`Error::Id`] if ID4 is set.
     pub fn read_id(&mut self) -> Result<u8, Error<SPI::Error>> {
         codec::check_id(self.read_register(Register::Id)?)
     }
 
-    /// The pulse convert command (0x80): one conversion, as a pulse on START does, for boards that have it wired low.
-    ///
-    /// Each one converts the next channel of the scan.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Spi`].
+    /// The pulse convert command (0x80): one conversion, of the next channel of the scan, for boards with START wired low.
     pub fn pulse_convert(&mut self) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&codec::PULSE_CONVERT).map_err(Error::Spi)
     }
 
     /// The latest conversion, read by command in one transaction of 5 bytes: the thing to do when DRDY falls.
     ///
-    /// Safe at any time: when the next conversion ends in the middle of it, the data is not torn, and when there is
-    /// nothing new it gives the last conversion again, with NEW cleared. At 8 MHz SCLK it takes 5 us.
-    ///
-    /// (The direct read, one byte shorter, has neither property, which is why this driver does without it.)
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Spi`].
+    /// Safe at any time, unlike the direct read, which is one byte shorter: when the next conversion ends in the middle of
+    /// it, the data is not torn, and when there is nothing new it gives the last conversion again, with NEW cleared.
     #[inline]
     pub fn read(&mut self) -> Result<Conversion, Error<SPI::Error>> {
         let mut frame = codec::READ_DATA;

@@ -2,9 +2,7 @@
 
 use core::fmt;
 
-/// A channel of the auto-scan.
-///
-/// Source: SBAS297G, channel id codes (CHID) of the status byte.
+/// A channel of the auto-scan (SBAS297G, channel id codes of the status byte).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Channel {
@@ -32,7 +30,6 @@ impl Channel {
     ///
     /// A number out of range, such as `Single(16)`, gives 0x19, which the chip does not use.
     #[inline]
-    #[must_use]
     pub const fn id(self) -> u8 {
         match self {
             Self::Differential(number) if number < 8 => number,
@@ -46,9 +43,13 @@ impl Channel {
         }
     }
 
+    /// The bit of this channel in [`Config::channel_mask`](crate::Config::channel_mask).
+    pub(crate) const fn bit(self) -> u32 {
+        1_u32.unbounded_shl(self.id() as u32)
+    }
+
     /// The channel of a CHID, or `None` for 0x19 and everything above 0x1D.
     #[inline]
-    #[must_use]
     pub const fn from_id(id: u8) -> Option<Self> {
         match id {
             0x00..=0x07 => Some(Self::Differential(id)),

@@ -48,7 +48,7 @@ impl Block {
             return Err(Error::RegisterRange { first, count });
         }
         let mut bytes = [0; 1 + Register::ALL.len()];
-        bytes[0] = command | first.address() | if count > 1 { MULTIPLE } else { 0 };
+        bytes[0] = command | first as u8 | if count > 1 { MULTIPLE } else { 0 };
         Ok(Self { bytes, length: count.saturating_add(1) })
     }
 

@@ -1,6 +1,6 @@
 //! The whole configuration of the chip, checked before the driver writes it.
 
-use crate::{Channel, ConfigError, DataRate, Delay, IdleMode, Register, Scan, SensorBias, Sysred, rate, scan};
+use crate::{Channel, ConfigError, DataRate, Delay, IdleMode, Register, SensorBias, Sysred, rate};
 
 /// Clock from the 32.768 kHz crystal (CLKSEL low), which the chip's PLL multiplies by 480, in Hz (SBAS297G, clock source).
 pub const CRYSTAL_CLOCK_HZ: u32 = 15_728_640;
@@ -36,12 +36,10 @@ pub enum Mux {
     },
 }
 
-/// The whole configuration of the chip.
+/// The whole configuration of the chip (SBAS297G, register descriptions).
 ///
 /// The default is what the chip does after a reset, with the crystal as clock. STAT is always set: a read by command
 /// sends the status byte in any case, and so nothing depends on it.
-///
-/// Source: SBAS297G, register descriptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
@@ -96,17 +94,14 @@ impl Config {
         gpio_levels: 0x00,
     };
 
-    /// Checks that the chip can work like this.
-    ///
-    /// # Errors
-    ///
-    /// The first rule that is broken, as a [`ConfigError`].
+    /// Checks that the chip can work like this. The error is the first rule that is broken.
     pub const fn validate(&self) -> Result<(), ConfigError> {
         if self.clock_hz < CLOCK_MIN_HZ || self.clock_hz > CLOCK_MAX_HZ {
             return Err(ConfigError::Clock { clock_hz: self.clock_hz });
         }
         match self.mux {
-            Mux::AutoScan { internal, .. } if self.chop && internal.excludes_chop() => {
+            // All but OFFSET.
+            Mux::AutoScan { internal, .. } if self.chop && internal.to_bits() > 1 => {
                 Err(ConfigError::ChopWithInternalReadings)
             }
             Mux::AutoScan { .. } if self.channel_mask() == 0 => Err(ConfigError::EmptyScan),
@@ -119,11 +114,7 @@ impl Config {
 
     /// The bytes for the writable registers, CONFIG0 (0x00) to GPIOD (0x08).
     ///
-    /// The registers of the multiplexer mode that is not in use are 0.
-    ///
-    /// # Errors
-    ///
-    /// A [`ConfigError`] if the chip cannot do this.
+    /// The registers of the multiplexer mode that is not in use are 0. Fails as [`validate`](Self::validate).
     pub const fn registers(&self) -> Result<[u8; Register::WRITABLE], ConfigError> {
         if let Err(error) = self.validate() {
             return Err(error);
@@ -149,7 +140,6 @@ impl Config {
     }
 
     /// The channels of the scan as a mask: bit n is channel id n. 0 in fixed mode.
-    #[must_use]
     pub const fn channel_mask(&self) -> u32 {
         match self.mux {
             Mux::AutoScan { differential, single, internal } => {
@@ -160,7 +150,6 @@ impl Config {
     }
 
     /// Conversions per scan, 0 to 29; 1 in fixed mode.
-    #[must_use]
     pub const fn slots(&self) -> usize {
         match self.mux {
             Mux::AutoScan { .. } => self.channel_mask().count_ones() as usize,
@@ -173,55 +162,55 @@ impl Config {
     /// ```
     /// use ads1258::{Channel, Config};
     /// let mut scan = Config::RESET.scan();
-    /// assert_eq!(scan.len(), 16);
     /// assert_eq!(scan.next(), Some(Channel::Single(0)));
     /// assert_eq!(scan.last(), Some(Channel::Single(15)));
     /// ```
-    #[must_use]
-    pub const fn scan(&self) -> Scan {
-        Scan::new(self.channel_mask())
+    pub fn scan(&self) -> impl Iterator<Item = Channel> + use<> {
+        let mask = self.channel_mask();
+        (0..u32::BITS as u8).filter_map(Channel::from_id).filter(move |channel| mask & channel.bit() != 0)
     }
 
     /// The channel that follows `channel` in the scan; after the last one the first.
     ///
     /// For a `channel` outside the scan it is the next one in it. In fixed mode, or with an empty scan, it is `channel`.
-    #[must_use]
     pub const fn next_channel(&self, channel: Channel) -> Channel {
-        match scan::after(self.channel_mask(), channel) {
+        let mask = self.channel_mask();
+        let above = mask & u32::MAX.unbounded_shl((channel.id() as u32).wrapping_add(1));
+        let next = if above == 0 { mask } else { above };
+        // An empty mask has 32 trailing zeros, and no channel has that id.
+        match Channel::from_id(next.trailing_zeros() as u8) {
             Some(next) => next,
             None => channel,
         }
     }
 
-    /// Clock periods (tCLK) per conversion, exactly: 128 to 29764.
-    #[must_use]
+    /// Clock periods (tCLK) per conversion, exactly: 128 to 29764. On a fixed channel the delay counts with `chop` only.
     pub const fn conversion_ticks(&self) -> u32 {
-        match self.mux {
-            Mux::AutoScan { .. } => rate::auto_scan_ticks(self.data_rate, self.delay, self.chop),
-            Mux::Fixed { .. } => rate::fixed_channel_ticks(self.data_rate, self.delay, self.chop),
-        }
+        rate::ticks(matches!(self.mux, Mux::Fixed { .. }), self.data_rate, self.delay, self.chop)
     }
 
     /// Clock periods (tCLK) per scan of all slots, exactly; 0 for an empty scan.
-    #[must_use]
     pub const fn frame_ticks(&self) -> u32 {
         self.conversion_ticks().saturating_mul(self.slots() as u32)
     }
 
     /// Conversions per second in Hz, over all channels together.
-    #[must_use]
+    ///
+    /// ```
+    /// use ads1258::Config;
+    /// const RATE_HZ: f32 = Config { clock_hz: 16_000_000, ..Config::RESET }.conversion_rate_hz();
+    /// assert_eq!(RATE_HZ.round(), 23739.0);
+    /// ```
     pub const fn conversion_rate_hz(&self) -> f32 {
         rate::per_second(self.clock_hz, self.conversion_ticks())
     }
 
     /// Scans per second in Hz, that is, conversions per second of each channel; 0 for an empty scan.
-    #[must_use]
     pub const fn frame_rate_hz(&self) -> f32 {
         rate::per_second(self.clock_hz, self.frame_ticks())
     }
 
     /// Highest SCLK in Hz: half of the clock (SBAS297G, SPI timing: SCLK period of at least 2 tCLK).
-    #[must_use]
     pub const fn sclk_max_hz(&self) -> u32 {
         self.clock_hz / 2
     }

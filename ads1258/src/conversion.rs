@@ -2,9 +2,8 @@
 
 use crate::Channel;
 
-/// One conversion as read: status byte and 24-bit two's complement code.
-///
-/// One LSB is VREF / 0x78_0000 (see [`reading`](crate::reading)). Source: SBAS297G, data format.
+/// One conversion as read: status byte and 24-bit two's complement code (SBAS297G, data format). One LSB is
+/// VREF / 0x78_0000 (see [`reading`](crate::reading)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Conversion {
@@ -15,16 +14,13 @@ pub struct Conversion {
 }
 
 impl Conversion {
-    /// The four bytes as they follow the read command: status byte, then the code with its most significant byte first.
-    ///
-    /// The code is sign extended. Every bit pattern is a valid conversion.
+    /// The four bytes that follow the read command: status byte, then the code, big endian. Every bit pattern is valid.
     ///
     /// ```
     /// use ads1258::Conversion;
     /// assert_eq!(Conversion::from_bytes([0x88, 0xFF, 0xFF, 0xFE]).code, -2);
     /// ```
     #[inline]
-    #[must_use]
     pub const fn from_bytes(bytes: [u8; 4]) -> Self {
         let [status, high, middle, low] = bytes;
         // The code sits in the upper three bytes, so the arithmetic shift extends its sign.
@@ -32,9 +28,7 @@ impl Conversion {
     }
 }
 
-/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\].
-///
-/// Source: SBAS297G, status byte.
+/// The status byte in front of every conversion: NEW, OVF, SUPPLY, CHID\[4:0\] (SBAS297G, status byte).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status(pub u8);
@@ -42,28 +36,24 @@ pub struct Status(pub u8);
 impl Status {
     /// NEW, bit 7: this conversion has not been read before. A second read of the same data has it cleared.
     #[inline]
-    #[must_use]
     pub const fn is_new(self) -> bool {
         self.0 & 0x80 != 0
     }
 
     /// OVF, bit 6: the input exceeded about 1.06 VREF. When clear, a short overload is still possible.
     #[inline]
-    #[must_use]
     pub const fn is_overflow(self) -> bool {
         self.0 & 0x40 != 0
     }
 
     /// SUPPLY, bit 5: the analogue supply is below about 4.3 V and this data is invalid.
     #[inline]
-    #[must_use]
     pub const fn is_supply_low(self) -> bool {
         self.0 & 0x20 != 0
     }
 
     /// CHID, bits 4 to 0, as sent: 0 to 0x1F. It is not the number of the AIN pin.
     #[inline]
-    #[must_use]
     pub const fn chid(self) -> u8 {
         self.0 & 0x1F
     }
@@ -72,7 +62,6 @@ impl Status {
     ///
     /// Meant for the auto-scan; this driver does not rely on CHID in fixed-channel mode.
     #[inline]
-    #[must_use]
     pub const fn channel(self) -> Option<Channel> {
         Channel::from_id(self.chid())
     }

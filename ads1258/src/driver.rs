@@ -15,21 +15,22 @@ pub const MODE: spi::Mode = spi::MODE_0;
 /// The crystal itself needs about 150 ms more after power-down by the PWDN pin.
 pub const POWER_UP_TICKS: u32 = 1 << 18;
 
-/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: more than the 2 tCLK required at the slowest clock, 20 us
-/// (SBAS297G, reset timing).
+/// How long [`Ads1258::reset_by_pin`] holds RESET low, in us: over 2 tCLK of the slowest clock, 20 us (SBAS297G,
+/// reset).
 pub const RESET_LOW_US: u32 = 25;
 
-/// The registers after a reset, which are those of [`Config::RESET`](crate::Config::RESET) (SBAS297G, register map).
-const RESET_IMAGE: Image = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00];
+const RESET_IMAGE: Image = {
+    let [written @ .., _id] = Register::RESET_VALUES;
+    written
+};
 
 /// An ADS1258 on an SPI device.
 ///
-/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock as SCLK. Its methods
-/// are blocking if it implements [`embedded_hal::spi::SpiDevice`]. With the feature `async` each of them has a twin with
-/// `_async` behind its name, for a device that implements `embedded_hal_async::spi::SpiDevice`.
+/// The SPI device owns the bus and the CS pin, with [`MODE`] and at most half of the chip's clock as SCLK. With the feature
+/// `async` each method has a twin with `_async` behind its name, for an `embedded_hal_async::spi::SpiDevice`.
 ///
-/// The pins START and RESET stay with the caller, who lends them where they are needed. A board that has wired them to a
-/// fixed level does without those methods.
+/// The pins START and RESET stay with the caller, who lends them. A board that has wired them does without those
+/// methods.
 ///
 /// Every method on the bus is one or two SPI transactions, and none waits for the chip. The driver remembers what it has
 /// written to each register, which is what [`verify`](Self::verify) compares with.
@@ -41,6 +42,7 @@ pub struct Ads1258<SPI> {
     pub(crate) written: Image,
 }
 
+/// The pins' methods fail only as the pins do.
 impl<SPI> Ads1258<SPI> {
     /// Takes the SPI device. Nothing is transferred: the driver assumes the reset values.
     pub const fn new(spi: SPI) -> Self {
@@ -53,10 +55,6 @@ impl<SPI> Ads1258<SPI> {
     }
 
     /// START high: the chip converts continuously until [`stop`](Self::stop).
-    ///
-    /// # Errors
-    ///
-    /// The error of the pin.
     pub fn start<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_high()
     }
@@ -64,10 +62,6 @@ impl<SPI> Ads1258<SPI> {
     /// START low: the chip finishes the running conversion, then it idles.
     ///
     /// DRDY therefore may still fall once after this. Registers are to be written with START low.
-    ///
-    /// # Errors
-    ///
-    /// The error of the pin.
     pub fn stop<P: OutputPin>(&self, start: &mut P) -> Result<(), P::Error> {
         start.set_low()
     }
@@ -75,10 +69,6 @@ impl<SPI> Ads1258<SPI> {
     /// RESET low for [`RESET_LOW_US`], then high: all registers at their reset values, at once and in any state.
     ///
     /// The chip is ready on release, and no conversion is running unless START is high.
-    ///
-    /// # Errors
-    ///
-    /// The error of the pin.
     pub fn reset_by_pin<P: OutputPin, D: DelayNs>(&mut self, reset: &mut P, delay: &mut D) -> Result<(), P::Error> {
         reset.set_low()?;
         delay.delay_us(RESET_LOW_US);

@@ -1,9 +1,9 @@
-//! The values of the bit fields of CONFIG1. Each `Default` is the value after a reset.
+//! The values of CONFIG1's bit fields, and SYSRED. Each `Default` is the value after a reset.
 
 /// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
 ///
-/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`rate`](crate::rate) has them
-/// for everything else. Source: SBAS297G, CONFIG1 register and rate and noise tables.
+/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz)
+/// has all others. Source: SBAS297G, CONFIG1 register and rate and noise tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -24,8 +24,7 @@ impl DataRate {
     pub const ALL: [Self; 4] = [Self::Drate0, Self::Drate1, Self::Drate2, Self::Drate3];
 
     /// N of the rate formula, 4^(3 - DRATE), in units of 128 tCLK: 64, 16, 4, 1.
-    #[must_use]
-    pub const fn averages(self) -> u32 {
+    pub(crate) const fn averages(self) -> u32 {
         match self {
             Self::Drate0 => 64,
             Self::Drate1 => 16,
@@ -35,9 +34,7 @@ impl DataRate {
     }
 }
 
-/// DLY\[2:0\]: the time between switching the multiplexer and converting, for the signal to settle.
-///
-/// Source: SBAS297G, CONFIG1 register and switch time delay.
+/// DLY\[2:0\]: the time between switching the multiplexer and converting (SBAS297G, CONFIG1 register, switch time delay).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -67,8 +64,7 @@ impl Delay {
         [Self::Dly0, Self::Dly1, Self::Dly2, Self::Dly3, Self::Dly4, Self::Dly5, Self::Dly6, Self::Dly7];
 
     /// TD of the rate formula in units of 128 tCLK: 0, 1, 2, 4, 8, 16, 32, 48.
-    #[must_use]
-    pub const fn td(self) -> u32 {
+    pub(crate) const fn td(self) -> u32 {
         match self {
             Self::Dly0 => 0,
             Self::Dly1 => 1,
@@ -82,9 +78,7 @@ impl Delay {
     }
 }
 
-/// IDLMOD: what the chip does when START is low.
-///
-/// Source: SBAS297G, CONFIG1 register.
+/// IDLMOD: what the chip does when START is low (SBAS297G, CONFIG1 register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -96,9 +90,7 @@ pub enum IdleMode {
     Sleep = 1,
 }
 
-/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor.
-///
-/// Bits 10 are not defined. Source: SBAS297G, CONFIG1 register.
+/// SBCS\[1:0\]: a current through the inputs that shows a broken wire or sensor (SBAS297G, CONFIG1 register).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -110,4 +102,37 @@ pub enum SensorBias {
     MicroAmps1_5 = 0b01,
     /// 24 uA nominal.
     MicroAmps24 = 0b11,
+}
+
+/// SYSRED: `0 0 REF GAIN TEMP VCC 0 OFFSET`, the internal readings in the auto-scan. The default is the reset value 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sysred {
+    /// REF: the reference voltage. (`ref` is a keyword.)
+    pub reference: bool,
+    /// GAIN: the converter's gain.
+    pub gain: bool,
+    /// TEMP: the temperature of the die.
+    pub temp: bool,
+    /// VCC: the analogue supply voltage.
+    pub vcc: bool,
+    /// OFFSET: the converter's offset.
+    pub offset: bool,
+}
+
+impl Sysred {
+    /// No internal reading.
+    pub const NONE: Self = Self { reference: false, gain: false, temp: false, vcc: false, offset: false };
+
+    /// All five internal readings.
+    pub const ALL: Self = Self { reference: true, gain: true, temp: true, vcc: true, offset: true };
+
+    /// The byte for the register. Its bits follow the order of the channel ids from OFFSET, 0x18, on.
+    pub const fn to_bits(self) -> u8 {
+        (self.reference as u8) << 5
+            | (self.gain as u8) << 4
+            | (self.temp as u8) << 3
+            | (self.vcc as u8) << 2
+            | self.offset as u8
+    }
 }

@@ -3,13 +3,8 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 // Nothing in here may panic: it runs in interrupts of machines that nobody watches.
-#![deny(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    clippy::arithmetic_side_effects
-)]
+#![deny(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
 
 #[cfg(feature = "async")]
 mod asynchronous;
@@ -21,18 +16,14 @@ mod conversion;
 mod driver;
 mod error;
 mod fields;
-pub mod rate;
+mod rate;
 pub mod reading;
 mod register;
-mod scan;
-mod sysred;
 
 pub use channel::Channel;
 pub use config::{CLOCK_MAX_HZ, CLOCK_MIN_HZ, CRYSTAL_CLOCK_HZ, Config, Mux};
 pub use conversion::{Conversion, Status};
 pub use driver::{Ads1258, MODE, POWER_UP_TICKS, RESET_LOW_US};
 pub use error::{ConfigError, Error};
-pub use fields::{DataRate, Delay, IdleMode, SensorBias};
+pub use fields::{DataRate, Delay, IdleMode, SensorBias, Sysred};
 pub use register::Register;
-pub use scan::Scan;
-pub use sysred::Sysred;

@@ -4,11 +4,8 @@
 //!
 //! # Rounding
 //!
-//! A 24-bit code is exact in `f32`, whose significand has 24 bits, but the volts are not: each product is rounded to
-//! within 6e-8 of its own size, which near full scale is about half an LSB. A small difference of two large readings
-//! therefore has to be taken in integers, before the scale: see [`volts_above`]. For sums of many codes use integers, too.
-//!
-//! The reference is often not known to better than 0.1 %, which outweighs all of this in an absolute reading.
+//! A 24-bit code is exact in `f32`, but the volts are rounded to within 6e-8 of their size, near full scale about half an
+//! LSB. So a small difference of two large readings, or a sum of many, has to be taken in integers: see [`volts_above`].
 
 /// Codes per VREF: an input of VREF gives this code, 7864320. One LSB is VREF divided by it (SBAS297G, data format).
 pub const CODES_PER_VREF: i32 = 0x78_0000;
@@ -19,12 +16,10 @@ pub const CODES_PER_SUPPLY_VOLT: i32 = 786_432;
 /// Output of the temperature sensor at 25 C in uV (SBAS297G, temperature reading).
 pub const TEMP_AT_25_C_UV: f32 = 168_000.0;
 
-/// Slope of the temperature sensor in uV per degree when only the chip changes its temperature (SBAS297G, temperature
-/// reading).
+/// Its slope in uV per degree if only the chip changes its temperature (SBAS297G, temperature reading).
 pub const TEMP_SLOPE_UV_PER_C: f32 = 394.0;
 
-/// Slope of the temperature sensor in uV per degree when board and chip share one temperature (SBAS297G, temperature
-/// reading).
+/// Its slope in uV per degree if board and chip share one temperature (SBAS297G, temperature reading).
 pub const TEMP_SLOPE_BOARD_UV_PER_C: f32 = 563.0;
 
 /// Input voltage in V. `vref_v` is the reference voltage in V.
@@ -32,41 +27,32 @@ pub const TEMP_SLOPE_BOARD_UV_PER_C: f32 = 563.0;
 /// ```
 /// assert_eq!(ads1258::reading::volts(-0x3C_0000, 5.0), -2.5);
 /// ```
-#[must_use]
 pub const fn volts(code: i32, vref_v: f32) -> f32 {
     code as f32 * (vref_v / CODES_PER_VREF as f32)
 }
 
-/// Input voltage in V above the one that gave `base_code`: subtracted in codes, so that nothing is lost to rounding.
-///
-/// With the code of the OFFSET reading as base it is the input voltage free of the converter's offset; with the code of
-/// a sensor at rest it is the deflection. Saturates when the codes are further apart than an `i32` holds, which 24-bit
-/// codes never are. `vref_v` is the reference voltage in V.
-#[must_use]
+/// Input voltage in V above the one that gave `base_code`, such as the OFFSET reading or a sensor at rest: subtracted in
+/// codes, so that nothing is lost to rounding. `vref_v` is the reference voltage in V.
 pub const fn volts_above(code: i32, base_code: i32, vref_v: f32) -> f32 {
     volts(code.saturating_sub(base_code), vref_v)
 }
 
 /// Supply voltage in V (AVDD - AVSS) from the VCC reading: code / 786432.
-#[must_use]
 pub const fn supply_v(code: i32) -> f32 {
     code as f32 / CODES_PER_SUPPLY_VOLT as f32
 }
 
 /// Reference voltage in V from the REF reading: code / 786432.
-#[must_use]
 pub const fn reference_v(code: i32) -> f32 {
     code as f32 / CODES_PER_SUPPLY_VOLT as f32
 }
 
 /// The converter's gain from the GAIN reading, ideally 1: code / 7864320.
-#[must_use]
 pub const fn gain(code: i32) -> f32 {
     code as f32 / CODES_PER_VREF as f32
 }
 
 /// The converter's offset in V from the OFFSET reading, ideally 0. `vref_v` is the reference voltage in V.
-#[must_use]
 pub const fn offset_v(code: i32, vref_v: f32) -> f32 {
     volts(code, vref_v)
 }
@@ -75,14 +61,11 @@ pub const fn offset_v(code: i32, vref_v: f32) -> f32 {
 ///
 /// For a chip that is warmer or colder than its board. `vref_v` is the reference voltage in V. The rounding stays below
 /// 0.001 C, far below the sensor's accuracy.
-#[must_use]
 pub const fn temperature_c(code: i32, vref_v: f32) -> f32 {
     temperature_at_slope_c(code, vref_v, TEMP_SLOPE_UV_PER_C)
 }
 
-/// Temperature in C from the TEMP reading, at 563 uV/C: for board and chip at one temperature, otherwise as
-/// [`temperature_c`].
-#[must_use]
+/// As [`temperature_c`], at 563 uV/C: for board and chip at one temperature.
 pub const fn temperature_board_c(code: i32, vref_v: f32) -> f32 {
     temperature_at_slope_c(code, vref_v, TEMP_SLOPE_BOARD_UV_PER_C)
 }

@@ -2,9 +2,7 @@
 
 use core::fmt;
 
-/// A register, by the name the datasheet gives it.
-///
-/// Source: SBAS297G, register map.
+/// A register, by the datasheet's name; its number is its address (SBAS297G, register map).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -33,55 +31,24 @@ pub enum Register {
 
 impl Register {
     /// All ten in the order of their addresses.
-    pub const ALL: [Self; 10] = [
-        Self::Config0,
-        Self::Config1,
-        Self::Muxsch,
-        Self::Muxdif,
-        Self::Muxsg0,
-        Self::Muxsg1,
-        Self::Sysred,
-        Self::Gpioc,
-        Self::Gpiod,
-        Self::Id,
-    ];
+    pub const ALL: [Self; 10] = {
+        use Register::*;
+        [Config0, Config1, Muxsch, Muxdif, Muxsg0, Muxsg1, Sysred, Gpioc, Gpiod, Id]
+    };
+
+    /// Values after a reset, in the same order. Of ID, 0x8B, only bit 4 is guaranteed.
+    pub const RESET_VALUES: [u8; 10] = [0x0A, 0x83, 0x00, 0x00, 0xFF, 0xFF, 0x00, 0xFF, 0x00, 0x8B];
 
     /// How many registers can be written: all but ID, which is the last.
     pub const WRITABLE: usize = 9;
-
-    /// Address, 0x00 to 0x09.
-    #[must_use]
-    pub const fn address(self) -> u8 {
-        self as u8
-    }
-
-    /// Value after a reset. Of ID, 0x8B, only bit 4 is guaranteed.
-    #[must_use]
-    pub const fn reset_value(self) -> u8 {
-        match self {
-            Self::Config0 => 0x0A,
-            Self::Config1 => 0x83,
-            Self::Muxsch | Self::Muxdif | Self::Sysred | Self::Gpiod => 0x00,
-            Self::Muxsg0 | Self::Muxsg1 | Self::Gpioc => 0xFF,
-            Self::Id => 0x8B,
-        }
-    }
 }
+
+const NAMES: [&str; 10] =
+    ["CONFIG0", "CONFIG1", "MUXSCH", "MUXDIF", "MUXSG0", "MUXSG1", "SYSRED", "GPIOC", "GPIOD", "ID"];
 
 /// The datasheet's names: `CONFIG0`, `MUXSCH`, ...
 impl fmt::Display for Register {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Config0 => "CONFIG0",
-            Self::Config1 => "CONFIG1",
-            Self::Muxsch => "MUXSCH",
-            Self::Muxdif => "MUXDIF",
-            Self::Muxsg0 => "MUXSG0",
-            Self::Muxsg1 => "MUXSG1",
-            Self::Sysred => "SYSRED",
-            Self::Gpioc => "GPIOC",
-            Self::Gpiod => "GPIOD",
-            Self::Id => "ID",
-        })
+        f.write_str(NAMES.get(*self as usize).copied().unwrap_or_default())
     }
 }

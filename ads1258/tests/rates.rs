@@ -1,6 +1,6 @@
 //! The rate formula against the datasheet's table, and the rates of whole scans.
 
-use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred, rate};
+use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, Mux, Sysred};
 
 mod common;
 use common::SCAN;
@@ -13,6 +13,9 @@ const TABLE: [(DataRate, f32, f32); 4] = [
     (DataRate::Drate0, 1831.0, 1953.0),
 ];
 
+const AUTO_SCAN: Mux = Config::RESET.mux;
+const FIXED: Mux = Mux::Fixed { ainp: 0, ainn: 1 };
+
 /// Whether a rate is the table's entry: exactly, or rounded to whole samples per second as most entries are.
 fn agrees(rate_hz: f32, entry: f32) -> bool {
     rate_hz == entry || rate_hz.round() == entry
@@ -21,8 +24,8 @@ fn agrees(rate_hz: f32, entry: f32) -> bool {
 #[test]
 fn every_entry_of_the_rate_table() {
     for (data_rate, auto_scan, fixed_channel) in TABLE {
-        let auto_scan_hz = rate::auto_scan_hz(16_000_000, data_rate, Delay::Dly0, false);
-        let fixed_channel_hz = rate::fixed_channel_hz(16_000_000, data_rate, Delay::Dly0, false);
+        let rate_hz = |mux| Config { clock_hz: 16_000_000, mux, data_rate, ..Config::RESET }.conversion_rate_hz();
+        let (auto_scan_hz, fixed_channel_hz) = (rate_hz(AUTO_SCAN), rate_hz(FIXED));
         assert!(agrees(auto_scan_hz, auto_scan), "{data_rate:?}: {auto_scan_hz} is not {auto_scan}");
         assert!(agrees(fixed_channel_hz, fixed_channel), "{data_rate:?}: {fixed_channel_hz} is not {fixed_channel}");
     }
@@ -38,14 +41,11 @@ fn ticks_are_the_formula_without_rounding() {
                 let (chop_count, halves) = if chop { (1.0, 2.0) } else { (0.0, 1.0) };
                 let auto_scan = 128.0 * (n + 4.265625 + td) * halves;
                 let fixed_channel = 128.0 * (n + chop_count * (4.265625 + td)) * halves;
-                assert_eq!(f64::from(rate::auto_scan_ticks(data_rate, delay, chop)), auto_scan);
-                assert_eq!(f64::from(rate::fixed_channel_ticks(data_rate, delay, chop)), fixed_channel);
-
-                let clock_hz = CRYSTAL_CLOCK_HZ;
-                let expected_hz = (f64::from(clock_hz) / auto_scan) as f32;
-                assert_eq!(rate::auto_scan_hz(clock_hz, data_rate, delay, chop), expected_hz);
-                let expected_hz = (f64::from(clock_hz) / fixed_channel) as f32;
-                assert_eq!(rate::fixed_channel_hz(clock_hz, data_rate, delay, chop), expected_hz);
+                for (mux, ticks) in [(AUTO_SCAN, auto_scan), (FIXED, fixed_channel)] {
+                    let config = Config { mux, data_rate, delay, chop, ..Config::RESET };
+                    assert_eq!(f64::from(config.conversion_ticks()), ticks);
+                    assert_eq!(config.conversion_rate_hz(), (f64::from(CRYSTAL_CLOCK_HZ) / ticks) as f32);
+                }
             }
         }
     }

@@ -22,9 +22,9 @@ fn registers_have_addresses_names_and_reset_values() {
         ("ID", 0x8B),
     ];
     for (address, (register, (name, reset_value))) in (0..).zip(Register::ALL.into_iter().zip(map)) {
-        assert_eq!(register.address(), address);
+        assert_eq!(register as u8, address);
         assert_eq!(register.to_string(), name);
-        assert_eq!(register.reset_value(), reset_value);
+        assert_eq!(Register::RESET_VALUES[usize::from(address)], reset_value);
     }
 }
 
@@ -60,9 +60,8 @@ fn every_bit_has_its_place() {
 
 #[test]
 fn defaults_are_the_reset_values() {
-    assert_eq!(Sysred::default().to_bits(), Register::Sysred.reset_value());
-    let reset_values: Vec<u8> = Register::ALL.iter().take(9).map(|register| register.reset_value()).collect();
-    assert_eq!(Config::default().registers().unwrap()[..], reset_values);
+    assert_eq!(Sysred::default().to_bits(), Register::RESET_VALUES[Register::Sysred as usize]);
+    assert_eq!(Config::default().registers().unwrap()[..], Register::RESET_VALUES[..9]);
 }
 
 /// Every combination of the fields that go into CONFIG0 and CONFIG1, with every set of internal readings.

@@ -65,7 +65,7 @@ fn reset_configure_and_verify() {
 
     let mut values = [0; 10];
     adc.read_registers(Register::Config0, &mut values).unwrap();
-    assert_eq!(values, Register::ALL.map(Register::reset_value));
+    assert_eq!(values, Register::RESET_VALUES);
 }
 
 #[test]
@@ -241,8 +241,8 @@ fn registers_that_change_by_themselves_are_found_while_scanning() {
             let (board, mut adc) = scanning(&config, options());
             board.wait_for_drdy().unwrap();
             adc.verify().unwrap();
-            board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: register.address(), mask }));
-            let wrote = image[usize::from(register.address())];
+            board.with_chip(|chip| chip.begin_fault(Fault::RegisterFlip { address: register as u8, mask }));
+            let wrote = image[register as usize];
             let expected = if register == Register::Gpiod && mask == 0x08 {
                 Ok(()) // the level of an input pin is none of the driver's business
             } else {

@@ -28,14 +28,11 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// By how many turns a taxel's phase is ahead, because its slot is later in the scan.
-    pub fn ahead(&self, taxel: usize) -> f32 {
-        self.fit.frequency * self.per_slot * (taxel as f32 - self.slot)
-    }
-
     /// A taxel's phase as if a scan were read at once, turns.
     pub fn turns(&self, taxel: usize) -> f32 {
-        self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - self.ahead(taxel)
+        // Its slot is later in the scan.
+        let ahead = self.fit.frequency * self.per_slot * (taxel as f32 - self.slot);
+        self.fit.channels.get(taxel).map_or(0.0, |channel| channel.phase_rad / (2.0 * PI)) - ahead
     }
 
     /// From one frame to the next, in the fit's unit: with a speed profile, millimetres.
@@ -44,17 +41,7 @@ impl Fitted {
     }
 }
 
-/// A window's frames, with the interferer's frequency, hertz; zero: none.
-fn span<'a>(window: &Window, source: &'a mut dyn FrameSource, interferer_hz: f32) -> FrameSpan<'a> {
-    // Frames hold codes.
-    let span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
-    if interferer_hz > 0.0 { span.with_interferer(interferer_hz / window.frame_rate_hz) } else { span }
-}
-
-/// Fits a window by the places that a speed profile leads to; without one, in time.
-///
-/// # Errors
-/// If its frames were overwritten.
+/// Fits a window by the places that a speed profile leads to; without one, in time. Fails if frames were overwritten.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
@@ -62,7 +49,11 @@ pub fn fit(
     interferer_hz: f32,
     profile: Option<&Profile>,
 ) -> Result<Fitted, Overwritten> {
-    let mut span = span(window, source, interferer_hz);
+    // Frames hold codes.
+    let mut span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
+    if interferer_hz > 0.0 {
+        span = span.with_interferer(interferer_hz / window.frame_rate_hz);
+    }
     let Some(profile) = profile else {
         let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
         return Ok(Fitted { fit: fitter.fit(&mut span)?, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 });

@@ -45,10 +45,8 @@ impl Estimator {
         self.fitter.set_harmonics(settings.harmonics);
     }
 
-    /// Fits a window. With a speed profile the estimate is in cycles per millimetre, without one in hertz.
-    ///
-    /// # Errors
-    /// The window's frames were overwritten before they were read.
+    /// Fits a window, unless its frames were overwritten. With a speed profile the estimate is in cycles per millimetre,
+    /// without one in hertz.
     pub fn run(
         &mut self,
         window: &Window,
@@ -117,10 +115,12 @@ impl Estimator {
         }
         let (lag, relative) = (lag(fitted, array), fit.sigma / fit.frequency);
         let frequency = fit.frequency * fitted.per_unit;
-        let (period_mm, speed_mm_s) = match (fitted.abscissa, protocol_speed_mm_s(&self.settings.slide)) {
+        let (period_mm, speed_mm_s) = match (fitted.abscissa, self.settings.slide) {
             (Abscissa::Place, _) => (1.0 / frequency, fitted.per_frame() * window.frame_rate_hz),
-            (Abscissa::Time, Some(speed_mm_s)) => (speed_mm_s / frequency, speed_mm_s),
-            (Abscissa::Time, None) => return travel::by_phases(lag, array, (frequency, relative * frequency)),
+            (Abscissa::Time, SlideRule::Protocol { speed_mm_s, .. }) => (speed_mm_s / frequency, speed_mm_s),
+            (Abscissa::Time, SlideRule::Found) => {
+                return travel::by_phases(lag, array, (frequency, relative * frequency));
+            }
         };
         let way = if speed_mm_s < 0.0 { Direction::Backward } else { Direction::Forward };
         travel::by_speed(lag, array, (period_mm, relative * period_mm), speed_mm_s.abs(), way)
@@ -150,13 +150,5 @@ pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
         Of::TooShort => Status::TooShort,
         Of::Nothing => Status::Nothing,
         Of::Ambiguous => Status::Ambiguous,
-    }
-}
-
-/// Speed by the slide's protocol, millimetres per second. None if the slide is found by motion.
-const fn protocol_speed_mm_s(slide: &SlideRule) -> Option<f32> {
-    match slide {
-        SlideRule::Found => None,
-        SlideRule::Protocol { speed_mm_s, .. } => Some(*speed_mm_s),
     }
 }

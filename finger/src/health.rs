@@ -30,18 +30,18 @@ const SILENCE_US: u32 = 400_000;
 pub struct HealthReporter {
     /// Frame at which `health` is due.
     due: u32,
-    /// Number of `health` before the next greeting.
-    greeting_in: u8,
+    /// Number of `health` since the latest greeting.
+    ungreeted: u8,
     /// At the latest check of the rate: the latest frame, its time, and the number of losses and restarts.
     rate_from: (u32, u64, u32),
-    /// Checks in a row without a conversion.
+    /// Checks in a row without a conversion, since the latest `health`.
     silent: u8,
 }
 
 impl HealthReporter {
     /// Before the first frame.
     pub const fn new() -> Self {
-        Self { due: HEALTH_FRAMES, greeting_in: GREETING_HEALTHS, rate_from: (0, 0, 0), silent: 0 }
+        Self { due: HEALTH_FRAMES, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }
     }
 
     /// Whether `health` is due with the frame `latest`; then the next one is due a second later.
@@ -57,24 +57,16 @@ impl HealthReporter {
 
     /// Whether the greeting is due with this `health`.
     pub fn is_greeting_due(&mut self) -> bool {
-        self.greeting_in = self.greeting_in.saturating_sub(1);
-        let is_due = self.greeting_in == 0;
-        if is_due {
-            self.greeting_in = GREETING_HEALTHS;
-        }
-        is_due
+        self.ungreeted = (self.ungreeted + 1) % GREETING_HEALTHS;
+        self.ungreeted == 0
     }
 
-    /// Called twice a second: whether `health` is due since no conversion came for a second. `passed_us` is the time since
-    /// the latest one, if there was one.
+    /// Called twice a second: whether `health` is due since there was no conversion for a second. `passed_us`: since
+    /// the latest.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
-        self.silent = if is_silent { self.silent + 1 } else { 0 };
-        let is_due = self.silent >= SILENT_CHECKS;
-        if is_due {
-            self.silent = 0;
-        }
-        is_due
+        self.silent = if is_silent { (self.silent + 1) % SILENT_CHECKS } else { 0 };
+        is_silent && self.silent == 0
     }
 
     /// Reports a fault if the frames since the last check did not come at the nominal rate. Where some were lost, or the

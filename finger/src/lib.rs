@@ -39,17 +39,8 @@
 //! array", Sensors 9 (2009), 3161-3183, "the paper" in these pages.
 #![no_std]
 // A panic resets the finger: only tests may panic.
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::unreachable,
-        clippy::todo,
-        clippy::unimplemented
-    )
-)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+#![cfg_attr(not(test), deny(clippy::unreachable, clippy::todo, clippy::unimplemented))]
 #![forbid(unsafe_code)]
 // Loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]

@@ -1,15 +1,14 @@
 //! The whole path in one call, as a PC runs it: conversions in, events out.
 //!
 //! The chip runs detector and estimator as tasks of different priority. They share only the [`Ring`], and pass
-//! [`Window`]s, so both ways give the same numbers for every window that is fitted. Windows that are not fitted are counted
-//! in `hops_skipped`.
+//! [`Window`]s, so both ways give the same numbers. Windows that are not fitted are counted in `hops_skipped`.
 
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
 use crate::surface::profile::Profile;
-use crate::tasks::detect::{WindowQueue, admit};
+use crate::tasks::detect::admit;
 use crate::tasks::fit::fit;
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
@@ -19,20 +18,6 @@ use ridgetone_proto::telemetry::Event;
 
 /// Most windows that are fitted after one conversion. A slide that is noticed late has several windows due at once.
 const WINDOWS_AT_ONCE: usize = 8;
-
-/// Windows that wait while a conversion is handled.
-type Windows = Vec<Window, WINDOWS_AT_ONCE>;
-
-/// On a PC the fit takes no time of the signal, so it always keeps up.
-impl WindowQueue for Windows {
-    fn fit_keeps_up(&self) -> bool {
-        true
-    }
-
-    fn put(&mut self, window: Window) -> bool {
-        self.push(window).is_ok()
-    }
-}
 
 /// Each step calls the next one, so there is nothing to start.
 #[derive(Debug)]
@@ -96,8 +81,9 @@ impl Pipeline {
     /// Takes a conversion, or the end of the signal; then fits the windows that are due.
     fn step(&mut self, conversion: Option<TimedConversion>, emit: &mut dyn FnMut(Event)) {
         let Self { detector, estimator, ring, shared, profile } = self;
-        let mut windows = Windows::new();
-        let due = &mut |window| admit(window, &mut windows, shared);
+        let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
+        // The fit takes no time of the signal, so it always keeps up.
+        let due = &mut |window| admit(window, true, |window| windows.push(window).is_ok(), shared);
         match conversion {
             Some(conversion) => detector.push(conversion, ring, &shared.diagnostics, emit, due),
             None => detector.finish(ring, &shared.diagnostics, emit, due),

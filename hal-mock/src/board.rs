@@ -4,7 +4,7 @@ use crate::chip::{Ads1258, Options};
 use crate::scene::Scene;
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -26,13 +26,15 @@ struct State {
 #[derive(Clone)]
 pub struct ChipSpi(SimulatedBoard);
 
-/// The chip's START pin.
+/// A pin that the board drives, and the chip's method that takes its level.
 #[derive(Clone)]
-pub struct StartPin(SimulatedBoard);
+pub struct ChipPin(SimulatedBoard, fn(&mut Ads1258, u64, bool));
+
+/// The chip's START pin.
+pub type StartPin = ChipPin;
 
 /// The chip's RESET pin (low resets).
-#[derive(Clone)]
-pub struct ResetPin(SimulatedBoard);
+pub type ResetPin = ChipPin;
 
 /// The chip's DRDY pin.
 #[derive(Clone)]
@@ -61,12 +63,12 @@ impl SimulatedBoard {
 
     /// The START pin, low at first.
     pub fn start_pin(&self) -> StartPin {
-        StartPin(self.clone())
+        ChipPin(self.clone(), Ads1258::set_start)
     }
 
     /// The RESET pin, high at first.
     pub fn reset_pin(&self) -> ResetPin {
-        ResetPin(self.clone())
+        ChipPin(self.clone(), Ads1258::set_reset)
     }
 
     /// The DRDY pin.
@@ -89,8 +91,8 @@ impl SimulatedBoard {
         self.lock().read_fill = byte;
     }
 
-    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without a delay
-    /// needs more, or virtual time stands still.
+    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without delay needs
+    /// more.
     pub fn set_poll_ns(&self, ns: u64) {
         self.lock().poll_ns = ns;
     }
@@ -118,8 +120,8 @@ impl SimulatedBoard {
         Some(edge_ns)
     }
 
-    /// Access to the chip itself, for inspection and faults. Where it takes the time, pass [`now_ns`](Self::now_ns), but
-    /// read that before: the board is locked inside.
+    /// Access to the chip itself. Where it takes the time, read [`now_ns`](Self::now_ns) before: the board is locked
+    /// inside.
     pub fn with_chip<R>(&self, f: impl FnOnce(&mut Ads1258) -> R) -> R {
         f(&mut self.lock().chip)
     }
@@ -173,30 +175,25 @@ impl SpiDevice for ChipSpi {
     }
 }
 
-/// An output pin that drives a pin of the chip.
-macro_rules! output {
-    ($pin:ident, $set:ident) => {
-        impl digital::ErrorType for $pin {
-            type Error = Infallible;
-        }
-
-        impl OutputPin for $pin {
-            fn set_low(&mut self) -> Result<(), Infallible> {
-                let now_ns = self.0.now_ns();
-                self.0.with_chip(|chip| chip.$set(now_ns, false));
-                Ok(())
-            }
-
-            fn set_high(&mut self) -> Result<(), Infallible> {
-                let now_ns = self.0.now_ns();
-                self.0.with_chip(|chip| chip.$set(now_ns, true));
-                Ok(())
-            }
-        }
-    };
+impl digital::ErrorType for ChipPin {
+    type Error = Infallible;
 }
-output!(StartPin, set_start);
-output!(ResetPin, set_reset);
+
+impl OutputPin for ChipPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.set_state(PinState::Low)
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.set_state(PinState::High)
+    }
+
+    fn set_state(&mut self, state: PinState) -> Result<(), Infallible> {
+        let now_ns = self.0.now_ns();
+        self.0.with_chip(|chip| (self.1)(chip, now_ns, state == PinState::High));
+        Ok(())
+    }
+}
 
 impl digital::ErrorType for DrdyPin {
     type Error = Infallible;

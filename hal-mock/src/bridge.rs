@@ -3,8 +3,8 @@
 //! On a board the firmware uses SPI and three pins. In the emulator the same transactions travel as records through two
 //! FIFOs, each with its virtual time, so that the simulated chip advances exactly as the real one would.
 //!
-//! A record is a fixed header and then `length` payload bytes; all numbers are little endian. Each [`Request`] gets one
-//! [`Reply`] of the same payload length.
+//! A record is a fixed header, little endian, and `length` payload bytes. The [`Reply`] to a [`Request`] has its
+//! length.
 
 /// Longest payload of one record, in bytes: the longest SPI transaction of the driver fits.
 pub const PAYLOAD_MAX: usize = 32;
@@ -95,13 +95,8 @@ impl Request {
 
     /// Reads a header back; `None` if the operation is unknown or the payload too long.
     pub fn decode(b: &[u8; REQUEST_BYTES]) -> Option<Self> {
-        let operation = match b[0] {
-            0 => Operation::Poll,
-            1 => Operation::Transfer,
-            2 => Operation::Start,
-            3 => Operation::Reset,
-            _ => return None,
-        };
+        let all = [Operation::Poll, Operation::Transfer, Operation::Start, Operation::Reset];
+        let operation = *all.get(b[0] as usize)?;
         (b[2] as usize <= PAYLOAD_MAX).then_some(Self {
             operation,
             level: b[1] != 0,

@@ -103,8 +103,7 @@ impl Ads1258 {
         self.now_ns = self.now_ns.max(now_ns);
     }
 
-    /// The START pin. High converts continuously; low finishes the running conversion, then idles. The scan resumes
-    /// where it stopped.
+    /// The START pin. High converts from where the scan stopped; low finishes the running conversion, then idles.
     pub fn set_start(&mut self, now_ns: u64, high: bool) {
         self.advance_to(now_ns);
         self.start = high;
@@ -171,8 +170,7 @@ impl Ads1258 {
         self.clock.ns(cycles)
     }
 
-    /// The latest two results as converted, the latest first, without faults of the bus: flags and CHID without NEW, and
-    /// the code.
+    /// The latest two results, the latest first, without faults of the bus: flags and CHID without NEW, and the code.
     pub fn latest_results(&self) -> [(u8, i32); 2] {
         // Poison has 24 bits and no sign yet.
         self.latest.map(|outcome| (outcome.bytes()[0] & 0x7F, outcome.code << 8 >> 8))

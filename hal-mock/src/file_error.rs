@@ -1,9 +1,10 @@
 //! Why a file is refused.
 
-use std::fmt;
+use std::fmt::Display;
 
 /// A file that cannot be read or means nothing, in one line that names the file and, where there is one, the line.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {}{message}", .line.map_or_else(String::new, |line| format!("line {line}: ")))]
 pub struct FileError {
     file: String,
     /// From 1.
@@ -12,19 +13,7 @@ pub struct FileError {
 }
 
 impl FileError {
-    pub(crate) fn new(file: &str, line: Option<u64>, message: impl fmt::Display) -> Self {
+    pub(crate) fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
         Self { file: file.to_owned(), line, message: message.to_string() }
     }
 }
-
-impl fmt::Display for FileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.file)?;
-        if let Some(line) = self.line {
-            write!(f, "line {line}: ")?;
-        }
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for FileError {}

@@ -1,5 +1,4 @@
-//! Seeded random numbers that are the same on every platform: ChaCha8 bits, and Gaussian numbers by Box and Muller
-//! with the `libm` crate's functions instead of the platform's.
+//! Seeded random numbers that are the same on every platform: ChaCha8, and Gaussian ones by Box and Muller with `libm`.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

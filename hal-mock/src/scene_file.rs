@@ -15,20 +15,14 @@ use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
-/// Reads a scene file; `frame_rate_hz` is how often each channel is read.
-///
-/// # Errors
-/// Names the file, the line and the key that is not valid; also where a grating is too fine for the scan.
+/// Reads a scene file, for a scan of `frame_rate_hz`. Errors name the file, the line and the key.
 pub fn load_scene(path: impl AsRef<Path>, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let file = path.as_ref().display().to_string();
     let text = std::fs::read_to_string(&path).map_err(|error| FileError::new(&file, None, error))?;
     parse_scene(&file, &text, frame_rate_hz)
 }
 
-/// Reads a scene from the text of a file of that name.
-///
-/// # Errors
-/// See [`load_scene`].
+/// As [`load_scene`], from the text of a file of that name.
 pub fn parse_scene(file: &str, text: &str, frame_rate_hz: f64) -> Result<Sliding, FileError> {
     let line = |at: Range<usize>| text.get(..at.start).map(|before| before.matches('\n').count() as u64 + 1);
     let scene: Sliding = toml::from_str(text).map_err(|error| {
@@ -85,10 +79,9 @@ fn keys(table: &DeTable<'_>) -> Vec<Key> {
 fn key_of(text: &str, at: &Range<usize>) -> Option<String> {
     match DeTable::parse(text) {
         Ok(table) => keys(table.get_ref()).into_iter().find(|key| key.value == *at).map(|key| key.name),
-        Err(_) => text.get(at.clone()).filter(|key| is_key(key)).map(str::to_owned),
+        Err(_) => {
+            let is_key = |text: &&str| text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+            text.get(at.clone()).filter(is_key).filter(|key| !key.is_empty()).map(str::to_owned)
+        }
     }
-}
-
-fn is_key(text: &str) -> bool {
-    !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }

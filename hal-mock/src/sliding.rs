@@ -44,8 +44,7 @@ const RISE_S: f64 = 0.010;
 const DECAY_S: f64 = 0.040;
 /// Speed in mm/s at which friction has three quarters of its full strength; plausible.
 const SLIP_MM_S: f64 = 1.0;
-/// Longest step in seconds in which creep and filter advance, a quarter of the filter's time constant. A tone of 100 Hz
-/// is off by 0.03 % for it.
+/// Longest step in seconds of creep and filter, a quarter of the filter's time constant: 100 Hz are off by 0.03 %.
 const STEP_S: f64 = 1e-4;
 
 /// The truth of a scene: the times of its events, and the tone.
@@ -59,15 +58,13 @@ pub struct Truth {
     pub slide_end_s: f64,
     /// Beginning of the release in seconds.
     pub release_s: f64,
-    /// The tone: speed over period, in hertz. With the stimulator's error of the mean speed, without its ripple; of a
-    /// hand that of its greatest speed.
+    /// The tone: speed over period, in hertz; without the speed's ripple, of a hand by its greatest speed.
     pub frequency_hz: f64,
     /// End of the scene in seconds.
     pub end_s: f64,
 }
 
-/// The scene. The tone is a function of the position of the grating, so all signals are continuous where the speed is
-/// finite.
+/// The scene. The tone is a function of place, so all signals are continuous where the speed is finite.
 #[derive(Clone, Debug)]
 pub struct SlidingScene {
     parameters: Sliding,
@@ -85,15 +82,13 @@ pub struct SlidingScene {
 struct Delay {
     at_s: f64,
     skin: KelvinBody,
+    crept_v: f64,
     filter: Lag,
     filtered_v: f64,
 }
 
 impl SlidingScene {
-    /// Builds the scene.
-    ///
-    /// # Errors
-    /// Names the first parameter that is not finite or outside the range in its documentation.
+    /// Builds the scene. An error names the first parameter outside the range in its documentation.
     pub fn new(parameters: Sliding) -> Result<Self, ParameterError> {
         parameters.check()?;
         let Sliding { speed_mm_s, slide_mm, stimulator, finger, seed, .. } = parameters;
@@ -123,7 +118,7 @@ impl SlidingScene {
         };
         let delays = finger.map(|finger| {
             let (skin, filter) = (finger.skin(), Lag::new(finger.filter_s()));
-            [Delay { at_s: 0.0, skin, filter, filtered_v: 0.0 }; INPUTS]
+            [Delay { at_s: 0.0, skin, crept_v: 0.0, filter, filtered_v: 0.0 }; INPUTS]
         });
         let power = channels.iter().map(|c| c.amplitude_v() * c.amplitude_v() / 2.0).sum::<f64>() / INPUTS as f64;
         let own_v = finger.map_or(0.0, |finger| 1e-6 * finger.noise_uv);
@@ -147,8 +142,7 @@ impl SlidingScene {
         self.noise_v
     }
 
-    /// Position of the grating in mm: where a ridge is, ahead of the middle of the contact. Constant before and after
-    /// the slide.
+    /// Position of the grating in mm: where a ridge is, ahead of the middle of the contact.
     pub fn position_mm(&self, t_s: f64) -> f64 {
         let slid_mm = self.motion.place_mm(t_s - self.truth.slide_start_s);
         self.parameters.start_mm + self.direction() * slid_mm
@@ -163,8 +157,7 @@ impl SlidingScene {
         if self.parameters.reverse { -1.0 } else { 1.0 }
     }
 
-    /// Volts on AIN`input` without the noise, and of a [`Finger`] without creep and filter, as of an elastic skin in
-    /// front of an ideal bridge. Inputs above 15 are at 0 V.
+    /// Volts on AIN`input` without noise, and of a [`Finger`] without creep and filter. Inputs above 15 are at 0 V.
     pub fn clean_volts(&self, input: u8, t_s: f64) -> f64 {
         self.channels.get(usize::from(input)).map_or(0.0, |channel| channel.offset_v + self.elastic_v(channel, t_s))
     }
@@ -189,12 +182,12 @@ impl SlidingScene {
             return delay;
         }
         let (from_s, step_s) = (delay.at_s, (t_s - delay.at_s) / steps);
-        let (mut elastic_v, mut crept_v) = (self.elastic_v(channel, from_s), delay.skin.deformation());
+        let mut elastic_v = self.elastic_v(channel, from_s);
         for step in 1..=steps as u64 {
             let next_v = self.elastic_v(channel, from_s + step as f64 * step_s);
-            let next_crept_v = delay.skin.advance(step_s, elastic_v, next_v);
-            delay.filtered_v = delay.filter.advance(step_s, crept_v, next_crept_v);
-            (elastic_v, crept_v) = (next_v, next_crept_v);
+            let crept_v = delay.skin.advance(step_s, elastic_v, next_v);
+            delay.filtered_v = delay.filter.advance(step_s, delay.crept_v, crept_v);
+            (elastic_v, delay.crept_v) = (next_v, crept_v);
         }
         delay.at_s = t_s;
         delay
@@ -217,18 +210,13 @@ impl Scene for SlidingScene {
         let noise_v = if self.noise_v > 0.0 { self.noise_v * self.random.gaussian() } else { 0.0 };
         let at = usize::from(input);
         let before = self.delays.as_ref().and_then(|delays| delays.get(at)).copied();
-        let clean_v = match before.zip(self.channels.get(at)) {
-            Some((delay, channel)) => {
-                let delay = self.delayed_v(channel, delay, t_s);
-                let volts = channel.offset_v + delay.filtered_v;
-                if let Some(delays) = &mut self.delays {
-                    delays[at] = delay;
-                }
-                volts
-            }
-            None => self.clean_volts(input, t_s),
+        let Some((delay, channel)) = before.zip(self.channels.get(at)) else {
+            return self.clean_volts(input, t_s) + noise_v;
         };
-        clean_v + noise_v
+        let delay = self.delayed_v(channel, delay, t_s);
+        let volts = channel.offset_v + delay.filtered_v;
+        self.delays.iter_mut().for_each(|delays| delays[at] = delay);
+        volts + noise_v
     }
 
     fn end_s(&self) -> f64 {

@@ -12,8 +12,7 @@ use std::path::Path;
 
 /// A table played to the chip: its column k is on AINk, inputs without a column are at 0 V.
 ///
-/// Between rows the voltage is interpolated linearly, before the first and after the last row it stays. The last row
-/// lasts as long as the one before it.
+/// Between rows the voltage is linear, outside of them constant. The last row lasts as long as the one before it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     table: Table,
@@ -24,19 +23,12 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Reads a trace from a CSV file in volts. `scan_rate_hz` is the rate of rows for a file without a `time_s`
-    /// column: row k is at k / `scan_rate_hz`.
-    ///
-    /// # Errors
-    /// See [`Table::load`]; also more than 16 channels, or a rate that is not positive.
+    /// Reads a trace in volts from a CSV file; without a `time_s` column row k is at k / `scan_rate_hz`.
     pub fn load(path: impl AsRef<Path>, scan_rate_hz: f64) -> Result<Self, FileError> {
         Self::from_table(Table::load(path)?, scan_rate_hz)
     }
 
-    /// Makes a table of at most 16 columns a trace, in volts.
-    ///
-    /// # Errors
-    /// More than 16 channels; a rate that is not positive, also where a `time_s` column makes it unimportant.
+    /// Makes a table of at most 16 columns a trace, in volts. The rate must be positive, also where it is not used.
     pub fn from_table(table: Table, scan_rate_hz: f64) -> Result<Self, FileError> {
         let channels = table.names().len();
         if channels > INPUTS {

@@ -65,7 +65,7 @@ impl<'a> Client<'a> {
         match outcome {
             Outcome::Done => Ok(false),
             Outcome::DoneErased => Ok(true),
-            Outcome::Setting { field, .. } => Err(UsageError(settings_form::explain(&field, &text)).into()),
+            Outcome::Setting(error) => Err(UsageError(settings_form::explain(&error.field, &text)).into()),
             Outcome::Profile | Outcome::NotStored | Outcome::Busy => bail!("the board: {text}"),
         }
     }

@@ -148,7 +148,7 @@ fn merge(all: &mut Table, given: Table) {
 
 /// A value out of its bounds, with the reason for the bounds.
 pub fn explained(error: &SettingsError) -> String {
-    explain(error.field, &error.to_string())
+    explain(&error.field, &error.to_string())
 }
 
 /// `text` with the reason for the bounds of a setting.

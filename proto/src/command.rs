@@ -1,13 +1,11 @@
 //! Commands of the PC, and the board's replies.
 
-use crate::framing;
 use crate::profile::{After, Knot};
-use crate::settings::Settings;
-use heapless::{String, Vec};
+use crate::settings::{Settings, SettingsError};
+use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Most bytes of a request on the wire, checksum, stuffing and delimiter included. The longest ones are settings with a
-/// slide by protocol, and a full part of a speed profile; a test encodes both.
+/// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
 pub const REQUEST_WIRE_MAX: usize = 96;
 
 /// Most knots of a speed profile that one command carries.
@@ -66,14 +64,6 @@ pub struct Request {
     pub command: Command,
 }
 
-impl Request {
-    /// Decodes a stuffed frame in place; none if it is damaged.
-    #[inline(never)]
-    pub fn decode(frame: &mut [u8]) -> Option<Self> {
-        framing::decode(frame)
-    }
-}
-
 /// The reply to a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reply {
@@ -89,23 +79,13 @@ pub enum Outcome {
     /// Done.
     Done,
     /// A setting is outside its bounds; nothing has changed.
-    Setting {
-        /// Its name, with its unit.
-        field: String<24>,
-        /// The requested value.
-        value: f32,
-        /// Least allowed value.
-        least: f32,
-        /// Greatest allowed value.
-        greatest: f32,
-    },
+    Setting(SettingsError),
     /// The speed profile is refused: its knots are out of order, too many or too fast, or a part is missing.
     Profile,
     /// In force, but not stored: the flash refuses, or a page would have to be erased during a touch.
     NotStored,
     /// The board carries out another request; send this one again.
     Busy,
-    /// Done, and a sector of the flash was erased for it. The processor stopped for 1 to 2 s; the conversions lost
-    /// meanwhile are reported as [`Lost`](crate::fault::FaultKind::Lost) and counted in `health`.
+    /// Done, and a sector of the flash was erased for it: conversions of 1 to 2 s were lost, and are reported so.
     DoneErased,
 }

@@ -16,8 +16,7 @@ const DEATHS: [Death; 2] = [Death::Panic, Death::HardFault];
 pub type Stored = [u32; STORED_WORDS];
 
 impl Record {
-    /// A panic at `t_us` on the board's counter, in a line of a source file. Bytes of its name that are not ASCII become
-    /// `?`.
+    /// A panic at `t_us` on the board's counter, in a line of a source file; in its name all but ASCII becomes `?`.
     pub fn of_panic(t_us: u32, file: &str, line: u32) -> Self {
         let mut end = heapless::String::new();
         let skipped = file.len().saturating_sub(FILE_BYTES);

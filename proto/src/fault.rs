@@ -41,26 +41,15 @@ pub const KINDS: usize = 13;
 
 impl FaultKind {
     /// Every kind, in the order of their numbers.
-    pub const ALL: [Self; KINDS] = [
-        Self::Lost,
-        Self::Repeated,
-        Self::Bus,
-        Self::BusDead,
-        Self::Channel,
-        Self::Silent,
-        Self::Storm,
-        Self::Registers,
-        Self::NoAnswer,
-        Self::Supply,
-        Self::Reference,
-        Self::Clock,
-        Self::Overload,
-    ];
+    pub const ALL: [Self; KINDS] = {
+        use FaultKind::*;
+        [Lost, Repeated, Bus, BusDead, Channel, Silent, Storm, Registers, NoAnswer, Supply, Reference, Clock, Overload]
+    };
 
     /// Whether the fault may change a measured frequency by more than the estimate's uncertainty. Then no estimate is
     /// [`Good`](crate::telemetry::Status::Good).
     ///
-    /// It does not if the fit leaves out what is missing and knows the times of the rest: [`Self::Lost`],
+    /// It does not if the fit leaves out what is missing and knows when all else was read: [`Self::Lost`],
     /// [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and [`Self::Overload`] (the channel is left out; if it
     /// returns shortly before a window's end it can hide the end of the slide, which the qualification checks).
     ///
@@ -71,8 +60,8 @@ impl FaultKind {
         !matches!(self, Self::Lost | Self::Repeated | Self::Bus | Self::Overload)
     }
 
-    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a change can look like the
-    /// start of a slide, or hide its end.
+    /// Whether levels of taxels may change with the fault, or unseen during it: that can look like a slide, or hide its
+    /// end.
     pub const fn moves_levels(self) -> bool {
         matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
     }
@@ -87,7 +76,7 @@ pub struct Fault {
     #[serde(rename = "from_s", serialize_with = "text_form::seconds")]
     pub from_us: u64,
     /// Device time at which it was last seen, microseconds; none while it lasts.
-    #[serde(rename = "until_s", serialize_with = "text_form::optional_seconds")]
+    #[serde(rename = "until_s", serialize_with = "text_form::seconds")]
     pub until_us: Option<u64>,
     /// Times that this kind was seen since start-up.
     pub count: u32,

@@ -19,16 +19,9 @@ const PLAIN_MAX: usize = WIRE_MAX - WIRE_MAX / 254 - 2;
 pub(crate) const CHECKSUM: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
 
 /// The message is longer on the wire than its buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the message is longer on the wire than its buffer")]
 pub struct TooLong;
-
-impl core::fmt::Display for TooLong {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("the message is longer on the wire than its buffer")
-    }
-}
-
-impl core::error::Error for TooLong {}
 
 /// CRC-32 of some bytes.
 #[inline(never)]
@@ -36,10 +29,7 @@ pub fn checksum(bytes: &[u8]) -> u32 {
     CHECKSUM.checksum(bytes)
 }
 
-/// Encodes a message. Returns the bytes used of `wire`.
-///
-/// # Errors
-/// It is longer than `wire` allows.
+/// Encodes a message, unless it is longer than `wire`. Returns the bytes used.
 pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLong> {
     let mut plain = [0; PLAIN_MAX];
     let content = plain.get_mut(..PLAIN_MAX - CHECKSUM_BYTES).ok_or(TooLong)?;

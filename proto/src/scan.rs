@@ -6,8 +6,7 @@
 //! | `RIDGETONE_DRATE` | 0 to 2: the chip's data rate (SBAS297G, DRATE) | 1 |
 //!
 //! The default is the paper's scan of 241 Hz. The chip's five internal readings are part of every scan, for they show
-//! its health. A scan that cannot work does not compile. The firmware and the command on the PC have to be built with
-//! the same scan.
+//! its health. A scan that cannot work does not compile. Firmware and PC have to be built with the same scan.
 
 use ads1258::{Config, DataRate, Delay, IdleMode, Mux, Sysred};
 
@@ -50,8 +49,8 @@ pub const SCAN: Config = Config {
 /// Frames per second at the chip's nominal clock.
 pub const FRAME_RATE_HZ: f32 = SCAN.frame_rate_hz();
 
-/// Frames the window's ring keeps: the paper's longest slide (60 mm at 15 mm/s, 965 frames at 241 Hz) with 0.6 s to
-/// spare for noticing its end and for the fit.
+/// Frames in the window's ring: the paper's longest slide (60 mm at 15 mm/s, 965 frames at 241 Hz) with 0.6 s to spare
+/// for noticing its end and for the fit.
 pub const RING_FRAMES: usize = 1120;
 
 /// Shortest window, seconds: 24 frames, the fewest that hold four harmonics and their noise. Whole tenths of a second.

@@ -3,6 +3,7 @@
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
 use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
 use core::f32::consts::PI;
+use heapless::String;
 use serde::{Deserialize, Serialize};
 
 /// Where the sliding phase comes from.
@@ -26,8 +27,7 @@ pub enum SlideRule {
 #[serde(deny_unknown_fields)]
 pub struct Array {
     /// Distance between the two columns of units along the motion, millimetres, as it appears in the phases: turns of
-    /// lag over cycles per millimetre. It equals the units' pitch if the contact is much longer. See
-    /// [`Self::edge_phase_rad`].
+    /// lag over cycles per millimetre. It is the units' pitch if the contact is much longer.
     pub pitch_mm: f32,
     /// Phase by which the contact's ends reduce the lag between the columns, radians. The lag is 2 pi `pitch_mm` /
     /// period - `edge_phase_rad`; both are measured with gratings of known period.
@@ -50,10 +50,9 @@ pub struct Array {
 
 impl Array {
     /// Four units of four piezoresistors (paper, section 2.1): AIN 4 u + k is piezoresistor k + 1 of unit u + 1; units
-    /// 2 and 4 are in front. The units' pitch is 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated
-    /// finger with a contact 8 mm long, and with gratings that are not the paper's (`host/tests/calibrate.rs`).
-    /// **Measure them on your own finger**: they change with the contact's length, hence with the force. The possible
-    /// periods are those of the paper's gratings with a margin, as far as the answer is unique.
+    /// 2 and 4 are in front, at a pitch of 2.3 mm. `pitch_mm` and the edge phase were measured on the simulated finger
+    /// with a contact 8 mm long (`host/tests/calibrate.rs`). **Measure them on your own finger**: they change with the
+    /// force. The possible periods are those of the paper's gratings with a margin, as far as the answer is unique.
     pub const DEFAULT: Self = Self {
         pitch_mm: 2.364,
         edge_phase_rad: 0.41,
@@ -96,10 +95,11 @@ impl Default for Settings {
 }
 
 /// A setting outside its bounds; NaN is outside all of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[error("{field} = {value}: choose a value from {least} to {greatest}")]
 pub struct SettingsError {
     /// Name of the field, with its unit.
-    pub field: &'static str,
+    pub field: String<24>,
     /// The requested value.
     pub value: f32,
     /// Least allowed value.
@@ -107,15 +107,6 @@ pub struct SettingsError {
     /// Greatest allowed value.
     pub greatest: f32,
 }
-
-impl core::fmt::Display for SettingsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Self { field, value, least, greatest } = self;
-        write!(f, "{field} = {value}: choose a value from {least} to {greatest}")
-    }
-}
-
-impl core::error::Error for SettingsError {}
 
 impl Settings {
     /// The defaults. A window of one second is the paper's longest. The paper saw the fundamental and three overtones in
@@ -131,10 +122,7 @@ impl Settings {
         array: Array::DEFAULT,
     };
 
-    /// Checks every bound.
-    ///
-    /// # Errors
-    /// The first field outside its bounds.
+    /// Checks every bound. The error is the first field outside its own.
     // Inlined where it is called once: smaller than a call.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
@@ -166,15 +154,14 @@ impl Settings {
             (may_go_forward || may_go_backward) as u8 as f32,
             twice as f32,
         ];
-        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values) {
+        let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
+        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values).chain([order]) {
             // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {
+                // A test shows that every name fits.
+                let field = String::try_from(field).unwrap_or_default();
                 return Err(SettingsError { field, value, least, greatest });
             }
-        }
-        if period_most_mm < period_least_mm {
-            let (field, value) = ("period_most_mm", period_most_mm);
-            return Err(SettingsError { field, value, least: period_least_mm, greatest: PERIOD_GREATEST_MM });
         }
         Ok(())
     }
@@ -183,8 +170,7 @@ impl Settings {
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
-/// each field takes a kilobyte of flash more.
+/// Names, least and greatest values, in the order of [`Settings::validate`]. One call a field takes a kilobyte more.
 const BOUNDS: [(&str, f32, f32); 16] = [
     ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
     ("hop_s", 0.02, WINDOW_MOST_S),
@@ -243,7 +229,8 @@ mod tests {
                 "speed_mm_s",
             ),
         ] {
-            assert_eq!(settings.validate().map_err(|error| error.field), Err(field));
+            assert_eq!(settings.validate().map_err(|error| error.field).unwrap_err(), field);
         }
+        assert!(BOUNDS.iter().all(|(field, ..)| String::<24>::try_from(*field).is_ok()));
     }
 }

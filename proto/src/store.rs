@@ -1,18 +1,15 @@
 //! Settings that survive a loss of power at any moment.
 //!
-//! Records follow each other in two pages of flash. Each has a number and, written last, a checksum. Valid is the record with
-//! the highest number and a matching checksum. If a write was interrupted or a worn page damaged it, the record before it
-//! is valid. When a page is full the other page is erased for the next record; the page with the valid record is never
-//! erased.
+//! Records follow each other in two pages of flash. Each has a number and, written last, a checksum. The record with
+//! the highest number and a matching checksum is valid; if a write was interrupted or a page is worn, the one before.
+//! When a page is full the other one is erased for the next record, never the page with the valid record.
 //!
 //! An erasure stops the STM32F405 for 1 to 2 s, because its code is in the same bank of flash (RM0090, 3.5.1; DS8626). All
 //! conversions of that time are lost. So it happens only between touches, the loss is counted and reported, and the reply
 //! gives the reason ([`Saved::Erasing`], [`DoneErased`](crate::command::Outcome::DoneErased)). The watchdog's 8 s are longer.
 //!
-//! The crate `sequential-storage` (8.0.2) was tried and lost settings. An interrupted erasure leaves undefined data
-//! (RM0090, 3.6), and the crate judges a page by its first and last word. If only the last word is erased, its queue
-//! returns the settings of a page ago and refuses to store from then on. Its map repairs an interrupted erasure by erasing
-//! the page with the complete copy first. It also takes 9.1 to 11.2 kB more flash.
+//! The crate `sequential-storage` (8.0.2) lost settings: it judges a page by its first and last word, and an
+//! interrupted erasure leaves undefined data (RM0090, 3.6). It also takes 9.1 to 11.2 kB more flash.
 
 use crate::boot::SettingsSource;
 use crate::framing::checksum;
@@ -42,10 +39,8 @@ pub trait Store {
     /// The settings for a start, always valid, and where they come from.
     fn load(&mut self) -> (Settings, SettingsSource);
 
-    /// Stores settings; none stands for the defaults. Without `may_erase` nothing is stored if a page is full.
-    ///
-    /// # Errors
-    /// They could not be stored; those stored before remain.
+    /// Stores settings; none stands for the defaults. Without `may_erase` a full page is an error, which changes
+    /// nothing.
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored>;
 }
 
@@ -62,7 +57,7 @@ pub enum Saved {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotStored;
 
-/// Place of a record: a number that counts through both pages.
+/// Place of a record, counted through both pages.
 type Slot = u32;
 
 /// A [`Store`] in [`PAGES`] consecutive pages of flash, for settings only. Offsets count from the start of the first page.
@@ -130,11 +125,11 @@ impl<F: NorFlash> FlashStore<F> {
 
     /// Whether a slot is erased.
     fn is_erased(&mut self, slot: Slot) -> bool {
-        self.record(slot).iter().all(|byte| *byte == ERASED)
+        self.record(slot).iter().all(|byte| *byte == 0xff)
     }
 
-    /// The next free slot after a record, or the first one: in the same page, or else in the other one, which is erased
-    /// unless it holds the record to keep.
+    /// The next free slot after a record, or the first one: in the same page, or in the other one, which is erased for
+    /// it.
     fn next_slot(
         &mut self,
         after: Option<Slot>,
@@ -158,10 +153,6 @@ impl<F: NorFlash> FlashStore<F> {
         }
         self.flash.erase(page * Self::PAGE_BYTES, (page + 1) * Self::PAGE_BYTES).map_err(|_| NotStored)?;
         Ok((slot, Saved::Erasing))
-    }
-
-    fn write(&mut self, slot: Slot, record: &[u8; RECORD_BYTES]) -> Result<(), NotStored> {
-        self.flash.write(Self::offset(slot), record).map_err(|_| NotStored)
     }
 }
 
@@ -191,8 +182,8 @@ impl<F: NorFlash> Store for FlashStore<F> {
 
     #[inline(never)]
     fn save(&mut self, settings: Option<&Settings>, may_erase: bool) -> Result<Saved, NotStored> {
-        let newest = self.newest_below(NO_LIMIT);
-        let number = newest.as_ref().map_or(0, |((number, _), _)| number.wrapping_add(1));
+        let newest = self.newest_below(NO_LIMIT).map(|(at, _)| at);
+        let number = newest.map_or(0, |(number, _)| number.wrapping_add(1));
         let mut record = [0; RECORD_BYTES];
         let (content, sum) = record.split_last_chunk_mut::<4>().ok_or(NotStored)?;
         content.get_mut(..4).ok_or(NotStored)?.copy_from_slice(&number.to_le_bytes());
@@ -200,14 +191,14 @@ impl<F: NorFlash> Store for FlashStore<F> {
         postcard::to_slice(&settings, content.get_mut(CONTENT).ok_or(NotStored)?).map_err(|_| NotStored)?;
         *sum = checksum(content).to_le_bytes();
 
-        let mut after = newest.map(|((_, slot), _)| slot);
-        let keep = after;
+        let keep = newest.map(|(_, slot)| slot);
+        let mut after = keep;
         let mut saved = Saved::AtOnce;
         for _ in 0..TRIES {
             let (slot, how) = self.next_slot(after, keep, may_erase)?;
             saved = if how == Saved::Erasing { how } else { saved };
             // A slot that cannot be read back is worn: try the next one.
-            if self.write(slot, &record).is_ok() && self.record(slot).iter().eq(&record) {
+            if self.flash.write(Self::offset(slot), &record).is_ok() && self.record(slot).iter().eq(&record) {
                 return Ok(saved);
             }
             after = Some(slot);
@@ -218,9 +209,6 @@ impl<F: NorFlash> Store for FlashStore<F> {
 
 /// The number that an erased slot reads as: all records are below it.
 const NO_LIMIT: (u32, Slot) = (u32::MAX, 0);
-
-/// Value of an erased byte.
-const ERASED: u8 = 0xff;
 
 /// Whether a record's checksum matches.
 fn is_whole(record: &[u8; RECORD_BYTES]) -> bool {

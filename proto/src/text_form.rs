@@ -2,16 +2,14 @@
 
 use serde::{Serialize, Serializer};
 
-/// Microseconds, in text as seconds.
-pub fn seconds<S: Serializer>(t_us: &u64, serializer: S) -> Result<S::Ok, S::Error> {
-    if serializer.is_human_readable() { (*t_us as f64 / 1e6).serialize(serializer) } else { t_us.serialize(serializer) }
-}
-
-/// The same for a time that may be missing.
-pub fn optional_seconds<S: Serializer>(t_us: &Option<u64>, serializer: S) -> Result<S::Ok, S::Error> {
-    if serializer.is_human_readable() {
-        t_us.map(|t_us| t_us as f64 / 1e6).serialize(serializer)
-    } else {
-        t_us.serialize(serializer)
+/// A time or an optional time in microseconds, in text as seconds.
+pub fn seconds<T, S>(t_us: &T, serializer: S) -> Result<S::Ok, S::Error>
+where
+    T: Serialize + Copy + Into<Option<u64>>,
+    S: Serializer,
+{
+    if !serializer.is_human_readable() {
+        return t_us.serialize(serializer);
     }
+    (*t_us).into().map(|t_us| t_us as f64 / 1e6).serialize(serializer)
 }

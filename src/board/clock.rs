@@ -1,5 +1,4 @@
-//! Time: TIM2 as the microsecond counter, 32 bit, free running, wrapping after 71.6 minutes; TIM4 as a
-//! slow heartbeat.
+//! Time: TIM2 as the microsecond counter, 32 bit, wrapping after 71.6 minutes; TIM4 as a slow heartbeat.
 
 use stm32f4xx_hal::pac::{RCC, TIM2, TIM4};
 use stm32f4xx_hal::rcc::{Enable, Reset};
@@ -37,8 +36,7 @@ pub fn start_heartbeat(timer: TIM4, rcc: &mut RCC, ticks_per_us: u32) {
 
 /// Clears the interrupt TIM4.
 pub fn acknowledge_heartbeat() {
-    // SAFETY: TIM4 always exists, only this function uses it once it runs, and a write to its status register only clears
-    // flags.
+    // SAFETY: TIM4 always exists, nothing else uses it once it runs, and a write to its status only clears flags.
     unsafe { (*TIM4::ptr()).sr().write(|w| w.uif().clear_bit()) };
     cortex_m::asm::dsb();
 }

@@ -48,9 +48,8 @@ pub fn record_of(info: &core::panic::PanicInfo) -> Record {
     Record::of_panic(now_us(), file, line)
 }
 
-/// Entry of a HardFault. After a stack overflow the handler cannot go on there: if less than 1 KiB of the stack is left,
-/// the handler starts at its top. It overwrites the processor's frame only if that is near the top, which a full stack's
-/// frame is not.
+/// Entry of a HardFault. If less than 1 KiB of the stack is left, the handler starts at its top: it overwrites the
+/// processor's frame only if that is near the top, which a full stack's frame is not.
 #[unsafe(naked)]
 #[unsafe(export_name = "HardFault")]
 unsafe extern "C" fn enter_hard_fault() -> ! {
@@ -64,8 +63,7 @@ unsafe extern "C" fn enter_hard_fault() -> ! {
         "movw r1, #:lower16:_stack_start",
         "movt r1, #:upper16:_stack_start",
         "msr msp, r1",
-        // No lazy stacking of the FPU's registers: where there is no memory it would be a fault within a fault (Armv7-M,
-        // FPCCR.LSPACT).
+        // No lazy stacking of the FPU's registers: without memory it would be a second fault (Armv7-M, FPCCR.LSPACT).
         "2:",
         "movw r2, #0xef34",
         "movt r2, #0xe000",

@@ -1,8 +1,8 @@
 //! QEMU's `netduinoplus2`, an STM32F405 with the ADS1258 simulated on the PC.
 //!
-//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no
-//! GPIO and no DMA. SPI, START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and
-//! requests use USART3 (the emulator's third serial port). The run ends with the exit status of [`semihost::Exit`]. Its timers run at 1 GHz of virtual time.
+//! The emulator has no RCC (the internal oscillator works, crystal and PLL would wait for ever), no GPIO and no DMA. SPI,
+//! START, RESET and DRDY travel as [`hal_mock::bridge`] records through two FIFOs. Telemetry and requests use USART3 (the
+//! emulator's third serial port). Its timers run at 1 GHz of virtual time.
 
 mod kept;
 mod link;
@@ -16,8 +16,7 @@ use cortex_m::peripheral::{SCB, SYST};
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation as Op, SpiDevice};
 use hal_mock::bridge::{Operation, PAYLOAD_MAX};
-use kept::Kept;
-use ridgetone::tasks::drdy::DrdyPin;
+use kept::KEPT;
 use ridgetone::tasks::idle::DepthMeter;
 use ridgetone_proto::boot::{Boot, Death, Record, ResetCause};
 use semihost::Exit;
@@ -25,7 +24,7 @@ use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use link::{ended, feed_watchdog, is_line_blocked};
+pub use link::{Drdy, ended, feed_watchdog, is_line_blocked};
 pub use memory::SettingsFlash;
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.
@@ -34,69 +33,31 @@ pub const POWER_UP_US: u32 = 20_000;
 /// Ticks of the emulator's timers in a microsecond.
 const TICKS_PER_US: u32 = 1000;
 
-/// SPI with CS.
 pub type Spi = Bridge;
-/// The pin START.
 pub type Start = Pin;
-/// The pin RESET.
 pub type Reset = Pin;
-/// The line's USART.
 pub type Usart = USART3;
 
-/// An SPI device whose transactions travel over the bridge, one record each.
+/// An SPI device whose transactions travel over the bridge, for what the driver does: one write or transfer in place.
 pub struct Bridge;
 
-/// The transaction is longer than a record.
-#[derive(Clone, Copy, Debug)]
-pub struct TooLong;
-
-impl spi::Error for TooLong {
-    fn kind(&self) -> spi::ErrorKind {
-        spi::ErrorKind::Other
-    }
-}
-
 impl spi::ErrorType for Bridge {
-    type Error = TooLong;
+    type Error = spi::ErrorKind;
 }
 
 impl SpiDevice for Bridge {
-    fn transaction(&mut self, operations: &mut [Op<'_, u8>]) -> Result<(), TooLong> {
-        let mut wire = [0; PAYLOAD_MAX];
-        let mut length = 0;
-        for operation in operations.iter() {
-            let (written, bytes) = written(operation);
-            let slot = wire.get_mut(length..length + bytes).ok_or(TooLong)?;
-            slot.get_mut(..written.len()).ok_or(TooLong)?.copy_from_slice(written);
-            length += bytes;
-        }
-        let wire = wire.get_mut(..length).ok_or(TooLong)?;
-        link::exchange(Operation::Transfer, false, wire);
-
-        let mut rest = &*wire;
-        for operation in operations {
-            let (_, bytes) = written(operation);
-            let (slot, after) = rest.split_at_checked(bytes).ok_or(TooLong)?;
-            let read: &mut [u8] = match operation {
-                Op::Read(read) | Op::Transfer(read, _) | Op::TransferInPlace(read) => read,
-                Op::Write(_) | Op::DelayNs(_) => &mut [],
-            };
-            read.copy_from_slice(slot.get(..read.len()).ok_or(TooLong)?);
-            rest = after;
+    fn transaction(&mut self, operations: &mut [Op<'_, u8>]) -> Result<(), spi::ErrorKind> {
+        match operations {
+            [Op::TransferInPlace(bytes)] => link::exchange(Operation::Transfer, false, bytes),
+            [Op::Write(bytes)] => {
+                let mut wire = [0; PAYLOAD_MAX];
+                let wire = wire.get_mut(..bytes.len()).ok_or(spi::ErrorKind::Other)?;
+                wire.copy_from_slice(bytes);
+                link::exchange(Operation::Transfer, false, wire);
+            }
+            _ => return Err(spi::ErrorKind::Other),
         }
         Ok(())
-    }
-}
-
-/// What an operation writes, and how many bytes it takes on the bus. A delay within a transaction needs no byte: the bridge
-/// carries whole transactions.
-fn written<'a>(operation: &'a Op<'_, u8>) -> (&'a [u8], usize) {
-    match operation {
-        Op::Read(read) => (&[], read.len()),
-        Op::Write(write) => (write, write.len()),
-        Op::Transfer(read, write) => (write, read.len().max(write.len())),
-        Op::TransferInPlace(both) => (both, both.len()),
-        Op::DelayNs(_) => (&[], 0),
     }
 }
 
@@ -119,45 +80,21 @@ impl OutputPin for Pin {
     }
 }
 
-/// The falling edge of DRDY.
-pub struct Drdy;
-
-impl DrdyPin for Drdy {
-    #[inline(always)]
-    fn acknowledge(&mut self) -> Option<bool> {
-        link::take_edge().then_some(true)
-    }
-
-    /// The chip's own time of the edge: it does not depend on the speed of the emulated processor.
-    fn edge_us(&self) -> u32 {
-        link::edge_us()
-    }
-
-    fn mute(&mut self) {
-        link::mute(true);
-    }
-
-    fn unmute(&mut self) {
-        link::mute(false);
-    }
-}
-
-/// Sets the board up.
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let mut rcc = device.RCC.freeze(Config::hsi());
-    let kept = Kept::take();
+    let kept = KEPT.take();
     super::clock::start(device.TIM2, &mut rcc, TICKS_PER_US);
-    if let Some(kept) = &kept {
+    if let Some((now_us, _)) = kept {
         // The chip's time goes on.
-        super::clock::set_us(kept.now_us);
+        super::clock::set_us(now_us);
     }
 
     let gpiob = device.GPIOB.split(&mut rcc);
     let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
-    let cause = kept.as_ref().map_or_else(Default::default, |kept| kept.cause);
+    let cause = kept.map_or(ResetCause::Unknown, |(_, cause)| cause);
     let boot = Boot { cause, record: crash::take_record() };
-    link::open(core.SYST, kept);
+    link::open(core.SYST, kept.is_some());
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);
     let (Ok(()), Ok(())) = (start.set_low(), reset.set_high());
@@ -168,8 +105,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
 
 /// Waits until an interrupt is pending, masked or not.
 ///
-/// Not by WFI: the emulator then skips to the next event in another thread, sometimes some nanoseconds off, so that no two
-/// runs are the same.
+/// Not by WFI: the emulator then skips to the next event some nanoseconds off, so that no two runs are the same.
 pub fn sleep() {
     /// The exception that is served next, 0 for none (Armv7-M, ICSR.VECTPENDING).
     const VECTPENDING: u32 = 0x1ff << 12;
@@ -177,8 +113,7 @@ pub fn sleep() {
     const LONG_TICKS: u32 = 3000;
     // SAFETY: reading ICSR has no side effect.
     while unsafe { (*SCB::PTR).icsr.read() } & VECTPENDING == 0 {
-        // Only the alarm can end this. While it is far the register is read rarely: one read takes the emulator as long as
-        // hundreds of NOPs.
+        // Only the alarm can end this. While it is far the register is read rarely: one read costs hundreds of NOPs.
         let blocks = if SYST::get_current() > LONG_TICKS { 16 } else { 1 };
         // SAFETY: counts a register down, `blocks` is not 0.
         unsafe {
@@ -190,7 +125,7 @@ pub fn sleep() {
     }
 }
 
-/// Resets the processor; the bridge, the time and the pages of settings stay.
+/// The bridge, the time and the pages of settings stay.
 pub fn restart() -> ! {
     link::restart(ResetCause::Software)
 }

@@ -2,11 +2,9 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), both at 921600 baud, 8N1; the baud rate
-//! generator divides 42 MHz by 46 and is 0.93 % slow, which every receiver tolerates (8N1 allows about 4 %).
-//!
-//! A timer's input capture would date the edges of DRDY exactly, but PC4 is on no timer channel of this chip. To wire
-//! DRDY to D6 (PC6, TIM3 CH1 or TIM8 CH1) and RESET to A4 would allow it.
+//! Telemetry leaves on TX (PB10, USART3, AF7), requests arrive on RX (PB11), at 921600 baud, 8N1: 42 MHz over 46 is 0.93 %
+//! slow, which every receiver tolerates (8N1 allows about 4 %).
+//! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
 use super::{Board, SerialLine, stm32f4};
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
@@ -17,18 +15,12 @@ use stm32f4xx_hal::rcc::Config;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
-/// SPI with CS.
 pub type Spi = stm32f4::Spi<'A', 4>;
-/// The pin START.
 pub type Start = PC5<Output>;
-/// The pin RESET.
 pub type Reset = PC6<Output>;
-/// The falling edge of DRDY.
 pub type Drdy = stm32f4::Drdy<'C'>;
-/// The line's USART.
 pub type Usart = USART3;
 
-/// Sets the board up.
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
     let mut rcc = stm32f4::start_clocks(device.RCC, Config::hse(12.MHz()), device.TIM2, device.TIM4);

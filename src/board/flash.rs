@@ -4,9 +4,8 @@
 //! The firmware runs from the same bank, so the processor stands still meanwhile: 16 us for a word, at most 100 us, and
 //! 1 s for a sector, at most 2 s (DS8626, flash memory programming, words of 32 bits).
 //!
-//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long as a word takes, leaves the data
-//! cache as it was before, never clears an error once it is there, panics if the flash does not unlock, and reaches all
-//! of it.
+//! Why not `stm32f4xx_hal::flash` (0.23): it programs byte by byte, four times as long, does not reset the data cache,
+//! never clears an error, panics if the flash does not unlock, and reaches all of it.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::store::{PAGES, WORD_BYTES};
@@ -43,7 +42,6 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
 pub struct SettingsFlash(FLASH);
 
 impl SettingsFlash {
-    /// Takes over the flash's registers.
     pub const fn new(flash: FLASH) -> Self {
         Self(flash)
     }

@@ -2,9 +2,8 @@
 //!
 //! # Porting
 //!
-//! A board is a module with the items below. Copy the nearest one, list it here and give it a feature in `Cargo.toml`.
-//! `main.rs` names no pin and no register. `stm32f4.rs` holds what boards with an STM32F4 share; such a board is little
-//! more than its pins, as `nucleo_f446re.rs` shows.
+//! A board is a module with the items below; `docs/book/5-another-board.md` has the steps. `main.rs` names no pin and no
+//! register. A board with an STM32F4 is little more than its pins, as `nucleo_f446re.rs` shows.
 //!
 //! | item | what it must do |
 //! |---|---|
@@ -74,21 +73,14 @@ pub use stack::{word as stack_word, words as stack_words};
 use embedded_hal::delay::DelayNs;
 use ridgetone_proto::boot::Boot;
 
-/// The board's parts for the tasks.
+/// The board's parts for the tasks, as in the table above.
 pub struct Board {
-    /// The chip's SPI.
     pub spi: Spi,
-    /// START.
     pub start: Start,
-    /// RESET.
     pub reset: Reset,
-    /// DRDY.
     pub drdy: Drdy,
-    /// Telemetry and requests.
     pub line: SerialLine,
-    /// How this run began.
     pub boot: Boot,
-    /// The pages for settings.
     pub flash: SettingsFlash,
 }
 

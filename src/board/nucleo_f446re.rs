@@ -3,8 +3,8 @@
 //!
 //! Its pins are in `docs/book/1-wiring.md`, which a test compares with this file.
 //!
-//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), which the ST-LINK makes a serial port of the PC, at 921600
-//! baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins too, without effect until two bridges are soldered
+//! Telemetry leaves on PA2, requests arrive on PA3 (USART2, AF7), a serial port of the PC through the ST-LINK, at
+//! 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only after two bridges are soldered
 //! (UM1724).
 
 use super::{Board, SerialLine, stm32f4};
@@ -17,18 +17,12 @@ use stm32f4xx_hal::rcc::Config;
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
 
-/// SPI with CS.
 pub type Spi = stm32f4::Spi<'B', 6>;
-/// The pin START.
 pub type Start = PC7<Output>;
-/// The pin RESET.
 pub type Reset = PA9<Output>;
-/// The falling edge of DRDY.
 pub type Drdy = stm32f4::Drdy<'A'>;
-/// The line's USART.
 pub type Usart = USART2;
 
-/// Sets the board up.
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
     let oscillator = Config::hse(8.MHz()).bypass_hse_oscillator();

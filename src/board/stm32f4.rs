@@ -1,8 +1,7 @@
 //! What the STM32F4 boards share: 168 MHz, SPI1 on PA5 to PA7, DRDY on line 4 of EXTI, the watchdog, the end of a run.
 //!
-//! The time of a DRDY edge is read first in its interrupt, so it is late by the interrupt's entry: 12 cycles (0.07 us), or
-//! a few microseconds if interrupts were masked. A timer's input capture would be exact, but no
-//! pin of line 4 is on a timer channel that the boards have free.
+//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few microseconds if interrupts were
+//! masked. A timer's input capture would be exact, but no pin of line 4 is on a free timer channel.
 
 use super::crash;
 use core::convert::Infallible;
@@ -31,7 +30,6 @@ const CS_SETTLE_CYCLES: u32 = 32;
 /// Clock of the timers on APB1 in MHz: twice PCLK1.
 const TIMER_MHZ: u32 = 84;
 
-/// SPI with CS on a pin.
 pub type Spi<const PORT: char, const NUMBER: u8> = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
 
 /// CS that gives the chip its set-up time after each edge.
@@ -63,7 +61,6 @@ pub struct Drdy<const PORT: char> {
 }
 
 impl<const PORT: char> Drdy<PORT> {
-    /// Sets the pin and its interrupt up.
     pub fn new(pin: Pin<PORT, 4>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
         let mut syscfg = syscfg.constrain(rcc);
         // Up: without a chip the pin would float, and every edge of noise would cost a read.
@@ -120,7 +117,6 @@ pub fn start_clocks(rcc: RCC, oscillator: Config, counter: TIM2, heartbeat: TIM4
     rcc
 }
 
-/// SPI1 with CS.
 pub fn spi<const PORT: char, const NUMBER: u8>(
     spi1: SPI1,
     (sck, miso, mosi): (PA5, PA6, PA7),
@@ -162,7 +158,6 @@ fn start_watchdog(watchdog: &IWDG, debug: &DBGMCU) {
     feed_watchdog();
 }
 
-/// Puts off the reset by the watchdog.
 pub fn feed_watchdog() {
     // SAFETY: the key that reloads the counter, without any other effect.
     unsafe { (*IWDG::ptr()).kr().write(|w| w.bits(0xaaaa)) };
@@ -187,17 +182,14 @@ fn panic(info: &core::panic::PanicInfo) -> ! {
     die(&crash::record_of(info))
 }
 
-/// Sleeps until an interrupt is pending, masked or not.
 pub fn sleep() {
     cortex_m::asm::wfi();
 }
 
-/// Resets the processor.
 pub fn restart() -> ! {
     cortex_m::peripheral::SCB::sys_reset()
 }
 
-/// A board's signal never ends.
 pub const fn ended() -> bool {
     false
 }

@@ -3,10 +3,10 @@
 use crate::images::{self, Board};
 use crate::setup;
 use crate::toolchain::Toolchain;
-use crate::tools::{announce, clean, finish, root, run, start};
-use anyhow::{Context, Result};
-use std::fs;
+use crate::tools::{announce, clean, create, program, root, run};
+use anyhow::{Context, Result, anyhow};
 use std::path::Path;
+use std::{fs, thread};
 
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the place of the picture.
 pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
@@ -17,18 +17,18 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     Toolchain::find_or_install()?;
     announce("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
     let mut build = clean("cargo");
+    build.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]);
     // Both at once: the last step of each has one core.
-    let build = start(build.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]))?;
+    let build = thread::spawn(move || run(&mut build));
     let image = images::build(Board::Emulated.image());
-    finish(build)?;
+    build.join().map_err(|_| anyhow!("the build panicked"))??;
     let (elf, _) = image?;
     let svg = root().join(svg);
     if let Some(folder) = svg.parent() {
-        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        create(folder)?;
     }
     announce("sliding a grating over the emulated finger");
-    let mut demo = clean("cargo");
-    demo.args(["run", "--quiet", "--release", "--package", "ridgetone-host", "--bin", "ridgetone", "--", "demo"]);
+    let mut demo = program("ridgetone-host", "ridgetone", "demo");
     demo.arg("--elf").arg(elf).arg("--svg").arg(&svg);
     if let Some(scene) = scene {
         demo.arg("--scene").arg(scene);

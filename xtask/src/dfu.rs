@@ -4,12 +4,10 @@
 use anyhow::{Context, Result, ensure};
 use crc::{CRC_32_JAMCRC, Crc};
 
-/// Bytes that go to one address.
+/// Bytes, and the address of the first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Segment {
-    /// Where the first byte goes.
     pub address: u32,
-    /// What goes there.
     pub bytes: Vec<u8>,
 }
 
@@ -19,7 +17,6 @@ const PREFIX_BYTES: usize = 11;
 /// "Target", alternate setting, whether it is named, its name, size and number of elements.
 const TARGET_BYTES: usize = 274;
 
-/// Of the target's name.
 const NAME_BYTES: usize = 255;
 
 /// Device, product, vendor, version of DFU, "UFD", length, checksum.
@@ -29,45 +26,31 @@ const SUFFIX_BYTES: usize = 16;
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0xdf11;
 
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_JAMCRC);
+
 /// The suffix's DFU version that says DfuSe.
 const DFU_VERSION: u16 = 0x011a;
 
+/// The device's version in the suffix: any.
+const ANY_VERSION: u16 = 0xffff;
+
 /// A file that writes `segments`, to the first memory of the device, its flash.
 pub fn write(segments: &[Segment]) -> Vec<u8> {
-    let elements: Vec<u8> = segments
-        .iter()
-        .flat_map(|Segment { address, bytes }| {
-            [&address.to_le_bytes()[..], &(bytes.len() as u32).to_le_bytes(), bytes].concat()
-        })
-        .collect();
-    let mut file = Vec::new();
-    file.extend(b"DfuSe\x01");
-    file.extend(((PREFIX_BYTES + TARGET_BYTES + elements.len()) as u32).to_le_bytes());
-    file.push(1);
-    file.extend(b"Target\x00");
-    file.extend(1_u32.to_le_bytes());
+    let word = |number: usize| (number as u32).to_le_bytes();
+    let element =
+        |Segment { address, bytes }: &Segment| [&address.to_le_bytes(), &word(bytes.len()), &bytes[..]].concat();
+    let elements: Vec<u8> = segments.iter().flat_map(element).collect();
     let mut name = b"flash".to_vec();
     name.resize(NAME_BYTES, 0);
-    file.extend(name);
-    file.extend((elements.len() as u32).to_le_bytes());
-    file.extend((segments.len() as u32).to_le_bytes());
-    file.extend(elements);
-    // Any release of the device.
-    file.extend(0xffff_u16.to_le_bytes());
-    for word in [PRODUCT, VENDOR, DFU_VERSION] {
-        file.extend(word.to_le_bytes());
-    }
-    file.extend(b"UFD");
-    file.push(SUFFIX_BYTES as u8);
-    let checksum = Crc::<u32>::new(&CRC_32_JAMCRC).checksum(&file);
-    file.extend(checksum.to_le_bytes());
+    let prefix = [b"DfuSe\x01", &word(PREFIX_BYTES + TARGET_BYTES + elements.len())[..], &[1]].concat();
+    let target = [b"Target\0", &word(1)[..], &name, &word(elements.len()), &word(segments.len())].concat();
+    let suffix = [ANY_VERSION, PRODUCT, VENDOR, DFU_VERSION].map(u16::to_le_bytes).concat();
+    let mut file = [prefix, target, elements, suffix, b"UFD".to_vec(), vec![SUFFIX_BYTES as u8]].concat();
+    file.extend(CHECKSUM.checksum(&file).to_le_bytes());
     file
 }
 
-/// What a file writes.
-///
-/// # Errors
-/// It is no such file, or a damaged one: what does not fit.
+/// What a file writes. An error says what does not fit.
 pub fn read(file: &[u8]) -> Result<Vec<Segment>> {
     let word = |at: usize| {
         let bytes = file.get(at..at + 4).and_then(|bytes| bytes.first_chunk());
@@ -76,7 +59,7 @@ pub fn read(file: &[u8]) -> Result<Vec<Segment>> {
     ensure!(file.starts_with(b"DfuSe\x01") && file.get(10) == Some(&1), "no DfuSe file with one target");
     ensure!(word(6)? as usize + SUFFIX_BYTES == file.len(), "its size is not what its prefix says");
     let (content, checksum) = (&file[..file.len() - 4], word(file.len() - 4)?);
-    ensure!(Crc::<u32>::new(&CRC_32_JAMCRC).checksum(content) == checksum, "its checksum is wrong");
+    ensure!(CHECKSUM.checksum(content) == checksum, "its checksum is wrong");
     ensure!(file[PREFIX_BYTES..].starts_with(b"Target"), "no target behind its prefix");
     let mut at = PREFIX_BYTES + TARGET_BYTES;
     let mut segments = Vec::new();

@@ -2,26 +2,14 @@
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{announce, clean, root, run};
+use crate::tools::{announce, program, root, run};
 use anyhow::Result;
 use std::process::Command;
 
 /// A command of `ridgetone-eval`, built from this tree.
 fn eval(command: &str) -> Command {
     announce(format_args!("`ridgetone-eval {command}`, built from this tree"));
-    let mut cargo = clean("cargo");
-    cargo.args([
-        "run",
-        "--quiet",
-        "--release",
-        "--package",
-        "ridgetone-eval",
-        "--bin",
-        "ridgetone-eval",
-        "--",
-        command,
-    ]);
-    cargo
+    program("ridgetone-eval", "ridgetone-eval", command)
 }
 
 /// Builds the benchmarks and the images of both boards, counts in the emulator and measures accuracy here.

@@ -7,22 +7,16 @@ use std::fmt;
 /// Main RAM of the boards' chips, bytes.
 const RAM_BYTES: u64 = 128 * 1024;
 
-/// An interrupt that an image must have a handler for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interrupt {
-    /// Its name, which is its handler's symbol.
-    pub name: &'static str,
-    /// Its place in the vector table, words.
-    pub word: usize,
-}
+/// An interrupt: its name, which is its handler's symbol, and its word in the vector table.
+pub type Interrupt = (&'static str, usize);
 
 /// EXTI4 (interrupt 10), DRDY's falling edge; sixteen of the processor's own vectors come before the first.
-pub const DRDY: Interrupt = Interrupt { name: "EXTI4", word: 16 + 10 };
+pub const DRDY: Interrupt = ("EXTI4", 16 + 10);
 
 /// The USARTs that a line may be on (interrupts 38 and 39).
-pub const USART2: Interrupt = Interrupt { name: "USART2", word: 16 + 38 };
+pub const USART2: Interrupt = ("USART2", 16 + 38);
 /// As above.
-pub const USART3: Interrupt = Interrupt { name: "USART3", word: 16 + 39 };
+pub const USART3: Interrupt = ("USART3", 16 + 39);
 
 /// What an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +63,7 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     // Bit 0 of a vector says Thumb.
     let reset = vector(1)?;
     ensure!(reset & 1 == 1 && code.contains(&(reset - 1)), "the reset vector {reset:#x} does not point to code");
-    for Interrupt { name, word } in interrupts {
+    for (name, word) in interrupts {
         if vector(*word)? | 1 != symbol(name)? | 1 || symbol(name)? == symbol("DefaultHandler")? {
             bail!("the interrupt {name} has no handler");
         }
@@ -95,7 +89,7 @@ mod tests {
         let mut vectors = [default | 1; 98];
         vectors[0] = 0x2000_8000;
         vectors[1] = 1;
-        vectors[DRDY.word] = drdy | 1;
+        vectors[DRDY.1] = drdy | 1;
         let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
         let table: Vec<u8> = vectors.iter().flat_map(|word| word.to_le_bytes()).collect();
         for (name, content) in [(".vector_table", table), (".text", vec![0; code])] {

@@ -1,6 +1,6 @@
 //! Installs missing programs, where that is allowed.
 
-use crate::tools::{announce, clean, find, output_of, run};
+use crate::tools::{announce, clean, find, output_of};
 use anyhow::{Result, bail};
 use std::process::Command;
 
@@ -32,12 +32,4 @@ pub fn debian(packages: &[&str]) -> Result<()> {
         apt_get(&install)?;
     }
     Ok(())
-}
-
-/// Has rustup install the core library for `target`.
-pub fn rustup_target(target: &str) -> Result<()> {
-    let Some(rustup) = find("rustup") else { bail!("rustup is not installed") };
-    announce(format_args!("rustup target add {target}, which may take a minute"));
-    // One try: where downloads are not allowed, there is another way.
-    run(clean(rustup).env("RUSTUP_MAX_RETRIES", "1").args(["target", "add", target]))
 }

@@ -1,6 +1,6 @@
 //! `package`: checks that the published crates build from their packages alone.
 
-use crate::tools::{clean, run, target_dir};
+use crate::tools::{clean, create, remove, run, target_dir};
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -10,14 +10,12 @@ const PACKAGES: [&str; 4] = ["ads1258", "ridgetone-proto", "ridgetone-tone", "ri
 
 /// Packs each and builds it from its package, without network.
 ///
-/// In a target folder and a home of cargo of their own: cargo takes a package that it has unpacked or built once for the
-/// same ever after, if only its version is.
+/// In a target folder and a home of cargo of their own: cargo never reads a package of the same version again.
 pub fn check() -> Result<()> {
     let folder = target_dir().join("package-check");
-    empty(&folder)?;
+    remove(&folder)?;
     let home = folder.join("home");
-    let registry = home.join("registry");
-    fs::create_dir_all(&registry).with_context(|| format!("cannot create {}", registry.display()))?;
+    create(&home.join("registry"))?;
     let usual = env::var_os("CARGO_HOME").map(PathBuf::from).or_else(|| Some(env::home_dir()?.join(".cargo")));
     let usual = usual.context("neither CARGO_HOME nor a home directory")?;
     for part in ["registry/index", "registry/cache", "config.toml"] {
@@ -35,14 +33,7 @@ pub fn check() -> Result<()> {
         let bytes = fs::metadata(&file).with_context(|| format!("no {}", file.display()))?.len();
         println!("{name:<15} {bytes} bytes packed");
     }
-    empty(&folder)
-}
-
-fn empty(folder: &Path) -> Result<()> {
-    if folder.exists() {
-        fs::remove_dir_all(folder).with_context(|| format!("cannot empty {}", folder.display()))?;
-    }
-    Ok(())
+    remove(&folder)
 }
 
 #[cfg(unix)]

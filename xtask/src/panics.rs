@@ -3,67 +3,41 @@
 
 use anyhow::{Context, Result, ensure};
 use object::{Object, ObjectSection};
-use std::collections::BTreeMap;
-use std::fmt;
-
-/// What may panic as far as the compiler knows, and why it does not, or may.
-struct Allowed {
-    /// Source file; of a package from a registry its name, without version, and the file in it.
-    file: &'static str,
-    /// Places in it at the most.
-    places: usize,
-    /// Why they are no danger.
-    #[allow(dead_code, reason = "for who reads this")]
-    reason: &'static str,
-}
-
-const fn allowed(file: &'static str, places: usize, reason: &'static str) -> Allowed {
-    Allowed { file, places, reason }
-}
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An index that is counted by a loop, or is the number of an unknown or harmonic of a shape, which `Settings` bounds. No
 /// conversion, byte or request gives one. What the compiler checks there would cost instructions to write otherwise.
 const COUNTED: &str = "indices are counted by loops within a shape's bounds, never taken from data";
 
-/// Panics that an image of the firmware may have. A place more than that is an error: write it without, or say here why not.
-const ALLOWED: [Allowed; 21] = [
-    allowed("finger/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
-    allowed("finger/src/touch/onset.rs", 1, COUNTED),
-    allowed("tone/src/levels.rs", 2, "a taxel's number; a division by frames per mean, at least 4"),
-    allowed("tone/src/moments.rs", 1, COUNTED),
-    allowed("tone/src/normal.rs", 2, COUNTED),
-    allowed("tone/src/nuisance.rs", 3, COUNTED),
-    allowed("tone/src/residuals.rs", 1, COUNTED),
-    allowed("tone/src/conclude.rs", 1, COUNTED),
-    allowed("tone/src/equations.rs", 11, COUNTED),
-    allowed("tone/src/fit.rs", 1, COUNTED),
-    allowed("tone/src/means.rs", 1, "a division by frames per mean, at least 4"),
-    allowed("tone/src/solution.rs", 4, COUNTED),
-    allowed("tone/src/spectrum.rs", 5, COUNTED),
-    allowed("tone/src/frame_span.rs", 2, "a part of a block, counted up to its size"),
-    allowed("tone/src/waves.rs", 11, COUNTED),
-    allowed("cobs/src/dec.rs", 2, "bounds that are compared before; host/src/requests/noise.rs sends noise"),
-    allowed("postcard/src/varint.rs", 4, "a byte of a number, counted up to the most that it has"),
-    allowed("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
-    allowed("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
-    allowed("embedded-hal-bus/src/spi/mod.rs", 1, "a delay within a transfer: the driver has none"),
-    allowed("src/board/emulated/link.rs", 1, "emulated board only: the panic that a test requests"),
+/// Panics that an image of the firmware may have, as far as the compiler knows: source file (of a package from a registry
+/// its name, without version, and the file in it), most places in it, and why they are no danger. A place more than that
+/// is an error: write it without, or say here why not.
+const ALLOWED: [(&str, usize, &str); 21] = [
+    ("finger/src/frame.rs", 1, "a taxel's number, from a mask of 16 bits"),
+    ("finger/src/touch/onset.rs", 1, COUNTED),
+    ("tone/src/levels.rs", 2, "a taxel's number; a division by frames per mean, at least 4"),
+    ("tone/src/moments.rs", 1, COUNTED),
+    ("tone/src/normal.rs", 2, COUNTED),
+    ("tone/src/nuisance.rs", 3, COUNTED),
+    ("tone/src/residuals.rs", 1, COUNTED),
+    ("tone/src/conclude.rs", 1, COUNTED),
+    ("tone/src/equations.rs", 11, COUNTED),
+    ("tone/src/fit.rs", 1, COUNTED),
+    ("tone/src/means.rs", 1, "a division by frames per mean, at least 4"),
+    ("tone/src/solution.rs", 4, COUNTED),
+    ("tone/src/spectrum.rs", 5, COUNTED),
+    ("tone/src/frame_span.rs", 2, "a part of a block, counted up to its size"),
+    ("tone/src/waves.rs", 11, COUNTED),
+    ("cobs/src/dec.rs", 2, "bounds that are compared before; host/src/requests/noise.rs sends noise"),
+    ("postcard/src/varint.rs", 4, "a byte of a number, counted up to the most that it has"),
+    ("heapless/src/spsc.rs", 2, "remainder by the queue's size, a constant"),
+    ("defmt-rtt/src/lib.rs", 2, "a log within a log: nothing that is logged logs"),
+    ("embedded-hal-bus/src/spi/mod.rs", 1, "a delay within a transfer: the driver has none"),
+    ("src/board/emulated/link.rs", 1, "emulated board only: the panic that a test requests"),
 ];
 
-/// A place that panics.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
-    /// As in [`Allowed`].
-    file: String,
-    line: u32,
-    column: u32,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.file, self.line, self.column)
-    }
-}
+/// The places that panic: lines and columns by file, as in [`ALLOWED`].
+type Places = BTreeMap<String, BTreeSet<(u32, u32)>>;
 
 /// Bytes of a `core::panic::Location` on a 32-bit target: the name's address and length, line, column.
 const LOCATION_BYTES: usize = 16;
@@ -72,7 +46,7 @@ const LOCATION_BYTES: usize = 16;
 const NAME_BYTES_MAX: u32 = 1000;
 
 /// The places that panic in an ELF image.
-pub fn places(image: &[u8]) -> Result<Vec<Place>> {
+fn places(image: &[u8]) -> Result<Places> {
     let file = object::File::parse(image).context("no ELF file")?;
     // The statics' first values may refer to a place as well as the constants do.
     let sections: Vec<(u64, &[u8])> = [".rodata", ".data", ".text"]
@@ -86,7 +60,7 @@ pub fn places(image: &[u8]) -> Result<Vec<Place>> {
             std::str::from_utf8(bytes.get(start..start.checked_add(length as usize)?)?).ok()
         })
     };
-    let mut found = Vec::new();
+    let mut found = Places::new();
     for (_, bytes) in &sections {
         for words in (0..bytes.len().saturating_sub(LOCATION_BYTES - 1)).step_by(4) {
             let word = |at: usize| {
@@ -98,12 +72,10 @@ pub fn places(image: &[u8]) -> Result<Vec<Place>> {
                 continue;
             }
             if let Some(name) = text_at(name, length).filter(|name| name.ends_with(".rs")) {
-                found.push(Place { file: shorten(name), line, column });
+                found.entry(shorten(name)).or_default().insert((line, column));
             }
         }
     }
-    found.sort();
-    found.dedup();
     Ok(found)
 }
 
@@ -119,16 +91,12 @@ fn shorten(name: &str) -> String {
 
 /// Checks that there are no more of them than are known; gives their number.
 pub fn check(image: &[u8]) -> Result<usize> {
-    let places = places(image)?;
-    let mut by_file: BTreeMap<&str, Vec<&Place>> = BTreeMap::new();
-    for place in &places {
-        by_file.entry(&place.file).or_default().push(place);
-    }
+    let found = places(image)?;
     let mut more = Vec::new();
-    for (file, places) in by_file {
-        let most = ALLOWED.iter().find(|allowed| allowed.file == file).map_or(0, |allowed| allowed.places);
+    for (file, places) in &found {
+        let most = ALLOWED.iter().find(|(allowed, ..)| allowed == file).map_or(0, |(_, places, _)| *places);
         if places.len() > most {
-            let list: Vec<String> = places.iter().map(ToString::to_string).collect();
+            let list: Vec<String> = places.iter().map(|(line, column)| format!("{file}:{line}:{column}")).collect();
             more.push(format!("{} places in {file}, {most} known: {}", places.len(), list.join(", ")));
         }
     }
@@ -137,7 +105,7 @@ pub fn check(image: &[u8]) -> Result<usize> {
         "it may panic where it was not known to; write that without, or list it in xtask/src/panics.rs with a reason\n{}",
         more.join("\n")
     );
-    Ok(places.len())
+    Ok(found.values().map(BTreeSet::len).sum())
 }
 
 #[cfg(test)]
@@ -166,8 +134,9 @@ mod tests {
     fn places_are_found_with_the_registry_s_path_taken_off() {
         let registry = "/home/someone/.cargo/registry/src/index-1949cf8c6b5b557f/defmt-rtt-1.3.1/src/lib.rs";
         let found = places(&image(&[("src/search.rs", 153, 11), (registry, 173, 13)])).expect("places");
-        let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
-        assert_eq!(texts, ["defmt-rtt/src/lib.rs:173:13", "src/search.rs:153:11"]);
+        let place = |file: &str, place| (file.to_owned(), BTreeSet::from([place]));
+        let expected = [place("defmt-rtt/src/lib.rs", (173, 13)), place("src/search.rs", (153, 11))];
+        assert_eq!(found, BTreeMap::from(expected));
     }
 
     #[test]

@@ -2,15 +2,13 @@
 
 use crate::dfu::{self, Segment};
 use crate::images::{self, Board};
-use crate::tools::{announce, target_dir};
+use crate::tools::{announce, create, read, remove, target_dir, write};
 use anyhow::{Context, Result, ensure};
-use object::elf::{FileHeader32, PT_LOAD};
+use clap::ValueEnum;
+use object::elf::PT_LOAD;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol};
 use sha2::{Digest, Sha256};
-use std::fmt::Write;
-use std::fs;
-use std::path::Path;
 
 /// Where the files go, from cargo's target directory.
 const FOLDER: &str = "release-images";
@@ -25,42 +23,32 @@ const IN_FLASH: [&str; 3] = [".vector_table", ".text", ".rodata"];
 /// loader, looks whether the files hold what they must, and writes the checksums.
 pub fn run() -> Result<()> {
     let folder = target_dir().join(FOLDER);
-    if folder.exists() {
-        fs::remove_dir_all(&folder).with_context(|| format!("cannot empty {}", folder.display()))?;
-    }
-    fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    remove(&folder)?;
+    create(&folder)?;
     let mut sums = String::new();
-    for board in Board::REAL {
-        let (path, sizes) = images::build(board.image())?;
-        let elf = fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    for image in Board::value_variants().iter().map(|board| board.image()).filter(|image| image.chip.is_some()) {
+        let (path, sizes) = images::build(image)?;
+        let elf = read(&path)?;
         let segments = segments(&elf)?;
         let (binary, dfu) = (raw(&segments)?, dfu::write(&segments));
-        check(&elf, &binary, &dfu).with_context(|| format!("{board:?}"))?;
-        announce(format_args!("{}: {sizes}", board.name()));
+        check(&elf, &binary, &dfu).context(image.name)?;
+        announce(format_args!("{}: {sizes}", image.name));
         for (extension, bytes) in [("elf", &elf), ("bin", &binary), ("dfu", &dfu)] {
-            let name = format!("ridgetone-{}-{}.{extension}", env!("CARGO_PKG_VERSION"), board.name());
-            put(&folder.join(&name), bytes)?;
-            sums += &sum_line(&name, bytes)?;
+            let name = format!("ridgetone-{}-{}.{extension}", env!("CARGO_PKG_VERSION"), image.name);
+            write(&folder.join(&name), bytes)?;
+            sums += &sum_line(&name, bytes);
         }
     }
-    put(&folder.join(SUMS), sums.as_bytes())?;
+    write(&folder.join(SUMS), sums.as_bytes())?;
     print!("{sums}");
     println!("{}", folder.display());
     Ok(())
 }
 
-fn put(path: &Path, bytes: &[u8]) -> Result<()> {
-    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
-}
-
 /// A line of [`SUMS`].
-fn sum_line(name: &str, bytes: &[u8]) -> Result<String> {
-    let mut line = String::new();
-    for byte in Sha256::digest(bytes) {
-        write!(line, "{byte:02x}")?;
-    }
-    writeln!(line, "  {name}")?;
-    Ok(line)
+fn sum_line(name: &str, bytes: &[u8]) -> String {
+    let sum: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("{sum}  {name}\n")
 }
 
 /// What an image has to be loaded with, where it lies in flash: that is the physical address, not where it runs.
@@ -69,7 +57,6 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>> {
     let endian = file.endian();
     let mut segments = Vec::new();
     for header in file.elf_program_headers() {
-        let header: &<FileHeader32<Endianness> as object::read::elf::FileHeader>::ProgramHeader = header;
         if header.p_type(endian) == PT_LOAD && header.p_filesz(endian) > 0 {
             let bytes = header.data(endian, elf).ok().context("a segment lies outside of the file")?.to_vec();
             segments.push(Segment { address: header.p_paddr(endian), bytes });
@@ -128,6 +115,6 @@ mod tests {
     fn a_checksum_is_that_of_the_standard() {
         // FIPS 180-2, appendix B.1.
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(sum_line("a.bin", b"abc").expect("text"), format!("{sum}  a.bin\n"));
+        assert_eq!(sum_line("a.bin", b"abc"), format!("{sum}  a.bin\n"));
     }
 }

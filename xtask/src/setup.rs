@@ -3,7 +3,7 @@
 use crate::install;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, ensure};
 use std::path::PathBuf;
 
 /// Programs of the browser that a test looks at pages with; the first is Debian's.
@@ -45,11 +45,10 @@ pub fn qemu() -> Result<PathBuf> {
     if find(QEMU).is_none() {
         install::debian(&[QEMU]).context("the emulator is missing")?;
     }
-    let Some(path) = find(QEMU) else { bail!("{QEMU} is not in PATH") };
+    let path = find(QEMU).with_context(|| format!("{QEMU} is not in PATH"))?;
     let machines = output_of(clean(&path).args(["-machine", "help"]))?;
-    if !machines.lines().any(|line| line.starts_with(MACHINE)) {
-        bail!("{} does not know the machine {MACHINE}", path.display());
-    }
+    let is_known = machines.lines().any(|line| line.starts_with(MACHINE));
+    ensure!(is_known, "{} does not know the machine {MACHINE}", path.display());
     Ok(path)
 }
 

@@ -1,14 +1,13 @@
 //! The compiler for the Cortex-M4F, and the core library for it. There are two ways to one:
 //!
 //! 1. `rustup target add thumbv7em-none-eabihf`: what most people have.
-//! 2. Debian's packages, which come with the library's sources: cargo builds it along. For machines
-//!    where rustup may not download.
+//! 2. Debian's packages, with the library's sources, which cargo builds along: for machines where rustup may not download.
 //!
 //! The environment variable `RIDGETONE_TOOLCHAIN` forces one: `rustup` or `debian`.
 
 use crate::install;
-use crate::tools::{announce, clean, find, output_of};
-use anyhow::{Context, Result, anyhow, bail};
+use crate::tools::{announce, clean, find, output_of, run};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -30,11 +29,8 @@ const OLDEST: (u32, u32) = (1, 88);
 pub enum Toolchain {
     /// The usual cargo; its compiler has the library.
     Rustup,
-    /// Debian's cargo, which builds the library along.
-    Debian {
-        /// Links for Arm.
-        linker: PathBuf,
-    },
+    /// Debian's cargo, which builds the library along, and a linker for Arm.
+    Debian { linker: PathBuf },
 }
 
 impl Toolchain {
@@ -89,30 +85,26 @@ impl Toolchain {
         let library = output_of(clean("rustc").args(["--print", "target-libdir", "--target", TARGET]))?;
         let entries = Path::new(&library).read_dir().with_context(|| format!("no {library}"))?;
         let has_core = entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"));
-        if !has_core {
-            bail!("no core library in {library}");
-        }
+        ensure!(has_core, "no core library in {library}");
         Ok(Self::Rustup)
     }
 
     fn install_rustup() -> Result<Self> {
-        install::rustup_target(TARGET)?;
+        let Some(rustup) = find("rustup") else { bail!("rustup is not installed") };
+        announce(format_args!("rustup target add {TARGET}, which may take a minute"));
+        // One try: where downloads are not allowed, there is another way.
+        run(clean(rustup).env("RUSTUP_MAX_RETRIES", "1").args(["target", "add", TARGET]))?;
         Self::rustup()
     }
 
     fn debian() -> Result<Self> {
-        if !Path::new("/usr/bin/cargo").exists() {
-            bail!("no /usr/bin/cargo");
-        }
+        ensure!(Path::new("/usr/bin/cargo").exists(), "no /usr/bin/cargo");
         let version = output_of(clean("/usr/bin/rustc").arg("--version"))?;
-        if parse_version(&version).is_none_or(|version| version < OLDEST) {
-            bail!("/usr/bin/rustc is `{version}`, 1.88 or newer is needed");
-        }
+        let is_new = parse_version(&version).is_some_and(|version| version >= OLDEST);
+        ensure!(is_new, "/usr/bin/rustc is `{version}`, 1.88 or newer is needed");
         let sysroot = output_of(clean("/usr/bin/rustc").args(["--print", "sysroot"]))?;
         let core = Path::new(&sysroot).join("lib/rustlib/src/rust/library/core/Cargo.toml");
-        if !core.exists() {
-            bail!("no sources of the core library in {sysroot}");
-        }
+        ensure!(core.exists(), "no sources of the core library in {sysroot}");
         Ok(Self::Debian { linker: linker()? })
     }
 

@@ -1,9 +1,9 @@
 //! Programs: where they are, running them, and an environment that is not cargo's own.
 
-use anyhow::{Context, Result, bail};
-use std::env;
+use anyhow::{Context, Result, ensure};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output};
+use std::process::{Child, Command, Stdio};
+use std::{env, fs};
 
 /// The workspace's root directory.
 pub fn root() -> &'static Path {
@@ -27,6 +27,13 @@ pub fn announce(what: impl std::fmt::Display) {
     eprintln!("xtask: {what}");
 }
 
+/// Beginnings of the names of cargo's variables that an inner cargo needs.
+const KEPT: [&str; 6] = ["CARGO_HOME", "CARGO_TARGET_DIR", "CARGO_NET_", "CARGO_HTTP_", "CARGO_TERM_", "CARGO_REGISTR"];
+
+/// Other variables that cargo and rustup set.
+const REMOVED: [&str; 6] =
+    ["RUSTC", "RUSTDOC", "RUSTFLAGS", "RUSTUP_TOOLCHAIN", "RUST_RECURSION_COUNT", "LD_LIBRARY_PATH"];
+
 /// A command in the workspace's root, without what `cargo run` has put into the environment: with it
 /// the inner cargo would use the outer one's compiler.
 pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
@@ -34,53 +41,58 @@ pub fn clean(program: impl AsRef<std::ffi::OsStr>) -> Command {
     command.current_dir(root());
     for (name, _) in env::vars_os() {
         let Some(text) = name.to_str() else { continue };
-        let kept = ["CARGO_HOME", "CARGO_TARGET_DIR"].contains(&text)
-            || ["CARGO_NET_", "CARGO_HTTP_", "CARGO_TERM_", "CARGO_REGISTR"]
-                .iter()
-                .any(|start| text.starts_with(start));
-        let cargos = text.starts_with("CARGO")
-            || ["RUSTC", "RUSTDOC", "RUSTFLAGS", "RUSTUP_TOOLCHAIN", "RUST_RECURSION_COUNT", "LD_LIBRARY_PATH"]
-                .contains(&text);
-        if cargos && !kept {
+        let is_kept = KEPT.iter().any(|start| text.starts_with(start));
+        if (text.starts_with("CARGO") && !is_kept) || REMOVED.contains(&text) {
             command.env_remove(&name);
         }
     }
     command
 }
 
+/// A command of one of this workspace's programs, which cargo builds first.
+pub fn program(package: &str, name: &str, command: &str) -> Command {
+    let mut cargo = clean("cargo");
+    cargo.args(["run", "--quiet", "--release", "--package", package, "--bin", name, "--", command]);
+    cargo
+}
+
 /// Runs a command to its end; its output goes to the terminal.
 pub fn run(command: &mut Command) -> Result<()> {
-    finish(start(command)?)
-}
-
-/// A command that runs.
-pub struct Running {
-    name: String,
-    child: Child,
-}
-
-/// Starts a command; its output goes to the terminal.
-pub fn start(command: &mut Command) -> Result<Running> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let child = command.spawn().with_context(|| format!("cannot run {name}"))?;
-    Ok(Running { name, child })
-}
-
-/// Waits for its end.
-pub fn finish(Running { name, mut child }: Running) -> Result<()> {
-    let status = child.wait().with_context(|| format!("cannot run {name}"))?;
-    if !status.success() {
-        bail!("{name} failed ({status})");
-    }
-    Ok(())
+    finish(command).map(drop)
 }
 
 /// Runs a command and gives its output, without the end of the last line.
 pub fn output_of(command: &mut Command) -> Result<String> {
+    finish(command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()))
+}
+
+fn finish(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
-    let Output { status, stdout, stderr } = command.output().with_context(|| format!("cannot run {name}"))?;
-    if !status.success() {
-        bail!("{name} failed ({status}): {}", String::from_utf8_lossy(&stderr).trim());
+    let output = command.spawn().and_then(Child::wait_with_output).with_context(|| format!("cannot run {name}"))?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{name} failed ({}) {}", output.status, errors.trim());
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Creates a folder, if it is not there.
+pub fn create(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
+}
+
+/// Removes a folder, if it is there.
+pub fn remove(folder: &Path) -> Result<()> {
+    if folder.exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("cannot remove {}", folder.display()))?;
     }
-    Ok(String::from_utf8_lossy(&stdout).trim().to_owned())
+    Ok(())
+}
+
+/// Reads a file.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Writes a file.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

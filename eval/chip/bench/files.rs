@@ -13,7 +13,9 @@ pub struct Files {
 impl Files {
     /// Opens them, does `work` and leaves the emulator.
     pub fn run(work: impl FnOnce(&Self) -> Option<()>) -> ! {
-        let (Some(workload), Some(results)) = (File::read_from(c"workload"), File::write_to(c"results")) else {
+        let (Some(workload), Some(results)) =
+            (File::open(c"workload", semihost::Mode::Read), File::open(c"results", semihost::Mode::Write))
+        else {
             semihost::print(format_args!("cannot open workload and results"));
             semihost::exit(Exit::Bridge)
         };

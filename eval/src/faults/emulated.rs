@@ -30,7 +30,7 @@ fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let mut order = ScanOrder::default();
     let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
     // GPIOD shows the pins.
-    let writable = usize::from(Register::Gpiod.address());
+    let writable = Register::Gpiod as usize;
     Ok(Ran {
         packets,
         line: (outcome.counts.missing, outcome.counts.damaged),

@@ -55,13 +55,10 @@ pub struct FaultLog {
 impl FaultLog {
     /// Nothing seen.
     pub const fn new() -> Self {
-        Self {
-            kinds: [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } };
-                KINDS],
-            fresh: AtomicU32::new(0),
-            recent: AtomicU32::new(0),
-            zero_us: AtomicU32::new(0),
-        }
+        let kinds =
+            [const { Seen { count: Counter::new(), first_us: AtomicU32::new(0), last_us: AtomicU32::new(0) } }; KINDS];
+        let [fresh, recent, zero_us] = [const { AtomicU32::new(0) }; 3];
+        Self { kinds, fresh, recent, zero_us }
     }
 
     /// A fault was seen `times` times, the last time at `board_us`. Zero times change nothing.
@@ -93,8 +90,7 @@ impl FaultLog {
         self.kinds.get(kind as usize).map_or(0, |seen| seen.last_us.load(Relaxed))
     }
 
-    /// Board time at which a kind was first seen in the interval that the latest [`Self::take_fresh`] ended; any value if
-    /// it was not.
+    /// Board time at which a kind was first seen before the latest [`Self::take_fresh`]; any value if it was not.
     pub fn first_us(&self, kind: FaultKind) -> u32 {
         self.kinds.get(kind as usize).map_or(0, |seen| seen.first_us.load(Relaxed))
     }
@@ -107,8 +103,7 @@ impl FaultLog {
 
     /// The kinds seen since the latest call.
     pub fn take_fresh(&self) -> FaultSet {
-        let fresh = self.fresh.swap(0, Relaxed);
-        FaultSet::of_bits(fresh)
+        FaultSet::of_bits(self.fresh.swap(0, Relaxed))
     }
 
     /// Sets the board time at which device time is zero.

@@ -20,12 +20,11 @@ const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e
 /// Adds the kinds of faults that were seen since a window began to its estimate. If they may have changed the frequency,
 /// a good estimate becomes doubtful, without period, speed and direction.
 ///
-/// Two kinds count before the window or at its end too. If levels may have moved shortly before it, the slide may not
-/// have begun yet. If an input reached or left a rail shortly before its end, that may have looked like motion while the
-/// finger stood still.
+/// Two kinds count outside of the window too. If levels may have moved shortly before it, the slide may not have begun
+/// yet. If an input reached or left a rail shortly before its end, that may have looked like motion.
 ///
-/// To be called after a check of the chip's registers that followed the window's end: a change in the window is known
-/// only then.
+/// To be called after a check of the chip's registers that followed the window's end: only it finds a change in the
+/// window.
 #[inline(never)]
 pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnostics) {
     let length_us = (estimate.window_s * 1e6) as u32;

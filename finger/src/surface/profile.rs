@@ -1,7 +1,7 @@
 //! A speed profile from the host, and the place on the surface that follows from it.
 //!
-//! Speeds are given at a few times and are linear in between: the place is their integral, a parabola from knot to knot,
-//! and is computed in closed form. With places instead of times the fit gives cycles per millimetre at any speed
+//! Speeds are given at a few times and are linear in between: the place, their integral, is a parabola from knot to
+//! knot, in closed form. Along places the fit gives cycles per millimetre at any speed
 //! (`ridgetone_tone::FrameSpan::along`).
 
 use core::num::NonZeroU32;
@@ -11,36 +11,24 @@ use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 pub const SPEED_MAX_MM_S: f32 = 2000.0;
 
 /// Why a profile is refused. Knots are numbered from 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ProfileError {
     /// It has no knot; or only one, and repeats.
+    #[error("a speed profile needs a knot, and two to repeat")]
     TooFew,
-    /// It has more than [`KNOTS_MAX`] knots: so many.
+    /// It has so many knots, more than [`KNOTS_MAX`].
+    #[error("{0} knots: a speed profile has at most {KNOTS_MAX}")]
     TooMany(usize),
     /// This knot is not later than the one before it.
+    #[error("knot {0} is not later than the one before it")]
     NotLater(usize),
     /// This knot's speed, millimetres per second, is not a number, or beyond [`SPEED_MAX_MM_S`].
+    #[error("knot {0}: a speed of {1} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")]
     Speed(usize, f32),
 }
 
-impl core::fmt::Display for ProfileError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::TooFew => write!(f, "a speed profile needs a knot, and two to repeat"),
-            Self::TooMany(knots) => write!(f, "{knots} knots: a speed profile has at most {KNOTS_MAX}"),
-            Self::NotLater(knot) => write!(f, "knot {knot} is not later than the one before it"),
-            Self::Speed(knot, mm_s) => {
-                write!(f, "knot {knot}: a speed of {mm_s} mm/s: choose one up to {SPEED_MAX_MM_S} mm/s")
-            }
-        }
-    }
-}
-
-impl core::error::Error for ProfileError {}
-
-/// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. Then a straight line's
-/// mean speed times its time is a whole number. Places wrap after 4.6 km, but a window is shorter, and only differences
-/// count.
+/// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. So places are whole
+/// numbers. They wrap after 4.6 km, but a window is shorter, and only differences count.
 const MM_PER_COUNT: f32 = 0.5e-12;
 
 /// Nanometres in a millimetre.
@@ -57,9 +45,6 @@ pub struct Profile {
 
 impl Profile {
     /// A profile of 1 to [`KNOTS_MAX`] knots, in the order of time.
-    ///
-    /// # Errors
-    /// The first reason why it is refused.
     pub fn new(knots: &[Knot], after: After) -> Result<Self, ProfileError> {
         if knots.len() < if after == After::Repeat { 2 } else { 1 } {
             return Err(ProfileError::TooFew);
@@ -124,8 +109,8 @@ impl Profile {
         self.knots.partition_point(|knot| u64::from(knot.t_us) <= t_us)
     }
 
-    /// Speed at a time between the knot of this number and the one in front of it, millimetres per second. Before the first
-    /// knot it is the first one's, behind the last knot the last one's.
+    /// Speed at a time between the knot of this number and the one in front of it, mm/s. Outside of the knots it is
+    /// constant.
     fn speed_mm_s(&self, behind: usize, t_us: u64) -> f32 {
         let (before, behind) = (self.at(behind.saturating_sub(1)), self.at(behind));
         let lasts_us = behind.t_us.wrapping_sub(before.t_us);

@@ -3,45 +3,23 @@
 use crate::detector::Detector;
 use crate::estimator::Estimator;
 use crate::surface::profile::Profile;
-use heapless::{String, Vec};
+use heapless::Vec;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Part, Reply, Request};
-use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
-use ridgetone_proto::settings::{Settings, SettingsError};
+use ridgetone_proto::profile::{KNOTS_MAX, Knot};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
-
-/// What a command changes, once the windows that were due before it are fitted.
-#[derive(Clone, Debug, PartialEq)]
-#[allow(clippy::large_enum_variant)]
-pub enum Effect {
-    /// Nothing.
-    None,
-    /// The greeting is sent.
-    Greet,
-    /// These settings are put in force.
-    Use(Settings, SettingsSource),
-    /// Detection starts again, as after power-up.
-    Start,
-    /// Only `health` and faults are reported.
-    Stop,
-    /// So many frames are reported raw.
-    Raw(u32),
-    /// The profile that was received is put in force.
-    Follow(After),
-    /// Estimates are by time again.
-    Unfollow,
-    /// The board resets when all its events have left.
-    Restart,
-}
 
 /// Decides commands and carries them out. Its memory is bounded: a profile, the parts of the next one, the latest reply.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
-    profile: Option<Profile>,
+    /// The speed profile in force.
+    pub(super) profile: Option<Profile>,
     knots: Vec<Knot, KNOTS_MAX>,
     latest: Option<Reply>,
-    restarting: bool,
+    /// The board resets as soon as the line is silent.
+    pub(super) restarting: bool,
 }
 
 impl CommandExecutor {
@@ -50,58 +28,37 @@ impl CommandExecutor {
         Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
     }
 
-    /// The speed profile in force.
-    pub const fn profile(&self) -> Option<&Profile> {
-        self.profile.as_ref()
-    }
-
-    /// Whether the board resets as soon as the line is silent.
-    pub const fn is_restarting(&self) -> bool {
-        self.restarting
-    }
-
-    /// Decides a command: stores settings that are to be kept, and gives the effect, for [`Self::carry_out`], and the
-    /// reply. While the finger `is_touched` the flash is not erased: that would stop the processor for a second or two.
+    /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command for
+    /// [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is erased: that stops the
+    /// processor for a second.
     #[inline(never)]
-    pub fn decide(&mut self, request: &Request, is_touched: bool, store: &mut dyn Store) -> (Effect, Reply) {
-        let again = self.latest.as_ref().filter(|reply| reply.number == request.number);
-        if let Some(reply) = again {
-            return (Effect::None, reply.clone());
+    pub fn decide(&mut self, request: Request, is_touched: bool, store: &mut dyn Store) -> (Option<Command>, Reply) {
+        let Request { number, command } = request;
+        if let Some(again) = self.latest.as_ref().filter(|reply| reply.number == number) {
+            return (None, again.clone());
         }
-        let (effect, outcome) = if self.restarting {
-            (Effect::None, Outcome::Busy)
-        } else {
-            match &request.command {
-                Command::Greet => (Effect::Greet, Outcome::Done),
-                Command::Set { settings, keep } => match settings.validate() {
-                    Err(error) => (Effect::None, refused(&error)),
-                    Ok(()) => {
-                        let saved = if *keep { store.save(Some(settings), !is_touched) } else { Ok(Saved::AtOnce) };
-                        (Effect::Use(*settings, SettingsSource::Sent), stored(saved))
-                    }
-                },
-                Command::Forget => {
-                    let saved = store.save(None, !is_touched);
-                    (Effect::Use(Settings::DEFAULT, SettingsSource::Default), stored(saved))
-                }
-                Command::Start => (Effect::Start, Outcome::Done),
-                Command::Stop => (Effect::Stop, Outcome::Done),
-                Command::Follow(part) => self.collect(part),
-                Command::Unfollow => (Effect::Unfollow, Outcome::Done),
-                Command::Raw { frames } => (Effect::Raw(*frames), Outcome::Done),
-                Command::Restart => (Effect::Restart, Outcome::Done),
-            }
+        let outcome = match &command {
+            _ if self.restarting => Outcome::Busy,
+            Command::Set { settings, keep } => match settings.validate() {
+                Err(error) => Outcome::Setting(error),
+                Ok(()) if *keep => stored(store.save(Some(settings), !is_touched)),
+                Ok(()) => Outcome::Done,
+            },
+            Command::Forget => stored(store.save(None, !is_touched)),
+            Command::Follow(part) => self.collect(part),
+            _ => Outcome::Done,
         };
-        let reply = Reply { number: request.number, outcome };
+        let reply = Reply { number, outcome };
         // A PC that repeats a request after `Busy` must get a new decision.
         if reply.outcome != Outcome::Busy {
             self.latest = Some(reply.clone());
         }
-        (effect, reply)
+        let is_refused = matches!(reply.outcome, Outcome::Busy | Outcome::Setting(_) | Outcome::Profile);
+        (Some(command).filter(|_| !is_refused), reply)
     }
 
     /// Takes a part of a profile. A part that does not fit drops all parts; the profile in force stays.
-    fn collect(&mut self, part: &Part) -> (Effect, Outcome) {
+    fn collect(&mut self, part: &Part) -> Outcome {
         if part.first == 0 {
             self.knots.clear();
         }
@@ -110,38 +67,41 @@ impl CommandExecutor {
         let good = fits && part.last.is_none_or(|after| Profile::new(&self.knots, after).is_ok());
         if !good {
             self.knots.clear();
-            return (Effect::None, Outcome::Profile);
+            return Outcome::Profile;
         }
-        (part.last.map_or(Effect::None, Effect::Follow), Outcome::Done)
+        Outcome::Done
     }
 
     /// Lets a command take effect. The windows that were due before it must have been fitted.
     #[inline(never)]
     pub fn carry_out(
         &mut self,
-        effect: &Effect,
+        command: &Command,
         detector: &mut Detector,
         estimator: &mut Estimator,
         emit: &mut dyn FnMut(Event),
     ) {
-        match effect {
-            Effect::None => {}
-            Effect::Greet => emit(detector.hello()),
-            Effect::Use(settings, source) => {
-                detector.change(settings, *source);
-                estimator.change(settings);
-                emit(detector.hello());
+        let mut change = |settings: &Settings, source| {
+            detector.change(settings, source);
+            estimator.change(settings);
+            emit(detector.hello());
+        };
+        match command {
+            Command::Greet => emit(detector.hello()),
+            Command::Set { settings, .. } => change(settings, SettingsSource::Sent),
+            Command::Forget => change(&Settings::DEFAULT, SettingsSource::Default),
+            Command::Start => detector.restart(true),
+            Command::Stop => detector.restart(false),
+            Command::Raw { frames } => detector.report_raw(*frames),
+            Command::Follow(part) => {
+                if let Some(after) = part.last {
+                    // Built again, because to keep it since `decide` would take half a kilobyte.
+                    self.profile = Profile::new(&self.knots, after).ok();
+                    self.knots.clear();
+                }
             }
-            Effect::Start => detector.restart(true),
-            Effect::Stop => detector.restart(false),
-            Effect::Raw(frames) => detector.report_raw(*frames),
-            Effect::Follow(after) => {
-                // Built again, because to keep it since `decide` would take half a kilobyte.
-                self.profile = Profile::new(&self.knots, *after).ok();
-                self.knots.clear();
-            }
-            Effect::Unfollow => self.profile = None,
-            Effect::Restart => self.restarting = true,
+            Command::Unfollow => self.profile = None,
+            Command::Restart => self.restarting = true,
         }
     }
 }
@@ -155,19 +115,13 @@ fn stored(saved: Result<Saved, NotStored>) -> Outcome {
     }
 }
 
-/// The outcome of settings outside their bounds.
-fn refused(error: &SettingsError) -> Outcome {
-    let SettingsError { field, value, least, greatest } = *error;
-    // A test shows that every name fits.
-    Outcome::Setting { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use ridgetone_proto::command::{KNOTS_A_COMMAND, REQUEST_WIRE_MAX};
     use ridgetone_proto::framing as wire;
-    use ridgetone_proto::settings::{Array, SlideRule};
+    use ridgetone_proto::profile::After;
+    use ridgetone_proto::settings::{Array, SettingsError, SlideRule};
     use ridgetone_proto::telemetry::Hello;
     extern crate std;
     use std::boxed::Box;
@@ -212,12 +166,15 @@ mod tests {
         }
 
         fn execute(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
-            let (effect, reply) = self.executor.decide(&Request { number, command }, touched, &mut self.store);
+            let (command, reply) = self.executor.decide(Request { number, command }, touched, &mut self.store);
             assert_eq!(reply.number, number);
-            self.executor.carry_out(&effect, &mut self.detector, &mut self.estimator, &mut |event| match event {
+            let mut emit = |event| match event {
                 Event::Hello(hello) => self.greeted.push(hello),
                 event => panic!("{event:?}"),
-            });
+            };
+            if let Some(command) = command {
+                self.executor.carry_out(&command, &mut self.detector, &mut self.estimator, &mut emit);
+            }
             reply.outcome
         }
     }
@@ -236,10 +193,6 @@ mod tests {
         for (command, bytes) in [(Command::Set { settings, keep: true }, 82), (Command::Follow(part), 86)] {
             let mut wire = [0; REQUEST_WIRE_MAX];
             assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
-        }
-        for field in ["edge_phase_sigma_rad", "period_least_mm", "may_go_forward", "interferer_hz"] {
-            let error = SettingsError { field, value: 1.0, least: 2.0, greatest: 3.0 };
-            assert!(matches!(refused(&error), Outcome::Setting { field: name, .. } if name.as_str() == field));
         }
     }
 
@@ -262,7 +215,7 @@ mod tests {
         let mut board = Board::new();
         let settings = Settings { vref_v: f32::INFINITY, ..OTHERS };
         let refused = board.execute(1, Command::Set { settings, keep: true }, false);
-        assert!(matches!(refused, Outcome::Setting { least: 0.5, greatest: 5.5, .. }), "{refused:?}");
+        assert!(matches!(refused, Outcome::Setting(SettingsError { least: 0.5, greatest: 5.5, .. })), "{refused:?}");
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));
     }
 
@@ -284,12 +237,12 @@ mod tests {
         let mut board = Board::new();
         for (number, first) in (0u16..).zip((0..24).step_by(8)) {
             assert_eq!(board.execute(number, part(first, 8, None), false), Outcome::Done);
-            assert_eq!(board.executor.profile(), None);
+            assert_eq!(board.executor.profile.as_ref(), None);
         }
         assert_eq!(board.execute(3, part(24, 8, Some(After::Repeat)), false), Outcome::Done);
         let all: vec::Vec<Knot> = (0..32).map(|k| Knot { t_us: k, speed_mm_s: 5.0 }).collect();
         let whole = Profile::new(&all, After::Repeat).unwrap();
-        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.executor.profile.as_ref(), Some(&whole));
         // A part is missing; one that is out of order; one knot too many. The profile in force stays.
         for (number, wrong) in (4u16..).zip([
             vec![part(8, 8, Some(After::Hold))],
@@ -303,16 +256,16 @@ mod tests {
                 assert_eq!(outcome, if k == last { Outcome::Profile } else { Outcome::Done }, "{number}");
             }
         }
-        assert_eq!(board.executor.profile(), Some(&whole));
+        assert_eq!(board.executor.profile.as_ref(), Some(&whole));
         assert_eq!(board.execute(100, Command::Unfollow, false), Outcome::Done);
-        assert_eq!(board.executor.profile(), None);
+        assert_eq!(board.executor.profile.as_ref(), None);
     }
 
     #[test]
     fn who_restarts_does_nothing_else() {
         let mut board = Board::new();
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
-        assert!(board.executor.is_restarting());
+        assert!(board.executor.restarting);
         assert_eq!(board.execute(2, Command::Set { settings: OTHERS, keep: true }, false), Outcome::Busy);
         assert_eq!(board.execute(1, Command::Restart, false), Outcome::Done);
         assert_eq!((board.store.saves, board.greeted.len()), (0, 0));

@@ -38,7 +38,10 @@ impl<'a> Detect<'a> {
     ) {
         let Shared { platform, diagnostics, .. } = shared;
         let mut emit = |event: Event| post(outbox, event, shared);
-        let mut due = |window| admit(window, &mut self.windows, shared);
+        let mut due = |window| {
+            let keeps_up = self.windows.is_empty();
+            admit(window, keeps_up, |window| self.windows.enqueue(window).is_ok(), shared);
+        };
         if !core::mem::replace(&mut self.is_greeted, true) {
             emit(detector.hello());
         }
@@ -56,30 +59,10 @@ impl<'a> Detect<'a> {
     }
 }
 
-/// Where windows wait for the fit.
-pub trait WindowQueue {
-    /// Whether the fit keeps up: a hop that waits now is fitted before the next hop.
-    fn fit_keeps_up(&self) -> bool;
-
-    /// False if there is no place.
-    fn put(&mut self, window: Window) -> bool;
-}
-
-impl WindowQueue for Producer<'_, Window> {
-    fn fit_keeps_up(&self) -> bool {
-        self.is_empty()
-    }
-
-    fn put(&mut self, window: Window) -> bool {
-        self.enqueue(window).is_ok()
-    }
-}
-
-/// Gives a window that is due to the fit, or counts it as skipped. A hop is fitted only if the fit keeps up; a whole slide
-/// always is.
-pub fn admit<P: Platform>(window: Window, windows: &mut impl WindowQueue, shared: &Shared<P>) {
-    let is_wanted = window.span == Span::Slide || windows.fit_keeps_up();
-    if is_wanted && windows.put(window) {
+/// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts it as skipped. A hop is
+/// fitted only if the fit keeps up: if it would be fitted before the next hop. A whole slide always is.
+pub fn admit<P: Platform>(window: Window, keeps_up: bool, put: impl FnOnce(Window) -> bool, shared: &Shared<P>) {
+    if (window.span == Span::Slide || keeps_up) && put(window) {
         shared.liveness.fits_due.bump();
     } else {
         shared.diagnostics.hops_skipped.add(1);

@@ -54,8 +54,7 @@ impl<S: Store> Fit<'_, S> {
     }
 }
 
-/// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
-/// None: nothing to report.
+/// Fits a window. The chip is checked before, unless that was done since the window's end. None: nothing to report.
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,

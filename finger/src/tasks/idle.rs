@@ -7,11 +7,9 @@ use rtic_core::Mutex;
 
 /// From one reading to the next, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
-/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word that has lost it is the
-/// greatest depth.
+/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`).
 pub const PAINT: u32 = 0xcccc_cccc;
-/// Words in one step, about 40 instructions: 32 KiB take 1024 steps, a fifth of a second at one step for each conversion.
-/// Interrupts need not be masked.
+/// Words in one step, about 40 instructions: a fifth of a second for 32 KiB at one step for each conversion.
 const STEP_WORDS: usize = 8;
 
 /// What the board does next.
@@ -36,11 +34,10 @@ pub struct Idle {
 impl Idle {
     /// Nothing measured.
     pub const fn new() -> Self {
-        Self { load: LoadMeter::new(), depth: DepthMeter::new() }
+        Self { load: LoadMeter { began_us: 0, asleep_us: 0 }, depth: DepthMeter::new() }
     }
 
-    /// Runs after each sleep, which lasted `slept_us`: from, to on the microsecond counter. The stack has `words`, which
-    /// `word` reads by their number from its far end.
+    /// Runs after each sleep: from, to on the microsecond counter. `word` reads the stack's `words` from its far end.
     pub fn run<P>(
         &mut self,
         slept_us: (u32, u32),
@@ -67,7 +64,7 @@ impl Idle {
     }
 }
 
-/// Adds up sleep and turns it into a load.
+/// Adds up sleep and turns it into a load. The first period begins when the microsecond counter starts.
 #[derive(Debug, Default)]
 struct LoadMeter {
     began_us: u32,
@@ -75,13 +72,8 @@ struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// A meter whose first period begins when the microsecond counter starts.
-    const fn new() -> Self {
-        Self { began_us: 0, asleep_us: 0 }
-    }
-
-    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a period is over, gives the
-    /// load since the last reading, 0 to 1.
+    /// Takes one sleep on the wrapping microsecond counter. At the end of a period gives the load since the last one, 0
+    /// to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);
@@ -130,7 +122,7 @@ mod tests {
 
     #[test]
     fn load_is_the_share_of_time_awake() {
-        let mut meter = LoadMeter::new();
+        let mut meter = LoadMeter::default();
         assert_eq!(meter.slept(100_000, 500_000), None);
         assert_eq!(meter.slept(650_000, 1_000_000), Some(0.25));
         assert_eq!(meter.slept(1_000_000, 1_500_000), None);

@@ -26,14 +26,14 @@ pub trait SerialPort {
 }
 
 /// What the task owns.
-pub struct Line<'a, PORT> {
+pub struct SerialLine<'a, PORT> {
     /// The hardware.
     pub port: PORT,
     /// From `report`.
     pub bytes: Consumer<'a, u8>,
 }
 
-impl<PORT: SerialPort> Line<'_, PORT> {
+impl<PORT: SerialPort> SerialLine<'_, PORT> {
     /// Runs when a byte has arrived, when the next can be sent, and when `report` has queued some.
     pub fn run<P: Platform>(&mut self, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
         let Self { port, bytes } = self;

@@ -5,7 +5,7 @@ use heapless::Deque;
 use ridgetone_proto::telemetry::{Event, Packet};
 
 /// At most `N` packets. They are numbered before any is dropped, so that a reader sees the loss.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Outbox<const N: usize> {
     waiting: Deque<Packet, N>,
     sequence: u16,
@@ -44,12 +44,6 @@ pub fn post<P: Platform>(outbox: &mut Outbox<PACKETS>, event: Event, shared: &Sh
         shared.diagnostics.messages_dropped.add(1);
     }
     P::pend(shared, Task::Report);
-}
-
-impl<const N: usize> Default for Outbox<N> {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 #[cfg(test)]

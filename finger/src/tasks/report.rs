@@ -34,7 +34,7 @@ impl<'a> Report<'a> {
             }
             // After the bytes: `line` clears it when it finds none.
             shared.sending.store(true, Relaxed);
-            P::pend(shared, Task::Line);
+            P::pend(shared, Task::SerialLine);
         }
     }
 }

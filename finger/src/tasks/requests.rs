@@ -1,6 +1,6 @@
 //! Requests take turns with windows: a request changes nothing before the windows that were due before it are fitted.
 
-use super::commands::{CommandExecutor, Effect};
+use super::commands::CommandExecutor;
 use super::outbox::{Outbox, post};
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
@@ -8,8 +8,8 @@ use crate::estimator::Estimator;
 use crate::surface::profile::Profile;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
-use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply, Request};
-use ridgetone_proto::framing::Inbox;
+use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Reply, Request};
+use ridgetone_proto::framing::{Inbox, decode};
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
@@ -20,7 +20,7 @@ pub struct Requests<S> {
     executor: CommandExecutor,
     store: S,
     /// Decided, but not in effect yet.
-    decided: Option<(Effect, Reply)>,
+    decided: Option<(Option<Command>, Reply)>,
 }
 
 impl<S: Store> Requests<S> {
@@ -31,7 +31,7 @@ impl<S: Store> Requests<S> {
 
     /// The speed profile in force.
     pub const fn profile(&self) -> Option<&Profile> {
-        self.executor.profile()
+        self.executor.profile.as_ref()
     }
 
     /// What keeps the settings.
@@ -39,8 +39,8 @@ impl<S: Store> Requests<S> {
         self.store
     }
 
-    /// Carries out a request, if there is one and `is_window_due` says no. False if there is none; else windows that are due
-    /// go first, then this is to be called again.
+    /// Carries out a request, if there is one; else false. Windows that are due go first: then this is to be called
+    /// again.
     pub fn step<P: Platform>(
         &mut self,
         is_window_due: impl Fn() -> bool,
@@ -54,23 +54,23 @@ impl<S: Store> Requests<S> {
         if decided.is_none() {
             *decided = take(inbox, shared).map(|request| {
                 let is_touched = detector.lock(|detector| detector.is_touched());
-                executor.decide(&request, is_touched, store)
+                executor.decide(request, is_touched, store)
             });
         }
-        let Some((effect, reply)) = decided else { return false };
+        let Some((command, reply)) = decided else { return false };
         let mut emit = |event: Event| outbox.lock(|outbox| post(outbox, event, shared));
         let is_carried_out = detector.lock(|detector| {
             // A window may have fallen due while the request was decided.
             let may = !is_window_due();
-            if may {
-                executor.carry_out(effect, detector, estimator, &mut emit);
+            if let Some(command) = command.as_ref().filter(|_| may) {
+                executor.carry_out(command, detector, estimator, &mut emit);
             }
             may
         });
         if is_carried_out {
             let reply = Event::Reply(reply.clone());
             outbox.lock(|outbox| post(outbox, reply, shared));
-            shared.restarting.store(executor.is_restarting(), Relaxed);
+            shared.restarting.store(executor.restarting, Relaxed);
             *decided = None;
         }
         true
@@ -81,7 +81,7 @@ impl<S: Store> Requests<S> {
 #[inline(never)]
 fn take<P>(inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>, shared: &Shared<P>) -> Option<Request> {
     let mut frame = inbox.lock(|inbox| inbox.take())?;
-    let request = Request::decode(&mut frame);
+    let request = decode(&mut frame);
     if request.is_none() {
         shared.diagnostics.requests_damaged.add(1);
     }

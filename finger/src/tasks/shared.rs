@@ -5,8 +5,8 @@ use crate::faults::diagnostics::Diagnostics;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use ridgetone_proto::telemetry::WIRE_MAX;
 
-/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 conversions a second. This queue and the
-/// next two hold one item less than they have places.
+/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 a second. A queue holds one less than
+/// that.
 pub const SAMPLES: usize = 128;
 
 /// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are for whole slides.
@@ -21,18 +21,14 @@ pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
 /// Packets from `detect` and `fit` to `report`.
 pub const PACKETS: usize = 8;
 
-/// A task that another task starts.
+/// A task that another task starts, named after its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "each is a module")]
 pub enum Task {
-    /// See [`super::drdy`].
     Drdy,
-    /// See [`super::line`].
-    Line,
-    /// See [`super::detect`].
+    SerialLine,
     Detect,
-    /// See [`super::report`].
     Report,
-    /// See [`super::fit`].
     Fit,
 }
 
@@ -75,17 +71,9 @@ pub struct Shared<P> {
 impl<P> Shared<P> {
     /// Nothing counted, nothing to do.
     pub const fn new(platform: P) -> Self {
-        Self {
-            platform,
-            diagnostics: Diagnostics::new(),
-            liveness: Liveness::new(),
-            check: AtomicBool::new(false),
-            urgent: AtomicBool::new(false),
-            look: AtomicBool::new(false),
-            finished: AtomicBool::new(false),
-            sending: AtomicBool::new(false),
-            restarting: AtomicBool::new(false),
-        }
+        let [check, urgent, look, finished, sending, restarting] = [const { AtomicBool::new(false) }; 6];
+        let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
+        Self { platform, diagnostics, liveness, check, urgent, look, finished, sending, restarting }
     }
 
     /// Whether a request has made the board reset as soon as the line is silent.

@@ -3,7 +3,7 @@
 use super::Ads1258;
 use super::clock::Clock;
 use super::code;
-use super::registers::{BYPAS, CHOP, IDLMOD};
+use super::registers::{BYPAS, CHOP, IDLMOD, Registers};
 use super::slot::{OFFSET, Slot, next_slot};
 use super::timing::Timing;
 
@@ -16,9 +16,7 @@ pub(crate) struct Conversion {
     pub(crate) end_cycle: u64,
     sample_cycle: u64,
     slot: Slot,
-    drate: u8,
-    chop: bool,
-    bypas: bool,
+    registers: Registers,
 }
 
 impl Conversion {
@@ -85,9 +83,7 @@ impl Ads1258 {
                 end_cycle,
                 sample_cycle: end_cycle.saturating_sub(Timing::of(&self.registers).sample_delay_cycles()),
                 slot,
-                drate: self.registers.drate(),
-                chop: self.registers.bit(CHOP),
-                bypas: self.registers.bit(BYPAS),
+                registers: self.registers.clone(),
             }
         });
     }
@@ -114,27 +110,24 @@ impl Ads1258 {
         // With the ADC's inputs taken from pins where nothing is connected the codes clip. The internal readings other
         // than OFFSET do not go over these pins.
         let external = c.slot.chid().is_none_or(|chid| chid <= OFFSET);
-        let analog = self.options.analog;
+        let (analog, chop) = (self.options.analog, c.registers.bit(CHOP));
         let (scene, held) = (&mut self.scene, self.faults.held);
-        let mut ideal = code::ideal(c.slot, &analog, c.chop, |input| {
+        let mut ideal = code::ideal(c.slot, &analog, chop, |input| {
             let volts = scene.volts(input, t_s);
             held.filter(|(at, _)| *at == input).map_or(volts, |(_, held_v)| held_v)
         });
-        if c.bypas && external {
+        if c.registers.bit(BYPAS) && external {
             ideal = f64::INFINITY;
         }
         if self.options.noise {
-            ideal += code::noise_sigma(c.drate, c.chop, &analog) * self.noise.gaussian();
+            ideal += code::noise_sigma(c.registers.drate(), chop, &analog) * self.noise.gaussian();
         }
         let (mut code, overflow) = code::quantise(ideal);
         let supply = analog.avdd_v < SUPPLY_V;
-        if supply || (c.chop && c.slot.excluded_by_chop()) {
+        if supply || (chop && c.slot.excluded_by_chop()) {
             code = i32::from_be_bytes([0, self.poison_byte(), self.poison_byte(), self.poison_byte()]);
         }
-        let chid = match c.slot.chid().or(self.options.fixed_channel_chid) {
-            Some(chid) => chid,
-            None => self.poison_byte(),
-        };
+        let chid = c.slot.chid().or(self.options.fixed_channel_chid).unwrap_or_else(|| self.poison_byte());
         Outcome { new: true, overflow, supply, chid, code }
     }
 }

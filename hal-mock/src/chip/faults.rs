@@ -3,8 +3,7 @@
 use super::Ads1258;
 use super::clock::Clock;
 
-/// A fault, in force from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by a schedule of
-/// [`Injection`](super::Injection)s.
+/// A fault, from [`Ads1258::begin_fault`] to [`Ads1258::end_fault`], or by [`Injection`](super::Injection)s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "the sentence of each variant names its fields")]
 pub enum Fault {
@@ -12,8 +11,7 @@ pub enum Fault {
     RegisterFlip { address: u8, mask: u8 },
     /// The chip resets itself, once, as a dip of its digital supply makes it.
     Reset,
-    /// The converter stands still: the running conversion never ends and none begins. The end of the fault is a new
-    /// start condition if START is high.
+    /// The converter stands still: no conversion ends or begins. The end is a new start condition if START is high.
     Stall,
     /// Inverts the bits of `mask` in one byte from the chip, once, `bytes_ahead` of the next byte. Behind an edge of DRDY
     /// the next byte is the command of a read, and the four that follow are its result.
@@ -48,9 +46,12 @@ pub(crate) struct Faults {
     pub(crate) stalled: bool,
     /// An input and its voltage.
     pub(crate) held: Option<(u8, f64)>,
-    bus: Bus,
-    /// Flips of later bytes, by the count of bytes exchanged since construction.
-    bit_errors: Vec<(u64, BitErrors)>,
+    /// The level that DOUT always has at its other end, true for high.
+    dout_stuck: Option<bool>,
+    /// The chip receives nothing.
+    pub(crate) is_cut: bool,
+    /// Bits of DIN and DOUT to invert in later bytes, by the count of bytes exchanged since construction.
+    bit_errors: Vec<(u64, [u8; 2])>,
     exchanged: u64,
     /// The level of DRDY, true for high.
     pub(crate) drdy_stuck: Option<bool>,
@@ -63,54 +64,24 @@ pub(crate) struct Faults {
     before: Option<(f64, f64, f64)>,
 }
 
-/// State of the SPI bus.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Bus {
-    #[default]
-    Whole,
-    /// DOUT always reads as this; the chip still receives.
-    Stuck(u8),
-    /// DOUT always reads as this, and the chip receives nothing.
-    Cut(u8),
-}
-
-/// Bits of one byte that the bus inverts.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct BitErrors {
-    pub(crate) din: u8,
-    pub(crate) dout: u8,
-}
-
 impl Faults {
-    /// Bits to invert in the next byte.
-    pub(crate) fn next(&mut self) -> BitErrors {
+    /// Bits of DIN and of DOUT to invert in the next byte.
+    pub(crate) fn next(&mut self) -> [u8; 2] {
         let at = self.exchanged;
         self.exchanged += 1;
-        let mut sum = BitErrors::default();
-        self.bit_errors.retain(|(byte, one)| {
+        let mut sum = [0; 2];
+        self.bit_errors.retain(|(byte, [din, dout])| {
             if *byte == at {
-                (sum.din, sum.dout) = (sum.din ^ one.din, sum.dout ^ one.dout);
+                sum = [sum[0] ^ din, sum[1] ^ dout];
             }
             *byte > at
         });
         sum
     }
 
-    fn invert(&mut self, bytes_ahead: u64, bit_errors: BitErrors) {
-        self.bit_errors.push((self.exchanged + bytes_ahead, bit_errors));
-    }
-
     /// The byte that arrives in place of `dout`.
     pub(crate) fn on_dout(&self, dout: u8) -> u8 {
-        match self.bus {
-            Bus::Whole => dout,
-            Bus::Stuck(byte) | Bus::Cut(byte) => byte,
-        }
-    }
-
-    /// Whether the chip receives nothing.
-    pub(crate) fn is_cut(&self) -> bool {
-        matches!(self.bus, Bus::Cut(_))
+        self.dout_stuck.map_or(dout, |high| if high { 0xFF } else { 0x00 })
     }
 }
 
@@ -126,10 +97,12 @@ impl Ads1258 {
                 self.start_again();
             }
             Fault::Stall => (faults.stalled, self.conversion) = (true, None),
-            Fault::DoutFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { dout: mask, din: 0 }),
-            Fault::DinFlip { bytes_ahead, mask } => faults.invert(bytes_ahead, BitErrors { din: mask, dout: 0 }),
-            Fault::DoutStuck { high } => faults.bus = Bus::Stuck(all(high)),
-            Fault::BusCut { high } => faults.bus = Bus::Cut(all(high)),
+            Fault::DoutFlip { bytes_ahead, mask } => {
+                faults.bit_errors.push((faults.exchanged + bytes_ahead, [0, mask]))
+            }
+            Fault::DinFlip { bytes_ahead, mask } => faults.bit_errors.push((faults.exchanged + bytes_ahead, [mask, 0])),
+            Fault::DoutStuck { high } => faults.dout_stuck = Some(high),
+            Fault::BusCut { high } => (faults.dout_stuck, faults.is_cut) = (Some(high), true),
             Fault::DrdyStuck { high } => faults.drdy_stuck = Some(high),
             Fault::Storm { period_ns } => faults.storm_ns = Some((self.now_ns, period_ns.max(1))),
             Fault::EdgesLost { count } => faults.edges_lost = count,
@@ -146,25 +119,16 @@ impl Ads1258 {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
         match fault {
-            // These happen once and do not last.
-            Fault::RegisterFlip { .. }
-            | Fault::Reset
-            | Fault::DoutFlip { .. }
-            | Fault::DinFlip { .. }
-            | Fault::EdgesLost { .. }
-            | Fault::EdgeRepeated { .. } => {}
-            Fault::Stall => {
-                if std::mem::take(&mut faults.stalled) {
-                    self.start_again();
-                }
-            }
-            Fault::DoutStuck { .. } | Fault::BusCut { .. } => faults.bus = Bus::Whole,
+            Fault::Stall if std::mem::take(&mut faults.stalled) => self.start_again(),
+            Fault::DoutStuck { .. } | Fault::BusCut { .. } => (faults.dout_stuck, faults.is_cut) = (None, false),
             Fault::DrdyStuck { .. } => faults.drdy_stuck = None,
             Fault::Storm { .. } => faults.storm_ns = None,
             Fault::Supply { .. } => analog.avdd_v = supply_v,
             Fault::Reference { .. } => analog.reference_v = reference_v,
             Fault::Clock { .. } => self.set_clock_error(error_ppm),
             Fault::Input { .. } => faults.held = None,
+            // The others happen once and do not last.
+            _ => {}
         }
     }
 
@@ -180,9 +144,4 @@ impl Ads1258 {
         self.options.clock_error_ppm = error_ppm;
         self.clock = Clock::new(self.options.clock_hz, error_ppm);
     }
-}
-
-/// A byte of ones or of zeros.
-fn all(high: bool) -> u8 {
-    if high { 0xFF } else { 0x00 }
 }

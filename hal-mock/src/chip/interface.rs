@@ -54,14 +54,13 @@ impl Ads1258 {
         self.select(now_ns);
     }
 
-    /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the last at
-    /// `last_sclk_ns`; the byte acts at the first. SCLK idle since the byte before for 4096 tCLK
-    /// (SPIRST = 0) or 256 tCLK (SPIRST = 1) resets the interface.
+    /// One byte within a frame: `din` in, DOUT out, from the first SCLK edge, when it acts, to the last. SCLK idle for
+    /// 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1) resets the interface.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
-        let bit_errors = self.faults.next();
-        let din = din ^ bit_errors.din;
-        let dout = if self.faults.is_cut() {
+        let [din_errors, dout_errors] = self.faults.next();
+        let din = din ^ din_errors;
+        let dout = if self.faults.is_cut {
             0
         } else if self.reset_low || first_sclk_ns < self.clock.ns(self.options.power_up_cycles) {
             self.poison_byte()
@@ -70,7 +69,7 @@ impl Ads1258 {
             self.answer(din)
         };
         self.interface.idle_since_ns = Some(last_sclk_ns);
-        self.faults.on_dout(dout) ^ bit_errors.dout
+        self.faults.on_dout(dout) ^ dout_errors
     }
 
     fn time_out(&mut self, now_ns: u64) {
@@ -130,12 +129,8 @@ impl Ads1258 {
             }
             0b010 => State::Read { address, several },
             0b011 => State::Write { address, several },
-            0b100 => {
-                if self.start || self.conversion.is_some() {
-                    self.counters.odd_commands += 1;
-                } else {
-                    self.start_condition();
-                }
+            0b100 if !self.start && self.conversion.is_none() => {
+                self.start_condition();
                 State::Command
             }
             0b110 => {

@@ -13,8 +13,7 @@ pub struct Analog {
     pub aincom_v: f64,
     /// Temperature of the chip in degrees Celsius, default 25.
     pub temperature_c: f64,
-    /// Slope of the temperature sensor in microvolts per degree, default 394; 563 where board and chip share one
-    /// temperature.
+    /// Slope of the temperature sensor in uV per degree, default 394; 563 where board and chip share one temperature.
     pub temperature_uv_per_c: f64,
     /// Offset error in volts, default 0. Chopping removes it.
     pub offset_v: f64,
@@ -45,30 +44,25 @@ pub struct Options {
     pub clock_error_ppm: f64,
     /// Physical values; see also `Ads1258::analog_mut`.
     pub analog: Analog,
-    /// Gaussian noise of the chosen data rate (12, 7.9, 4.5 or 2.8 uVrms for DRATE 3 to 0, / 1.4 with CHOP) on every
-    /// reading. Default on.
+    /// Gaussian noise of the data rate (12, 7.9, 4.5 or 2.8 uVrms for DRATE 3 to 0, / 1.4 with CHOP). Default on.
     pub noise: bool,
     /// Seed of noise and poison, default 1.
     pub seed: u64,
-    /// The byte that DOUT carries where the datasheet leaves it undefined. `None`, the default: seeded random bytes, so
-    /// that what relies on them fails.
+    /// The byte that DOUT carries where the datasheet leaves it undefined. `None`, the default: seeded random bytes.
     pub poison: Option<u8>,
     /// The ID register, default 8Bh. Only bit 4 (0 = ADS1258) is guaranteed by the datasheet.
     pub id: u8,
     /// CHID in the status byte in fixed-channel mode. `None`, the default: poison, as it is not specified.
     pub fixed_channel_chid: Option<u8>,
-    /// Whether the scan skips the readings that CHOP excludes (VCC, TEMP, GAIN and REF) or, the default, converts them
-    /// to poison; not specified.
+    /// Whether the scan skips the readings that CHOP excludes or, the default, converts them to poison; not specified.
     pub chop_skips_internal: bool,
     /// Whether the first conversion after START contains the switching delay DLY too; not specified. Default no.
     pub first_conversion_with_delay: bool,
-    /// Clock cycles by which the first result is later when the chip idled in sleep (IDLMOD = 1) instead of standby.
-    /// Not in the sources; default 0.
+    /// Clock cycles by which the first result after sleep (IDLMOD = 1) is later. Not in the sources; default 0.
     pub sleep_wake_cycles: u64,
     /// Faults to inject while it runs, by scene time. Default none.
     pub injections: Vec<Injection>,
-    /// Clock cycles after construction during which the chip does not answer. Default 0; 2^18 (16.4 ms) after
-    /// power-up in the datasheet.
+    /// Clock cycles without answers after construction. Default 0; 2^18 (16.4 ms) after power-up in the datasheet.
     pub power_up_cycles: u64,
 }
 

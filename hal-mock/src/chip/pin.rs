@@ -1,12 +1,10 @@
-//! The DRDY pin as it arrives at the processor: the chip's own edges without those that a fault removes, and those that
-//! it adds.
+//! The DRDY pin at the processor: the chip's own edges without those that a fault removes, and those that it adds.
 
 use super::Ads1258;
 use super::timing::Timing;
 
 impl Ads1258 {
-    /// Level of the DRDY pin. Low: there is an unread result. While one stays unread the pin is high for the last tCLK
-    /// before the next falls.
+    /// Level of the DRDY pin. Low: there is an unread result; high for the last tCLK before the next one.
     pub fn drdy_high(&mut self, now_ns: u64) -> bool {
         self.advance_to(now_ns);
         let pulse = self.conversion.as_ref().is_some_and(|c| self.now_ns >= c.at_ns(self.clock, c.end_cycle - 1));

@@ -37,8 +37,7 @@ impl Slot {
     }
 }
 
-/// What follows CHID `last` (`None`: at the top): ascending, wrapping, skipping what is not selected. `None` when
-/// nothing is.
+/// What follows CHID `last` (`None`: at the top): ascending, wrapping, of those that are selected, if any is.
 pub(crate) fn next_slot(registers: &Registers, last: Option<u8>, chop_skips_internal: bool) -> Option<Slot> {
     if registers.bit(MUXMOD) {
         let muxsch = registers.byte(MUXSCH);

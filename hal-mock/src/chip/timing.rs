@@ -46,8 +46,8 @@ impl Timing {
         (pass << u32::from(self.chop)) + START_CYCLES
     }
 
-    /// From the sampling instant to the result: half of the filter's length of 128 (N + 4) tCLK, whose impulse
-    /// response is symmetric; with chopping the middle of two such passes.
+    /// From the sampling instant to the result: half of the symmetric filter's 128 (N + 4) tCLK; with chopping of two
+    /// passes.
     pub(crate) fn sample_delay_cycles(self) -> u64 {
         64 * (self.n + 4) + if self.chop { self.pass_cycles() / 2 } else { 0 }
     }

@@ -5,8 +5,7 @@ use core::f64::consts::TAU;
 /// Pitch of the units along the sliding direction in mm (paper, section 2.1).
 pub(crate) const PITCH_MM: f64 = 2.3;
 
-/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), with x the grating's place and k one
-/// turn per spatial period.
+/// One harmonic of a channel's tone: `cos_v` cos(h k x) + `sin_v` sin(h k x), at place x, k one turn per period.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonic {
     /// Its part in phase with the place, in volts.
@@ -78,8 +77,8 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Volts over the offset under the hold's load, at a place in turns; `drag` is 1 at full slip in the scene's
-    /// direction, 0 at rest, -1 at full slip back.
+    /// Volts over the offset under the hold's load, at a place in turns; `drag` is 1 at full slip, 0 at rest, -1 at
+    /// full slip back.
     pub(crate) fn loaded_v(&self, turns: f64, drag: f64) -> f64 {
         // Drawn channels have no drag.
         let missing_v = if self.drag.tone.is_empty() { 0.0 } else { (1.0 - drag) * self.drag.volts(turns) };

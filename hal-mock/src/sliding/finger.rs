@@ -20,8 +20,7 @@ use crate::random::{Random, Stream};
 use crate::scene::INPUTS;
 use core::f64::consts::{PI, TAU};
 
-/// The fingertip, its load and its circuit. The defaults are the paper's where it has them; those that it lacks are
-/// marked as plausible.
+/// The fingertip, its load and its circuit. The defaults are the paper's, or marked as plausible.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Finger {
@@ -33,9 +32,8 @@ pub struct Finger {
     pub modulus_mpa: f64,
     /// Poisson's ratio of the cover, 0 to 0.5. Default 0.5: rubber.
     pub poisson: f64,
-    /// Time constants of the cover as a Kelvin body in seconds, > 0, relaxation <= creep. Default 2.85 and 3:
-    /// the "very small viscoelastic effect" of a rubber layer (Moy et al., figure 29); plausible. Their human fingers
-    /// (table 5) creep by a third.
+    /// Time constants of the cover as a Kelvin body in seconds, > 0, relaxation <= creep. Default 2.85 and 3: the "very
+    /// small viscoelastic effect" of a rubber layer (Moy et al., figure 29); plausible.
     pub relaxation_s: f64,
     /// See `relaxation_s`.
     pub creep_s: f64,
@@ -45,20 +43,16 @@ pub struct Finger {
     pub overshoot: f64,
     /// Friction: tangential over normal force at full slip, >= 0. Default 0.5: plausible.
     pub friction: f64,
-    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of `contact_mm`: the round
-    /// cover leans over. With the drag itself it makes the units at the grating's leading edge the stronger ones, as in
-    /// the paper (section 5). Default 0.5: plausible.
+    /// How far friction drags the middle of the contact along at full slip, in mm, 0 to half of `contact_mm`. It makes
+    /// the units at the grating's leading edge the stronger ones, as in the paper (section 5). Default 0.5: plausible.
     pub lean_mm: f64,
-    /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8: plausible. Its ends
-    /// pull the units' phases together: the shorter it is the more.
+    /// Length of the contact along the slide in mm, > 0, at least a groove's width. Default 8: plausible.
     pub contact_mm: f64,
-    /// Change of a piezoresistor in resistance, relative, per unit of shear at its depth, > 0. Default 0.2: it makes
-    /// tones of some millivolts; plausible.
+    /// Relative change of resistance per unit of shear, > 0. Default 0.2: plausible, makes tones of some millivolts.
     pub sensitivity: f64,
     /// The same for normal strain, relative to that for shear, >= 0. Default 0.5: plausible.
     pub normal_share: f64,
-    /// Greatest deviation of a piezoresistor's sensitivity from the others', relative, 0 to 0.99. Default 0.15:
-    /// plausible.
+    /// Greatest relative deviation of a sensitivity from the others', 0 to 0.99. Default 0.15: plausible.
     pub spread: f64,
     /// Supply of the quarter bridges in V, > 0. Default 5 (paper, section 2.3).
     pub supply_v: f64,
@@ -68,8 +62,7 @@ pub struct Finger {
     pub resistance_spread: f64,
     /// Capacitor beside it in uF, > 0. Default 1 (paper, section 2.3): a pole near 390 Hz.
     pub capacitor_uf: f64,
-    /// White noise of the bridge in uV RMS on every reading, >= 0, where `snr_db` is not given. Default 0.064:
-    /// thermal noise, (k T / C)^1/2; that of the converter is much larger.
+    /// White noise of the bridge in uV RMS, >= 0, where `snr_db` is not given. Default 0.064: thermal, (k T / C)^1/2.
     pub noise_uv: f64,
 }
 
@@ -209,8 +202,7 @@ impl Finger {
     }
 }
 
-/// A channel's pattern from the strain's series. The real part of c exp(-i h k x) is that of c with the
-/// cosine and its imaginary part with the sine.
+/// A channel's pattern from the strain's series: Re(c exp(-i h k x)) is Re(c) cos(h k x) + Im(c) sin(h k x).
 fn pattern(series: &Series, felt: impl Fn(Strain) -> f64) -> Pattern {
     let [mean, tone @ ..] = series;
     let harmonic = |(real, imaginary): &(Strain, Strain)| Harmonic { cos_v: felt(*real), sin_v: felt(*imaginary) };

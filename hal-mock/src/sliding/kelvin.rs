@@ -31,27 +31,18 @@ pub(crate) struct KelvinBody {
     /// The part of the deformation that follows the force without delay.
     at_once: f64,
     delayed: Lag,
-    deformation: f64,
 }
 
 impl KelvinBody {
-    /// At rest. Time constants in seconds: of the force at constant deformation, and of the deformation at constant
-    /// force, which is at least as long.
+    /// At rest. Time constants in seconds: of the force at constant deformation, and of deformation at constant force.
     pub(crate) fn new(relaxation_s: f64, creep_s: f64) -> Self {
-        Self { at_once: relaxation_s / creep_s, delayed: Lag::new(creep_s), deformation: 0.0 }
+        Self { at_once: relaxation_s / creep_s, delayed: Lag::new(creep_s) }
     }
 
-    /// Lets `dt_s` > 0 seconds pass in which the force goes from `from` to `to` along a straight line. Returns the
-    /// deformation, relative to the final one under the same force.
+    /// As [`Lag::advance`] for the force. Returns the deformation, relative to the final one under the same force.
     pub(crate) fn advance(&mut self, dt_s: f64, from: f64, to: f64) -> f64 {
         let delayed = self.delayed.advance(dt_s, from, to);
-        self.deformation = self.at_once * to + (1.0 - self.at_once) * delayed;
-        self.deformation
-    }
-
-    /// The deformation after the latest [`advance`](Self::advance).
-    pub(crate) fn deformation(&self) -> f64 {
-        self.deformation
+        self.at_once * to + (1.0 - self.at_once) * delayed
     }
 }
 

@@ -1,8 +1,7 @@
 //! Strain in an elastic half plane under a line load on its surface: plane stress, Flamant's solution.
 //!
 //! Stresses and Hooke's law with none across the plane: Moy et al., *Human Psychophysics for Teletaction System
-//! Design*, equations 1 to 3, after Johnson, *Contact Mechanics*, chapter 2. A load at an angle is the sum of both
-//! (equation 4).
+//! Design*, equations 1 to 4, after Johnson, *Contact Mechanics*, chapter 2.
 
 /// An elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]

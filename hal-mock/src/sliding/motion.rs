@@ -6,8 +6,7 @@ use core::f64::consts::{PI, TAU};
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stimulator {
-    /// Time from rest to speed, and back at the end, in seconds, >= 0; at most that of a slide of `slide_mm`.
-    /// Default 0.02: plausible, not in the paper.
+    /// Time from rest to speed, and back at the end, in seconds, >= 0. Default 0.02: plausible, not in the paper.
     pub ramp_s: f64,
     /// By how much the mean speed is off, in percent, -99 to 1000. Default 0.
     pub speed_error_percent: f64,
@@ -15,8 +14,7 @@ pub struct Stimulator {
     pub ripple_percent: f64,
     /// Frequency of the ripple in hertz, > 0. Default 5.
     pub ripple_hz: f64,
-    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`; the seed draws it.
-    /// Default 0.
+    /// Greatest time by which the slide begins early or late, in seconds, 0 to `hold_before_s`. Default 0.
     pub onset_jitter_s: f64,
 }
 

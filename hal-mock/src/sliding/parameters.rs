@@ -33,8 +33,7 @@ pub struct Sliding {
     /// 10 log10 of the tone's mean power over the noise's: mean over channels of A^2 / 2, with the fundamental's
     /// amplitude A, over sigma^2, the same on all channels, per reading. `None`: no noise but the finger's own.
     pub snr_db: Option<f64>,
-    /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0 leaves one out. A
-    /// `finger` has those of its geometry.
+    /// Amplitudes of the 2nd, 3rd and 4th harmonic of drawn channels relative to the fundamental; 0 leaves one out.
     #[serde(skip)]
     pub overtones: [f64; OVERTONES],
     /// Seed of the run: its noise, the ripple's phase, the jitter; of drawn channels their gains, phases and offsets too.

@@ -16,10 +16,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Reads a CSV file: a header, then one row per scan. `time_s` may be any of the columns, blank lines are skipped.
-    ///
-    /// # Errors
-    /// Names the file and the line that is not valid.
+    /// Reads a CSV file: a header, then one row per scan, `time_s` in any column. Errors name the file and the line.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let file = path.as_ref().display().to_string();
         let bytes = std::fs::read(path).map_err(|error| FileError::new(&file, None, error))?;
@@ -27,9 +24,6 @@ impl Table {
     }
 
     /// As [`load`](Self::load), from the bytes of a file of that name.
-    ///
-    /// # Errors
-    /// As [`load`](Self::load).
     pub fn parse(bytes: &[u8], file: &str) -> Result<Self, FileError> {
         let refuse = |line: u64, message: String| Err(FileError::new(file, Some(line), message));
         let records = records(bytes, file)?;
@@ -51,12 +45,8 @@ impl Table {
             return refuse(*header_line, "no data after the header".into());
         }
         let names = header.iter().filter(|name| *name != TIME_COLUMN).map(str::to_owned).collect();
-        let mut table = Self {
-            file: file.to_owned(),
-            names,
-            rows: Vec::with_capacity(rows.len()),
-            time_s: time_at.map(|_| vec![]),
-        };
+        let (file, time_s) = (file.to_owned(), time_at.map(|_| vec![]));
+        let mut table = Self { file, names, rows: Vec::with_capacity(rows.len()), time_s };
         for (line, record) in rows {
             if record.len() != header.len() {
                 return refuse(*line, format!("{} columns, the header has {}", record.len(), header.len()));
@@ -114,8 +104,7 @@ fn records(bytes: &[u8], file: &str) -> Result<Vec<(u64, csv::StringRecord)>, Fi
     let (mut records, mut line, mut counted) = (Vec::new(), 1, 0);
     for record in reader.into_records() {
         let record = record.map_err(|error| FileError::new(file, None, error))?;
-        // The reader's own count is of where it stopped after the record before, which blank lines and CR LF put in
-        // front of the record's own line.
+        // The reader's own count does not include blank lines and CR LF in front of the record's own line.
         let from = record.position().map_or(0, |position| position.byte() as usize);
         let blanks = bytes[from..].iter().take_while(|byte| matches!(byte, b'\r' | b'\n')).count();
         line += newlines(&bytes[counted..from + blanks]);

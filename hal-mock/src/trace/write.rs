@@ -16,19 +16,13 @@ pub fn write_csv(scene: &mut dyn Scene, scan_rate_hz: f64, mut writer: impl Writ
     if !(scan_rate_hz > 0.0 && rows.is_finite()) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "needs a positive scan rate and a scene that ends"));
     }
-    write!(writer, "{TIME_COLUMN}")?;
-    for input in 0..INPUTS {
-        write!(writer, ",ain{input}")?;
-    }
-    writeln!(writer)?;
+    let names: String = (0..INPUTS).map(|input| format!(",ain{input}")).collect();
+    writeln!(writer, "{TIME_COLUMN}{names}")?;
     let rows = rows as u64;
     for row in 0..rows {
         let t_s = row as f64 / scan_rate_hz;
-        write!(writer, "{t_s}")?;
-        for input in 0..INPUTS as u8 {
-            write!(writer, ",{}", scene.volts(input, t_s))?;
-        }
-        writeln!(writer)?;
+        let volts: String = (0..INPUTS as u8).map(|input| format!(",{}", scene.volts(input, t_s))).collect();
+        writeln!(writer, "{t_s}{volts}")?;
     }
     writer.flush()?;
     Ok(rows)

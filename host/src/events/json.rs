@@ -6,7 +6,7 @@ use crate::tone::{JsonTone, period_f32};
 use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
     TravelStatus,
@@ -108,7 +108,7 @@ struct JsonRecord<'a> {
 #[serde(remote = "Outcome", tag = "outcome", rename_all = "snake_case")]
 enum JsonOutcome {
     Done,
-    Setting { field: heapless::String<24>, value: f32, least: f32, greatest: f32 },
+    Setting(SettingsError),
     Profile,
     NotStored,
     Busy,

@@ -155,9 +155,7 @@ fn reply(e: &Reply) -> String {
 pub fn outcome(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Done => "done".to_owned(),
-        Outcome::Setting { field, value, least, greatest } => {
-            format!("refused: {field} = {value}: choose a value from {least} to {greatest}")
-        }
+        Outcome::Setting(error) => format!("refused: {error}"),
         Outcome::Profile => {
             "refused: the speed profile's knots are out of order, too many, too fast, or incomplete".into()
         }

@@ -114,7 +114,7 @@ fn requests_are_sent_and_answered_and_raw_frames_requested_only_while_they_are_w
     talk(&mut feed, &mut requester, &mut answers);
     assert_eq!(board.lock().unwrap().board.in_force().0, settings);
     let outcomes: Vec<_> = answers.iter().map(|(_, outcome)| outcome).collect();
-    assert!(matches!(outcomes[..], [Outcome::Done, Outcome::Setting { .. }, Outcome::Done]), "{outcomes:?}");
+    assert!(matches!(outcomes[..], [Outcome::Done, Outcome::Setting(_), Outcome::Done]), "{outcomes:?}");
     assert!(matches!(answers[2].0, Command::Raw { frames } if frames > 241 * 10), "{answers:?}");
     // Nothing more is sent until raw frames have to be requested again.
     let received = board.lock().unwrap().received;

@@ -8,7 +8,7 @@ use ridgetone_host::requests::{Requests, TRIES};
 use ridgetone_proto::boot::{ResetCause, SettingsSource};
 use ridgetone_proto::command::{Command, Outcome, Part};
 use ridgetone_proto::profile::{After, Knot};
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Settings, SettingsError};
 use ridgetone_proto::telemetry::{Abscissa, Event, Packet, Span};
 use std::time::Duration;
 
@@ -75,7 +75,7 @@ fn settings_that_were_sent_are_in_force_and_others_are_refused() {
         ],
     );
     let field = "window_s".try_into().expect("a name");
-    let refused = Outcome::Setting { field, value: 5.0, least: 0.1, greatest: 3.9 };
+    let refused = Outcome::Setting(SettingsError { field, value: 5.0, least: 0.1, greatest: 3.9 });
     let outcomes: Vec<_> = run.answers.iter().map(|(_, outcome)| outcome.clone()).collect();
     assert_eq!(outcomes, [Outcome::Done, refused, Outcome::Done]);
     // The greeting comes again, with the settings in force.

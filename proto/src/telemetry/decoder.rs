@@ -16,8 +16,7 @@ pub struct Decoder {
     /// Packets that never arrived, by their sequence numbers. Of a gap of 32,768 or more only what is beyond whole
     /// multiples of 65,536 counts, if that is less than 32,768.
     pub missing: u32,
-    /// Times that the numbers stepped back: the line repeated itself, or the device restarted and its first greeting
-    /// was lost.
+    /// Times that the numbers stepped back: the line repeated itself, or a restarted device's greeting was lost.
     pub stepped_back: u32,
 }
 
@@ -45,8 +44,7 @@ impl Decoder {
             }
             _ => 0,
         };
-        // A gap of more than half the numbers counts as a step back; otherwise one repetition would count as 65,535
-        // losses.
+        // A gap of more than half the numbers is a step back: one repetition is not a loss of 65,535.
         if gap <= u16::MAX / 2 {
             self.missing = self.missing.saturating_add(gap as u32);
         } else {

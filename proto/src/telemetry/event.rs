@@ -71,7 +71,7 @@ pub struct Slide {
     #[serde(rename = "start_s", serialize_with = "text_form::seconds")]
     pub start_us: u64,
     /// Device time of its end, microseconds; none while it lasts.
-    #[serde(rename = "end_s", serialize_with = "text_form::optional_seconds")]
+    #[serde(rename = "end_s", serialize_with = "text_form::seconds")]
     pub end_us: Option<u64>,
 }
 

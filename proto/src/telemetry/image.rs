@@ -26,7 +26,7 @@ pub struct Pressed {
     pub sigma_v: f32,
 }
 
-/// The static image. It is sent when the hold is over. A hold without 0.1 s of rest at a stretch has none.
+/// The static image. It is sent when the hold is over. A hold without 0.1 s of uninterrupted rest has none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Device time of the first frame of the mean, microseconds.

@@ -19,10 +19,7 @@ pub struct Packet {
     pub event: Event,
 }
 
-/// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`.
-///
-/// # Errors
-/// The packet is longer than [`WIRE_MAX`]; no event makes such a packet.
+/// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Every event fits.
 #[inline(never)]
 pub fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
     framing::encode(packet, wire)

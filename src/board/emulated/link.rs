@@ -1,12 +1,11 @@
 //! The bridge's firmware end: records to the simulated chip, and the alarm that stands for DRDY.
 //!
-//! Every reply holds the time of DRDY's next edge. SysTick is set to that moment, and its interrupt pends EXTI4, as the pin
-//! would. While no edge is known the chip is polled every [`POLL_US`]. SysTick can be set for one shot; the emulator's TIM2
-//! to TIM5 cannot.
+//! Every reply holds the time of DRDY's next edge. SysTick, which can be set for one shot, pends EXTI4 then, as the pin
+//! would. While no edge is known the chip is polled every [`POLL_US`].
 
-use super::kept::Kept;
+use super::kept::KEPT;
 use super::log;
-use super::semihost::{self, Exit, File};
+use super::semihost::{self, Exit, File, Mode};
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use cortex_m::peripheral::syst::SystClkSource;
@@ -14,6 +13,7 @@ use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::exception;
 use critical_section::Mutex;
 use hal_mock::bridge::{Crash, NEVER, Operation, PAYLOAD_MAX, REPLY_BYTES, REQUEST_BYTES, Reply, Request};
+use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::ResetCause;
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
@@ -37,16 +37,10 @@ static LINE_BLOCKED: AtomicBool = AtomicBool::new(false);
 /// The PC has requested a crash: after it the board resets instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
 
-// The bridge's two files, for a crash while the link is borrowed.
-static REQUEST: AtomicU32 = AtomicU32::new(0);
-static REPLY: AtomicU32 = AtomicU32::new(0);
-
 /// When the watchdog was fed last. The emulator has none; the link checks the time with every exchange.
 static FED_US: AtomicU32 = AtomicU32::new(0);
 
 struct Link {
-    request: File,
-    reply: File,
     alarm: SYST,
     /// Whether the alarm is set to an edge of DRDY, not to the next poll.
     edge_ahead: bool,
@@ -62,31 +56,26 @@ struct Link {
 
 /// Opens the log and the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not
 /// kept them, and takes SysTick for the alarm. Waits until the PC has opened its ends.
-pub fn open(mut alarm: SYST, kept: Option<Kept>) {
+pub fn open(mut alarm: SYST, are_kept: bool) {
     alarm.set_clock_source(SystClkSource::Core);
     alarm.enable_interrupt();
-    // First: when the bridge is open, the PC removes their names.
-    log::open(kept.map(|kept| kept.log));
-    let files = match kept {
-        Some(kept) => Some((kept.request, kept.reply)),
-        None => File::write_to(c"spi.request").zip(File::read_from(c"spi.reply")),
-    };
-    let Some((request, reply)) = files else {
-        semihost::print(format_args!("cannot open spi.request and spi.reply"));
-        semihost::exit(Exit::Bridge)
-    };
-    REQUEST.store(request.handle(), Relaxed);
-    REPLY.store(reply.handle(), Relaxed);
+    if !are_kept {
+        // First: when the bridge is open, the PC removes their names.
+        log::open();
+        let files = File::open(c"spi.request", Mode::Write).zip(File::open(c"spi.reply", Mode::Read));
+        let Some((request, reply)) = files else {
+            semihost::print(format_args!("cannot open spi.request and spi.reply"));
+            semihost::exit(Exit::Bridge)
+        };
+        KEPT.request.store(request.0, Relaxed);
+        KEPT.reply.store(reply.0, Relaxed);
+    }
     let now_us = crate::board::now_us();
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
-    let link = Link { request, reply, alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us };
-    critical_section::with(|cs| {
-        // Not borrowed yet.
-        if let Ok(mut place) = LINK.borrow(cs).try_borrow_mut() {
-            *place = Some(link);
-        }
-    });
+    let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us };
+    // Not borrowed yet.
+    let _ = critical_section::with(|cs| LINK.borrow(cs).try_borrow_mut().map(|mut place| *place = Some(link)));
 }
 
 /// Puts off the reset by the watchdog.
@@ -96,19 +85,17 @@ pub fn feed_watchdog() {
 
 /// Resets the processor; the bridge and the time go on.
 pub fn restart(cause: ResetCause) -> ! {
-    let [request, reply] = [&REQUEST, &REPLY].map(|file| File::of(file.load(Relaxed)));
-    Kept { request, reply, log: log::file(), now_us: crate::board::now_us(), cause }.put();
+    KEPT.put(crate::board::now_us(), cause);
     SCB::sys_reset()
 }
 
-/// The same if the PC has requested the crash.
+/// The same, if the PC has requested the crash.
 pub fn restart_if_requested(cause: ResetCause) {
     if RESTARTS.load(Relaxed) {
         restart(cause);
     }
 }
 
-/// Crashes as the PC requests.
 fn crash_as_requested(crash: Crash) {
     RESTARTS.store(true, Relaxed);
     match crash {
@@ -141,19 +128,27 @@ pub fn exchange(operation: Operation, level: bool, payload: &mut [u8]) {
     });
 }
 
-/// Whether edges of DRDY are ignored.
-pub fn mute(muted: bool) {
-    with_link(|link| link.muted = muted);
-}
+/// The falling edge of DRDY.
+pub struct Drdy;
 
-/// Whether DRDY has fallen since the last call.
-pub fn take_edge() -> bool {
-    with_link(|link| core::mem::take(&mut link.edge_pending))
-}
+impl DrdyPin for Drdy {
+    #[inline(always)]
+    fn acknowledge(&mut self) -> Option<bool> {
+        with_link(|link| core::mem::take(&mut link.edge_pending)).then_some(true)
+    }
 
-/// Time of the latest falling edge of DRDY, microseconds.
-pub fn edge_us() -> u32 {
-    with_link(|link| link.edge_us)
+    /// The chip's own time of the edge: it does not depend on the speed of the emulated processor.
+    fn edge_us(&self) -> u32 {
+        with_link(|link| link.edge_us)
+    }
+
+    fn mute(&mut self) {
+        with_link(|link| link.muted = true);
+    }
+
+    fn unmute(&mut self) {
+        with_link(|link| link.muted = false);
+    }
 }
 
 /// Whether the scene is over. From then on only the last result is read.
@@ -178,7 +173,7 @@ impl Link {
     fn exchange(&mut self, operation: Operation, level: bool, payload: &mut [u8]) {
         let now_us = crate::board::now_us();
         let request = Request { operation, level, length: payload.len() as u8, now_us };
-        let Some(reply) = self.carry(&request, payload) else {
+        let Some(reply) = carry(&request, payload) else {
             semihost::print(format_args!("the bridge to the simulated chip broke at {now_us} us"));
             semihost::exit(Exit::Bridge)
         };
@@ -212,24 +207,7 @@ impl Link {
         self.arm(if reply.next_drdy_us == NEVER { POLL_US } else { reply.next_drdy_us.min(POLL_US) });
     }
 
-    fn carry(&mut self, request: &Request, payload: &mut [u8]) -> Option<Reply> {
-        let mut record = [0; REQUEST_BYTES + PAYLOAD_MAX];
-        let (header, rest) = record.split_first_chunk_mut::<REQUEST_BYTES>()?;
-        *header = request.encode();
-        rest.get_mut(..payload.len())?.copy_from_slice(payload);
-        let sent = self.request.write_all(record.get(..REQUEST_BYTES + payload.len())?);
-
-        let mut record = [0; REPLY_BYTES + PAYLOAD_MAX];
-        let answer = record.get_mut(..REPLY_BYTES + payload.len())?;
-        if !sent || !self.reply.read_exact(answer) {
-            return None;
-        }
-        let (header, said) = answer.split_first_chunk::<REPLY_BYTES>()?;
-        payload.copy_from_slice(said);
-        Reply::decode(header).filter(|reply| reply.length == request.length)
-    }
-
-    /// Sets the alarm. A microsecond later than asked: it must not ring before the edge.
+    /// Sets the alarm, one microsecond later: it must not ring before the edge.
     fn arm(&mut self, delay_us: u32) {
         self.alarm.disable_counter();
         self.alarm.set_reload(delay_us.saturating_add(1).saturating_mul(TICKS_PER_US));
@@ -251,7 +229,7 @@ impl Link {
     fn ring(&mut self) {
         self.alarm.disable_counter();
         if ended() {
-            // Nobody to ask any more; the idle task still wakes up by this.
+            // The chip is not polled any more; the idle task still wakes up by this.
             self.arm(POLL_US);
         } else if self.edge_ahead && !self.muted {
             self.edge_ahead = false;
@@ -260,6 +238,24 @@ impl Link {
             self.exchange(Operation::Poll, false, &mut []);
         }
     }
+}
+
+/// Sends a request over the bridge's two files; the reply's payload replaces the request's.
+fn carry(request: &Request, payload: &mut [u8]) -> Option<Reply> {
+    let mut record = [0; REQUEST_BYTES + PAYLOAD_MAX];
+    let (header, rest) = record.split_first_chunk_mut::<REQUEST_BYTES>()?;
+    *header = request.encode();
+    rest.get_mut(..payload.len())?.copy_from_slice(payload);
+    let sent = File(KEPT.request.load(Relaxed)).write_all(record.get(..REQUEST_BYTES + payload.len())?);
+
+    let mut record = [0; REPLY_BYTES + PAYLOAD_MAX];
+    let answer = record.get_mut(..REPLY_BYTES + payload.len())?;
+    if !sent || !File(KEPT.reply.load(Relaxed)).read_exact(answer) {
+        return None;
+    }
+    let (header, received) = answer.split_first_chunk::<REPLY_BYTES>()?;
+    payload.copy_from_slice(received);
+    Reply::decode(header).filter(|reply| reply.length == request.length)
 }
 
 #[exception]

@@ -1,16 +1,11 @@
 //! The emulated board's defmt log: frames into the FIFO `defmt.log` in the emulator's working directory. Its other end reads
 //! it all the time, so that nothing waits. A call to the host takes no time of the emulated board.
 
-use super::semihost::File;
+use super::kept::KEPT;
+use super::semihost::{File, Mode};
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::Ordering::Relaxed;
 use critical_section::RestoreState;
-
-/// No file: what is logged is dropped.
-const NONE: u32 = u32::MAX;
-
-/// The FIFO, once it is open.
-static FILE: AtomicU32 = AtomicU32::new(NONE);
 
 /// The state of a frame that is not complete.
 struct Frame {
@@ -24,20 +19,16 @@ unsafe impl Sync for Frame {}
 static FRAME: Frame =
     Frame { encoder: UnsafeCell::new(defmt::Encoder::new()), interrupts: UnsafeCell::new(RestoreState::invalid()) };
 
-/// Opens the FIFO, if a reset has not kept it.
-pub fn open(kept: Option<File>) {
-    FILE.store(kept.or_else(|| File::write_to(c"defmt.log")).map_or(NONE, File::handle), Relaxed);
-}
-
-/// The FIFO, for a reset to keep.
-pub fn file() -> File {
-    File::of(FILE.load(Relaxed))
+/// Opens the FIFO. Without it what is logged is dropped.
+pub fn open() {
+    KEPT.log.store(File::open(c"defmt.log", Mode::Write).map_or(0, |file| file.0), Relaxed);
 }
 
 fn put(bytes: &[u8]) {
-    if FILE.load(Relaxed) != NONE {
+    let handle = KEPT.log.load(Relaxed);
+    if handle != 0 {
         // A log that is lost cannot be reported.
-        let _ = file().write_all(bytes);
+        let _ = File(handle).write_all(bytes);
     }
 }
 

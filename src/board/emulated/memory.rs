@@ -29,8 +29,6 @@ static MEMORY: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 pub struct SettingsFlash(&'static mut Memory);
 
 impl SettingsFlash {
-    /// Takes the pages over.
-    ///
     /// # Safety
     /// Once only.
     pub unsafe fn new() -> Self {
