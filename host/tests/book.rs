@@ -236,6 +236,34 @@ fn every_link_leads_to_a_file() {
     assert!(links > 30);
 }
 
+/// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`: `Type::function`, each once.
+#[test]
+fn the_ways_name_functions_that_exist() {
+    let page = read(&root().join("docs/book/9-how-it-works.md"));
+    let (_, ways) = page.split_once("## The way of one conversion").expect("the ways");
+    let mut named = Vec::new();
+    let mut source = None;
+    for code in ways.lines().filter(|line| line.starts_with('|')).flat_map(|line| line.split('`').skip(1).step_by(2)) {
+        if code.ends_with(".rs") {
+            source = Some((code, read(&root().join(code))));
+            continue;
+        }
+        let (file, source) = source.as_ref().expect("a file before its functions");
+        let (of, function) = code.rsplit_once("::").unwrap_or(("", code));
+        let has = |starts: &str, name: &str| {
+            let words = |line: &str| line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name);
+            source.lines().any(|line| line.contains(starts) && words(line))
+        };
+        assert!(has("fn ", function), "{file} has no function {function}");
+        assert!(of.is_empty() || has("impl", of), "{file} has no methods of {of}");
+        named.push((*file, code));
+    }
+    let mut once = named.clone();
+    once.sort_unstable();
+    once.dedup();
+    assert!(named.len() > 35 && once.len() == named.len(), "a function comes once: {named:?}");
+}
+
 /// What `init` of a board's file names belongs together: the pins' names in the table are those in the code.
 #[test]
 fn the_wiring_is_the_firmwares() {
