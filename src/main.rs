@@ -210,7 +210,8 @@ mod app {
     #[idle(local = [idle: Idle = Idle::new()], shared = [outbox, &shared])]
     fn idle(mut cx: idle::Context) -> ! {
         loop {
-            // With interrupts masked the processor still wakes up, but reads the clock before it serves them.
+            // With interrupts masked the processor still wakes up, but serves them only after the clock has been read. So
+            // the sleep is measured without the interrupt that ends it.
             let slept_us = cortex_m::interrupt::free(|_| {
                 let from_us = board::now_us();
                 board::sleep();

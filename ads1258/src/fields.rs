@@ -2,8 +2,8 @@
 
 /// DRATE\[1:0\]: how long the filter averages, and so speed against noise.
 ///
-/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0; [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz)
-/// has all others. Source: SBAS297G, CONFIG1 register and rate and noise tables.
+/// The rates given here are those of the datasheet's table for 16 MHz, DLY 0 and CHOP 0;
+/// [`Config::conversion_rate_hz`](crate::Config::conversion_rate_hz) has all others. Source: SBAS297G, CONFIG1 register and rate and noise tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]

@@ -61,8 +61,8 @@ impl HealthReporter {
         self.ungreeted == 0
     }
 
-    /// Called twice a second: whether `health` is due since there was no conversion for a second. `passed_us`: since
-    /// the latest.
+    /// Called twice a second: whether `health` is due because no conversion came for a second. `passed_us` is the time
+    /// since the latest one, if there was one.
     pub fn is_silence_due(&mut self, passed_us: Option<u32>) -> bool {
         let is_silent = passed_us.is_none_or(|passed_us| passed_us >= SILENCE_US);
         self.silent = if is_silent { (self.silent + 1) % SILENT_CHECKS } else { 0 };

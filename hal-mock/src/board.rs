@@ -91,8 +91,8 @@ impl SimulatedBoard {
         self.lock().read_fill = byte;
     }
 
-    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without delay needs
-    /// more.
+    /// Nanoseconds that each look at the DRDY pin takes, after it. Default 0; a driver that polls without a delay
+    /// needs more, or virtual time stands still.
     pub fn set_poll_ns(&self, ns: u64) {
         self.lock().poll_ns = ns;
     }

@@ -3,8 +3,8 @@
 //! On a board the firmware uses SPI and three pins. In the emulator the same transactions travel as records through two
 //! FIFOs, each with its virtual time, so that the simulated chip advances exactly as the real one would.
 //!
-//! A record is a fixed header, little endian, and `length` payload bytes. The [`Reply`] to a [`Request`] has its
-//! length.
+//! A record is a fixed header and then `length` payload bytes. All numbers are little endian. Each [`Request`] gets one
+//! [`Reply`] of the same payload length.
 
 /// Longest payload of one record, in bytes: the longest SPI transaction of the driver fits.
 pub const PAYLOAD_MAX: usize = 32;

@@ -1,6 +1,7 @@
 //! Analysis of raw frames that the board does not send: the spectrum of a window by the library's periodogram, and the
 //! reported tone as curves over the same frames.
 
+use crate::digits::seconds;
 use crate::live::{Frame, Live, Strips};
 use ads1258::reading;
 use ridgetone::scan::CONVERSION_NS;
@@ -109,7 +110,7 @@ fn windowed(strips: &Strips, estimate: &Estimate) -> Option<Windowed> {
     let (oldest, newest) = (strips.iter().next()?, strips.iter().next_back()?);
     let frame_s = (newest.t_s - oldest.t_s) / f64::from(newest.number.wrapping_sub(oldest.number).max(1));
     // A window ends with its last frame: from stamp to stamp it is one frame shorter.
-    let end_s = estimate.t_us as f64 / 1e6;
+    let end_s = seconds(estimate.t_us);
     let start_s = end_s - f64::from(estimate.window_s) + frame_s;
     let slack_s = 0.5 * frame_s;
     let inside = |frame: &&Frame| frame.t_s > start_s - slack_s && frame.t_s < end_s + slack_s;

@@ -1,6 +1,6 @@
 //! `demo`: a scene through the emulated firmware, and its results beside the truth.
 
-use crate::digits::{decimals, with_sigma};
+use crate::digits::{decimals, seconds, with_sigma};
 use crate::emulator::{self, Options, Outcome};
 use crate::input::{Input, Source};
 use crate::live::Counts;
@@ -72,7 +72,7 @@ pub fn later(truth: Truth, by_s: f64) -> Truth {
 }
 
 fn time(t_us: Option<u64>) -> String {
-    t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", t_us as f64 / 1e6))
+    t_us.map_or_else(|| "not found".into(), |t_us| format!("{:.3} s", seconds(t_us)))
 }
 
 impl fmt::Display for Demo {

@@ -27,8 +27,8 @@ pub type Talk<'a> = dyn FnMut(Duration, Option<&Packet>) -> Result<Vec<u8>> + 'a
 
 /// Runs the firmware on `input` until the input is over and the firmware has left, or this process is to stop (Ctrl-C).
 /// Packets go to `sink` as they arrive; `progress` takes the seconds of the input done, and its length.
-/// Fails if the image is not ours, the emulator is missing or fails, the firmware fails, falls silent or refuses its settings; those of
-/// `sink`. The emulator has ended by then in any case.
+/// Fails if the image is not ours, the emulator is missing or fails, the firmware fails, falls silent or refuses its
+/// settings, or `sink` fails. The emulator has ended by then in any case.
 pub fn run(
     input: Opened,
     options: Options<'_>,

@@ -7,7 +7,7 @@ mod recording;
 
 pub use recording::Recording;
 
-use crate::digits::{decimals, significant, with_sigma};
+use crate::digits::{decimals, seconds, significant, with_sigma};
 use crate::names::name;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, nice, spaced};
@@ -111,7 +111,7 @@ fn phases(svg: &mut Svg, recording: &Recording, from_s: f64, to_s: f64) {
 }
 
 fn window(fit: &Estimate) -> (f64, f64) {
-    let end_s = fit.t_us as f64 / 1e6;
+    let end_s = seconds(fit.t_us);
     (end_s - f64::from(fit.window_s), end_s)
 }
 

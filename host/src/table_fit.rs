@@ -2,7 +2,7 @@
 
 use crate::grid::Grid;
 use crate::speed::Column;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Table as Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
@@ -64,16 +64,13 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
-    let Some(times) = times(rows, selection) else {
-        bail!("{file}: no column time_s: give the rate of the rows with --rate HZ");
-    };
-    let (first, end) = window(file, &times, selection)?;
+    let (first, end) = window(file, &times(rows, selection)?, selection)?;
     let grid = match rows.time_s() {
         Some(time_s) => Grid::from_stamps(&time_s[first..end], selection.rate_hz, |row| {
             format!("row {} (time_s {})", first + row + 1, time_s[first + row])
         })
         .map_err(|error| error.context(file.to_owned()))?,
-        None => Grid::even(end - first, selection.rate_hz.unwrap_or(f64::NAN)),
+        None => Grid::even(end - first, given_rate_hz(file, selection)?),
     };
     ensure!(
         grid.slots() <= FRAMES_MAX,
@@ -165,10 +162,18 @@ fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     Ok(columns)
 }
 
-/// Times of the rows, seconds; none without stamps and without a rate.
-fn times(rows: &Rows, selection: &Selection) -> Option<Vec<f64>> {
-    let even = |rate_hz: f64| (0..rows.rows().len()).map(|row| row as f64 / rate_hz).collect();
-    rows.time_s().map(<[f64]>::to_vec).or_else(|| selection.rate_hz.map(even))
+/// Times of the rows, seconds: their stamps, or by the given rate.
+fn times(rows: &Rows, selection: &Selection) -> Result<Vec<f64>> {
+    if let Some(time_s) = rows.time_s() {
+        return Ok(time_s.to_vec());
+    }
+    let rate_hz = given_rate_hz(rows.file(), selection)?;
+    Ok((0..rows.rows().len()).map(|row| row as f64 / rate_hz).collect())
+}
+
+/// The rate of rows without stamps.
+fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
+    selection.rate_hz.with_context(|| format!("{file}: no column time_s: give the rate of the rows with --rate HZ"))
 }
 
 /// First row of the window and the one after its last.

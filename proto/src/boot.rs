@@ -30,12 +30,16 @@ impl ResetCause {
         const SOFTWARE: u32 = 1 << 28;
         const WATCHDOGS: u32 = 1 << 29 | 1 << 30;
         // A loss of supply explains every other flag.
-        match csr {
-            _ if csr & BROWN_OUT_OR_POWER != 0 => Self::Power,
-            _ if csr & WATCHDOGS != 0 => Self::Watchdog,
-            _ if csr & SOFTWARE != 0 => Self::Software,
-            _ if csr & PIN != 0 => Self::Pin,
-            _ => Self::Unknown,
+        if csr & BROWN_OUT_OR_POWER != 0 {
+            Self::Power
+        } else if csr & WATCHDOGS != 0 {
+            Self::Watchdog
+        } else if csr & SOFTWARE != 0 {
+            Self::Software
+        } else if csr & PIN != 0 {
+            Self::Pin
+        } else {
+            Self::Unknown
         }
     }
 }

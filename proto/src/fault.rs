@@ -49,7 +49,7 @@ impl FaultKind {
     /// Whether the fault may change a measured frequency by more than the estimate's uncertainty. Then no estimate is
     /// [`Good`](crate::telemetry::Status::Good).
     ///
-    /// It does not if the fit leaves out what is missing and knows when all else was read: [`Self::Lost`],
+    /// It does not if the fit leaves out what is missing and knows the times of all other frames: [`Self::Lost`],
     /// [`Self::Repeated`], [`Self::Bus`] (corrected or left out) and [`Self::Overload`] (the channel is left out; if it
     /// returns shortly before a window's end it can hide the end of the slide, which the qualification checks).
     ///
@@ -60,8 +60,8 @@ impl FaultKind {
         !matches!(self, Self::Lost | Self::Repeated | Self::Bus | Self::Overload)
     }
 
-    /// Whether levels of taxels may change with the fault, or unseen during it: that can look like a slide, or hide its
-    /// end.
+    /// Whether the levels of the taxels may change with the fault, or unseen during it. Such a change can look like the
+    /// start of a slide, or hide its end.
     pub const fn moves_levels(self) -> bool {
         matches!(self, Self::Registers | Self::Supply | Self::Reference | Self::Silent)
     }

@@ -170,7 +170,8 @@ impl Settings {
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of [`Settings::validate`]. One call a field takes a kilobyte more.
+/// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
+/// each field takes a kilobyte of flash more.
 const BOUNDS: [(&str, f32, f32); 16] = [
     ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
     ("hop_s", 0.02, WINDOW_MOST_S),

@@ -49,6 +49,7 @@ impl<const PAGE_BYTES: u32> CutFlash<PAGE_BYTES> {
         self.bytes = (0..self.bytes.len()).map(byte).collect();
         self
     }
+
     /// Power is there, and is lost in the middle of operation `left` from now on, counted from 0.
     pub fn power(mut self, left: Option<u64>) -> Self {
         (self.left, self.is_off, self.is_marked) = (left, false, false);

@@ -5,7 +5,6 @@
 
 use super::power_cuts::CutFlash;
 use super::scan_order::ScanOrder;
-
 use ads1258::Ads1258;
 use anyhow::{Result, ensure};
 use embedded_hal::delay::DelayNs;

@@ -18,13 +18,15 @@ const MESSAGES_US: u32 = 125_000;
 /// While an episode lasts, its end is looked for once in so many frames.
 const CHECK_FRAMES: u32 = 16;
 
-/// So many missing conversions in a row are a silence, in which a slide may have ended unseen: a block of motion detection.
+/// From this many missing conversions in a row on, a slide may have ended unseen: motion detection compares blocks of as
+/// many.
 const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
 
 /// A clock may be off by 2 % unseen, one conversion in so many.
 const CLOCK_SHARE: u32 = 50;
-/// Of so many lost conversions the clock's error is half a scan: as many more as may be lost are reported as lost. A longer
-/// gap, in which the chip was set up again or the board was off, is counted by the time alone.
+/// In a gap of this many conversions the clock's error is half a scan or more, so the number of whole scans in it is
+/// uncertain. The most that can be lost is reported. A longer gap is counted by the time alone: the chip was set up
+/// again, or the board was off.
 const UNSURE_CONVERSIONS: RangeInclusive<u32> = CLOCK_SHARE * SLOTS / 2..=CLOCK_SHARE * SLOTS / 2 + 10_000;
 
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).

@@ -17,14 +17,15 @@ const DISAGREE: f32 = 4.0;
 /// A lag and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lag {
-    /// Lag of the front column behind the other, turns, -0.5 to 0.5: positive if a wave of over two pitches is late
-    /// there.
+    /// Lag of the front column behind the other, turns, -0.5 to 0.5. It is positive if a wave that is longer than two
+    /// pitches reaches the front column later.
     pub turns: f32,
     /// Standard deviation, turns.
     pub sigma: f32,
 }
 
-/// A weighted sum of phases as a vector. Its angle is their mean; twice `weight` less its length is their chi-squared.
+/// A weighted sum of phases as a vector. Its angle is their mean. `weight` less its length is half of their chi-squared
+/// about the mean.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     cos: f32,
@@ -61,7 +62,8 @@ fn column(fitted: &Fitted, taxels: u16) -> Sum {
 }
 
 /// The lag between the columns of `array`, corrected for the slots of the scan ([`Fitted::turns`]). If the channels
-/// disagree by more than noise, the uncertainty is their scatter. None without alike ones with a tone in both columns.
+/// disagree by more than their noise, the uncertainty is that of their scatter. None if no piezoresistors that respond
+/// alike have the tone in both columns.
 #[inline(never)]
 pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     let (mut total, mut short, mut freedom) = (Sum::default(), 0.0, -1.0);

@@ -1,7 +1,7 @@
 //! A speed profile from the host, and the place on the surface that follows from it.
 //!
-//! Speeds are given at a few times and are linear in between: the place, their integral, is a parabola from knot to
-//! knot, in closed form. Along places the fit gives cycles per millimetre at any speed
+//! Speeds are given at a few times and are linear in between. The place is their integral, a parabola from knot to knot,
+//! in closed form. With places instead of times the fit gives cycles per millimetre at any speed
 //! (`ridgetone_tone::FrameSpan::along`).
 
 use core::num::NonZeroU32;
@@ -27,8 +27,8 @@ pub enum ProfileError {
     Speed(usize, f32),
 }
 
-/// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. So places are whole
-/// numbers. They wrap after 4.6 km, but a window is shorter, and only differences count.
+/// The unit of the knots' places, millimetres: half of a nanometre per second times a microsecond. In this unit the place
+/// of each knot is a whole number. Places wrap after 4.6 km, but a window is shorter, and only differences count.
 const MM_PER_COUNT: f32 = 0.5e-12;
 
 /// Nanometres in a millimetre.
@@ -109,8 +109,8 @@ impl Profile {
         self.knots.partition_point(|knot| u64::from(knot.t_us) <= t_us)
     }
 
-    /// Speed at a time between the knot of this number and the one in front of it, mm/s. Outside of the knots it is
-    /// constant.
+    /// Speed at a time between the knot of this number and the one in front of it, mm/s. Before the first knot it is that
+    /// of the first, behind the last knot that of the last.
     fn speed_mm_s(&self, behind: usize, t_us: u64) -> f32 {
         let (before, behind) = (self.at(behind.saturating_sub(1)), self.at(behind));
         let lasts_us = behind.t_us.wrapping_sub(before.t_us);

@@ -7,9 +7,9 @@
 //! reported only if it is the only one. Each period between one pitch and two has a single answer, and so has a longer
 //! one if the direction is known. A shorter one aliases: it has another answer among the longer ones.
 //!
-//! Three other sources do not help. The overtones are late by whole multiples of the same turns. Friction shifts levels by
-//! its direction, but under gratings as coarse as the paper's by less than the ridges do, and under finer ones the number
-//! of turns stays open. The order in which the units feel the touch shows the stimulus's tilt, not its motion.
+//! Three other sources do not help. The overtones are late by whole multiples of the same turns. Friction shifts the
+//! levels of facing piezoresistors by its direction. Under gratings as coarse as the paper's, the ridges shift them more.
+//! Under finer ones the number of turns stays open. The order in which the units feel the touch shows the stimulus's tilt, not its motion.
 
 use crate::surface::lag::Lag;
 use core::f32::consts::PI;
@@ -82,7 +82,8 @@ pub fn by_phases(lag: Option<Lag>, array: &Array, frequency_hz: Measured) -> Tra
     }
 }
 
-/// Travel by the host's speed and the frequency; the phases check it and give the direction. `way`: of a wave along +x.
+/// Travel by the host's speed and the frequency. The phases check it and give the direction. `way` is the direction of a
+/// wave along +x with increasing abscissa.
 #[inline(never)]
 pub fn by_speed(lag: Option<Lag>, array: &Array, period_mm: Measured, speed_mm_s: f32, way: Direction) -> Travel {
     let travel = Travel {

@@ -54,7 +54,8 @@ impl<S: Store> Fit<'_, S> {
     }
 }
 
-/// Fits a window. The chip is checked before, unless that was done since the window's end. None: nothing to report.
+/// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
+/// None: nothing to report.
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,

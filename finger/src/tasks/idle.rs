@@ -7,9 +7,10 @@ use rtic_core::Mutex;
 
 /// From one reading to the next, microseconds: once a second, as `health` is sent.
 const PERIOD_US: u32 = 1_000_000;
-/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`).
+/// What start-up writes into every word of the stack (cortex-m-rt's `paint-stack`). The lowest word that has lost it is
+/// the greatest depth.
 pub const PAINT: u32 = 0xcccc_cccc;
-/// Words in one step, about 40 instructions: a fifth of a second for 32 KiB at one step for each conversion.
+/// Words in one step, about 40 instructions. With one step for each conversion, 32 KiB take a fifth of a second.
 const STEP_WORDS: usize = 8;
 
 /// What the board does next.
@@ -37,7 +38,8 @@ impl Idle {
         Self { load: LoadMeter { began_us: 0, asleep_us: 0 }, depth: DepthMeter::new() }
     }
 
-    /// Runs after each sleep: from, to on the microsecond counter. `word` reads the stack's `words` from its far end.
+    /// Runs after each sleep. `slept_us` is its start and its end on the microsecond counter. The stack has `words` words;
+    /// `word` reads one by its number from the far end.
     pub fn run<P>(
         &mut self,
         slept_us: (u32, u32),
@@ -72,8 +74,8 @@ struct LoadMeter {
 }
 
 impl LoadMeter {
-    /// Takes one sleep on the wrapping microsecond counter. At the end of a period gives the load since the last one, 0
-    /// to 1.
+    /// Takes one sleep, from `from_us` to `to_us` on the wrapping microsecond counter. When a period is over, gives the
+    /// load since the period before, 0 to 1.
     fn slept(&mut self, from_us: u32, to_us: u32) -> Option<f32> {
         self.asleep_us += to_us.wrapping_sub(from_us);
         let elapsed_us = to_us.wrapping_sub(self.began_us);

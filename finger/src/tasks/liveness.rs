@@ -2,13 +2,14 @@
 //!
 //! The watchdog is fed twice a second if each of these has made progress since the last feeding:
 //!
-//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip, which it makes twice a second: a
-//!   reset of the board would not mend a silent chip.
+//! - **Acquisition**: `drdy` ran to its end, for a conversion or for a check of the chip. The check comes twice a second
+//!   without conversions too: a silent chip is reported as a fault, and a reset of the board would not mend it.
 //! - **Detection**: `detect`, which each `drdy` starts, emptied its queue.
-//! - **The fit**: it has nothing to do, or finished a window. It hangs if a window takes longer than the watchdog's period.
+//! - **The fit**: it has nothing to do, or finished a window. A fit that is slower than the hop skips hops; only a fit that
+//!   takes longer than the watchdog's period counts as hung.
 //!
-//! `watch` interrupts the fit, so a busy fit does not delay the feeding. The line does not count: a reset would not free a
-//! blocked one.
+//! `watch` interrupts the fit, so a busy fit does not delay the feeding. If a task of the same or a higher priority hangs,
+//! the watchdog is not fed. The line does not count: a blocked line costs telemetry, and a reset would not free it.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -21,6 +22,10 @@ pub const WATCHDOG_S: u32 = 8;
 pub struct Progress(AtomicU32);
 
 impl Progress {
+    const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
     /// One step more.
     pub fn bump(&self) {
         self.0.store(self.get().wrapping_add(1), Relaxed);
@@ -47,31 +52,40 @@ pub struct Liveness {
 impl Liveness {
     /// Nothing done yet.
     pub const fn new() -> Self {
-        let [acquired, detected, fits_due, fits_done] = [const { Progress(AtomicU32::new(0)) }; 4];
+        let [acquired, detected, fits_due, fits_done] = [const { Progress::new() }; 4];
         Self { acquired, detected, fits_due, fits_done }
     }
 }
 
-/// Decides when to feed the watchdog, by the progress at the last feeding: of `drdy`, of `detect`, of the fit.
+/// Decides when to feed the watchdog.
 #[derive(Debug, Default)]
-pub struct WatchdogPolicy([u32; 3]);
+pub struct WatchdogPolicy {
+    acquired: u32,
+    detected: u32,
+    fits_done: u32,
+}
 
 impl WatchdogPolicy {
     /// The watchdog was just fed; nothing done since.
     pub const fn new() -> Self {
-        Self([0; 3])
+        Self { acquired: 0, detected: 0, fits_done: 0 }
     }
 
     /// Whether to feed the watchdog now.
     pub fn feeds(&mut self, liveness: &Liveness) -> bool {
-        let now = [&liveness.acquired, &liveness.detected, &liveness.fits_done].map(Progress::get);
-        let ([acquired, detected, fits_done], [had_acquired, had_detected, had_fits_done]) = (now, self.0);
-        let is_fit_alive = fits_done == liveness.fits_due.get() || fits_done != had_fits_done;
-        let is_alive = acquired != had_acquired && detected != had_detected && is_fit_alive;
-        if is_alive {
-            self.0 = now;
+        let now = Self {
+            acquired: liveness.acquired.get(),
+            detected: liveness.detected.get(),
+            fits_done: liveness.fits_done.get(),
+        };
+        let fit_idle = now.fits_done == liveness.fits_due.get();
+        let alive = now.acquired != self.acquired
+            && now.detected != self.detected
+            && (fit_idle || now.fits_done != self.fits_done);
+        if alive {
+            *self = now;
         }
-        is_alive
+        alive
     }
 }
 

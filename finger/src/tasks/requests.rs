@@ -39,8 +39,8 @@ impl<S: Store> Requests<S> {
         self.store
     }
 
-    /// Carries out a request, if there is one; else false. Windows that are due go first: then this is to be called
-    /// again.
+    /// Carries out a request, if there is one and `is_window_due` returns false. False if there is no request. While a
+    /// window is due nothing is carried out: fit it, then call this again.
     pub fn step<P: Platform>(
         &mut self,
         is_window_due: impl Fn() -> bool,

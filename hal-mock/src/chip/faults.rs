@@ -119,7 +119,12 @@ impl Ads1258 {
         let (analog, faults) = (&mut self.options.analog, &mut self.faults);
         let (supply_v, reference_v, error_ppm) = faults.before.unwrap_or_default();
         match fault {
-            Fault::Stall if std::mem::take(&mut faults.stalled) => self.start_again(),
+            Fault::Stall => {
+                let was_stalled = std::mem::take(&mut faults.stalled);
+                if was_stalled {
+                    self.start_again();
+                }
+            }
             Fault::DoutStuck { .. } | Fault::BusCut { .. } => (faults.dout_stuck, faults.is_cut) = (None, false),
             Fault::DrdyStuck { .. } => faults.drdy_stuck = None,
             Fault::Storm { .. } => faults.storm_ns = None,

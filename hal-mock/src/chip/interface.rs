@@ -54,8 +54,9 @@ impl Ads1258 {
         self.select(now_ns);
     }
 
-    /// One byte within a frame: `din` in, DOUT out, from the first SCLK edge, when it acts, to the last. SCLK idle for
-    /// 4096 tCLK (SPIRST = 0) or 256 tCLK (SPIRST = 1) resets the interface.
+    /// One byte within a frame: `din` in, DOUT out. The first SCLK edge is at `first_sclk_ns`, the last at `last_sclk_ns`;
+    /// the byte acts at the first. If SCLK was idle since the byte before for 4096 tCLK (SPIRST = 0) or 256 tCLK
+    /// (SPIRST = 1), the interface is reset.
     pub fn exchange(&mut self, first_sclk_ns: u64, last_sclk_ns: u64, din: u8) -> u8 {
         self.advance_to(first_sclk_ns);
         let [din_errors, dout_errors] = self.faults.next();

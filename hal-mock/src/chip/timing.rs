@@ -46,8 +46,8 @@ impl Timing {
         (pass << u32::from(self.chop)) + START_CYCLES
     }
 
-    /// From the sampling instant to the result: half of the symmetric filter's 128 (N + 4) tCLK; with chopping of two
-    /// passes.
+    /// From the sampling instant to the result. The filter is symmetric, so this is half of its length of 128 (N + 4)
+    /// tCLK. With chopping it is the middle of two such passes.
     pub(crate) fn sample_delay_cycles(self) -> u64 {
         64 * (self.n + 4) + if self.chop { self.pass_cycles() / 2 } else { 0 }
     }

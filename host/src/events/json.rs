@@ -1,5 +1,6 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
+use crate::digits::seconds;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, period_f32};
@@ -15,7 +16,7 @@ use serde::Serialize;
 
 /// A packet's kind in lower case, its number, and its content.
 #[derive(Serialize)]
-struct Line<'a> {
+struct JsonPacket<'a> {
     r#type: String,
     sequence: u16,
     #[serde(flatten)]
@@ -147,7 +148,7 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
 
 /// A packet in the form of [`json`], for a serializer.
 pub fn serializable(packet: &Packet) -> impl Serialize {
-    let t_s = packet.event.t_us().map_or(0.0, |t_us| t_us as f64 / 1e6);
+    let t_s = packet.event.t_us().map_or(0.0, seconds);
     let body = match &packet.event {
         Event::Hello(e) => Body::Hello {
             protocol: e.protocol,
@@ -187,7 +188,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
         Event::Raw(raw) => Body::Raw(raw),
     };
-    Line { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body }
+    JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body }
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The latest estimates, for a chart of the frequency.
 
 use super::bounded::Bounded;
+use crate::digits::seconds;
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Span, Status, TravelStatus};
 use serde::Serialize;
 
@@ -34,7 +35,7 @@ impl Point {
         let tone = |value| estimate.status.has_tone().then_some(value);
         let known = |value| estimate.travel.is_known().then_some(value);
         Self {
-            t_s: estimate.t_us as f64 / 1e6,
+            t_s: seconds(estimate.t_us),
             window_s: estimate.window_s,
             span: estimate.span,
             abscissa: estimate.abscissa,

@@ -1,6 +1,7 @@
 //! The latest raw frames, for strips of the channels.
 
 use super::bounded::Bounded;
+use crate::digits::seconds;
 use ads1258::reading;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Raw;
@@ -24,7 +25,7 @@ impl Frame {
     pub fn new(raw: &Raw, vref_v: f32) -> Self {
         let usable = raw.present & raw.good;
         let volts = |taxel: usize| (usable >> taxel & 1 != 0).then(|| reading::volts(raw.codes[taxel], vref_v));
-        Self { t_s: raw.t_us as f64 / 1e6, number: raw.number, volts: std::array::from_fn(volts) }
+        Self { t_s: seconds(raw.t_us), number: raw.number, volts: std::array::from_fn(volts) }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::style::{alarm, bold, boxed};
 use super::view::View;
-use crate::digits::{decimals, with_sigma};
+use crate::digits::{decimals, seconds, with_sigma};
 use crate::live::{Live, Phase};
 use crate::names::name;
 use ratatui::Frame;
@@ -38,7 +38,7 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
         return vec![Line::raw("no estimate yet"), Line::raw("touch, hold, slide")];
     };
     let mut lines = vec![Line::styled(frequency(estimate), bold())];
-    let until_s = estimate.t_us as f64 / 1e6;
+    let until_s = seconds(estimate.t_us);
     let status = format!("{}, {:.2} s until {until_s:.2} s", name(estimate.status), estimate.window_s);
     let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
     lines.push(Line::styled(status, style));

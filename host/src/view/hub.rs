@@ -5,6 +5,7 @@
 
 use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
+use crate::digits::seconds;
 use crate::feed::{FeedEvent, Following};
 use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::static_image::{PLACES, SIDE};
@@ -179,7 +180,7 @@ impl Inner {
         }
         let (of_us, newest) = (self.live.estimate().map(|found| found.t_us), self.live.strips.iter().next_back());
         // An estimate may overtake the last frames of its window.
-        let has_all = of_us.zip(newest).is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > of_us as f64 / 1e6);
+        let has_all = of_us.zip(newest).is_none_or(|(of_us, newest)| newest.t_s + FRAME_S > seconds(of_us));
         let is_new = of_us != self.curves_of_us && has_all;
         if is_new {
             (self.curves, self.curves_of_us) = (curves(&self.live), of_us);
