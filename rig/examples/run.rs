@@ -1,0 +1,46 @@
+//! Runs a board's image over the demo's grating: `run feather-f405 target/firmware/feather-f405/ridgetone-firmware.elf 5`.
+
+use hal_mock::{Sliding, SlidingScene};
+use ridgetone_proto::telemetry::{Decoder, Event};
+use rig::{Board, Image, Rig, Start};
+use std::error::Error;
+use std::path::Path;
+use std::time::Instant;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let [_, board, path, seconds] = &*arguments else { return Err("run BOARD IMAGE SECONDS".into()) };
+    let board = if board == "nucleo-f446re" { Board::NucleoF446re } else { Board::FeatherF405 };
+    let scene = SlidingScene::new(Sliding::default())?;
+    let mut rig = Rig::new(board, &Image::read(Path::new(path))?, scene, Start::default())?;
+    let begun = Instant::now();
+    let outcome = rig.run_ns((seconds.parse::<f64>()? * 1e9) as u64);
+    let passed_s = begun.elapsed().as_secs_f64();
+    let mut decoder = Decoder::new();
+    for packet in rig.take_sent().into_iter().filter_map(|byte| decoder.push(byte)) {
+        match packet.event {
+            Event::Image(_) | Event::Raw(_) => {}
+            event => println!("{event:?}"),
+        }
+    }
+    for finding in rig.findings() {
+        println!("{finding}");
+    }
+    println!("{:?}", rig.resets());
+    let (cycles, asleep) = rig.cycles();
+    let board_s = rig.now_ns() as f64 * 1e-9;
+    println!(
+        "{board_s:.3} s of the board in {passed_s:.3} s, {:.1} million instructions a second, {:.3} cycles an instruction, \
+         awake {:.2} %, {} conversions read, {:?} by the ADC",
+        rig.instructions() as f64 / passed_s * 1e-6,
+        (cycles - asleep) as f64 / rig.instructions() as f64,
+        (cycles - asleep) as f64 / cycles as f64 * 100.0,
+        rig.readings().len(),
+        rig.adc().counters(),
+    );
+    for (name, irq) in [("DRDY", 10), ("CAN1_TX", 19), ("CAN1_RX0", 20), ("CAN1_RX1", 21), ("TIM4", 30), ("USART2", 38), ("USART3", 39)] {
+        println!("{name:<9} {:?}", rig.served(irq));
+    }
+    outcome?;
+    Ok(())
+}

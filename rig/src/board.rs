@@ -1,0 +1,96 @@
+//! The boards: what is wired to which pin. Written from the wiring page of the book, not from the firmware.
+
+/// A pin by its port (0 is A) and number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Pin(pub u8, pub u8);
+
+/// A board that has an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Board {
+    /// Adafruit Feather STM32F405 Express.
+    FeatherF405,
+    /// ST Nucleo-F446RE.
+    NucleoF446re,
+}
+
+/// What the rig must know of a board.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wiring {
+    pub sck: Pin,
+    pub miso: Pin,
+    pub mosi: Pin,
+    pub cs: Pin,
+    pub start: Pin,
+    pub reset: Pin,
+    pub drdy: Pin,
+    pub tx: Pin,
+    pub rx: Pin,
+    /// The serial line's USART: 2 or 3.
+    pub usart: u8,
+    /// The crystal, or the clock that is fed in, hertz.
+    pub hse_hz: u64,
+    /// HSE is a clock, not a crystal.
+    pub is_bypassed: bool,
+    pub flash_bytes: usize,
+    pub ccm_bytes: usize,
+    /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating conditions).
+    pub limits_hz: [u64; 3],
+    /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1).
+    pub id_code: u32,
+}
+
+const PORT_A: u8 = 0;
+const PORT_B: u8 = 1;
+const PORT_C: u8 = 2;
+
+impl Board {
+    /// The folder of its image.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::FeatherF405 => "feather-f405",
+            Self::NucleoF446re => "nucleo-f446re",
+        }
+    }
+
+    pub(crate) const fn wiring(self) -> Wiring {
+        let spi1 = [Pin(PORT_A, 5), Pin(PORT_A, 6), Pin(PORT_A, 7)];
+        match self {
+            Self::FeatherF405 => Wiring {
+                sck: spi1[0],
+                miso: spi1[1],
+                mosi: spi1[2],
+                cs: Pin(PORT_A, 4),
+                start: Pin(PORT_C, 5),
+                reset: Pin(PORT_C, 6),
+                drdy: Pin(PORT_C, 4),
+                tx: Pin(PORT_B, 10),
+                rx: Pin(PORT_B, 11),
+                usart: 3,
+                hse_hz: 12_000_000,
+                is_bypassed: false,
+                flash_bytes: 1 << 20,
+                ccm_bytes: 64 << 10,
+                limits_hz: [168_000_000, 42_000_000, 84_000_000],
+                id_code: 0x1007_6413,
+            },
+            Self::NucleoF446re => Wiring {
+                sck: spi1[0],
+                miso: spi1[1],
+                mosi: spi1[2],
+                cs: Pin(PORT_B, 6),
+                start: Pin(PORT_C, 7),
+                reset: Pin(PORT_A, 9),
+                drdy: Pin(PORT_A, 4),
+                tx: Pin(PORT_A, 2),
+                rx: Pin(PORT_A, 3),
+                usart: 2,
+                hse_hz: 8_000_000,
+                is_bypassed: true,
+                flash_bytes: 512 << 10,
+                ccm_bytes: 0,
+                limits_hz: [180_000_000, 45_000_000, 90_000_000],
+                id_code: 0x1000_6421,
+            },
+        }
+    }
+}

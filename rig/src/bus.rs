@@ -1,0 +1,9 @@
+//! All that the processor reaches: memory, peripherals, time. The pins end in the simulated ADC and the serial line.
+
+mod access;
+mod events;
+mod registers;
+mod state;
+mod wires;
+
+pub(crate) use state::Bus;

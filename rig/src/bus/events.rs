@@ -1,0 +1,87 @@
+//! What happens by itself: bytes end, timers wrap, DRDY falls, the watchdog bites.
+
+use super::state::Bus;
+use crate::board::Pin;
+use crate::findings::Rule;
+
+/// Interrupts' numbers (RM0090, table 61).
+const IRQ_EXTI4: u16 = 10;
+const IRQ_TIM4: u16 = 30;
+const IRQ_USART2: u16 = 38;
+const IRQ_USART3: u16 = 39;
+
+impl Bus {
+    /// Processor cycles that a byte takes on the serial line.
+    pub fn byte_cycles(&self) -> u64 {
+        (self.usart.byte_clocks() * self.apb_ratio(0)).max(1)
+    }
+
+    /// The next cycle at which anything happens by itself.
+    pub fn next_event(&self) -> u64 {
+        let bite = self.iwdg.next_event_ns().map(|ns| self.time.cycle_at(ns));
+        let events = [
+            self.spi.next_event(),
+            self.usart.next_event(),
+            self.tim4.next_event(self.timer_ratio()),
+            self.drdy_falls,
+            bite,
+        ];
+        events.into_iter().flatten().min().unwrap_or(u64::MAX)
+    }
+
+    /// When DRDY falls next. To be called whenever the ADC may have changed its mind.
+    pub fn expect_drdy(&mut self) {
+        self.drdy_falls = self.adc.chip.next_drdy_fall_ns().map(|ns| self.time.cycle_at(ns).max(self.time.cycles + 1));
+    }
+
+    /// Lets everything happen that is due, and sets the interrupts' lines.
+    pub fn catch_up(&mut self) {
+        let now = self.time.cycles;
+        let overruns = (self.spi.overruns, self.usart.overruns);
+        self.spi.advance(now);
+        self.shift();
+        self.usart.advance(now, self.byte_cycles());
+        self.tim4.advance(now, self.timer_ratio());
+        if self.drdy_falls.is_some_and(|cycle| cycle <= now) {
+            self.drdy_edge();
+        }
+        if self.spi.overruns > overruns.0 {
+            self.note(Some((Rule::SpiOverrun, "a byte arrives before the one before is read".into())));
+        }
+        if self.usart.overruns > overruns.1 {
+            self.note(Some((Rule::UsartOverrun, "a byte arrives before the one before is read".into())));
+        }
+        if self.iwdg.next_event_ns().is_some_and(|ns| ns <= self.time.ns()) && !self.has_bitten {
+            self.has_bitten = true;
+            self.note(Some((Rule::Watchdog, "nobody has fed it".into())));
+        }
+        self.scs.now = now;
+        self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
+        self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
+        let irq = if self.wiring.usart == 2 { IRQ_USART2 } else { IRQ_USART3 };
+        self.scs.set_line(irq, self.usart.is_requested());
+    }
+
+    /// DRDY falls, once or more often since it was looked at last.
+    fn drdy_edge(&mut self) {
+        let Pin(port, pin) = self.wiring.drdy;
+        self.adc.chip.advance_to(self.time.ns());
+        if self.syscfg.port(pin) == port {
+            self.exti.fall(pin);
+        }
+        self.expect_drdy();
+    }
+
+    /// Starts the next byte on SPI, if one waits.
+    fn shift(&mut self) {
+        let Some(out) = self.spi.take_next() else { return };
+        let now = self.time.cycles;
+        let bit = self.spi.divider() * self.apb_ratio(1);
+        // In mode 0 the first edge is half a bit after the start; the last falling one ends the byte.
+        let (first_ns, last_ns) = (self.time.ns_at(now + bit / 2), self.time.ns_at(now + 8 * bit));
+        let (incoming, broken) = self.adc.exchange(out, first_ns, last_ns);
+        self.spi.begin(incoming, now + 8 * bit);
+        self.note(broken);
+        self.expect_drdy();
+    }
+}

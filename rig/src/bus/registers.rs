@@ -1,0 +1,158 @@
+//! Which peripheral an address belongs to, and whether its clock is on.
+
+use super::state::Bus;
+use crate::findings::Rule;
+
+const TIM2: u32 = 0x4000_0000;
+const TIM4: u32 = 0x4000_0800;
+const IWDG: u32 = 0x4000_3000;
+const USART2: u32 = 0x4000_4400;
+const USART3: u32 = 0x4000_4800;
+const PWR: u32 = 0x4000_7000;
+const SPI1: u32 = 0x4001_3000;
+const SYSCFG: u32 = 0x4001_3800;
+const EXTI: u32 = 0x4001_3C00;
+const GPIOA: u32 = 0x4002_0000;
+const GPIOC: u32 = 0x4002_0800;
+const RCC: u32 = 0x4002_3800;
+const FLASH: u32 = 0x4002_3C00;
+
+/// The counter of a timer.
+const CNT: u32 = 0x24;
+
+/// Where a peripheral's bit is in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`], and the bit.
+const fn clock_of(base: u32) -> Option<(usize, u32)> {
+    Some(match base {
+        TIM2 => (3, 0),
+        TIM4 => (3, 2),
+        USART2 => (3, 17),
+        USART3 => (3, 18),
+        PWR => (3, 28),
+        SPI1 => (4, 12),
+        SYSCFG => (4, 14),
+        GPIOA..=GPIOC => (0, (base - GPIOA) / 0x400),
+        _ => return None,
+    })
+}
+
+impl Bus {
+    /// Base and offset of a register; notes a clock that is off.
+    fn locate(&mut self, address: u32) -> (u32, u32) {
+        let base = address & !0x3FF;
+        if let Some((bus, bit)) = clock_of(base).filter(|(bus, bit)| !self.rcc.is_on(*bus, *bit)) {
+            self.note(Some((Rule::ClockOn, format!("{address:#010x}: bit {bit} of bus {bus} is off in RCC"))));
+        }
+        (base, address - base)
+    }
+
+    fn line_base(&self) -> u32 {
+        if self.wiring.usart == 2 { USART2 } else { USART3 }
+    }
+
+    /// Reads a peripheral's register; none if it is not modelled.
+    pub fn register(&mut self, address: u32) -> Option<u32> {
+        let (base, offset) = self.locate(address);
+        let (now, ratio, line) = (self.time.cycles, self.timer_ratio(), self.line_base());
+        match base {
+            TIM2 => {
+                let value = self.tim2.read(offset, now, ratio)?;
+                if offset == CNT && std::mem::take(&mut self.dates_edge) {
+                    self.adc.t_us = value;
+                }
+                Some(value)
+            }
+            TIM4 => self.tim4.read(offset, now, ratio),
+            IWDG => self.iwdg.read(offset, self.time.ns()),
+            PWR => self.pwr.read(offset),
+            SPI1 => self.spi.read(offset),
+            SYSCFG => self.syscfg.read(offset),
+            EXTI => self.exti.read(offset),
+            GPIOA..=GPIOC => {
+                self.show_drdy();
+                self.gpio[((base - GPIOA) / 0x400) as usize].read(offset)
+            }
+            RCC => self.rcc.read(offset, self.time.ns()),
+            FLASH => self.flash.read(offset),
+            _ if base == line => self.usart.read(offset),
+            _ => None,
+        }
+    }
+
+    /// Writes a peripheral's register; none if it is not modelled.
+    pub fn set_register(&mut self, address: u32, value: u32) -> Option<()> {
+        let (base, offset) = self.locate(address);
+        let (now, ratio, line) = (self.time.cycles, self.timer_ratio(), self.line_base());
+        match base {
+            TIM2 => {
+                self.tim2.write(offset, value, now, ratio)?;
+                let detail = || "TIM2 runs, and nobody has written ARR".to_owned();
+                self.note(self.tim2.runs_unset().then(|| (Rule::TimerReload, detail())));
+            }
+            TIM4 => self.tim4.write(offset, value, now, ratio)?,
+            IWDG => self.iwdg.write(offset, value, self.time.ns())?,
+            PWR => self.pwr.write(offset, value)?,
+            SPI1 => {
+                let was_on = self.spi.is_on();
+                self.spi.write(offset, value)?;
+                if !was_on && self.spi.is_on() {
+                    self.check_spi();
+                }
+            }
+            SYSCFG => self.syscfg.write(offset, value)?,
+            EXTI => self.exti.write(offset, value)?,
+            GPIOA..=GPIOC => {
+                self.gpio[((base - GPIOA) / 0x400) as usize].write(offset, value)?;
+                self.pins_changed();
+            }
+            RCC => {
+                let changed = self.rcc.write(offset, value, self.time.ns())?;
+                self.note(changed.broken);
+                if changed.clocks {
+                    self.change_clocks();
+                }
+                if let Some((bus, bits)) = changed.resets {
+                    self.reset_peripherals(bus, bits)?;
+                }
+            }
+            FLASH => {
+                let effect = self.flash.write(offset, value)?;
+                self.apply(effect);
+            }
+            _ if base == line => {
+                let was_on = self.usart.is_on();
+                self.usart.write(offset, value)?;
+                if !was_on && self.usart.is_on() {
+                    self.check_line();
+                }
+            }
+            _ => return None,
+        }
+        Some(())
+    }
+
+    /// Resets peripherals by their bits in RCC's registers; none if one is not modelled.
+    fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
+        let line = self.line_base();
+        let known = [TIM2, TIM4, line, PWR, SPI1, SYSCFG, GPIOA, GPIOA + 0x400, GPIOC];
+        let mut left = bits;
+        for base in known {
+            let Some((_, bit)) = clock_of(base).filter(|(its, bit)| *its == bus && bits >> bit & 1 != 0) else {
+                continue;
+            };
+            left &= !(1 << bit);
+            match base {
+                TIM2 => self.tim2.reset(),
+                TIM4 => self.tim4.reset(),
+                PWR => self.pwr = crate::peripherals::small::Pwr::new(),
+                SPI1 => self.spi.reset(),
+                SYSCFG => self.syscfg = Default::default(),
+                GPIOA..=GPIOC => {
+                    self.gpio[((base - GPIOA) / 0x400) as usize].reset();
+                    self.pins_changed();
+                }
+                _ => self.usart.reset(),
+            }
+        }
+        (left == 0).then_some(())
+    }
+}

@@ -1,0 +1,123 @@
+//! What hangs on the pins and the clocks, and the rules for both.
+
+use super::state::Bus;
+use crate::board::Pin;
+use crate::findings::Rule;
+use crate::peripherals::gpio::Gpio;
+
+/// Alternate functions (DS8626, table 9): SPI1 and the USARTs 1 to 3.
+const AF_SPI1: u32 = 5;
+const AF_USART: u32 = 7;
+
+/// The APB's clock up to which SCK's pad may have medium speed, hertz [memory: the errata sheets have a table for 30 pF
+/// and 2.7 V; medium is enough at 42 MHz and not at 84 MHz].
+const MEDIUM_PAD_HZ: u64 = 42_000_000;
+/// The pad's speed from which 84 MHz are allowed: fast.
+const FAST: u32 = 2;
+
+impl Bus {
+    fn port(&self, pin: Pin) -> &Gpio {
+        &self.gpio[usize::from(pin.0)]
+    }
+
+    /// The level on a wire to the ADC: what an output drives, or else that of the wiring page's pull resistors.
+    fn level(&self, pin: Pin, pulled: bool) -> bool {
+        self.port(pin).driven(pin.1).unwrap_or(pulled)
+    }
+
+    /// Outputs may have moved.
+    pub fn pins_changed(&mut self) {
+        let (wiring, now_ns) = (self.wiring, self.time.ns());
+        let start = self.level(wiring.start, false);
+        let reset = self.level(wiring.reset, true);
+        let cs_low = !self.level(wiring.cs, true);
+        let broken = self.adc.set_cs(cs_low, now_ns, self.spi.is_busy());
+        self.note(broken);
+        self.adc.set_start(start, now_ns);
+        self.adc.set_reset(reset, now_ns);
+        self.expect_drdy();
+    }
+
+    /// Puts DRDY's level where its pin is read.
+    pub fn show_drdy(&mut self) {
+        let Pin(port, pin) = self.wiring.drdy;
+        let high = self.adc.chip.drdy_high(self.time.ns());
+        let outside = &mut self.gpio[usize::from(port)].outside;
+        *outside = *outside & !(1 << pin) | u16::from(high) << pin;
+    }
+
+    /// The clocks have been chosen anew.
+    pub fn change_clocks(&mut self) {
+        let (clocks, pll) = self.rcc.clocks(&self.wiring);
+        let limits = self.wiring.limits_hz;
+        if self.rcc.hse().is_some_and(|is_bypassed| is_bypassed != self.wiring.is_bypassed) {
+            self.note(Some((Rule::ClockLimit, "HSEBYP does not fit the board's oscillator".into())));
+        }
+        let is_above = [clocks.hclk, clocks.pclk[0], clocks.pclk[1]].iter().zip(limits).any(|(hz, limit)| *hz > limit);
+        if is_above {
+            self.note(Some((Rule::ClockLimit, format!("{clocks:?}"))));
+        }
+        if let Some([input, vco]) = pll {
+            if !(1_000_000..=2_000_000).contains(&input) || !(100_000_000..=432_000_000).contains(&vco) {
+                self.note(Some((Rule::ClockLimit, format!("the PLL's input {input} Hz, its VCO {vco} Hz"))));
+            }
+        }
+        // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
+        let needed = clocks.hclk.saturating_sub(1) / 30_000_000;
+        if self.flash.latency() < needed {
+            let detail = format!("{} wait states at {} Hz", self.flash.latency(), clocks.hclk);
+            self.note(Some((Rule::WaitStates, detail)));
+        }
+        self.clocks = clocks;
+        self.time.change((clocks.hclk / 1000).max(1));
+        self.expect_drdy();
+    }
+
+    /// Processor cycles in one of the clock of the timers on APB1: twice the APB's if that is divided (RM0090, 7.2).
+    pub fn timer_ratio(&self) -> u64 {
+        let divider = self.apb_ratio(0);
+        if divider == 1 { 1 } else { divider / 2 }
+    }
+
+    /// Processor cycles in one of an APB's.
+    pub fn apb_ratio(&self, apb: usize) -> u64 {
+        self.clocks.hclk / self.clocks.pclk[apb].max(1)
+    }
+
+    /// The rules for SPI, as it is switched on.
+    pub fn check_spi(&mut self) {
+        let Pin(port, sck) = self.wiring.sck;
+        let pins = [self.wiring.sck, self.wiring.miso, self.wiring.mosi];
+        self.check_functions(&pins, AF_SPI1);
+        if self.port(self.wiring.cs).driven(self.wiring.cs.1).is_none() {
+            self.note(Some((Rule::PinFunction, "CS is no output".into())));
+        }
+        let apb_hz = self.clocks.pclk[1];
+        let speed = self.gpio[usize::from(port)].speed(sck);
+        if apb_hz > MEDIUM_PAD_HZ && speed < FAST {
+            self.note(Some((Rule::PadSpeed, format!("SCK's OSPEEDR is {speed} at APB2 {apb_hz} Hz"))));
+        }
+        if !self.spi.fits_adc() {
+            self.note(Some((Rule::SpiMode, "not mode 0, 8 bits, most significant first".into())));
+        }
+        let sclk_hz = apb_hz / self.spi.divider();
+        if sclk_hz * 2 > u64::from(self.adc.clock_hz()) {
+            self.note(Some((Rule::SpiClock, format!("SCLK {sclk_hz} Hz"))));
+        }
+    }
+
+    /// The rules for the serial line, as it is switched on.
+    pub fn check_line(&mut self) {
+        self.check_functions(&[self.wiring.tx, self.wiring.rx], AF_USART);
+    }
+
+    fn check_functions(&mut self, pins: &[Pin], wanted: u32) {
+        for pin in pins {
+            let has = self.port(*pin).function(pin.1);
+            if has != Some(wanted) {
+                let detail = format!("{pin:?} has {has:?} in place of function {wanted}");
+                self.note(Some((Rule::PinFunction, detail)));
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The simulated ADS1258 on SPI1 and the pins, and what the datasheet asks of their timing (SBAS297G).
+
+use crate::findings::Rule;
+use hal_mock::{Ads1258, Options, Scene};
+
+/// First byte of a transfer that reads a result by command.
+const READ_RESULT: u8 = 0x30;
+/// Commands that write registers: C[2:0] is 011.
+const WRITE: u8 = 0b011;
+/// NEW in the status byte.
+const NEW: u8 = 0x80;
+
+/// A result that the image has read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// The chip's time of the falling edge of DRDY, nanoseconds since power-up.
+    pub edge_ns: u64,
+    /// The microsecond counter as the interrupt's first read of it gave it.
+    pub t_us: u32,
+    /// Status byte and code, most significant byte first.
+    pub bytes: [u8; 4],
+}
+
+pub struct Adc {
+    /// The chip.
+    pub chip: Ads1258,
+    cs_low: bool,
+    start: bool,
+    reset_high: bool,
+    /// When CS has moved last.
+    cs_ns: u64,
+    /// Bytes of the transfer under way, both ways.
+    bytes: Vec<(u8, u8)>,
+    /// The microsecond counter as the latest interrupt of DRDY read it first.
+    pub t_us: u32,
+    /// Results read, in order.
+    pub readings: Vec<Reading>,
+    /// The first rising START, nanoseconds.
+    pub started_ns: Option<u64>,
+    tclk_ns: f64,
+}
+
+impl Adc {
+    pub fn new(scene: Box<dyn Scene>, options: Options) -> Self {
+        let tclk_ns = 1e9 / f64::from(options.clock_hz);
+        Self {
+            chip: Ads1258::new(scene, options),
+            cs_low: false,
+            start: false,
+            reset_high: true,
+            cs_ns: 0,
+            bytes: Vec::new(),
+            t_us: 0,
+            readings: Vec::new(),
+            started_ns: None,
+            tclk_ns,
+        }
+    }
+
+    /// The chip's clock, hertz.
+    pub fn clock_hz(&self) -> u32 {
+        self.chip.options().clock_hz
+    }
+
+    /// CS; `spi_is_busy` when it moves.
+    pub fn set_cs(&mut self, low: bool, now_ns: u64, spi_is_busy: bool) -> Option<(Rule, String)> {
+        if low == self.cs_low {
+            return None;
+        }
+        self.cs_low = low;
+        let since_ns = (now_ns - std::mem::replace(&mut self.cs_ns, now_ns)) as f64;
+        if low {
+            self.chip.select(now_ns);
+            self.bytes.clear();
+            let short = since_ns < 2.0 * self.tclk_ns;
+            return short.then(|| (Rule::ChipSelect, format!("CS was high for {since_ns} ns only")));
+        }
+        self.chip.deselect(now_ns);
+        self.keep_reading();
+        spi_is_busy.then(|| (Rule::ChipSelect, "CS rises while SPI is busy".into()))
+    }
+
+    /// Keeps what a transfer has read.
+    fn keep_reading(&mut self) {
+        if let [(READ_RESULT, _), rest @ ..] = &*self.bytes {
+            if let [a, b, c, d, ..] = rest {
+                let bytes = [a.1, b.1, c.1, d.1];
+                if bytes[0] & NEW != 0 {
+                    let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
+                    self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes });
+                }
+            }
+        }
+    }
+
+    /// START.
+    pub fn set_start(&mut self, high: bool, now_ns: u64) {
+        if high != self.start {
+            self.start = high;
+            self.chip.set_start(now_ns, high);
+            if high {
+                self.started_ns.get_or_insert(now_ns);
+            }
+        }
+    }
+
+    /// RESET, active low.
+    pub fn set_reset(&mut self, high: bool, now_ns: u64) {
+        if high != self.reset_high {
+            self.reset_high = high;
+            self.chip.set_reset(now_ns, high);
+        }
+    }
+
+    /// A byte on the bus: its first and last edge of SCLK.
+    pub fn exchange(&mut self, out: u8, first_ns: u64, last_ns: u64) -> (u8, Option<(Rule, String)>) {
+        if !self.cs_low {
+            return (0xFF, None);
+        }
+        let since_ns = first_ns.saturating_sub(self.cs_ns) as f64;
+        let broken = if self.bytes.is_empty() && since_ns < 2.5 * self.tclk_ns {
+            Some((Rule::ChipSelect, format!("SCLK {since_ns} ns after CS")))
+        } else if self.bytes.is_empty() && self.start && out >> 5 == WRITE {
+            Some((Rule::AdcWrite, format!("command {out:#04x} while START is high")))
+        } else {
+            None
+        };
+        let incoming = self.chip.exchange(first_ns, last_ns, out);
+        self.bytes.push((out, incoming));
+        (incoming, broken)
+    }
+}

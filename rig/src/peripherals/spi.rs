@@ -1,0 +1,122 @@
+//! SPI1 as a master of two lines, bit by bit in time (RM0090, 28.5).
+
+const CPHA: u32 = 1;
+const CPOL: u32 = 2;
+const MSTR: u32 = 4;
+const SPE: u32 = 1 << 6;
+const LSBFIRST: u32 = 1 << 7;
+
+const RXNE: u32 = 1;
+const TXE: u32 = 2;
+const OVR: u32 = 1 << 6;
+const BSY: u32 = 1 << 7;
+
+#[derive(Default)]
+pub struct Spi {
+    cr1: u32,
+    cr2: u32,
+    received: Option<u8>,
+    overrun: bool,
+    /// DR was read after the overrun.
+    overrun_read: bool,
+    /// The byte that waits for the shift register.
+    waiting: Option<u8>,
+    /// The byte in the shift register: what comes back, and the cycle of its end.
+    shifting: Option<(u8, u64)>,
+    /// Bytes that the receiver lost.
+    pub overruns: u64,
+}
+
+impl Spi {
+    /// As after a reset; the count goes on.
+    pub fn reset(&mut self) {
+        *self = Self { overruns: self.overruns, ..Self::default() };
+    }
+
+    /// Whether it is on.
+    pub fn is_on(&self) -> bool {
+        self.cr1 & SPE != 0
+    }
+
+    /// Whether it is a master in mode 0 that sends bytes, most significant bit first, both ways.
+    pub fn fits_adc(&self) -> bool {
+        self.cr1 & (CPHA | CPOL | MSTR | LSBFIRST | 0xFC00) == MSTR
+    }
+
+    /// The APB's clock cycles in one of SCLK.
+    pub fn divider(&self) -> u64 {
+        2 << (self.cr1 >> 3 & 7)
+    }
+
+    /// Whether a byte is under way.
+    pub fn is_busy(&self) -> bool {
+        self.shifting.is_some() || self.waiting.is_some()
+    }
+
+    /// The byte to shift next, if the shift register is free.
+    pub fn take_next(&mut self) -> Option<u8> {
+        if self.shifting.is_some() || !self.is_on() { None } else { self.waiting.take() }
+    }
+
+    /// A byte is under way until this cycle.
+    pub fn begin(&mut self, incoming: u8, end: u64) {
+        self.shifting = Some((incoming, end));
+    }
+
+    /// When the byte under way ends.
+    pub fn next_event(&self) -> Option<u64> {
+        self.shifting.map(|(_, end)| end)
+    }
+
+    /// Ends the byte under way if it is time.
+    pub fn advance(&mut self, now: u64) {
+        if let Some((byte, _)) = self.shifting.take_if(|(_, end)| *end <= now) {
+            if self.received.is_some() {
+                (self.overrun, self.overrun_read) = (true, false);
+                self.overruns += 1;
+            } else {
+                self.received = Some(byte);
+            }
+        }
+    }
+
+    pub fn read(&mut self, offset: u32) -> Option<u32> {
+        Some(match offset {
+            0x00 => self.cr1,
+            0x04 => self.cr2,
+            0x08 => {
+                let flag = |is: bool, bit: u32| if is { bit } else { 0 };
+                let status = flag(self.received.is_some(), RXNE)
+                    | flag(self.waiting.is_none(), TXE)
+                    | flag(self.overrun, OVR)
+                    | flag(self.is_busy(), BSY);
+                // Reading DR and then SR clears OVR.
+                if self.overrun_read {
+                    (self.overrun, self.overrun_read) = (false, false);
+                }
+                status
+            }
+            0x0C => {
+                self.overrun_read = self.overrun;
+                self.received.take().unwrap_or(0).into()
+            }
+            0x10 => 7,
+            0x14 | 0x18 | 0x1C => 0,
+            0x20 => 2,
+            _ => return None,
+        })
+    }
+
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        match offset {
+            0x00 => self.cr1 = value & 0xFFFF,
+            // Interrupts, DMA and the TI format are not modelled; SSOE is without effect on a master that ignores NSS.
+            0x04 if value & !4 == 0 => self.cr2 = value,
+            0x0C => self.waiting = Some(value as u8),
+            // I2SCFGR: SPI, not I2S.
+            0x1C if value & 1 << 11 == 0 => {}
+            _ => return None,
+        }
+        Some(())
+    }
+}

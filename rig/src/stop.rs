@@ -1,0 +1,45 @@
+//! Why an instruction did not end as usual.
+
+use std::fmt;
+
+/// The run ends: the image has touched something that is not modelled, or the processor has locked up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// What it was.
+    pub what: String,
+    /// The address that was touched.
+    pub address: u32,
+    /// Address of the instruction.
+    pub pc: u32,
+    /// Virtual time, nanoseconds since power-up.
+    pub at_ns: u64,
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { what, address, pc, at_ns } = self;
+        write!(f, "{what} at {address:#010x} is not modelled: instruction {pc:#010x}, {:.6} s", *at_ns as f64 * 1e-9)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+/// A usage fault by its bit in CFSR (DDI 0403E, B3.2.15).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Usage {
+    Undefined = 1 << 16,
+    State = 1 << 17,
+    NoCoprocessor = 1 << 19,
+    Unaligned = 1 << 24,
+}
+
+/// What ends an instruction early.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Stop {
+    /// No memory at this address.
+    Bus(u32),
+    /// A usage fault.
+    Usage(Usage),
+    /// The run is over.
+    Failed(Box<Failure>),
+}

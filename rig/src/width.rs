@@ -1,0 +1,33 @@
+//! How much of memory an instruction moves.
+
+/// What of memory a load or store moves, and how a load extends it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    Byte,
+    SignedByte,
+    Half,
+    SignedHalf,
+    Word,
+}
+
+impl Width {
+    /// Bytes in memory.
+    pub const fn bytes(self) -> u32 {
+        match self {
+            Self::Byte | Self::SignedByte => 1,
+            Self::Half | Self::SignedHalf => 2,
+            Self::Word => 4,
+        }
+    }
+
+    /// The lowest bits of a word, extended to all of it.
+    pub const fn extend(self, value: u32) -> u32 {
+        match self {
+            Self::Byte => value & 0xFF,
+            Self::SignedByte => value as u8 as i8 as u32,
+            Self::Half => value & 0xFFFF,
+            Self::SignedHalf => value as u16 as i16 as u32,
+            Self::Word => value,
+        }
+    }
+}
