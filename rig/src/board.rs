@@ -33,6 +33,8 @@ pub(crate) struct Wiring {
     pub is_bypassed: bool,
     pub flash_bytes: usize,
     pub ccm_bytes: usize,
+    /// RCC has DCKCFGR.
+    pub has_dckcfgr: bool,
     /// Highest clocks of the processor, APB1 and APB2, hertz (DS8626 and DS10693, general operating conditions).
     pub limits_hz: [u64; 3],
     /// DBGMCU_IDCODE: device and revision (RM0090 38.6.1, RM0390 33.6.1).
@@ -70,6 +72,7 @@ impl Board {
                 is_bypassed: false,
                 flash_bytes: 1 << 20,
                 ccm_bytes: 64 << 10,
+                has_dckcfgr: false,
                 limits_hz: [168_000_000, 42_000_000, 84_000_000],
                 id_code: 0x1007_6413,
             },
@@ -88,6 +91,7 @@ impl Board {
                 is_bypassed: true,
                 flash_bytes: 512 << 10,
                 ccm_bytes: 0,
+                has_dckcfgr: true,
                 limits_hz: [180_000_000, 45_000_000, 90_000_000],
                 id_code: 0x1000_6421,
             },

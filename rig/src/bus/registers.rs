@@ -17,6 +17,9 @@ const GPIOC: u32 = 0x4002_0800;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
 
+/// The data register of a USART.
+const USART_DR: u32 = 0x04;
+
 /// The counter of a timer.
 const CNT: u32 = 0x24;
 
@@ -119,9 +122,8 @@ impl Bus {
                 self.apply(effect);
             }
             _ if base == line => {
-                let was_on = self.usart.is_on();
                 self.usart.write(offset, value)?;
-                if !was_on && self.usart.is_on() {
+                if offset == USART_DR && !std::mem::replace(&mut self.is_line_checked, true) {
                     self.check_line();
                 }
             }

@@ -49,6 +49,8 @@ pub(crate) struct Bus {
     pub has_bitten: bool,
     /// The flash has changed: what is decoded of it is out of date.
     pub flash_changed: bool,
+    /// The serial line's pins were looked at since it was switched on.
+    pub is_line_checked: bool,
     /// The next falling edge of DRDY, cycles.
     pub drdy_falls: Option<u64>,
     /// The next read of the microsecond counter dates an edge of DRDY.
@@ -68,7 +70,7 @@ impl Bus {
             scs: Scs::new(),
             wiring,
             clocks: Clocks { hclk: HSI_HZ, pclk: [HSI_HZ; 2] },
-            rcc: Rcc::new(ResetCause::Power),
+            rcc: Rcc::new(ResetCause::Power, wiring.has_dckcfgr),
             gpio: [Gpio::new(0), Gpio::new(1), Gpio::new(2)],
             exti: Exti::default(),
             syscfg: Syscfg::default(),
@@ -83,6 +85,7 @@ impl Bus {
             findings: Findings::default(),
             has_bitten: false,
             flash_changed: false,
+            is_line_checked: false,
             drdy_falls: None,
             dates_edge: false,
         }
@@ -102,7 +105,7 @@ impl Bus {
         self.tim4.reset();
         self.iwdg.reset();
         self.pwr = Pwr::new();
-        (self.has_bitten, self.dates_edge) = (false, false);
+        (self.has_bitten, self.dates_edge, self.is_line_checked) = (false, false, false);
         self.change_clocks();
         self.pins_changed();
         self.attend();

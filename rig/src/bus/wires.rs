@@ -106,7 +106,7 @@ impl Bus {
         }
     }
 
-    /// The rules for the serial line, as it is switched on.
+    /// The rules for the serial line, as its first byte leaves.
     pub fn check_line(&mut self) {
         self.check_functions(&[self.wiring.tx, self.wiring.rx], AF_USART);
     }

@@ -48,6 +48,8 @@ pub struct Rcc {
     bdcr: u32,
     hse_on_ns: u64,
     pll_on_ns: u64,
+    /// DCKCFGR exists: on the STM32F446 (RM0390, 6.3.25).
+    has_dckcfgr: bool,
     /// HSE never starts.
     pub hse_is_dead: bool,
 }
@@ -62,7 +64,7 @@ pub struct Changed {
 }
 
 impl Rcc {
-    pub fn new(cause: ResetCause) -> Self {
+    pub fn new(cause: ResetCause, has_dckcfgr: bool) -> Self {
         Self {
             cr: 0x83,
             pllcfgr: 0x2400_3010,
@@ -74,6 +76,7 @@ impl Rcc {
             bdcr: 0,
             hse_on_ns: 0,
             pll_on_ns: 0,
+            has_dckcfgr,
             hse_is_dead: false,
         }
     }
@@ -84,7 +87,7 @@ impl Rcc {
             csr: self.csr & 0xFE00_0003 | cause as u32,
             bdcr: self.bdcr,
             hse_is_dead: self.hse_is_dead,
-            ..Self::new(cause)
+            ..Self::new(cause, self.has_dckcfgr)
         };
     }
 
@@ -149,6 +152,7 @@ impl Rcc {
             0x40 | 0x44 => self.enabled[3 + (offset as usize - 0x40) / 4],
             0x70 => self.bdcr,
             0x74 => self.csr | (self.csr & 1) << 1,
+            0x8C if self.has_dckcfgr => 0,
             _ => return None,
         })
     }
@@ -212,6 +216,8 @@ impl Rcc {
                 }
                 self.csr = self.csr & !1 | value & 1;
             }
+            // Other prescalers of the timers, and clocks of peripherals that are not used.
+            0x8C if self.has_dckcfgr && value == 0 => {}
             _ => return None,
         }
         Some(changed)
