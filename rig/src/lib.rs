@@ -3,6 +3,7 @@
 #![warn(missing_docs)]
 
 mod board;
+mod breakage;
 mod bus;
 mod cpu;
 mod findings;
@@ -15,6 +16,7 @@ mod time;
 mod width;
 
 pub use board::Board;
+pub use breakage::Breakage;
 pub use findings::{Finding, Rule};
 pub use image::{Image, ImageError};
 pub use peripherals::adc::Reading;

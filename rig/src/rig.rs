@@ -1,6 +1,7 @@
 //! The board under test: the processor with all that hangs on it, and the ends of its cables.
 
 use crate::board::Board;
+use crate::breakage::Breakage;
 use crate::bus::Bus;
 use crate::cpu::Cpu;
 use crate::findings::{Finding, Rule};
@@ -9,7 +10,7 @@ use crate::peripherals::adc::{Adc, Reading};
 use crate::peripherals::rcc::ResetCause;
 use crate::scs::{FIRST_IRQ, HARD_FAULT, Served};
 use crate::stop::{Failure, Stop};
-use hal_mock::{Ads1258, Options, Scene};
+use hal_mock::{Ads1258, Fault, Options, Scene};
 
 /// How a run begins.
 #[derive(Clone, Debug, Default)]
@@ -185,6 +186,35 @@ impl Rig {
         self.reset(ResetCause::Pin)
     }
 
+    /// Does this to the processor now.
+    pub fn suffer(&mut self, breakage: Breakage) {
+        match breakage {
+            Breakage::JumpTo(address) => self.cpu.pc = address & !1,
+            Breakage::StackPointer(address) => self.cpu.r[13] = address & !3,
+            Breakage::Mask(irq) => self.bus.scs.mask(irq),
+        }
+        // Asleep it would only notice at the next interrupt.
+        self.cpu.is_asleep = false;
+        self.bus.attend();
+    }
+
+    /// Cuts the power of the flash after so many more words: what is written behind them is lost, and so is an erase.
+    pub fn cut_flash_after(&mut self, words: Option<u64>) {
+        self.bus.flash.words_left = words;
+    }
+
+    /// Switches the power off and on: RAM forgets, the flash and the cable do not.
+    pub fn cycle_power(&mut self) -> Result<(), Box<Failure>> {
+        self.bus.ram.fill(0xA5);
+        self.bus.flash.words_left = None;
+        self.reset(ResetCause::Power)
+    }
+
+    /// Words that the flash has programmed, and sectors that it has erased.
+    pub fn flash_counts(&self) -> (u64, u64) {
+        (self.bus.flash.programmed, self.bus.flash.erased)
+    }
+
     /// Puts bytes on the cable to the board, one behind the other, from now on or behind those already on it.
     pub fn send(&mut self, bytes: &[u8]) {
         let now = self.bus.time.cycles;
@@ -230,6 +260,15 @@ impl Rig {
     /// The simulated ADC.
     pub fn adc(&mut self) -> &mut Ads1258 {
         &mut self.bus.adc.chip
+    }
+
+    /// Begins or ends a fault of the ADC now.
+    pub fn adc_fault(&mut self, fault: Fault, begins: bool) {
+        let chip = &mut self.bus.adc.chip;
+        chip.advance_to(self.bus.time.ns());
+        if begins { chip.begin_fault(fault) } else { chip.end_fault(fault) }
+        self.bus.expect_drdy();
+        self.bus.attend();
     }
 
     /// Instructions executed.

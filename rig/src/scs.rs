@@ -115,6 +115,11 @@ impl Scs {
         }
     }
 
+    /// Masks an interrupt, as NVIC_ICER does.
+    pub fn mask(&mut self, irq: u16) {
+        self.enabled &= !(1 << (FIRST_IRQ + irq));
+    }
+
     fn pend(&mut self, number: u16) {
         let bit = 1_u128 << number;
         if self.pending & bit == 0 {

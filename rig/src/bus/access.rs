@@ -20,8 +20,9 @@ const REGISTER_CYCLES: u64 = 2;
 impl Bus {
     /// A half word of code.
     pub fn fetch(&mut self, address: u32) -> Result<u16, Stop> {
-        if (PERIPHERALS..).contains(&address) {
-            return Err(self.unmodelled("code here", address));
+        // Code never runs from registers.
+        if address >= PERIPHERALS {
+            return Err(Stop::Bus(address));
         }
         Ok(self.read(address, 2)? as u16)
     }

@@ -26,11 +26,11 @@ impl Cpu {
     #[inline(always)]
     pub fn step(&mut self, bus: &mut Bus) -> Result<(), Stop> {
         let pc = self.pc;
+        bus.pc = pc;
         let (op, bytes) = match self.cache.get((pc.wrapping_sub(FLASH) >> 1) as usize) {
             Some((op, bytes)) if *op != Op::Unknown => (*op, *bytes),
             _ => self.decode(pc, bus)?,
         };
-        bus.pc = pc;
         self.r[15] = pc.wrapping_add(4);
         self.pc = pc.wrapping_add(bytes.into());
         self.instructions += 1;

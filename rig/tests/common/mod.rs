@@ -2,7 +2,9 @@
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use hal_mock::Scene;
-use ridgetone_proto::telemetry::{Decoder, Event};
+use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
+use ridgetone_proto::framing;
+use ridgetone_proto::telemetry::{Decoder, Event, Health, Hello};
 use rig::{Board, Finding, Image, Rig, Rule, Start};
 use std::path::Path;
 
@@ -63,6 +65,27 @@ impl Run {
 }
 
 /// The greeting.
-pub fn hello(event: &Event) -> Option<ridgetone_proto::telemetry::Hello> {
+pub fn hello(event: &Event) -> Option<Hello> {
     if let Event::Hello(hello) = event { Some(hello.clone()) } else { None }
+}
+
+/// A request as it travels, behind a zero that ends what was on the line before.
+pub fn request(number: u16, command: Command) -> Vec<u8> {
+    let mut bytes = vec![0; REQUEST_WIRE_MAX + 1];
+    let used = framing::encode(&Request { number, command }, &mut bytes[1..]).expect("it fits");
+    bytes.truncate(used + 1);
+    bytes
+}
+
+/// The reply to a request.
+pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
+    move |event| match event {
+        Event::Reply(reply) if reply.number == number => Some(reply.outcome.clone()),
+        _ => None,
+    }
+}
+
+/// The latest health.
+pub fn health(event: &Event) -> Option<Health> {
+    if let Event::Health(health) = event { Some(health.clone()) } else { None }
 }

@@ -1,0 +1,12 @@
+//! What a test may do to the processor from outside, to see how the firmware recovers.
+
+/// A misfortune.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Breakage {
+    /// The program counter jumps: to an address without memory it is a HardFault.
+    JumpTo(u32),
+    /// The stack pointer has this value now: near the stack's end it overflows.
+    StackPointer(u32),
+    /// An interrupt is masked for good: its task hangs.
+    Mask(u16),
+}
