@@ -4,6 +4,8 @@ mod access;
 mod events;
 mod registers;
 mod state;
+#[cfg(test)]
+mod tests;
 mod wires;
 
 pub(crate) use state::Bus;

@@ -99,6 +99,10 @@ impl Flash {
                 if value & 0x0300_8004 != 0 {
                     return None;
                 }
+                if value & LOCK != 0 && value & (PG | SER) != 0 {
+                    let detail = format!("{value:#010x} locks FLASH_CR as it chooses an operation");
+                    effect.broken = Some((Rule::FlashSequence, detail));
+                }
                 self.cr = value & !STRT;
                 if value & STRT != 0 {
                     self.erase(value, &mut effect);
@@ -130,6 +134,7 @@ impl Flash {
             self.sr |= bit;
             effect.broken = Some((Rule::FlashSequence, format!("{why}: {at:#x}, FLASH_CR {:#010x}", self.cr)));
         };
+        // Whether a locked register still lets PG act is not specified; nothing may rely on it.
         if self.cr & LOCK != 0 || self.cr & PG == 0 {
             refuse(PGSERR, "a store into the flash without PG");
             return effect;
