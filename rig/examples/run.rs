@@ -38,7 +38,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         rig.readings().len(),
         rig.adc().counters(),
     );
-    for (name, irq) in [("DRDY", 10), ("CAN1_TX", 19), ("CAN1_RX0", 20), ("CAN1_RX1", 21), ("TIM4", 30), ("USART2", 38), ("USART3", 39)] {
+    for (name, irq) in [
+        ("DRDY", 10),
+        ("CAN1_TX", 19),
+        ("CAN1_RX0", 20),
+        ("CAN1_RX1", 21),
+        ("TIM4", 30),
+        ("USART2", 38),
+        ("USART3", 39),
+    ] {
         println!("{name:<9} {:?}", rig.served(irq));
     }
     outcome?;

@@ -4,12 +4,14 @@
 
 mod decode16;
 mod decode32;
+mod decode_branch;
 mod decode_float;
 mod exception;
 mod execute;
 mod float;
 mod integer;
 mod op;
+mod operands;
 mod special;
 mod state;
 mod step;

@@ -266,7 +266,11 @@ impl Rig {
     pub fn adc_fault(&mut self, fault: Fault, begins: bool) {
         let chip = &mut self.bus.adc.chip;
         chip.advance_to(self.bus.time.ns());
-        if begins { chip.begin_fault(fault) } else { chip.end_fault(fault) }
+        if begins {
+            chip.begin_fault(fault)
+        } else {
+            chip.end_fault(fault)
+        }
         self.bus.expect_drdy();
         self.bus.attend();
     }

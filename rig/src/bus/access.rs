@@ -75,12 +75,12 @@ impl Bus {
             CCM..0x1001_0000 => inside(&self.ccm, at(CCM)).ok_or(Stop::Bus(address)),
             RAM_BITS..0x2240_0000 => {
                 let word = self.read(RAM + (address - RAM_BITS) / 32, 1)?;
-                Ok(word >> (address / 4 & 7) & 1)
+                Ok(word >> bit_of(address, 8) & 1)
             }
             PERIPHERALS..0x4002_8000 => self.read_peripheral(address, bytes),
             PERIPHERAL_BITS..0x4250_0000 => {
                 let word = self.read_peripheral(PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, 4)?;
-                Ok(word >> (address / 4 & 31) & 1)
+                Ok(word >> bit_of(address, 32) & 1)
             }
             SYSTEM..=0xE00F_FFFF => self.read_system(address, bytes),
             _ => Err(Stop::Bus(address)),
@@ -111,13 +111,13 @@ impl Bus {
                 self.ccm.get_mut(at..at + bytes as usize).map(|place| put(place, value)).ok_or(Stop::Bus(address))
             }
             RAM_BITS..0x2240_0000 => {
-                let (byte, bit) = (RAM + (address - RAM_BITS) / 32, address / 4 & 7);
+                let (byte, bit) = (RAM + (address - RAM_BITS) / 32, bit_of(address, 8));
                 let word = self.read(byte, 1)?;
                 self.write(byte, 1, word & !(1 << bit) | (value & 1) << bit)
             }
             PERIPHERALS..0x4002_8000 => self.write_peripheral(address, bytes, value),
             PERIPHERAL_BITS..0x4250_0000 => {
-                let (register, bit) = (PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, address / 4 & 31);
+                let (register, bit) = (PERIPHERALS + (address - PERIPHERAL_BITS) / 128 * 4, bit_of(address, 32));
                 let word = self.read_peripheral(register, 4)?;
                 self.write_peripheral(register, 4, word & !(1 << bit) | (value & 1) << bit)
             }
@@ -168,6 +168,11 @@ impl Bus {
         self.note(effect.broken);
         self.attend();
     }
+}
+
+/// The bit that a word of a bit-band alias stands for, of a byte or a word.
+fn bit_of(alias: u32, bits: u32) -> u32 {
+    alias / 4 % bits
 }
 
 /// A word's bytes from an address on.

@@ -57,10 +57,10 @@ impl Bus {
         if is_above {
             self.note(Some((Rule::ClockLimit, format!("{clocks:?}"))));
         }
-        if let Some([input, vco]) = pll {
-            if !(1_000_000..=2_000_000).contains(&input) || !(100_000_000..=432_000_000).contains(&vco) {
-                self.note(Some((Rule::ClockLimit, format!("the PLL's input {input} Hz, its VCO {vco} Hz"))));
-            }
+        if let Some([input, vco]) = pll
+            && !((1_000_000..=2_000_000).contains(&input) && (100_000_000..=432_000_000).contains(&vco))
+        {
+            self.note(Some((Rule::ClockLimit, format!("the PLL's input {input} Hz, its VCO {vco} Hz"))));
         }
         // One more wait state for each 30 MHz at 2.7 to 3.6 V (RM0090, table 10).
         let needed = clocks.hclk.saturating_sub(1) / 30_000_000;

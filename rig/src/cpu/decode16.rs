@@ -1,7 +1,8 @@
 //! 16-bit Thumb encodings (DDI 0403E, A5.2).
 
+use super::op::Op;
+use super::operands::{Dp, Flags, Index, SINK, Shift};
 use crate::width::Width;
-use super::op::{Dp, Flags, Index, Op, SINK, Shift};
 
 /// Decodes the half word at `pc`.
 pub fn decode(hw: u16, pc: u32) -> Op {

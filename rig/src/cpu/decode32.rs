@@ -1,18 +1,19 @@
 //! 32-bit Thumb encodings without the floating-point ones (DDI 0403E, A5.3). `a` is the first half word, `b` the second.
 
-use super::decode_float;
 use super::decode16::immediate_shift;
+use super::op::Op;
+use super::operands::{Dp, Flags, Index, SINK, Shift, reg};
+use super::{decode_branch, decode_float};
 use crate::width::Width;
-use super::op::{Dp, Flags, Index, Op, SINK, Shift};
 
 /// Decodes the pair of half words at `pc`.
 pub fn decode(a: u16, b: u16, pc: u32) -> Op {
     match (a >> 11 & 3, a >> 4 & 0x7F) {
-        (1, 0x00..=0x1F | 0x20..=0x3F) if a & 0x0640 == 0 => many(a, b),
+        (1, 0x00..=0x1F) if a & 0x40 == 0 => many(a, b),
         (1, 0x00..=0x1F) => dual_or_exclusive(a, b),
         (1, 0x20..=0x3F) => shifted_register(a, b),
         (1, _) => decode_float::decode(a, b),
-        (2, _) if b & 0x8000 != 0 => branch_or_system(a, b, pc),
+        (2, _) if b & 0x8000 != 0 => decode_branch::decode(a, b, pc),
         (2, _) if a & 0x200 == 0 => modified_immediate(a, b),
         (2, _) => plain_immediate(a, b, pc),
         (_, op) if op & 0x71 == 0 => store(a, b),
@@ -22,11 +23,6 @@ pub fn decode(a: u16, b: u16, pc: u32) -> Op {
         (_, 0x38..=0x3F) => long_multiply(a, b),
         _ => Op::Undefined,
     }
-}
-
-/// Register numbers at these places of a half word.
-const fn reg(hw: u16, at: u32) -> u8 {
-    (hw >> at & 15) as u8
 }
 
 fn many(a: u16, b: u16) -> Op {
@@ -61,9 +57,7 @@ fn dual_or_exclusive(a: u16, b: u16) -> Op {
         _ => Width::Word,
     };
     match (up, is_load, b >> 4 & 15) {
-        (false, false, _) => {
-            Op::StoreExclusive { width: Width::Word, d: reg(b, 8), t, n, offset: (b & 0xFF) * 4 }
-        }
+        (false, false, _) => Op::StoreExclusive { width: Width::Word, d: reg(b, 8), t, n, offset: (b & 0xFF) * 4 },
         (false, true, _) => Op::LoadExclusive { width: Width::Word, t, n, offset: (b & 0xFF) * 4 },
         (true, true, 0 | 1) => Op::TableBranch { n, m: reg(b, 0), halves: b & 0x10 != 0 },
         (true, true, 4 | 5) => Op::LoadExclusive { width, t, n, offset: 0 },
@@ -99,7 +93,13 @@ fn shifted_register(a: u16, b: u16) -> Op {
     let by = (b >> 10 & 0x1C | b >> 6 & 3) as u8;
     let (kind, m) = ((b >> 4 & 3) as u8, reg(b, 0));
     if a >> 5 & 15 == 6 {
-        return Op::PackHalves { d: reg(b, 8), n: reg(a, 0), m, by: immediate_shift(kind & 2, by).1, top: b & 0x20 != 0 };
+        return Op::PackHalves {
+            d: reg(b, 8),
+            n: reg(a, 0),
+            m,
+            by: immediate_shift(kind & 2, by).1,
+            top: b & 0x20 != 0,
+        };
     }
     let (shift, by) = immediate_shift(kind, by);
     match data_processing(a, b) {
@@ -159,36 +159,6 @@ fn plain_immediate(a: u16, b: u16, pc: u32) -> Op {
     }
 }
 
-fn branch_or_system(a: u16, b: u16, pc: u32) -> Op {
-    let s = i32::from((a << 5) as i16 >> 15);
-    let (j1, j2) = (i32::from(b >> 13 & 1), i32::from(b >> 11 & 1));
-    let low = i32::from(b & 0x7FF) << 1;
-    let from = pc.wrapping_add(4);
-    if b & 0x1000 != 0 {
-        // i1 = not (j1 xor s), and i2 likewise.
-        let (i1, i2) = (!(j1 ^ s) & 1, !(j2 ^ s) & 1);
-        let offset = s << 24 | i1 << 23 | i2 << 22 | i32::from(a & 0x3FF) << 12 | low;
-        let to = from.wrapping_add_signed(offset);
-        return if b & 0x4000 != 0 { Op::BranchLink { to } } else { Op::Branch { to } };
-    }
-    if b & 0x4000 != 0 {
-        return Op::Undefined;
-    }
-    if a >> 7 & 7 != 7 {
-        let offset = s << 20 | j2 << 19 | j1 << 18 | i32::from(a & 0x3F) << 12 | low;
-        return Op::BranchIf { condition: (a >> 6 & 15) as u8, to: from.wrapping_add_signed(offset) };
-    }
-    match a >> 4 & 0x7F {
-        0x38 | 0x39 => Op::WriteSpecial { n: reg(a, 0), number: (b & 0xFF) as u8 },
-        0x3A if b & 0xFF == 0 => Op::Nop,
-        0x3A => Op::Unmodelled,
-        0x3B if b >> 4 & 15 == 2 => Op::ClearExclusive,
-        0x3B => Op::Barrier,
-        0x3E | 0x3F => Op::ReadSpecial { d: reg(b, 8), number: (b & 0xFF) as u8 },
-        _ => Op::Undefined,
-    }
-}
-
 /// Offset and index of a load or store with 12 or 8 bits of offset; none if the offset is a register.
 fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
     if a & 0x80 != 0 {
@@ -198,7 +168,16 @@ fn offset(a: u16, b: u16) -> Option<(i16, Index)> {
         return None;
     }
     let offset = (b & 0xFF) as i16 * if b & 0x200 != 0 { 1 } else { -1 };
-    Some((offset, if b & 0x100 == 0 { Index::Offset } else if b & 0x400 != 0 { Index::Before } else { Index::After }))
+    Some((
+        offset,
+        if b & 0x100 == 0 {
+            Index::Offset
+        } else if b & 0x400 != 0 {
+            Index::Before
+        } else {
+            Index::After
+        },
+    ))
 }
 
 fn width(a: u16) -> Option<Width> {

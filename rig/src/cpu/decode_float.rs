@@ -1,6 +1,7 @@
 //! Encodings of the single-precision floating-point unit (DDI 0403E, A6.4 to A6.6).
 
-use super::op::{FLOAT_ZERO, Float1, Float2, Op};
+use super::op::Op;
+use super::operands::{FLOAT_ZERO, Float1, Float2};
 
 /// Decodes a coprocessor encoding; only coprocessors 10 and 11, the floating-point unit, exist.
 pub fn decode(a: u16, b: u16) -> Op {
@@ -49,21 +50,13 @@ fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     let words = (b & 0xFF) as u8;
     if before && !back {
         let (offset, words) = (i16::from(words) * if up { 4 } else { -4 }, 1 + u8::from(is_double));
-        return if is_load {
-            Op::FloatLoad { s, n, offset, words }
-        } else {
-            Op::FloatStore { s, n, offset, words }
-        };
+        return if is_load { Op::FloatLoad { s, n, offset, words } } else { Op::FloatStore { s, n, offset, words } };
     }
     if u32::from(s) + u32::from(words) > 32 {
         return Op::Undefined;
     }
     let down = before;
-    if is_load {
-        Op::FloatLoadMany { n, s, words, back, down }
-    } else {
-        Op::FloatStoreMany { n, s, words, back, down }
-    }
+    if is_load { Op::FloatLoadMany { n, s, words, back, down } } else { Op::FloatStoreMany { n, s, words, back, down } }
 }
 
 fn core_transfer(a: u16, b: u16) -> Op {

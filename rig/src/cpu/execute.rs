@@ -1,11 +1,12 @@
 //! What each instruction does. Cycles are those of the Cortex-M4 reference manual (DDI 0439B, table 3-1), one being
 //! counted already: a load 2, a taken branch 2, a computed one 3, a division of integers 4, of floats 14.
 
-use crate::width::Width;
-use super::op::{Flags, Op, SINK};
+use super::op::Op;
+use super::operands::{Flags, SINK};
 use super::state::{Cpu, LAST_OF_IT};
 use crate::bus::Bus;
 use crate::stop::{Stop, Usage};
+use crate::width::Width;
 
 /// More cycles of a taken branch: the pipeline is filled anew.
 const BRANCH: u64 = 1;

@@ -1,7 +1,8 @@
 //! The floating-point unit in its default mode: round to nearest, subnormals kept, NaN propagated.
 
+use super::op::Op;
+use super::operands::{Float1, Float2};
 use super::state::Cpu;
-use super::op::{Float1, Float2, Op};
 use crate::bus::Bus;
 use crate::stop::{Stop, Usage};
 
@@ -45,10 +46,12 @@ impl Cpu {
             Op::FloatToCore { t, s } => self.r[usize::from(t)] = self.s[usize::from(s)],
             Op::CoreToFloat { t, s } => self.s[usize::from(s)] = self.r[usize::from(t)],
             Op::FloatPairToCore { t, t2, s } => {
-                (self.r[usize::from(t)], self.r[usize::from(t2)]) = (self.s[usize::from(s)], self.s[usize::from(s) + 1]);
+                (self.r[usize::from(t)], self.r[usize::from(t2)]) =
+                    (self.s[usize::from(s)], self.s[usize::from(s) + 1]);
             }
             Op::CorePairToFloat { t, t2, s } => {
-                (self.s[usize::from(s)], self.s[usize::from(s) + 1]) = (self.r[usize::from(t)], self.r[usize::from(t2)]);
+                (self.s[usize::from(s)], self.s[usize::from(s) + 1]) =
+                    (self.r[usize::from(t)], self.r[usize::from(t2)]);
             }
             Op::FloatStatusToCore { t: 15 } => {
                 let flag = |at: u32| self.fpscr >> at & 1 != 0;

@@ -1,8 +1,9 @@
 //! Integer arithmetic: data processing, shifts, products, bit fields.
 
-use super::state::Cpu;
 use super::execute::or_zero;
-use super::op::{Dp, Op, Shift};
+use super::op::Op;
+use super::operands::{Dp, Shift};
+use super::state::Cpu;
 
 impl Cpu {
     pub(super) fn set_nz(&mut self, value: u32) {
@@ -58,7 +59,7 @@ impl Cpu {
         let (d, value) = match op {
             Op::Mul { flags, d, n, m } => {
                 let value = r(n).wrapping_mul(r(m));
-                if flags == super::op::Flags::OutsideIt && self.it == 0 {
+                if flags == super::operands::Flags::OutsideIt && self.it == 0 {
                     self.set_nz(value);
                 }
                 (d, value)

@@ -1,7 +1,7 @@
 //! Special registers: MRS, MSR, CPS (DDI 0403E, B5.2).
 
-use super::state::Cpu;
 use super::op::Op;
+use super::state::Cpu;
 use crate::bus::Bus;
 use crate::stop::Stop;
 

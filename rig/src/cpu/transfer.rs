@@ -1,7 +1,8 @@
 //! Loads and stores of several registers, and exclusive ones.
 
+use super::op::Op;
+use super::operands::Index;
 use super::state::Cpu;
-use super::op::{Index, Op};
 use crate::bus::Bus;
 use crate::stop::Stop;
 
@@ -20,11 +21,7 @@ impl Cpu {
     /// The first address of several words, and what the address register holds after them.
     pub(super) fn span(&self, n: u8, words: u8, down: bool) -> (u32, u32) {
         let (base, bytes) = (self.r[usize::from(n)], u32::from(words) * 4);
-        if down {
-            (base.wrapping_sub(bytes), base.wrapping_sub(bytes))
-        } else {
-            (base, base.wrapping_add(bytes))
-        }
+        if down { (base.wrapping_sub(bytes), base.wrapping_sub(bytes)) } else { (base, base.wrapping_add(bytes)) }
     }
 
     pub(super) fn transfer(&mut self, op: Op, bus: &mut Bus) -> Result<(), Stop> {
@@ -53,7 +50,11 @@ impl Cpu {
                 let mut loaded = self.r;
                 for t in (0..16_usize).filter(|t| list >> t & 1 != 0) {
                     let value = bus.read_aligned(address)?;
-                    if t == 15 { target = Some(value) } else { loaded[t] = value }
+                    if t == 15 {
+                        target = Some(value)
+                    } else {
+                        loaded[t] = value
+                    }
                     address = address.wrapping_add(4);
                 }
                 bus.time.cycles += u64::from(list.count_ones());

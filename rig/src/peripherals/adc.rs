@@ -82,14 +82,11 @@ impl Adc {
 
     /// Keeps what a transfer has read.
     fn keep_reading(&mut self) {
-        if let [(READ_RESULT, _), rest @ ..] = &*self.bytes {
-            if let [a, b, c, d, ..] = rest {
-                let bytes = [a.1, b.1, c.1, d.1];
-                if bytes[0] & NEW != 0 {
-                    let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
-                    self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes });
-                }
-            }
+        if let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes
+            && a & NEW != 0
+        {
+            let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
+            self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes: [a, b, c, d] });
         }
     }
 

@@ -86,7 +86,8 @@ impl Usart {
 
     /// Lets bytes arrive and leave until now; `byte_cycles` is how long one takes.
     pub fn advance(&mut self, now: u64, byte_cycles: u64) {
-        while let Some((byte, _)) = self.arriving.pop_front_if(|(_, end)| *end <= now) {
+        while let Some((byte, _)) = self.arriving.front().copied().filter(|(_, end)| *end <= now) {
+            self.arriving.pop_front();
             if self.cr[0] & (UE | RE) != UE | RE {
                 self.unheard += 1;
             } else if self.received.is_some() {
@@ -102,9 +103,7 @@ impl Usart {
             self.is_complete = self.leaving.is_none();
         }
         if self.leaving.is_none() && self.cr[0] & (UE | TE) == UE | TE {
-            if let Some(byte) = self.waiting.take() {
-                self.leaving = Some((byte, now + byte_cycles));
-            }
+            self.leaving = self.waiting.take().map(|byte| (byte, now + byte_cycles));
         }
     }
 

@@ -87,5 +87,5 @@ pub fn reply_to(number: u16) -> impl Fn(&Event) -> Option<Outcome> {
 
 /// The latest health.
 pub fn health(event: &Event) -> Option<Health> {
-    if let Event::Health(health) = event { Some(health.clone()) } else { None }
+    if let Event::Health(health) = event { Some(*health) } else { None }
 }
