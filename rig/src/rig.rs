@@ -290,6 +290,11 @@ impl Rig {
         self.bus.scs.served[usize::from(FIRST_IRQ + irq)]
     }
 
+    /// Forgets how interrupts were served.
+    pub fn forget_served(&mut self) {
+        self.bus.scs.served.fill(Served::default());
+    }
+
     /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the firmware.
     pub fn received(&self) -> [u64; 3] {
         [self.bus.usart.overruns, self.bus.usart.unheard, self.bus.usart.taken]

@@ -51,8 +51,9 @@ impl Cpu {
         self.r[13] = frame;
         self.it = 0;
         self.ipsr = number;
-        bus.scs.begin(number);
         bus.time.cycles += ENTRY;
+        bus.scs.now = bus.time.cycles;
+        bus.scs.begin(number);
         let stored = self.store_frame(frame, &before, bus);
         self.fpca = false;
         self.pc = bus.read(bus.scs.vectors() + u32::from(number) * 4, 4)? & !1;
@@ -97,6 +98,7 @@ impl Cpu {
         if !matches!(how, 0xFFFF_FFF1 | 0xFFFF_FFF9 | 0xFFFF_FFE1 | 0xFFFF_FFE9) {
             return Err(bus.unmodelled("a return from an exception", how));
         }
+        bus.scs.now = bus.time.cycles;
         bus.scs.end(self.ipsr);
         if self.ipsr != HARD_FAULT {
             self.faultmask = false;

@@ -136,7 +136,7 @@ impl Cpu {
                 bus.attend();
             }
             Op::ReadSpecial { .. } | Op::WriteSpecial { .. } | Op::Mask { .. } => self.special(op, bus)?,
-            Op::Undefined | Op::Unknown => return Err(Stop::Usage(Usage::Undefined)),
+            Op::Undefined => return Err(Stop::Usage(Usage::Undefined)),
             Op::Unmodelled | Op::Breakpoint => return Err(bus.unmodelled("an instruction", self.r[15] - 4)),
             _ => self.float(op, bus)?,
         }

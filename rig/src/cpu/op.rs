@@ -6,8 +6,6 @@ use crate::width::Width;
 /// An instruction. `d` is the destination, `n` and `m` are operands, `t` is what a load or store moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Op {
-    /// Not decoded yet.
-    Unknown,
     /// An encoding that the architecture leaves undefined, or UDF.
     Undefined,
     /// An encoding that the images do not use.

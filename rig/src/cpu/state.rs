@@ -5,6 +5,9 @@ use super::op::Op;
 /// First address of the main flash (RM0090 and RM0390, memory map).
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
+/// What is in the cache where nothing is decoded yet: no instruction has zero bytes.
+pub const UNKNOWN: (Op, u8) = (Op::Nop, 0);
+
 /// A Cortex-M4F.
 pub(crate) struct Cpu {
     /// R0 to R15, and a register that swallows results. While an instruction runs, R15 is its address plus 4.
@@ -60,7 +63,7 @@ impl Cpu {
             pc: 0,
             is_asleep: false,
             instructions: 0,
-            cache: vec![(Op::Unknown, 0); flash_bytes / 2],
+            cache: vec![UNKNOWN; flash_bytes / 2],
         }
     }
 

@@ -1,7 +1,7 @@
 //! Fetching, decoding, and IT blocks.
 
 use super::op::Op;
-use super::state::{Cpu, FLASH, LAST_OF_IT};
+use super::state::{Cpu, FLASH, LAST_OF_IT, UNKNOWN};
 use super::{decode16, decode32};
 use crate::bus::Bus;
 use crate::stop::Stop;
@@ -19,7 +19,7 @@ impl Cpu {
 
     /// Forgets what is decoded: the flash has changed.
     pub fn forget(&mut self) {
-        self.cache.fill((Op::Unknown, 0));
+        self.cache.fill(UNKNOWN);
     }
 
     /// One instruction.
@@ -28,7 +28,7 @@ impl Cpu {
         let pc = self.pc;
         bus.pc = pc;
         let (op, bytes) = match self.cache.get((pc.wrapping_sub(FLASH) >> 1) as usize) {
-            Some((op, bytes)) if *op != Op::Unknown => (*op, *bytes),
+            Some((op, bytes)) if *bytes != 0 => (*op, *bytes),
             _ => self.decode(pc, bus)?,
         };
         self.r[15] = pc.wrapping_add(4);

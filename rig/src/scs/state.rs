@@ -24,6 +24,10 @@ pub struct Served {
     pub longest_wait_cycles: u64,
     /// Sum of all waits, cycles.
     pub wait_cycles: u64,
+    /// Longest run from the first instruction to the return, with higher interrupts in between, cycles.
+    pub longest_run_cycles: u64,
+    /// Sum of all runs, cycles.
+    pub run_cycles: u64,
 }
 
 /// Its state.
@@ -50,6 +54,8 @@ pub(crate) struct Scs {
     pub scr: u32,
     /// Time that each became pending, cycles.
     since: [u64; EXCEPTIONS],
+    /// Time that each began, cycles.
+    begun: [u64; EXCEPTIONS],
     /// Of each exception.
     pub served: [Served; EXCEPTIONS],
     /// The present time, cycles.
@@ -78,6 +84,7 @@ impl Scs {
             shcsr: 0,
             scr: 0,
             since: [0; EXCEPTIONS],
+            begun: [0; EXCEPTIONS],
             served: [Served::default(); EXCEPTIONS],
             now: 0,
             spurious: Vec::new(),
@@ -139,6 +146,7 @@ impl Scs {
         served.times += 1;
         served.wait_cycles += waited;
         served.longest_wait_cycles = served.longest_wait_cycles.max(waited);
+        self.begun[usize::from(number)] = self.now;
         self.pending &= !bit;
         self.by_software &= !bit;
         self.active |= bit;
@@ -148,6 +156,10 @@ impl Scs {
     pub fn end(&mut self, number: u16) {
         let bit = 1_u128 << number;
         self.active &= !bit;
+        let ran = self.now.saturating_sub(self.begun[usize::from(number)]);
+        let served = &mut self.served[usize::from(number)];
+        served.run_cycles += ran;
+        served.longest_run_cycles = served.longest_run_cycles.max(ran);
         if self.lines & bit != 0 {
             self.pend(number);
         }
