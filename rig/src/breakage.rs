@@ -7,6 +7,8 @@ pub enum Breakage {
     JumpTo(u32),
     /// The stack pointer has this value now: near the stack's end it overflows.
     StackPointer(u32),
+    /// The microsecond counter, TIM2, has this value now.
+    Microseconds(u32),
     /// An interrupt is masked for good: its task hangs.
     Mask(u16),
 }

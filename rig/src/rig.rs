@@ -13,14 +13,21 @@ use crate::stop::{Failure, Stop};
 use hal_mock::{Ads1258, Fault, Options, Scene};
 
 /// How a run begins.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Start {
-    /// Options of the simulated ADC.
+    /// Options of the simulated ADC. By default it is powered together with the board, and deaf for 2^18 tCLK.
     pub adc: Options,
     /// The crystal does not start.
     pub hse_is_dead: bool,
     /// As the ROM's loader leaves the chip: PLL on, system memory at address 0, and a jump through the flash's vectors.
     pub after_rom_loader: bool,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        let adc = Options { power_up_cycles: 1 << 18, ..Options::default() };
+        Self { adc, hse_is_dead: false, after_rom_loader: false }
+    }
 }
 
 /// A reset that has happened.
@@ -67,8 +74,7 @@ impl Rig {
         };
         cpu.reset(&mut bus).map_err(failed)?;
         if start.after_rom_loader {
-            bus.rcc.leave_pll_on(0x2400_3010);
-            bus.syscfg.memrmp = 1;
+            bus.leave_as_rom_loader();
         }
         let stack_end = image.symbol("_stack_end").unwrap_or(0);
         Ok(Self { cpu, bus, asleep_cycles: 0, resets: Vec::new(), stack_end, baud: BAUD })
@@ -191,6 +197,7 @@ impl Rig {
         match breakage {
             Breakage::JumpTo(address) => self.cpu.pc = address & !1,
             Breakage::StackPointer(address) => self.cpu.r[13] = address & !3,
+            Breakage::Microseconds(value) => self.bus.tim2.restart(value, self.bus.time.cycles),
             Breakage::Mask(irq) => self.bus.scs.mask(irq),
         }
         // Asleep it would only notice at the next interrupt.

@@ -62,7 +62,7 @@ fn a_stack_overflow_leaves_a_record() {
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
-fn a_restart_by_command_and_the_reset_button_are_told_apart() {
+fn a_restart_by_command_differs_from_the_reset_button() {
     for board in BOARDS {
         let mut run = running(board);
         run.rig.adc_fault(Fault::DrdyStuck { high: true }, true);

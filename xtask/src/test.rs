@@ -14,6 +14,9 @@ const EMULATED: [&str; 5] = [
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 
+/// Runs of the boards' own images without `--all`: programs in `rig/tests`.
+const RIG: [&str; 2] = ["boards", "recovery"];
+
 /// Tests that take longer than all others together: `cargo test` runs them by their names.
 const NEVER: [&str; 2] =
     ["touch_after_touch_for_thirty_days", "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end"];
@@ -34,6 +37,13 @@ pub fn run_tests(all: bool) -> Result<()> {
     images::build(Board::Emulated.image())?;
     announce("tests on this PC");
     run(&mut test(&[])).context("tests on this PC")?;
+    announce("the images of the boards on the register model");
+    for board in [Board::FeatherF405, Board::NucleoF446re] {
+        images::build(board.image())?;
+    }
+    let mut rig = clean("cargo");
+    rig.args(["test", "--package", "rig"]).args(RIG.iter().flat_map(|name| ["--test", name]));
+    run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
     if all {
         return run_long();
     }
@@ -49,7 +59,7 @@ fn run_long() -> Result<()> {
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
     announce("long tests, and all tests of the emulated firmware");
-    let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
+    let mut long = test(&["--exclude", "rig", "--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
     long.args(NEVER.iter().flat_map(|name| ["--skip", name]));
     long.env("RIDGETONE_CHECKED_ELF", checked);
     long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);

@@ -9,8 +9,8 @@ use crate::peripherals::gpio::Gpio;
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
 
-/// The APB's clock up to which SCK's pad may have medium speed, hertz [memory: the errata sheets have a table for 30 pF
-/// and 2.7 V; medium is enough at 42 MHz and not at 84 MHz].
+/// The APB's clock up to which SCK's pad may have medium speed, hertz (from memory: the errata sheets have a table for 30 pF
+/// and 2.7 V; medium is enough at 42 MHz and not at 84 MHz).
 const MEDIUM_PAD_HZ: u64 = 42_000_000;
 /// The pad's speed from which 84 MHz are allowed: fast.
 const FAST: u32 = 2;
@@ -71,6 +71,15 @@ impl Bus {
         self.clocks = clocks;
         self.time.change((clocks.hclk / 1000).max(1));
         self.expect_drdy();
+    }
+
+    /// The ROM's loader has run: the PLL is the clock, with wait states for it, and the ROM lies at address 0.
+    pub fn leave_as_rom_loader(&mut self) {
+        // Three wait states, as 96 MHz need.
+        let _ = self.flash.write(0, 3);
+        self.rcc.leave_pll_on();
+        self.syscfg.memrmp = 1;
+        self.change_clocks();
     }
 
     /// Processor cycles in one of the clock of the timers on APB1: twice the APB's if that is divided (RM0090, 7.2).

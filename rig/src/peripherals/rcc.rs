@@ -228,10 +228,9 @@ impl Rcc {
         (bus, value)
     }
 
-    /// As the ROM's loader leaves it: the PLL runs from HSE and is the processor's clock.
-    pub fn leave_pll_on(&mut self, pllcfgr: u32) {
-        self.pllcfgr = pllcfgr;
-        self.cr |= HSEON | HSEBYP | PLLON;
+    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock.
+    pub fn leave_pll_on(&mut self) {
+        self.cr |= PLLON;
         self.cfgr = 2 | 5 << 10 | 4 << 13;
     }
 }

@@ -6,7 +6,7 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// VOS chooses the full range after a reset [memory: 0x4000 on the STM32F405, 0xC000 on the STM32F446].
+    /// VOS chooses the full range after a reset (from memory: 0x4000 on the STM32F405, 0xC000 on the STM32F446).
     pub const fn new() -> Self {
         Self { cr: 0xC000 }
     }

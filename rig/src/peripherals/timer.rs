@@ -56,17 +56,16 @@ impl Timer {
 
     /// Lets it count until now.
     pub fn advance(&mut self, now: u64, ratio: u64) {
-        let (count, wraps) = self.count(now, ratio);
+        let (_, wraps) = self.count(now, ratio);
         if wraps > 0 {
             self.has_wrapped = true;
             let whole = (u64::from(self.arr) + 1) * wraps - u64::from(self.from.0);
             self.from = (0, self.from.1 + whole * self.cycles_per_count(ratio));
         }
-        let _ = count;
     }
 
     /// Starts counting from a value at this moment.
-    fn restart(&mut self, value: u32, now: u64) {
+    pub fn restart(&mut self, value: u32, now: u64) {
         self.from = (value, now);
     }
 
