@@ -18,7 +18,7 @@ pub struct Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, address, pc, at_ns } = self;
-        write!(f, "{what} at {address:#010x} is not modelled: instruction {pc:#010x}, {:.6} s", *at_ns as f64 * 1e-9)
+        write!(f, "{what} at {address:#010x}: instruction {pc:#010x}, {:.6} s", *at_ns as f64 * 1e-9)
     }
 }
 

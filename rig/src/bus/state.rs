@@ -118,7 +118,7 @@ impl Bus {
 
     /// Ends the run: this is not modelled.
     pub fn unmodelled(&self, what: &str, address: u32) -> Stop {
-        let what = what.to_owned();
+        let what = format!("{what} that is not modelled");
         Stop::Failed(Box::new(Failure { what, address, pc: self.pc, at_ns: self.time.ns() }))
     }
 
