@@ -217,6 +217,15 @@ impl Rig {
         self.reset(ResetCause::Power)
     }
 
+    /// Overwrites flash from outside, as a programmer does.
+    pub fn overwrite_flash(&mut self, address: u32, byte: u8, bytes: usize) {
+        let at = address.wrapping_sub(0x0800_0000) as usize;
+        if let Some(place) = self.bus.flash.bytes.get_mut(at..at + bytes) {
+            place.fill(byte);
+            self.cpu.forget();
+        }
+    }
+
     /// Words that the flash has programmed, and sectors that it has erased.
     pub fn flash_counts(&self) -> (u64, u64) {
         (self.bus.flash.programmed, self.bus.flash.erased)

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{BOARDS, KNOWN, Run, hello, reply_to, request};
+use common::{BOARDS, KNOWN, Run, hello, image, reply_to, request};
 use hal_mock::{Constant, Fault};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome};
@@ -123,5 +123,27 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
             kept = found;
         }
         println!("{board:?}: {words} words");
+    }
+}
+
+#[test]
+#[ignore = "the write that chooses PG or SER in FLASH_CR also sets LOCK"]
+fn a_full_store_is_erased_and_the_watchdog_lives_on() {
+    for board in BOARDS {
+        let keep = |hop_s| Command::Set { settings: Settings { hop_s, ..Settings::DEFAULT }, keep: true };
+        let mut run = Run::new(board, Constant::default(), Start::default());
+        run.run_to(1.0, hello);
+        assert_eq!(command(&mut run, 1, keep(0.3)), Outcome::Done, "{board:?}");
+        // All behind the first record, in both sectors, holds something.
+        let first = image(board).symbol("_settings_start").expect("memory.x");
+        let record = 4 * run.rig.flash_counts().0 as u32;
+        run.rig.overwrite_flash(first + record, 0, 2 * 128 * 1024 - record as usize);
+        assert_eq!(command(&mut run, 2, keep(0.4)), Outcome::DoneErased, "{board:?}");
+        assert_eq!(run.rig.flash_counts().1, 1);
+        run.run_s(2.0);
+        assert!(run.rig.resets().is_empty(), "{:?}", run.rig.resets());
+        run.rig.cycle_power().expect("a reset");
+        let greeting = run.run_to(1.0, hello);
+        assert_eq!((greeting.settings.hop_s, greeting.source), (0.4, SettingsSource::Stored), "{board:?}");
     }
 }
