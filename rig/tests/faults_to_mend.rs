@@ -60,6 +60,7 @@ fn no_conversion_is_lost_at_the_start() {
 fn the_image_copes_with_what_the_rom_loader_leaves() {
     for board in BOARDS {
         let start = Start { after_rom_loader: true, ..Start::default() };
+        println!("{board:?}");
         Run::new(board, Constant::default(), start).run_to(2.0, hello);
     }
 }
@@ -69,6 +70,7 @@ fn the_image_copes_with_what_the_rom_loader_leaves() {
 fn the_board_greets_without_its_crystal() {
     for board in BOARDS {
         let start = Start { hse_is_dead: true, ..Start::default() };
+        println!("{board:?}");
         Run::new(board, Constant::default(), start).run_to(5.0, hello);
     }
 }
