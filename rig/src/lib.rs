@@ -3,12 +3,12 @@
 #![warn(missing_docs)]
 
 mod board;
-mod breakage;
 mod bus;
 mod cpu;
 mod findings;
 mod image;
 mod peripherals;
+mod processor_fault;
 mod rig;
 mod scs;
 mod stop;
@@ -16,11 +16,11 @@ mod time;
 mod width;
 
 pub use board::Board;
-pub use breakage::Breakage;
 pub use findings::{Finding, Rule};
 pub use image::{Image, ImageError};
 pub use peripherals::adc::Reading;
 pub use peripherals::rcc::ResetCause;
+pub use processor_fault::ProcessorFault;
 pub use rig::{Reset, Rig, Start};
 pub use scs::Served;
 pub use stop::Failure;

@@ -10,7 +10,7 @@ use ridgetone::pipeline::Pipeline;
 use ridgetone_proto::boot::ResetCause;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Span, Status};
-use rig::{Board, Breakage, Start};
+use rig::{Board, ProcessorFault, Start};
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test"]
@@ -47,7 +47,7 @@ fn the_counter_may_wrap_while_the_grating_slides() {
     let mut run = Run::new(Board::FeatherF405, scene, Start::default());
     // The firmware waits for the ADC's supply; the slide lasts from 1.5 to 3.5 s of the scene.
     run.run_s(0.1);
-    run.rig.suffer(Breakage::Microseconds(u32::MAX - 2_500_000));
+    run.rig.inject(ProcessorFault::Microseconds(u32::MAX - 2_500_000));
     run.run_s(6.0);
     let t_us: Vec<u32> = run.rig.readings().iter().map(|reading| reading.t_us).collect();
     assert!(t_us.windows(2).any(|pair| pair[1] < pair[0]), "it wraps");

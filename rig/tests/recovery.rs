@@ -7,7 +7,7 @@ use hal_mock::{Constant, Fault};
 use ridgetone_proto::boot::{Death, ResetCause};
 use ridgetone_proto::command::Command;
 use ridgetone_proto::fault::FaultKind;
-use rig::{Board, Breakage, Rule, Start};
+use rig::{Board, ProcessorFault, Rule, Start};
 
 /// A board that has greeted and scans.
 fn running(board: Board) -> Run {
@@ -23,7 +23,7 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     // EXTI4 and CAN1_RX0: the tasks `drdy` and `detect`; all others go on.
     for (board, irq) in BOARDS.into_iter().zip([10, 20]) {
         let mut run = running(board);
-        run.rig.suffer(Breakage::Mask(irq));
+        run.rig.inject(ProcessorFault::Mask(irq));
         let from_ns = run.rig.now_ns();
         let greeting = run.run_to(10.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Watchdog, "{board:?}");
@@ -38,7 +38,7 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
 fn a_hard_fault_leaves_a_record() {
     for board in BOARDS {
         let mut run = running(board);
-        run.rig.suffer(Breakage::JumpTo(0x6000_0000));
+        run.rig.inject(ProcessorFault::JumpTo(0x6000_0000));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");
@@ -51,7 +51,7 @@ fn a_hard_fault_leaves_a_record() {
 fn a_stack_overflow_leaves_a_record() {
     for board in BOARDS {
         let mut run = running(board);
-        run.rig.suffer(Breakage::StackPointer(image(board).symbol("_stack_end").expect("memory.x") + 8));
+        run.rig.inject(ProcessorFault::StackPointer(image(board).symbol("_stack_end").expect("memory.x") + 8));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");

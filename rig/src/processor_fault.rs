@@ -1,8 +1,8 @@
 //! What a test may do to the processor from outside, to see how the firmware recovers.
 
-/// A misfortune.
+/// What goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Breakage {
+pub enum ProcessorFault {
     /// The program counter jumps: to an address without memory it is a HardFault.
     JumpTo(u32),
     /// The stack pointer has this value now: near the stack's end it overflows.

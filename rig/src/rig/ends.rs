@@ -1,0 +1,144 @@
+//! What a test does to the board, and what it sees of it.
+
+use super::run::{Reset, Rig};
+use crate::findings::Finding;
+use crate::peripherals::adc::Reading;
+use crate::peripherals::rcc::ResetCause;
+use crate::processor_fault::ProcessorFault;
+use crate::scs::{FIRST_IRQ, Served};
+use crate::stop::Failure;
+use hal_mock::{Ads1258, Fault};
+
+/// Bits per second of the PC's end of the serial line.
+const BAUD: u64 = 921_600;
+
+impl Rig {
+    /// Presses the reset button.
+    pub fn press_reset(&mut self) -> Result<(), Box<Failure>> {
+        self.reset(ResetCause::Pin)
+    }
+
+    /// Does this to the processor now.
+    pub fn inject(&mut self, fault: ProcessorFault) {
+        match fault {
+            ProcessorFault::JumpTo(address) => self.cpu.pc = address & !1,
+            ProcessorFault::StackPointer(address) => self.cpu.r[13] = address & !3,
+            ProcessorFault::Microseconds(value) => self.bus.tim2.restart(value, self.bus.time.cycles),
+            ProcessorFault::Mask(irq) => self.bus.scs.mask(irq),
+        }
+        // Asleep it would only notice at the next interrupt.
+        self.cpu.is_asleep = false;
+        self.bus.attend();
+    }
+
+    /// Cuts the power of the flash after so many more words: what is written behind them is lost, and so is an erase.
+    pub fn cut_flash_after(&mut self, words: Option<u64>) {
+        self.bus.flash.words_left = words;
+    }
+
+    /// Switches the power off and on: RAM forgets, the flash and the cable do not.
+    pub fn cycle_power(&mut self) -> Result<(), Box<Failure>> {
+        self.bus.ram.fill(0xA5);
+        self.bus.flash.words_left = None;
+        self.reset(ResetCause::Power)
+    }
+
+    /// Overwrites flash from outside, as a programmer does.
+    pub fn overwrite_flash(&mut self, address: u32, byte: u8, bytes: usize) {
+        let at = address.wrapping_sub(0x0800_0000) as usize;
+        if let Some(place) = self.bus.flash.bytes.get_mut(at..at + bytes) {
+            place.fill(byte);
+            self.cpu.forget();
+        }
+    }
+
+    /// Words that the flash has programmed, and sectors that it has erased.
+    pub fn flash_counts(&self) -> (u64, u64) {
+        (self.bus.flash.programmed, self.bus.flash.erased)
+    }
+
+    /// Puts bytes on the cable to the board, one behind the other, from now on or behind those already on it.
+    pub fn send(&mut self, bytes: &[u8]) {
+        let now = self.bus.time.cycles;
+        let mut end = self.bus.usart.last_arrival().unwrap_or(now).max(now);
+        for byte in bytes {
+            // Ten bits; rounded up, so that no byte is too early.
+            end += (10 * self.bus.time.hz()).div_ceil(BAUD);
+            self.bus.usart.arrive(*byte, end);
+        }
+        self.bus.attend();
+    }
+
+    /// Takes the bytes that the board has sent.
+    pub fn take_sent(&mut self) -> Vec<u8> {
+        self.bus.usart.sent.drain(..).map(|(byte, _)| byte).collect()
+    }
+
+    /// Virtual time, nanoseconds since power-up.
+    pub fn now_ns(&self) -> u64 {
+        self.bus.time.ns()
+    }
+
+    /// Rules that were broken.
+    pub fn findings(&self) -> &[Finding] {
+        &self.bus.findings.0
+    }
+
+    /// Resets since power-up.
+    pub fn resets(&self) -> &[Reset] {
+        &self.resets
+    }
+
+    /// Results that the firmware has read from the ADC.
+    pub fn readings(&self) -> &[Reading] {
+        &self.bus.adc.readings
+    }
+
+    /// When START rose first, nanoseconds since power-up.
+    pub fn started_ns(&self) -> Option<u64> {
+        self.bus.adc.started_ns
+    }
+
+    /// The simulated ADC.
+    pub fn adc(&mut self) -> &mut Ads1258 {
+        &mut self.bus.adc.chip
+    }
+
+    /// Begins or ends a fault of the ADC now.
+    pub fn adc_fault(&mut self, fault: Fault, begins: bool) {
+        let chip = &mut self.bus.adc.chip;
+        chip.advance_to(self.bus.time.ns());
+        if begins {
+            chip.begin_fault(fault)
+        } else {
+            chip.end_fault(fault)
+        }
+        self.bus.expect_drdy();
+        self.bus.attend();
+    }
+
+    /// Instructions executed.
+    pub fn instructions(&self) -> u64 {
+        self.cpu.instructions
+    }
+
+    /// Processor cycles since power-up, and those of them asleep.
+    pub fn cycles(&self) -> (u64, u64) {
+        (self.bus.time.cycles, self.asleep_cycles)
+    }
+
+    /// How an interrupt was served.
+    pub fn served(&self, irq: u16) -> Served {
+        self.bus.scs.served[usize::from(FIRST_IRQ + irq)]
+    }
+
+    /// Forgets how interrupts were served.
+    pub fn forget_served(&mut self) {
+        self.bus.scs.served.fill(Served::default());
+    }
+
+    /// Bytes from the cable: lost to overruns, arrived while the receiver was off, and taken by the firmware.
+    pub fn received(&self) -> [u64; 3] {
+        [self.bus.usart.overruns, self.bus.usart.unheard, self.bus.usart.taken]
+    }
+}

@@ -1,0 +1,21 @@
+//! How a run begins.
+
+use hal_mock::Options;
+
+/// The state of the board at power-up.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Options of the simulated ADC. By default it is powered together with the board and does not answer for 2^18 tCLK.
+    pub adc: Options,
+    /// The crystal does not start.
+    pub hse_is_dead: bool,
+    /// As the ROM's loader leaves the chip: PLL on, system memory at address 0, and a jump through the flash's vectors.
+    pub after_rom_loader: bool,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        let adc = Options { power_up_cycles: 1 << 18, ..Options::default() };
+        Self { adc, hse_is_dead: false, after_rom_loader: false }
+    }
+}
