@@ -2,13 +2,15 @@
 //!
 //! | task | priority | interrupt |
 //! |---|---|---|
-//! | `drdy` | 5 | EXTI4, DRDY's falling edge; pended by `watch` and `fit` |
-//! | `line` | 4 | USART3, transmitter empty or byte received; pended by `report` |
+//! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
+//! | `drdy` | 4 | EXTI4, DRDY's falling edge; pended by `watch` and `fit` |
 //! | `detect` | 3 | CAN1_RX0, pended by `drdy` |
 //! | `report` | 2 | CAN1_TX, pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` |
 //! | `idle` | 0 | |
+//!
+//! `line` is above `drdy`: a byte lasts 10.9 us and the USART holds one, while `drdy` runs for 15 to 48 us.
 //!
 //! Only software pends `detect`, `report` and `fit`. Unlike a spawned task, an interrupt that is pended while its handler
 //! runs is not lost, so no conversion stays in a queue.
@@ -126,9 +128,14 @@ mod app {
         if let Some(Record { file, line, pc, .. }) = &boot.record {
             defmt::error!("the run before died at {=str}:{=u32}, {=u32:#010x}", file.as_str(), *line, *pc);
         }
+        // Before the chip scans: the search in blank sectors takes milliseconds, in which conversions would be lost.
+        let mut store = FlashStore::new(flash);
+        let (settings, source) = store.load();
+        let shared = Shared::new(Rtic);
         let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
-        Wait.delay_us(POWER_UP_US);
-        if acquisition.set_up(&mut Wait) {
+        // The counter has run since the start.
+        Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
+        if acquisition.set_up(&shared.diagnostics, &mut Wait) {
             defmt::info!("the ADS1258 is set up and scans");
         } else {
             defmt::error!("the ADS1258 does not answer as it should; trying on. Check supply, CLKSEL and wiring");
@@ -137,8 +144,6 @@ mod app {
         let (samples_in, samples_out) = cx.local.samples.split();
         let (windows_in, windows_out) = cx.local.windows.split();
         let (bytes_in, bytes_out) = cx.local.bytes.split();
-        let mut store = FlashStore::new(flash);
-        let (settings, source) = store.load();
         // The greeting leaves even if the chip is silent.
         rtic::pend(Interrupt::CAN1_RX0);
         (
@@ -147,7 +152,7 @@ mod app {
                 detector: put(cx.local.detector_place, || Detector::booted(settings, source, boot)),
                 inbox: Inbox::new(),
                 outbox: Outbox::new(),
-                shared: Shared::new(Rtic),
+                shared,
             },
             Local {
                 drdy: Drdy { acquisition, pin: drdy, samples: samples_in },
@@ -171,14 +176,14 @@ mod app {
         black_box(place.write(make()))
     }
 
-    #[task(binds = EXTI4, priority = 5, local = [drdy], shared = [&shared])]
-    fn drdy(cx: drdy::Context) {
-        cx.local.drdy.run(cx.shared.shared, &mut Wait);
-    }
-
-    #[task(binds = USART3, priority = 4, local = [line], shared = [inbox, &shared])]
+    #[task(binds = USART3, priority = 5, local = [line], shared = [inbox, &shared])]
     fn line(mut cx: line::Context) {
         cx.shared.inbox.lock(|inbox| cx.local.line.run(inbox, cx.shared.shared));
+    }
+
+    #[task(binds = EXTI4, priority = 4, local = [drdy], shared = [&shared])]
+    fn drdy(cx: drdy::Context) {
+        cx.local.drdy.run(cx.shared.shared, &mut Wait);
     }
 
     // No task above it takes these locks, so they mask nothing.

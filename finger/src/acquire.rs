@@ -109,13 +109,18 @@ impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
     /// Resets the chip, writes its registers, reads them back and starts the scan. False if the chip does not answer;
-    /// then [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 25 bytes on the bus.
-    pub fn set_up(&mut self, wait: &mut impl DelayNs) -> bool {
+    /// then [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
+    pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         (self.next, self.latest, self.early) = (FIRST, None, false);
-        self.is_set_up = self.adc.stop(&mut self.start).is_ok()
+        let is_configured = self.adc.stop(&mut self.start).is_ok()
             && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
-            && self.adc.configure(&SCAN).is_ok()
-            && self.adc.start(&mut self.start).is_ok();
+            && self.adc.configure(&SCAN).is_ok();
+        // Of a chip that does not answer too: they show what is wrong with its wires. With START high ID may read wrong.
+        let mut found = [0; Register::ALL.len()];
+        if self.adc.read_registers(Register::Config0, &mut found).is_ok() {
+            diagnostics.keep_adc_registers(found);
+        }
+        self.is_set_up = is_configured && self.adc.start(&mut self.start).is_ok();
         self.is_set_up
     }
 
@@ -200,7 +205,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             _ => diagnostics.unseen.add(Unseen::of_clock(since_us)),
         }
         self.unseen.reset();
-        let is_set_up = self.set_up(wait);
+        let is_set_up = self.set_up(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.
         diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
     }

@@ -44,6 +44,49 @@ impl ResetCause {
     }
 }
 
+/// What the processor's clock is made from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Oscillator {
+    /// Not known: a PC, or an emulator without one.
+    #[default]
+    Unknown,
+    /// The board's crystal or external clock (HSE).
+    External,
+    /// The chip's own oscillator (HSI): the external one did not start. It is off by up to 1 % at 25 degrees Celsius and
+    /// 8 % between -40 and 105 (DS8626, HSI oscillator characteristics), and so are all times and frequencies.
+    Internal,
+}
+
+/// The supply voltage below which the processor is held in reset (RM0090, FLASH_OPTCR, BOR_LEV).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BrownOut {
+    /// Not known: a PC or an emulator.
+    #[default]
+    Unknown,
+    /// Brown-out reset is off, as the chip is delivered: the processor runs down to 1.8 V.
+    Off,
+    /// Reset below 2.1 V.
+    Level1,
+    /// Reset below 2.4 V.
+    Level2,
+    /// Reset below 2.7 V: the flash is written by words of 32 bits, which is allowed from 2.7 V on.
+    Level3,
+}
+
+impl BrownOut {
+    /// From FLASH_OPTCR, bits 2 and 3 (RM0090, 3.9.10).
+    pub const fn from_option_bytes(optcr: u32) -> Self {
+        match optcr >> 2 & 3 {
+            0 => Self::Level3,
+            1 => Self::Level2,
+            2 => Self::Level1,
+            _ => Self::Off,
+        }
+    }
+}
+
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -88,18 +131,27 @@ pub enum SettingsSource {
     StoredBefore,
 }
 
-/// Why the firmware started.
+/// Why the firmware started, and what it found.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Boot {
     /// What reset the processor.
     pub cause: ResetCause,
+    /// What its clock is made from.
+    pub oscillator: Oscillator,
+    /// Its brown-out level.
+    pub brown_out: BrownOut,
     /// How the run before ended, if it crashed.
     pub record: Option<Record>,
 }
 
 impl Boot {
     /// Nothing is known.
-    pub const UNKNOWN: Self = Self { cause: ResetCause::Unknown, record: None };
+    pub const UNKNOWN: Self = Self {
+        cause: ResetCause::Unknown,
+        oscillator: Oscillator::Unknown,
+        brown_out: BrownOut::Unknown,
+        record: None,
+    };
 }
 
 #[cfg(test)]
@@ -122,6 +174,16 @@ mod tests {
         for (flags, cause) in cases {
             // The bits below are the oscillator's.
             assert_eq!(ResetCause::from_flags(flags << 24 | 3), cause, "{flags:08b}");
+        }
+    }
+
+    /// A chip as delivered has 0x0FFF_AAED (RM0090, 3.9.10, reset value).
+    #[test]
+    fn the_brown_out_level_is_read_from_the_option_bytes() {
+        assert_eq!(BrownOut::from_option_bytes(0x0fff_aaed), BrownOut::Off);
+        let levels = [BrownOut::Level3, BrownOut::Level2, BrownOut::Level1, BrownOut::Off];
+        for (bits, level) in levels.into_iter().enumerate() {
+            assert_eq!(BrownOut::from_option_bytes(0x0fff_aae1 | (bits as u32) << 2), level, "{bits:02b}");
         }
     }
 }

@@ -8,6 +8,8 @@ pub fn start(timer: TIM2, rcc: &mut RCC, ticks_per_us: u32) {
     TIM2::enable(rcc);
     TIM2::reset(rcc);
     timer.psc().write(|w| w.psc().set(ticks_per_us.saturating_sub(1) as u16));
+    // Manuals and register descriptions disagree on what it holds after a reset.
+    timer.arr().write(|w| w.arr().set(u32::MAX));
     // Loads the prescaler now instead of at the first wrap.
     timer.egr().write(|w| w.ug().set_bit());
     timer.cr1().write(|w| w.cen().set_bit());

@@ -93,7 +93,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let line = SerialLine::new(device.USART3, (gpiob.pb10, gpiob.pb11), &mut rcc);
 
     let cause = kept.map_or(ResetCause::Unknown, |(_, cause)| cause);
-    let boot = Boot { cause, record: crash::take_record() };
+    let boot = Boot { cause, record: crash::take_record(), ..Boot::UNKNOWN };
     link::open(core.SYST, kept.is_some());
     let mut start = Pin(Operation::Start);
     let mut reset = Pin(Operation::Reset);

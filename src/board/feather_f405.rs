@@ -8,10 +8,12 @@
 //! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
 use super::{Board, SerialLine, stm32f4};
+use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::Config;
+
+use stm32f4::External;
 
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
@@ -24,7 +26,8 @@ pub type Usart = USART3;
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let mut rcc = stm32f4::start_clocks(device.RCC, Config::hse(12.MHz()), device.TIM2, device.TIM4);
+    let crystal = External { mhz: 12, is_clock: false };
+    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, crystal, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
@@ -36,7 +39,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
-        boot,
+        boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     }
 }

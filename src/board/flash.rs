@@ -87,12 +87,18 @@ impl ErrorType for SettingsFlash {
 }
 
 impl ReadNorFlash for SettingsFlash {
-    const READ_SIZE: usize = 1;
+    /// By words: a start searches both sectors.
+    const READ_SIZE: usize = WORD_BYTES;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
-        for (place, byte) in (address(offset, bytes.len())?..).zip(bytes) {
-            // SAFETY: in the two sectors, which are flash and can be read byte by byte.
-            *byte = unsafe { (place as *const u8).read_volatile() };
+        let place = address(offset, bytes.len())?;
+        let (words, rest) = bytes.as_chunks_mut::<WORD_BYTES>();
+        if !offset.is_multiple_of(WORD_BYTES as u32) || !rest.is_empty() {
+            return Err(NorFlashErrorKind::NotAligned);
+        }
+        for (place, word) in (place..).step_by(WORD_BYTES).zip(words) {
+            // SAFETY: a whole word in the two sectors, which are flash.
+            *word = unsafe { (place as *const u32).read_volatile() }.to_ne_bytes();
         }
         Ok(())
     }
@@ -114,7 +120,7 @@ impl NorFlash for SettingsFlash {
         for (place, word) in (address(offset, bytes.len())?..).step_by(WORD_BYTES).zip(words) {
             self.unlocked(|flash| {
                 // SAFETY: PSIZE has two bits.
-                flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.pg().set_bit());
+                flash.cr().write(|w| unsafe { w.psize().bits(PSIZE) }.lock().clear_bit().pg().set_bit());
                 // SAFETY: a whole word in the two sectors; nothing else lies there.
                 unsafe { (place as *mut u32).write_volatile(u32::from_ne_bytes(*word)) };
             })?;
@@ -131,7 +137,9 @@ impl NorFlash for SettingsFlash {
         };
         self.unlocked(|flash| {
             // SAFETY: PSIZE has two bits, and the number is that of one of the two sectors.
-            flash.cr().write(|w| unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }.ser().set_bit());
+            flash.cr().write(|w| {
+                unsafe { w.psize().bits(PSIZE).snb().bits(first_sector() + page) }.lock().clear_bit().ser().set_bit()
+            });
             flash.cr().modify(|_, w| w.strt().set_bit());
         })
     }

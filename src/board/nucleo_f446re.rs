@@ -8,11 +8,13 @@
 //! (UM1724).
 
 use super::{Board, SerialLine, stm32f4};
+use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
 use stm32f4xx_hal::prelude::*;
-use stm32f4xx_hal::rcc::Config;
+
+use stm32f4::External;
 
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
@@ -25,8 +27,8 @@ pub type Usart = USART2;
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let boot = stm32f4::begin(&device);
-    let oscillator = Config::hse(8.MHz()).bypass_hse_oscillator();
-    let mut rcc = stm32f4::start_clocks(device.RCC, oscillator, device.TIM2, device.TIM4);
+    let clock = External { mhz: 8, is_clock: true };
+    let (mut rcc, oscillator) = stm32f4::start_clocks(device.RCC, clock, device.TIM2, device.TIM4);
     let gpioa = device.GPIOA.split(&mut rcc);
     let gpiob = device.GPIOB.split(&mut rcc);
     let gpioc = device.GPIOC.split(&mut rcc);
@@ -38,7 +40,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
         spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
-        boot,
+        boot: Boot { oscillator, ..boot },
         flash: SettingsFlash::new(device.FLASH),
     };
     let mut nvic = core.NVIC;

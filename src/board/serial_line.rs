@@ -1,15 +1,14 @@
 //! The line: the board's USART, telemetry out and requests in, one byte per interrupt.
 
 use super::Usart;
-use ridgetone::tasks::line::{Lost, SerialPort};
+use ridgetone::tasks::line::{Received, SerialPort};
 use stm32f4xx_hal::gpio::PushPull;
 use stm32f4xx_hal::gpio::alt::SerialAsync;
-use stm32f4xx_hal::nb;
 #[cfg(feature = "emulated")]
 use stm32f4xx_hal::pac::{Interrupt, NVIC};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Rcc;
-use stm32f4xx_hal::serial::{Config, Rx, RxListen, Tx, TxISR, TxListen};
+use stm32f4xx_hal::serial::{Config, RxListen, Tx, TxISR, TxListen};
 
 /// Bits per second, 8N1: 92 kB/s, ten times as much as sixteen channels at four windows a second need.
 const LINE_BAUD: u32 = 921_600;
@@ -17,7 +16,6 @@ const LINE_BAUD: u32 = 921_600;
 /// The USART.
 pub struct SerialLine {
     tx: Tx<Usart>,
-    rx: Rx<Usart>,
 }
 
 impl SerialLine {
@@ -34,17 +32,26 @@ impl SerialLine {
         };
         tx.unlisten();
         rx.listen();
-        Self { tx, rx }
+        Self { tx }
     }
 }
 
 impl SerialPort for SerialLine {
-    fn receive(&mut self) -> Option<Result<u8, Lost>> {
-        match self.rx.read() {
-            Ok(byte) => Some(Ok(byte)),
-            Err(nb::Error::WouldBlock) => None,
-            Err(nb::Error::Other(_)) => Some(Err(Lost)),
+    /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was lost.
+    fn receive(&mut self) -> Option<Received> {
+        // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090, 30.6.1).
+        let usart = unsafe { &*Usart::ptr() };
+        let status = usart.sr().read();
+        if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
+            return None;
         }
+        let byte = usart.dr().read().bits() as u8;
+        let is_damaged = status.fe().bit_is_set() || status.nf().bit_is_set() || status.rxne().bit_is_clear();
+        Some(match (is_damaged, status.ore().bit_is_set()) {
+            (true, _) => Received::Damaged,
+            (false, true) => Received::Overrun(byte),
+            (false, false) => Received::Byte(byte),
+        })
     }
 
     fn is_ready(&self) -> bool {

@@ -5,12 +5,13 @@
 
 use super::crash;
 use core::convert::Infallible;
+use cortex_m::peripheral::NVIC;
 use defmt_rtt as _;
 use embedded_hal::digital::{ErrorType, OutputPin};
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone::tasks::liveness::WATCHDOG_S;
-use ridgetone_proto::boot::{Boot, Record, ResetCause};
+use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, Record, ResetCause};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed};
 use stm32f4xx_hal::pac::{self, DBGMCU, EXTI, IWDG, RCC, SPI1, SYSCFG, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
@@ -23,6 +24,13 @@ pub const POWER_UP_US: u32 = 200_000;
 
 /// SPI clock, hertz: 84 MHz / 16, the fastest divider below half the chip's clock (7.86 MHz).
 const SPI_HZ: u32 = 5_250_000;
+
+/// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to start: 100 ms. A crystal
+/// takes 2 ms (DS8626, HSE start-up time, typical).
+const OSCILLATOR_READS: u32 = 400_000;
+
+/// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles.
+const BUSY_READS: u32 = 100;
 
 /// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127 ns).
 const CS_SETTLE_CYCLES: u32 = 32;
@@ -47,6 +55,10 @@ impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
     }
 
     fn set_high(&mut self) -> Result<(), Infallible> {
+        // The last byte is received half a clock before it ends, and the HAL (0.23) waits no longer.
+        // SAFETY: reading the status has no side effect before the next read of data.
+        let is_busy = || unsafe { (*SPI1::ptr()).sr().read().bsy().bit_is_set() };
+        let _ = (0..BUSY_READS).any(|_| !is_busy());
         self.0.set_high();
         cortex_m::asm::delay(CS_SETTLE_CYCLES);
         Ok(())
@@ -103,18 +115,88 @@ impl<const PORT: char> DrdyPin for Drdy<PORT> {
 pub fn begin(device: &pac::Peripherals) -> Boot {
     // First: the wait for a crystal that does not start never ends.
     start_watchdog(&device.IWDG, &device.DBGMCU);
-    let boot = Boot { cause: take_reset_cause(&device.RCC), record: crash::take_record() };
+    let brown_out = BrownOut::from_option_bytes(device.FLASH.optcr().read().bits());
+    let cause = take_reset_cause(&device.RCC);
+    let boot = Boot { cause, oscillator: Oscillator::Unknown, brown_out, record: crash::take_record() };
     // A debugger keeps its clock and the RTT buffer its memory while the processor sleeps.
     device.DBGMCU.cr().modify(|_, w| w.dbg_sleep().set_bit().dbg_stop().set_bit().dbg_standby().set_bit());
     boot
 }
 
-/// Runs the processor at 168 MHz from an `oscillator`, and starts the two timers. The rest of this file depends on it.
-pub fn start_clocks(rcc: RCC, oscillator: Config, counter: TIM2, heartbeat: TIM4) -> Rcc {
-    let mut rcc = rcc.freeze(oscillator.sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
+/// What the board has on the processor's pin OSC_IN.
+pub struct External {
+    /// Even, 4 to 26.
+    pub mhz: u8,
+    /// Another chip makes it; otherwise a crystal between OSC_IN and OSC_OUT.
+    pub is_clock: bool,
+}
+
+/// Runs the processor at 168 MHz from the `external` oscillator, or from its own if that one does not start, and starts
+/// the two timers. The rest of this file depends on it.
+pub fn start_clocks(rcc: RCC, external: External, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillator) {
+    stop_pll(&rcc);
+    let has_started = start_external(&rcc, external.is_clock);
+    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal one, once, with
+    // constants, which leaves none of its panics in the image; what changes then is where the PLL's 2 MHz come from.
+    let mut rcc = rcc.freeze(Config::hsi().sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
+    let oscillator = if has_started { Oscillator::External } else { Oscillator::Internal };
+    if has_started {
+        stop_pll(&rcc);
+        // 2 MHz * 168 / 2; 336 MHz / 7 for USB (RM0090, 7.3.2).
+        // SAFETY: of the allowed values.
+        rcc.pllcfgr().write(|w| unsafe {
+            w.pllsrc().hse().pllm().bits(external.mhz / 2).plln().bits(168).pllp().div2().pllq().bits(7)
+        });
+        rcc.cr().modify(|_, w| w.pllon().set_bit());
+        while rcc.cr().read().pllrdy().bit_is_clear() {}
+        rcc.cfgr().modify(|_, w| w.sw().pll());
+        while !rcc.cfgr().read().sws().is_pll() {}
+    }
     super::clock::start(counter, &mut rcc, TIMER_MHZ);
     super::clock::start_heartbeat(heartbeat, &mut rcc, TIMER_MHZ);
-    rcc
+    (rcc, oscillator)
+}
+
+/// Runs on the internal oscillator, with the PLL off: its divisors can be written only then (RM0090, 7.3.2). The boot loader
+/// in the chip's ROM starts an image with it on.
+fn stop_pll(rcc: &RCC) {
+    rcc.cr().modify(|_, w| w.hsion().set_bit());
+    while rcc.cr().read().hsirdy().bit_is_clear() {}
+    rcc.cfgr().modify(|_, w| w.sw().hsi());
+    while !rcc.cfgr().read().sws().is_hsi() {}
+    rcc.cr().modify(|_, w| w.pllon().clear_bit());
+    while rcc.cr().read().pllrdy().bit_is_set() {}
+}
+
+/// Starts the external oscillator anew. False, and it is off, if it does not start within [`OSCILLATOR_READS`].
+fn start_external(rcc: &RCC, is_clock: bool) -> bool {
+    rcc.cr().modify(|_, w| w.hseon().clear_bit());
+    // Its kind can be chosen only while it is off (RM0090, 7.3.1).
+    while rcc.cr().read().hserdy().bit_is_set() {}
+    rcc.cr().modify(|_, w| w.hsebyp().bit(is_clock));
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    let has_started = (0..OSCILLATOR_READS).any(|_| rcc.cr().read().hserdy().bit_is_set());
+    if !has_started {
+        rcc.cr().modify(|_, w| w.hseon().clear_bit());
+    }
+    has_started
+}
+
+/// An interrupt that no task serves: the boot loader in the chip's ROM may have left one on, such as USB's.
+#[cortex_m_rt::exception]
+unsafe fn DefaultHandler(number: i16) {
+    /// An interrupt by its number.
+    #[derive(Clone, Copy)]
+    struct Unserved(u16);
+    // SAFETY: the number is that of the interrupt that is being served.
+    unsafe impl cortex_m::interrupt::InterruptNumber for Unserved {
+        fn number(self) -> u16 {
+            self.0
+        }
+    }
+    if let Ok(number) = u16::try_from(number) {
+        NVIC::mask(Unserved(number));
+    }
 }
 
 pub fn spi<const PORT: char, const NUMBER: u8>(
@@ -129,7 +211,9 @@ pub fn spi<const PORT: char, const NUMBER: u8>(
     let mut mosi = mosi.into_alternate::<5>();
     // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O AC characteristics).
     cs.set_speed(Speed::Medium);
-    sck.set_speed(Speed::Medium);
+    // SPI1 takes its input's clock back from this pad: a medium one delays it so much at 84 MHz that the last bit may be
+    // wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or CRC ... delayed SCK feedback").
+    sck.set_speed(Speed::High);
     mosi.set_speed(Speed::Medium);
     let bus = spi::Spi::new(spi1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), rcc);
     // CS never fails.

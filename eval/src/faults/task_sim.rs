@@ -65,9 +65,8 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(SCLK_HZ);
     let mut wait = board.delay();
-    let mut acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin());
+    let acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin());
     wait.delay_us(ridgetone_host::replay::START_US);
-    ensure!(acquisition.set_up(&mut wait), "the simulated chip cannot be set up");
 
     let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
     let (samples_in, samples_out) = queues.0.split();
@@ -77,6 +76,8 @@ pub fn run(input: Opened, settings: Settings) -> Result<Ran> {
     let pin = Pin { board: &board, interrupt: &interrupt, edge_us: 0 };
     let drdy = RefCell::new(Drdy { acquisition, pin, samples: samples_in });
     let shared = Shared::new(Simulated { board: &board, interrupt: &interrupt, drdy });
+    let is_set_up = shared.platform.drdy.borrow_mut().acquisition.set_up(&shared.diagnostics, &mut wait);
+    ensure!(is_set_up, "the simulated chip cannot be set up");
     let mut estimator = Box::new(Estimator::new(settings));
     let mut tasks = Tasks {
         detect: Detect::new(samples_out, windows_in),

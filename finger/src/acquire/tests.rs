@@ -65,8 +65,9 @@ impl Bench {
         let trouble = Rc::<RefCell<Trouble>>::default();
         let wire = Wire { spi: board.spi(), board: board.clone(), trouble: trouble.clone() };
         let mut acquisition = Acquisition::new(Ads1258::new(wire), board.start_pin(), board.reset_pin());
-        assert!(acquisition.set_up(&mut board.delay()));
-        Self { board, trouble, acquisition, queue: Queue::new(), diagnostics: Diagnostics::new() }
+        let diagnostics = Diagnostics::new();
+        assert!(acquisition.set_up(&diagnostics, &mut board.delay()));
+        Self { board, trouble, acquisition, queue: Queue::new(), diagnostics }
     }
 
     fn now_us(&self) -> u32 {

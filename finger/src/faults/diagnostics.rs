@@ -1,7 +1,8 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
 use crate::faults::log::{Counter, FaultLog};
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use ads1258::Register;
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::FRAME_RATE_HZ;
 
@@ -23,6 +24,10 @@ pub struct Diagnostics {
     pub chip_restarts: Counter,
     /// Requests that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
+    /// Bytes that the USART lost because the one before was not yet read.
+    pub bytes_overrun: Counter,
+    /// The chip's registers as they were read at its latest set-up.
+    adc_registers: [AtomicU8; Register::ALL.len()],
     /// Bits of the processor load, an f32 from 0 to 1.
     pub(crate) load_bits: AtomicU32,
     /// Most stack in use since start-up, and the stack's size, bytes.
@@ -44,12 +49,26 @@ impl Diagnostics {
             messages_dropped: Counter::new(),
             chip_restarts: Counter::new(),
             requests_damaged: Counter::new(),
+            bytes_overrun: Counter::new(),
+            adc_registers: [const { AtomicU8::new(0) }; Register::ALL.len()],
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],
             railed_us: AtomicU32::new(0),
             railed: AtomicU32::new(0),
             faults: FaultLog::new(),
         }
+    }
+
+    /// Keeps the chip's registers, CONFIG0 to ID, for `health`.
+    pub(crate) fn keep_adc_registers(&self, found: [u8; Register::ALL.len()]) {
+        for (kept, found) in self.adc_registers.iter().zip(found) {
+            kept.store(found, Relaxed);
+        }
+    }
+
+    /// The chip's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
+    pub fn adc_registers(&self) -> [u8; Register::ALL.len()] {
+        self.adc_registers.each_ref().map(|register| register.load(Relaxed))
     }
 
     /// A fault was seen at this board time, microseconds.

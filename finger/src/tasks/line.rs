@@ -6,14 +6,21 @@ use heapless::spsc::Consumer;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing::{Inbox, Pushed};
 
-/// A byte was lost: it was too fast, or there was noise on the line.
+/// What the receiver holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lost;
+pub enum Received {
+    /// A byte.
+    Byte(u8),
+    /// A byte, and the one after it is lost: it arrived before this one was read.
+    Overrun(u8),
+    /// A byte that noise on the line has damaged.
+    Damaged,
+}
 
 /// The line's hardware, with an interrupt for each byte.
 pub trait SerialPort {
-    /// The byte that has arrived, if there is one.
-    fn receive(&mut self) -> Option<Result<u8, Lost>>;
+    /// What has arrived, if something has.
+    fn receive(&mut self) -> Option<Received>;
 
     /// Whether [`Self::send`] can take a byte. False while the interrupt of the byte before it is still to come.
     fn is_ready(&self) -> bool;
@@ -37,8 +44,8 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
     /// Runs when a byte has arrived, when the next can be sent, and when `report` has queued some.
     pub fn run<P: Platform>(&mut self, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
         let Self { port, bytes } = self;
-        if let Some(byte) = port.receive() {
-            receive(byte, inbox, shared);
+        if let Some(received) = port.receive() {
+            receive(received, inbox, shared);
         }
         if !port.is_ready() {
             return;
@@ -56,12 +63,19 @@ impl<PORT: SerialPort> SerialLine<'_, PORT> {
     }
 }
 
-/// Takes a byte of a request. A whole request starts `fit`; a damaged one is counted.
-pub fn receive<P: Platform>(byte: Result<u8, Lost>, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
-    match byte.map(|byte| inbox.push(byte)) {
-        Ok(Pushed::More) => {}
-        Ok(Pushed::Whole) => P::pend(shared, Task::Fit),
-        Ok(Pushed::Damaged) => shared.diagnostics.requests_damaged.add(1),
-        Err(Lost) => inbox.spoil(),
+/// Takes a byte of a request. A whole request starts `fit`; a damaged one and a lost byte are counted.
+pub fn receive<P: Platform>(received: Received, inbox: &mut Inbox<REQUEST_WIRE_MAX>, shared: &Shared<P>) {
+    if let Received::Byte(byte) | Received::Overrun(byte) = received {
+        match inbox.push(byte) {
+            Pushed::More => {}
+            Pushed::Whole => P::pend(shared, Task::Fit),
+            Pushed::Damaged => shared.diagnostics.requests_damaged.add(1),
+        }
+    }
+    if let Received::Overrun(_) = received {
+        shared.diagnostics.bytes_overrun.add(1);
+    }
+    if !matches!(received, Received::Byte(_)) {
+        inbox.spoil();
     }
 }

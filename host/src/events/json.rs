@@ -4,7 +4,7 @@ use crate::digits::seconds;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonTone, period_f32};
-use ridgetone_proto::boot::{Death, ResetCause, SettingsSource};
+use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::settings::{Settings, SettingsError};
@@ -34,6 +34,8 @@ enum Body<'a> {
         settings: Settings,
         settings_source: SettingsSource,
         reset_cause: ResetCause,
+        oscillator: Oscillator,
+        brown_out: BrownOut,
         record: Option<JsonRecord<'a>>,
     },
     Contact(&'a Contact),
@@ -157,6 +159,8 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             settings: e.settings,
             settings_source: e.source,
             reset_cause: e.boot.cause,
+            oscillator: e.boot.oscillator,
+            brown_out: e.boot.brown_out,
             record: e.boot.record.as_ref().map(|record| JsonRecord {
                 death: record.death,
                 board_time_s: f64::from(record.t_us) / 1e6,

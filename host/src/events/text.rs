@@ -4,7 +4,7 @@ use crate::digits::{seconds, with_sigma};
 use crate::names::name;
 use crate::static_image;
 use crate::tone::period_f32;
-use ridgetone_proto::boot::{ResetCause, SettingsSource};
+use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::SlideRule;
@@ -65,11 +65,19 @@ fn hello(e: &Hello) -> String {
         ResetCause::Unknown => String::new(),
         cause => format!(", started by {}", name(cause)),
     };
+    let oscillator = match e.boot.oscillator {
+        Oscillator::Internal => ", INTERNAL OSCILLATOR: the external one did not start, all times are off by up to 8 %",
+        Oscillator::External | Oscillator::Unknown => "",
+    };
+    let brown_out = match e.boot.brown_out {
+        BrownOut::Unknown => String::new(),
+        level => format!(", brown-out {}", name(level)),
+    };
     let record = e.boot.record.as_ref().map_or_else(String::new, |r| {
         format!(", after a {} in {} line {}, pc {:#010x}, lr {:#010x}", name(r.death), r.file, r.line, r.pc, r.lr)
     });
     format!(
-        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{record}",
+        "firmware {major}.{minor}.{patch}, protocol {}, {:.2} frames/s, windows of {} s every {} s, up to {} harmonics, reference {} V{accuracy}{interferer}, {slide}{source}{cause}{oscillator}{brown_out}{record}",
         e.protocol, e.frame_rate_hz, s.window_s, s.hop_s, s.harmonics, s.vref_v
     )
 }

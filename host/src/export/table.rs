@@ -41,7 +41,7 @@ macro_rules! health_row {
 
 health_row! {
     u32: frames conversions_lost conversions_doubtful hops_skipped messages_dropped chip_restarts requests_damaged
-        stack_used_bytes;
+        bytes_overrun stack_used_bytes;
     f32: frame_rate_hz load supply_v reference_v temperature_c offset_v gain;
 }
 

@@ -4,7 +4,7 @@ use embedded_storage::nor_flash::NorFlash;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::Estimator;
 use ridgetone::surface::profile::Profile;
-use ridgetone::tasks::line;
+use ridgetone::tasks::line::{self, Received};
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone::tasks::requests::Requests;
 use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
@@ -63,7 +63,7 @@ impl<F: NorFlash> Receiver<F> {
 
     /// The line's interrupt with a byte. True if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
-        line::receive(Ok(byte), &mut self.inbox, &self.shared);
+        line::receive(Received::Byte(byte), &mut self.inbox, &self.shared);
         self.shared.platform.0.take()
     }
 

@@ -107,6 +107,10 @@ pub struct Health {
     pub faults: [u32; KINDS],
     /// Requests of the PC that arrived damaged.
     pub requests_damaged: u32,
+    /// Bytes of requests that the board's USART lost because the one before was not yet read.
+    pub bytes_overrun: u32,
+    /// The ADS1258's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
+    pub adc_registers: [u8; 10],
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
     pub stack_used_bytes: u32,
     /// Size of the stack, bytes; zero where nothing measures it.
