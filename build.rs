@@ -14,8 +14,10 @@ fn main() {
     }
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     // STM32F446RE with 512 KiB and STM32F405RG with 1 MiB, but for two sectors of 128 KiB each.
-    let flash = if has("NUCLEO_F446RE") { "256K" } else { "768K" };
-    let size = format!("_flash_size = {flash};\n");
+    let (flash, chip) = if has("NUCLEO_F446RE") { ("256K", "STM32F446RETx") } else { ("768K", "STM32F405RGTx") };
+    // `cargo xtask flash` finds the chip's name at probe-rs in the symbol's name.
+    let chip = if has("STM32F4") { format!("_chip_{chip} = 0;\n") } else { String::new() };
+    let size = format!("_flash_size = {flash};\n{chip}");
     for (name, text) in [("memory.x", include_str!("memory.x")), ("flash_size.x", &size)] {
         fs::write(out.join(name), text).expect("OUT_DIR is writable");
     }

@@ -1,10 +1,11 @@
-//! The firmware images: building, checking, flashing.
+//! The firmware images: building and checking.
 
 use crate::inspect::{self, Interrupt, Sizes};
 use crate::panics;
+use crate::sizes;
 use crate::toolchain::{TARGET, Toolchain};
-use crate::tools::{announce, clean, create, find, read, run, target_dir, write};
-use anyhow::{Context, Result, bail};
+use crate::tools::{announce, create, read, run, target_dir, write};
+use anyhow::{Context, Result};
 use clap::ValueEnum;
 use std::path::PathBuf;
 use std::process::Command;
@@ -19,8 +20,6 @@ pub struct Image {
     profile: &'static str,
     /// Interrupts that it must handle.
     interrupts: &'static [Interrupt],
-    /// Its chip's name at probe-rs; what runs in the emulator has none.
-    pub chip: Option<&'static str>,
 }
 
 /// The benchmark in the emulator.
@@ -30,7 +29,7 @@ pub const BENCH: Image = bench("bench", "ridgetone-bench");
 pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
 
 const fn bench(name: &'static str, binary: &'static str) -> Image {
-    Image { package: "ridgetone-eval", name, binary, profile: USUAL, interrupts: &[], chip: None }
+    Image { package: "ridgetone-eval", name, binary, profile: USUAL, interrupts: &[] }
 }
 
 /// The emulated board's firmware with every addition checked for overflow.
@@ -57,12 +56,12 @@ impl Board {
     /// Its firmware.
     pub const fn image(self) -> Image {
         // The firmware depends on DRDY's interrupt and the line's.
-        let (name, interrupts, chip): (_, &[_], _) = match self {
-            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3], Some("STM32F405RGTx")),
-            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2], Some("STM32F446RETx")),
-            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3], None),
+        let (name, interrupts): (_, &[_]) = match self {
+            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
+            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
+            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
         };
-        Image { package: FIRMWARE, name, binary: FIRMWARE, profile: USUAL, interrupts, chip }
+        Image { package: FIRMWARE, name, binary: FIRMWARE, profile: USUAL, interrupts }
     }
 }
 
@@ -89,6 +88,7 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     // Overflow checks are panics of their own.
     if binary == FIRMWARE && profile == USUAL {
         panics::check(&bytes).with_context(unfit)?;
+        sizes::table(&bytes).with_context(unfit)?;
     }
     let folder = if profile == USUAL { name.to_owned() } else { format!("{name}-{profile}") };
     let folder = target_dir().join("firmware").join(folder);
@@ -98,12 +98,13 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     Ok((path, sizes))
 }
 
-/// Builds one image or all, and prints their sizes.
+/// Builds one image or all, and prints their sizes, by crate and static too.
 pub fn build_and_print(board: Option<Board>) -> Result<()> {
     for board in board.as_ref().map_or(Board::value_variants(), std::slice::from_ref) {
         let (path, sizes) = build(board.image())?;
         println!("{:<13} {sizes}", board.image().name);
         println!("{:<13} {}", "", path.display());
+        print!("{}", sizes::table(&read(&path)?)?);
     }
     Ok(())
 }
@@ -124,14 +125,4 @@ pub fn lint() -> Result<()> {
         run(&mut cargo).with_context(|| format!("the image {} has faults", image.name))?;
     }
     Ok(())
-}
-
-/// Flashes a board and shows its log until interrupted.
-pub fn flash(board: Board) -> Result<()> {
-    let Some(chip) = board.image().chip else { bail!("the emulated board has no flash: `cargo xtask demo` runs it") };
-    let Some(probe_rs) = find("probe-rs") else {
-        bail!("probe-rs is missing; install it with `cargo install probe-rs-tools --locked` or from https://probe.rs");
-    };
-    let (image, _) = build(board.image())?;
-    run(clean(probe_rs).args(["run", "--chip", chip]).arg(image))
 }

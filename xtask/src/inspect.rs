@@ -78,9 +78,16 @@ pub fn check(image: &[u8], interrupts: &[Interrupt]) -> Result<Sizes> {
     })
 }
 
+/// The chip that an image is for, by its name at probe-rs: build.rs puts it into a symbol's name.
+pub fn chip(image: &[u8]) -> Result<String> {
+    let file = object::File::parse(image).context("no ELF file")?;
+    let chip = file.symbols().find_map(|symbol| symbol.name().ok()?.strip_prefix("_chip_").map(str::to_owned));
+    chip.context("it has no symbol _chip_...")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{DRDY, check};
+    use super::{DRDY, check, chip};
     use object::write::{Object, Symbol, SymbolSection};
     use object::{Architecture, BinaryFormat, Endianness, SectionKind, SymbolFlags, SymbolKind, SymbolScope};
 
@@ -102,6 +109,7 @@ mod tests {
             ("_flash_size", 0x8_0000),
             ("EXTI4", drdy),
             ("DefaultHandler", default),
+            ("_chip_STM32F405RGTx", 0),
         ];
         for (name, value) in symbols {
             object.add_symbol(Symbol {
@@ -125,6 +133,7 @@ mod tests {
     #[test]
     fn an_image_with_code_is_measured() {
         let sizes = check(&image(1000, 64, 32), &[DRDY]).expect("it passes");
+        assert_eq!(chip(&image(1000, 64, 32)).expect("a chip"), "STM32F405RGTx");
         assert_eq!((sizes.flash, sizes.flash_size, sizes.ram, sizes.stack), (4 * 98 + 1000, 0x8_0000, 0, 0x8000));
     }
 

@@ -3,6 +3,7 @@
 mod demo;
 mod dfu;
 mod eval;
+mod flash;
 mod images;
 mod inspect;
 mod install;
@@ -10,6 +11,7 @@ mod package;
 mod panics;
 mod release;
 mod setup;
+mod sizes;
 mod test;
 mod toolchain;
 mod tools;
@@ -65,7 +67,8 @@ enum Task {
     },
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser.
     Setup,
-    /// Builds the firmware images, checks that there is code in them and no unknown panic, prints their sizes.
+    /// Builds the firmware images, checks that there is code in them and no unknown panic, prints
+    /// their sizes, of flash by crate and of RAM by static; a budget that is exceeded is an error.
     Firmware {
         /// Only this board's image.
         #[arg(long, value_enum)]
@@ -82,6 +85,9 @@ enum Task {
         /// Which.
         #[arg(long, value_enum, default_value = "feather-f405")]
         board: Board,
+        /// An image that is built already, in place of the board's: an ELF file of one of the real boards.
+        #[arg(long, value_name = "FILE", conflicts_with = "board")]
+        image: Option<PathBuf>,
     },
 }
 
@@ -97,7 +103,8 @@ fn main() -> ExitCode {
         Task::LintFirmware => images::lint(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
-        Task::Flash { board } => images::flash(board),
+        Task::Flash { image: Some(image), .. } => flash::flash_image(&image),
+        Task::Flash { board, image: None } => flash::flash(board),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

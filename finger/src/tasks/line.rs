@@ -79,3 +79,50 @@ pub fn receive<P: Platform>(received: Received, inbox: &mut Inbox<REQUEST_WIRE_M
         inbox.spoil();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::cell::Cell;
+    use ridgetone_proto::framing;
+
+    /// Counts how often the fit was pended.
+    #[derive(Default)]
+    struct Pended(Cell<u32>);
+
+    impl Platform for Pended {
+        fn pend(shared: &Shared<Self>, task: Task) {
+            assert_eq!(task, Task::Fit);
+            shared.platform.0.set(shared.platform.0.get() + 1);
+        }
+
+        fn now_us(&self) -> u32 {
+            0
+        }
+    }
+
+    /// The receiver's data register holds the byte before the one that is lost.
+    #[test]
+    fn an_overrun_spoils_the_request_after_the_good_byte_and_is_counted() {
+        let mut wire = [0; 32];
+        let used = framing::encode(&7u16, &mut wire).expect("it fits");
+        let (request, shared) = (&wire[..used], Shared::new(Pended::default()));
+        let mut inbox = Inbox::new();
+        let mut send = |bytes: &[u8], last: fn(u8) -> Received| {
+            let (last_byte, others) = bytes.split_last().expect("bytes");
+            others.iter().for_each(|byte| receive(Received::Byte(*byte), &mut inbox, &shared));
+            receive(last(*last_byte), &mut inbox, &shared);
+            let whole = inbox.take().is_some();
+            (whole, shared.platform.0.get(), shared.diagnostics.bytes_overrun.get())
+        };
+        assert_eq!(send(request, Received::Byte), (true, 1, 0));
+        assert_eq!(send(request, Received::Overrun), (true, 2, 1), "the first byte of the next one is lost");
+        assert_eq!(send(&request[1..], Received::Byte), (false, 2, 1));
+        assert_eq!(send(request, Received::Byte), (true, 3, 1), "the one after it is whole");
+        assert_eq!(send(&request[..2], Received::Overrun), (false, 3, 2), "a byte in the middle is lost");
+        assert_eq!(send(&request[3..], Received::Byte), (false, 3, 2));
+        assert_eq!(send(&request[..2], |_| Received::Damaged), (false, 3, 2));
+        assert_eq!(send(&request[2..], Received::Byte), (false, 3, 2));
+        assert_eq!(send(request, Received::Byte), (true, 4, 2));
+    }
+}

@@ -1,0 +1,180 @@
+//! What an image takes of flash by crate and of RAM by static, against budgets: a step that grows is seen where it grows.
+//!
+//! The compiler merges functions across crates: a function counts for the crate that it was merged into.
+
+use anyhow::{Context, Result, ensure};
+use object::{Object, ObjectSymbol};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Where RAM begins.
+const RAM_ADDRESS: u64 = 0x2000_0000;
+
+/// What is in no row of its own.
+const OTHER: &str = "all else";
+
+/// Constants without a name.
+const CONSTANTS: &str = "constants";
+
+/// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take; the smaller board has 256.
+const FLASH: [(&str, u64); 7] = [
+    ("ridgetone_tone", 50_000),
+    ("ridgetone", 33_000),
+    ("ridgetone_firmware", 10_000),
+    ("ridgetone_proto", 7_500),
+    ("microfft", 4_000),
+    (CONSTANTS, 4_000),
+    (OTHER, 13_000),
+];
+
+/// Most bytes of RAM by static, without the stack's 32 KiB. Together they are less than 96 KiB, what the stack leaves of
+/// the smaller board's 128.
+const RAM: [(&str, u64); 6] = [
+    ("ring", 78_500),
+    ("estimator_place", 6_500),
+    ("detector_place", 4_300),
+    ("outbox", 3_200),
+    ("samples", 1_600),
+    (OTHER, 4_000),
+];
+
+/// A table of both, by line, or an error that says which budget is exceeded.
+pub fn table(image: &[u8]) -> Result<String> {
+    let file = object::File::parse(image).context("no ELF file")?;
+    let (mut flash, mut ram) = (BTreeMap::new(), BTreeMap::new());
+    // Functions with the same code are one; so are a function and its aliases.
+    let mut places: Vec<_> = file.symbols().filter(|one| one.size() > 0 && !one.is_undefined()).collect();
+    places.sort_by_key(|one| (one.address() & !1, !one.is_global()));
+    places.dedup_by_key(|one| one.address() & !1);
+    for symbol in places {
+        let name = format!("{:#}", rustc_demangle::demangle(symbol.name().unwrap_or_default()));
+        if symbol.address() < RAM_ADDRESS {
+            *flash.entry(known(crate_of(&name), &FLASH)).or_default() += symbol.size();
+        } else {
+            *ram.entry(known(static_of(&name), &RAM)).or_default() += symbol.size();
+        }
+    }
+    Ok(rows("flash", &flash, &FLASH)? + &rows("RAM", &ram, &RAM)?)
+}
+
+fn rows(memory: &str, used: &BTreeMap<&str, u64>, budgets: &[(&str, u64)]) -> Result<String> {
+    let mut rows = String::new();
+    for (name, budget) in budgets {
+        let bytes = used.get(name).copied().unwrap_or_default();
+        ensure!(
+            bytes <= *budget,
+            "{name} takes {bytes} bytes of {memory}, its budget is {budget}: make it smaller, or raise the budget in \
+             xtask/src/sizes.rs and say why in the commit"
+        );
+        writeln!(rows, "{memory:>19}  {name:<18} {bytes:>6} of {budget:>6} bytes")?;
+    }
+    Ok(rows)
+}
+
+/// A name, if it has a row.
+fn known(name: &str, rows: &[(&'static str, u64)]) -> &'static str {
+    rows.iter().find(|(row, _)| *row == name).map_or(OTHER, |(row, _)| row)
+}
+
+/// The crate of a function or constant: the first name before `::`. Those without are handlers of interrupts, in capitals,
+/// nameless constants, and what compiler and linker add.
+fn crate_of(name: &str) -> &str {
+    if name.starts_with(".L") {
+        return CONSTANTS;
+    }
+    let is_part = |character: char| character.is_ascii_alphanumeric() || character == '_';
+    match name.find("::") {
+        Some(end) => &name[name[..end].rfind(|character| !is_part(character)).map_or(0, |at| at + 1)..end],
+        None if name.starts_with(|first: char| first.is_ascii_uppercase()) => "ridgetone_firmware",
+        None => OTHER,
+    }
+}
+
+/// The name of a static, without what RTIC puts before it.
+fn static_of(name: &str) -> &str {
+    let name = name.rsplit("::").next().unwrap_or(name);
+    let rtic = ["__rtic_internal_local_init_", "__rtic_internal_local_", "__rtic_internal_shared_resource_"];
+    rtic.iter().find_map(|prefix| name.strip_prefix(prefix)).unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use object::write::{Object, Symbol, SymbolSection};
+    use object::{Architecture, BinaryFormat, Endianness, SymbolFlags, SymbolKind, SymbolScope};
+
+    /// An image with these symbols: name, address, bytes.
+    fn image(symbols: &[(&str, u64, u64)]) -> Vec<u8> {
+        let mut object = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
+        for (name, value, size) in symbols {
+            object.add_symbol(Symbol {
+                name: name.bytes().collect(),
+                value: *value,
+                size: *size,
+                kind: SymbolKind::Text,
+                scope: SymbolScope::Linkage,
+                weak: false,
+                section: SymbolSection::Absolute,
+                flags: SymbolFlags::None,
+            });
+        }
+        object.write().expect("an ELF file")
+    }
+
+    fn row(table: &str, memory: &str, name: &str) -> u64 {
+        let row = table.lines().find(|line| {
+            let mut words =
+                line.trim_start().strip_prefix(memory).unwrap_or_default().split("  ").filter(|w| !w.is_empty());
+            words.next().is_some_and(|word| word.trim_start().starts_with(&format!("{name} ")) || word.trim() == name)
+        });
+        let row = row.unwrap_or_else(|| panic!("no row {name} in\n{table}"));
+        row.split(" of ").next().and_then(|row| row.rsplit(' ').next()).and_then(|bytes| bytes.parse().ok()).expect(row)
+    }
+
+    /// Names as the compiler mangles them: a function, a method of a trait, its alias, a handler, a constant, a static.
+    #[test]
+    fn bytes_count_for_the_crate_or_static_whose_they_are() {
+        let table = table(&image(&[
+            ("_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E", 0x0800_0101, 100),
+            (
+                "_ZN93_$LT$ridgetone_proto..store..FlashStore$LT$F$GT$$u20$as$u20$ridgetone_proto..store..Store$GT$4load17h05fdca9fd8eadb85E",
+                0x0800_0201,
+                200,
+            ),
+            ("an_alias_of_it", 0x0800_0201, 200),
+            ("EXTI4", 0x0800_0301, 30),
+            (".Lanon.279d436c5c270687ae19ea2501ec2b3f.23", 0x0800_0401, 4),
+            ("__aeabi_memcpy4", 0x0800_0501, 5),
+            ("_ZN18ridgetone_firmware3app31__rtic_internal_local_init_ring17he4817fb32e12982dE", 0x2000_8000, 6000),
+            ("_ZN9defmt_rtt6BUFFER17he4817fb32e12982dE", 0x2000_0000, 512),
+        ]))
+        .expect("within the budgets");
+        let expected = [
+            ("ridgetone_tone", 100),
+            ("ridgetone_proto", 200),
+            ("ridgetone_firmware", 30),
+            ("constants", 4),
+            (OTHER, 5),
+        ];
+        for (name, bytes) in expected {
+            assert_eq!(row(&table, "flash", name), bytes, "{name}\n{table}");
+        }
+        assert_eq!((row(&table, "RAM", "ring"), row(&table, "RAM", OTHER)), (6000, 512), "{table}");
+    }
+
+    #[test]
+    fn a_crate_above_its_budget_is_refused_by_name() {
+        let name = "_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E";
+        let [(_, budget), ..] = FLASH;
+        assert!(table(&image(&[(name, 0x0800_0101, budget)])).is_ok());
+        let error = table(&image(&[(name, 0x0800_0101, budget + 1)])).expect_err("too large").to_string();
+        assert!(error.contains("ridgetone_tone takes 50001 bytes of flash"), "{error}");
+    }
+
+    /// 160 KiB of flash, and of RAM what the stack leaves (memory.x).
+    #[test]
+    fn the_budgets_together_are_what_the_smaller_board_allows() {
+        assert!(FLASH.iter().map(|(_, bytes)| bytes).sum::<u64>() <= 160 * 1024);
+        assert!(RAM.iter().map(|(_, bytes)| bytes).sum::<u64>() <= (128 - 32) * 1024);
+    }
+}
