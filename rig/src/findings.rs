@@ -37,7 +37,8 @@ pub enum Rule {
     Watchdog,
     /// The stack stays above its end.
     StackEnd,
-    /// An interrupt has a cause in its peripheral.
+    /// An interrupt has a cause in its peripheral, unless software has pended it, or a run of the same priority has
+    /// served it.
     SpuriousInterrupt,
     /// TIM2's reload register is written: manuals disagree on its reset value.
     TimerReload,

@@ -7,22 +7,14 @@ use hal_mock::{Constant, Fault};
 use ridgetone_proto::boot::{Death, ResetCause};
 use ridgetone_proto::command::Command;
 use ridgetone_proto::fault::FaultKind;
-use rig::{Board, ProcessorFault, Rule, Start};
-
-/// A board that has greeted and scans.
-fn running(board: Board) -> Run {
-    let mut run = Run::new(board, Constant::default(), Start::default());
-    run.run_to(1.0, hello);
-    run.run_s(0.2);
-    run
-}
+use rig::{ProcessorFault, Rule, Start};
 
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
     // EXTI4 and CAN1_RX0: the tasks `drdy` and `detect`; all others go on.
     for (board, irq) in BOARDS.into_iter().zip([10, 20]) {
-        let mut run = running(board);
+        let mut run = Run::at_rest(board);
         run.rig.inject(ProcessorFault::Mask(irq));
         let from_ns = run.rig.now_ns();
         let greeting = run.run_to(10.0, hello);
@@ -34,10 +26,10 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
 }
 
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_hard_fault_leaves_a_record() {
     for board in BOARDS {
-        let mut run = running(board);
+        let mut run = Run::at_rest(board);
         run.rig.inject(ProcessorFault::JumpTo(0x6000_0000));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
@@ -47,10 +39,10 @@ fn a_hard_fault_leaves_a_record() {
 }
 
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_stack_overflow_leaves_a_record() {
     for board in BOARDS {
-        let mut run = running(board);
+        let mut run = Run::at_rest(board);
         run.rig.inject(ProcessorFault::StackPointer(image(board).symbol("_stack_end").expect("memory.x") + 8));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
@@ -61,11 +53,10 @@ fn a_stack_overflow_leaves_a_record() {
 }
 
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_restart_by_command_differs_from_the_reset_button() {
     for board in BOARDS {
-        let mut run = running(board);
-        run.rig.adc_fault(Fault::DrdyStuck { high: true }, true);
+        let mut run = Run::at_rest(board);
         run.rig.send(&request(1, Command::Restart));
         let greeting = run.run_to(3.0, hello);
         assert_eq!((greeting.boot.cause, greeting.boot.record), (ResetCause::Software, None), "{board:?}");
@@ -75,7 +66,7 @@ fn a_restart_by_command_differs_from_the_reset_button() {
 }
 
 #[test]
-#[ignore = "needs the boards' images: cargo xtask test"]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_board_without_an_adc_greets_and_says_what_is_missing() {
     for board in BOARDS {
         for high in [false, true] {

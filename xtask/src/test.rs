@@ -14,8 +14,8 @@ const EMULATED: [&str; 5] = [
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 
-/// Runs of the boards' own images without `--all`: programs in `rig/tests`.
-const RIG: [&str; 2] = ["boards", "recovery"];
+/// Runs of the boards' own images without `--all`: a program in `rig/tests`.
+const RIG: &str = "boards";
 
 /// Tests that take longer than all others together: `cargo test` runs them by their names.
 const NEVER: [&str; 2] =
@@ -37,16 +37,14 @@ pub fn run_tests(all: bool) -> Result<()> {
     images::build(Board::Emulated.image())?;
     announce("tests on this PC");
     run(&mut test(&[])).context("tests on this PC")?;
-    announce("the images of the boards on the register model");
     for board in [Board::FeatherF405, Board::NucleoF446re] {
         images::build(board.image())?;
     }
-    let mut rig = clean("cargo");
-    rig.args(["test", "--package", "rig"]).args(RIG.iter().flat_map(|name| ["--test", name]));
-    run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
     if all {
         return run_long();
     }
+    announce("the images of the boards on the register model");
+    run(&mut test(&["--test", RIG, "--", "--ignored"])).context("tests of the boards' images")?;
     announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
     let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
@@ -58,8 +56,8 @@ fn run_long() -> Result<()> {
     let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
-    announce("long tests, and all tests of the emulated firmware");
-    let mut long = test(&["--exclude", "rig", "--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
+    announce("long tests, and all tests of the emulated firmware and of the boards' images");
+    let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
     long.args(NEVER.iter().flat_map(|name| ["--skip", name]));
     long.env("RIDGETONE_CHECKED_ELF", checked);
     long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
@@ -68,7 +66,8 @@ fn run_long() -> Result<()> {
     let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
     println!(
-        "ran: tests on this PC, long tests, all tests of the emulated firmware, the benchmark, pages in a browser"
+        "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
+         register model, the benchmark, pages in a browser"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())
@@ -91,10 +90,12 @@ mod tests {
                 .map(|path| fs::read_to_string(path).expect("a file"))
                 .collect::<String>()
         };
-        let tests: String = ["host/tests", "host/tests/emulated", "host/tests/view", "tests"].map(sources).concat();
+        let tests: String =
+            ["host/tests", "host/tests/emulated", "host/tests/view", "tests", "rig/tests"].map(sources).concat();
         for name in EMULATED.iter().chain(&NEVER) {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));
+        assert!(root().join(format!("rig/tests/{RIG}.rs")).is_file());
     }
 }

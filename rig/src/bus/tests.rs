@@ -306,6 +306,17 @@ fn an_interrupt_whose_cause_is_gone() {
     scs.write(0xE000_E200, 4, 1 << 10).expect("ISPR");
     scs.begin(26);
     assert_eq!(scs.spurious, [], "software's own");
+    // Its cause rises while it runs, or another of the same priority, and that run serves it.
+    scs.set_line(10, true);
+    scs.set_line(10, false);
+    scs.begin(26);
+    assert_eq!((std::mem::take(&mut scs.spurious), scs.served[26].served_before), (vec![], 1));
+    // Somebody else takes the cause away between two runs.
+    scs.end(26);
+    scs.set_line(10, true);
+    scs.set_line(10, false);
+    scs.begin(26);
+    assert_eq!((std::mem::take(&mut scs.spurious), scs.served[26].served_before), (vec![10], 1));
 }
 
 #[test]

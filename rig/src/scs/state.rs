@@ -28,6 +28,8 @@ pub struct Served {
     pub longest_run_cycles: u64,
     /// Sum of all runs, cycles.
     pub run_cycles: u64,
+    /// Runs that found nothing: a run of the same priority, of its own or of another interrupt, has served its cause too.
+    pub served_before: u64,
 }
 
 /// Its state.
@@ -40,6 +42,8 @@ pub(crate) struct Scs {
     pub lines: u128,
     /// Pended by a write to the controller.
     pub by_software: u128,
+    /// Pending, but a run of the same priority has taken the cause away.
+    served_before: u128,
     pub priority: [u8; EXCEPTIONS],
     pub vtor: u32,
     pub cpacr: u32,
@@ -72,6 +76,7 @@ impl Scs {
             active: 0,
             lines: 0,
             by_software: 0,
+            served_before: 0,
             priority: [0; EXCEPTIONS],
             vtor: 0,
             cpacr: 0,
@@ -115,6 +120,12 @@ impl Scs {
     pub fn set_line(&mut self, irq: u16, high: bool) {
         let bit = 1_u128 << (FIRST_IRQ + irq);
         if !high {
+            let own = self.priority_of(FIRST_IRQ + irq);
+            if self.pending & self.lines & bit != 0
+                && numbers(self.active).any(|number| self.priority_of(number) == own)
+            {
+                self.served_before |= bit;
+            }
             self.lines &= !bit;
         } else if self.lines & bit == 0 {
             self.lines |= bit;
@@ -138,17 +149,22 @@ impl Scs {
     /// The exception begins.
     pub fn begin(&mut self, number: u16) {
         let bit = 1_u128 << number;
-        if number >= FIRST_IRQ && (self.lines | self.by_software) & bit == 0 {
+        let has_no_cause = number >= FIRST_IRQ && (self.lines | self.by_software) & bit == 0;
+        // What is pending stays so if another run serves its cause (DDI 0403E, B3.4.1).
+        let is_served = has_no_cause && self.served_before & bit != 0;
+        if has_no_cause && !is_served {
             self.spurious.push(number - FIRST_IRQ);
         }
         let waited = self.now.saturating_sub(self.since[usize::from(number)]);
         let served = &mut self.served[usize::from(number)];
+        served.served_before += u64::from(is_served);
         served.times += 1;
         served.wait_cycles += waited;
         served.longest_wait_cycles = served.longest_wait_cycles.max(waited);
         self.begun[usize::from(number)] = self.now;
         self.pending &= !bit;
         self.by_software &= !bit;
+        self.served_before &= !bit;
         self.active |= bit;
     }
 
