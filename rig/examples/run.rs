@@ -1,18 +1,17 @@
-//! Runs a board's image over the demo's grating: `run feather-f405 target/firmware/feather-f405/ridgetone-firmware.elf 5`.
+//! Runs a board's image over the demo's grating: `run feather-f405 5`, seconds.
 
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_proto::telemetry::{Decoder, Event};
 use rig::{Board, Image, Rig, Start};
 use std::error::Error;
-use std::path::Path;
 use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().collect();
-    let [_, board, path, seconds] = &*arguments else { return Err("run BOARD IMAGE SECONDS".into()) };
-    let board = if board == "nucleo-f446re" { Board::NucleoF446re } else { Board::FeatherF405 };
+    let [_, board, seconds] = &*arguments else { return Err("run BOARD SECONDS".into()) };
+    let board = Board::named(board).ok_or("feather-f405 or nucleo-f446re")?;
     let scene = SlidingScene::new(Sliding::default())?;
-    let mut rig = Rig::new(board, &Image::read(Path::new(path))?, scene, Start::default())?;
+    let mut rig = Rig::new(board, &Image::built(board)?, scene, Start::default())?;
     let begun = Instant::now();
     let outcome = rig.run_ns((seconds.parse::<f64>()? * 1e9) as u64);
     let passed_s = begun.elapsed().as_secs_f64();

@@ -46,7 +46,15 @@ const PORT_B: u8 = 1;
 const PORT_C: u8 = 2;
 
 impl Board {
-    /// The folder of its image.
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
+
+    /// The board of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|board| board.name() == name)
+    }
+
+    /// Its name, and that of its image's folder.
     pub const fn name(self) -> &'static str {
         match self {
             Self::FeatherF405 => "feather-f405",

@@ -1,5 +1,6 @@
 //! The ELF file of a firmware.
 
+use crate::board::Board;
 use object::{Architecture, Object, ObjectSegment, ObjectSymbol};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -18,13 +19,21 @@ pub struct ImageError(PathBuf, String);
 
 impl fmt::Display for ImageError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.0.display(), self.1)
+        write!(f, "{}: {}; `cargo xtask firmware` builds the images", self.0.display(), self.1)
     }
 }
 
 impl std::error::Error for ImageError {}
 
 impl Image {
+    /// A board's image, as `cargo xtask firmware` has built it in this tree.
+    pub fn built(board: Board) -> Result<Self, ImageError> {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let target =
+            std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |target| root.join(target));
+        Self::read(&target.join("firmware").join(board.name()).join("ridgetone-firmware.elf"))
+    }
+
     /// Reads an ELF file.
     pub fn read(path: &Path) -> Result<Self, ImageError> {
         let failed = |why: String| ImageError(path.to_owned(), why);

@@ -11,9 +11,8 @@ use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello};
 use rig::{Board, Image, Rig, Start};
-use std::path::Path;
 
-pub const BOARDS: [Board; 2] = [Board::FeatherF405, Board::NucleoF446re];
+pub const BOARDS: [Board; 2] = Board::ALL;
 
 /// A rig with the receiver of its telemetry.
 pub struct Run {
@@ -22,12 +21,9 @@ pub struct Run {
     pub events: Vec<Event>,
 }
 
-/// The image of a board, as `cargo xtask firmware` has built it.
+/// The image of a board.
 pub fn image(board: Board) -> Image {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |target| root.join(target));
-    let path = target.join("firmware").join(board.name()).join("ridgetone-firmware.elf");
-    Image::read(&path).unwrap_or_else(|error| panic!("{error}: build it with `cargo xtask firmware`"))
+    Image::built(board).unwrap_or_else(|error| panic!("{error}"))
 }
 
 impl Run {
