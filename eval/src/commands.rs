@@ -3,6 +3,7 @@
 use crate::bench::report::Report;
 use crate::bench::{self, BenchArgs};
 use crate::faults::{self, FaultsArgs};
+use crate::noise::{self, NoiseArgs};
 use crate::reproduce;
 use crate::reproduce::taken::Place;
 use crate::trade;
@@ -30,6 +31,8 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy.
     Bench(BenchArgs),
+    /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
+    Noise(NoiseArgs),
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
 }
@@ -107,6 +110,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
+        Command::Noise(args) => noise::run(&args),
         Command::Faults(args) => faults::run(&args),
     };
     match result {

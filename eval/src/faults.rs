@@ -16,7 +16,6 @@
 pub mod bit_errors;
 pub mod campaign;
 pub mod counts;
-mod draw;
 mod emulated;
 pub mod family;
 pub mod judge;

@@ -5,6 +5,7 @@ mod bound;
 mod emulated_faults;
 mod faults;
 mod methods;
+mod noise;
 mod reproduction;
 mod trade;
 

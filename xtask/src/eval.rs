@@ -1,4 +1,4 @@
-//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `faults`, `reproduce`.
+//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `noise`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -27,6 +27,11 @@ pub fn bench(flags: &[String]) -> Result<()> {
         bench.args(["--flash-bytes", &sizes.flash.to_string(), "--ram-bytes", &sizes.ram.to_string()]);
     }
     run(&mut bench)
+}
+
+/// Fits windows on this PC.
+pub fn noise(flags: &[String]) -> Result<()> {
+    run(eval("noise").args(flags))
 }
 
 /// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand; with `--full` a hundred

@@ -52,6 +52,10 @@ enum Task {
     /// methods', with the bars they have to meet. With --write it fills in docs/trade.md.
     #[command(disable_help_flag = true)]
     Bench(Flags),
+    /// Fits windows whose noise is not white, that hold no tone, or a tone and something else. With --write docs it fills in
+    /// docs/noise.md.
+    #[command(disable_help_flag = true)]
+    Noise(Flags),
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a hundred thousand with --full,
     /// which fills in docs/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
@@ -95,6 +99,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
+        Task::Noise(Flags { flags }) => eval::noise(&flags),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Test { all } => test::run_tests(all),

@@ -1,6 +1,6 @@
 //! Families of faults: their random parameters, and the kinds of report that they must cause.
 
-use super::draw::Draw;
+use crate::draw::Draw;
 use clap::ValueEnum;
 use hal_mock::Fault;
 use ridgetone_proto::fault::FaultKind;

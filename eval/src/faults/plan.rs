@@ -1,6 +1,6 @@
 //! One run: a touch, and the faults injected into it.
 
-use super::draw::Draw;
+use crate::draw::Draw;
 use super::family::Family;
 use anyhow::{Context, Result};
 use hal_mock::{Injection, Sliding, Truth};

@@ -27,6 +27,12 @@ impl Draw {
         least + (most - least) * self.uniform()
     }
 
+    /// Gaussian, mean 0, variance 1 (Box and Muller).
+    pub fn normal(&mut self) -> f64 {
+        let (radius, angle) = (-2.0 * libm::log(1.0 - self.uniform()), std::f64::consts::TAU * self.uniform());
+        radius.sqrt() * libm::cos(angle)
+    }
+
     /// From `least` to `most`, evenly in the logarithm: as many short ones as long ones.
     pub fn log(&mut self, least: f64, most: f64) -> f64 {
         least * (most / least).powf(self.uniform())

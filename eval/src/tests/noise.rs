@@ -1,0 +1,19 @@
+//! Noise that is not white: that it runs, and that the page is what was measured.
+
+use super::{from_root, read};
+use crate::noise;
+
+#[test]
+fn the_page_is_what_its_data_give() {
+    let rows = noise::load(&from_root("docs")).expect("the data");
+    // `cargo xtask noise --write docs` measures.
+    assert!(noise::page(&rows, &read("docs/noise.md")).expect("a page") == read("docs/noise.md"));
+}
+
+/// The measured figures repeat: a few windows of each cell, on any number of cores.
+#[test]
+fn equal_seeds_give_equal_rows() {
+    let rows = || noise::rows(2, 5, None).expect("rows");
+    let first = rows();
+    assert!(first.len() > 50 && first == rows());
+}
