@@ -32,11 +32,13 @@ const WITH_A_BOARD: [&str; 10] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 10] = [
+const LITTLE_OF: [(&str, &str); 12] = [
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
+    ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
+    ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
