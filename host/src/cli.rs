@@ -4,6 +4,7 @@
 mod array;
 mod board;
 mod calibrate;
+mod check;
 mod command;
 mod demo;
 mod emulate;
@@ -49,6 +50,8 @@ enum Command {
     Calibrate(calibrate::CalibrateArgs),
     /// Run the firmware image in QEMU, with a simulated ADS1258.
     Emulate(emulate::EmulateArgs),
+    /// Check a board after its first power-up: every part of it, with the page of the book that helps.
+    Check(check::CheckArgs),
     /// List the serial ports of this computer.
     Ports(ports::PortsArgs),
     /// Show a board live on the terminal.
@@ -82,6 +85,7 @@ impl Cli {
             Command::Replay(args) => args.run(),
             Command::Calibrate(args) => args.run(),
             Command::Emulate(args) => args.run(),
+            Command::Check(args) => args.run(),
             Command::Ports(args) => args.run(),
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),

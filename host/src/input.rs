@@ -1,7 +1,7 @@
 //! What the simulated chip feels: a scene, or a recording played to it.
 
 use anyhow::{Context, Result, ensure};
-use hal_mock::{Options, Scene, Sliding, SlidingScene, Trace, Truth};
+use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone_proto::settings::SCAN;
 use std::path::PathBuf;
 
@@ -81,6 +81,12 @@ impl Opened {
         let scene = Again { scene: self.scene, every_s: self.end_s + PAUSE_S, end_s: f64::INFINITY };
         Self { scene: Box::new(scene), end_s: f64::INFINITY, ..self }
     }
+
+    /// Inputs at 0 V for ever, with the converter's noise.
+    pub fn untouched() -> Self {
+        let (scene, options) = (Box::new(Constant::default()), Input::default().options());
+        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None }
+    }
 }
 
 /// Frames per second of the scan, nominal.
@@ -89,14 +95,14 @@ pub fn frame_rate_hz() -> f64 {
 }
 
 impl Input {
+    /// The chip in front of any source.
+    fn options(&self) -> Options {
+        Options { noise: self.converter_noise, seed: self.seed, power_up_cycles: POWER_UP_CYCLES, ..Options::default() }
+    }
+
     /// Reads the file or builds the scene.
     pub fn open(&self) -> Result<Opened> {
-        let mut options = Options {
-            noise: self.converter_noise,
-            seed: self.seed,
-            power_up_cycles: POWER_UP_CYCLES,
-            ..Options::default()
-        };
+        let mut options = self.options();
         match &self.source {
             Source::Scene(parameters) => {
                 let scene = SlidingScene::new(parameters.clone()).context("scene")?;

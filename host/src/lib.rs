@@ -6,10 +6,12 @@
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | calibration of the array with gratings of known period | `calibrate` |
+//! | the firmware's tasks on this PC, behind the simulated chip and its faults | [`simulated`] |
 //! | the firmware image in QEMU, with the simulated chip at its bridge | [`emulator`] |
 //! | a board on a serial line | `port` |
 //! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
 //! | requests to a board | [`requests`], `client` |
+//! | a first power-up: a conversation with a board, and a verdict on each part of it | [`check`] |
 //! | the state of a board, for a screen | [`live`], [`analysis`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
@@ -23,6 +25,7 @@
 
 pub mod analysis;
 mod calibrate;
+pub mod check;
 pub mod cli;
 mod client;
 pub mod demo;
@@ -46,6 +49,7 @@ pub mod recording;
 pub mod replay;
 pub mod requests;
 pub mod settings_form;
+pub mod simulated;
 mod speed;
 pub mod static_image;
 mod stop;

@@ -32,6 +32,8 @@ pub struct Requests {
     next: u16,
     queue: VecDeque<Command>,
     current: Option<Sent>,
+    /// Times that a request was sent, repetitions included.
+    pub sends: u32,
 }
 
 #[derive(Debug)]
@@ -46,7 +48,7 @@ impl Requests {
     /// No request yet; the first one gets the number `first`. A board repeats its answer to the number that it answered last
     /// without doing anything: a program that talks to a board for the first time should take a number by the clock.
     pub const fn new(first: u16) -> Self {
-        Self { next: first, queue: VecDeque::new(), current: None }
+        Self { next: first, queue: VecDeque::new(), current: None, sends: 0 }
     }
 
     pub fn push(&mut self, command: Command) {
@@ -76,6 +78,7 @@ impl Requests {
             );
         }
         (sent.tries, sent.due) = (sent.tries + 1, now + PATIENCE);
+        self.sends = self.sends.saturating_add(1);
         Ok(sent.bytes.clone())
     }
 

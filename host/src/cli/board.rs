@@ -3,7 +3,7 @@
 use super::firmware::FirmwareOptions;
 use super::input::InputOptions;
 use crate::feed::{Emulated, Feed};
-use crate::input::Input;
+use crate::input::{Input, Opened};
 use crate::port::{Link, System, Wanted};
 use crate::usage::UsageError;
 use anyhow::Result;
@@ -29,14 +29,11 @@ impl BoardOptions {
     /// as it can; with `again` its input repeats.
     pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
         if self.emulated {
-            let elf = self.firmware.image()?;
-            let silence = self.firmware.options(&elf).silence;
             let input = input.map_or_else(|| Ok(Input::default()), InputOptions::input)?.open()?;
             if let Some(warning) = &input.warning {
                 eprintln!("ridgetone: warning: {warning}");
             }
-            let input = if again { input.repeated() } else { input };
-            return Ok(Feed::new(Emulated::start(input, elf, silence, pace)));
+            return self.emulate(if again { input.repeated() } else { input }, pace);
         }
         if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
             return Err(misplaced());
@@ -45,9 +42,20 @@ impl BoardOptions {
         Ok(Feed::new(Link::open(System, wanted)?))
     }
 
+    fn emulate(&self, input: Opened, pace: Option<f64>) -> Result<Feed> {
+        let elf = self.firmware.image()?;
+        let silence = self.firmware.options(&elf).silence;
+        Ok(Feed::new(Emulated::start(input, elf, silence, pace)))
+    }
+
     /// The same for requests alone: the emulated board feels a plain scene at the speed of a real one.
     pub fn open_for_request(&self) -> Result<Feed> {
         self.open(None, Some(1.0), true)
+    }
+
+    /// The same with nothing that touches the emulated board.
+    pub fn open_untouched(&self) -> Result<Feed> {
+        if self.emulated { self.emulate(Opened::untouched(), Some(1.0)) } else { self.open_for_request() }
     }
 }
 

@@ -1,0 +1,251 @@
+//! The conversation with the board.
+
+use super::lengths::probes;
+use super::observations::{Exchanged, Kept, Observations, Watched};
+use crate::events;
+use crate::feed::{Feed, FeedEvent, new_requests, request};
+use crate::output::Progress;
+use crate::requests::Requests;
+use crate::stop;
+use anyhow::{Context, Result, bail};
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
+use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
+use std::time::{Duration, Instant};
+
+/// What to do with the board.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// How long to watch for losses, seconds of the board's clock.
+    pub length_s: f64,
+    /// Whether to store settings, restart the board, and restore them.
+    pub stores: bool,
+}
+
+/// A board sends `health` every second and the greeting every ten: nothing for so long is silence.
+const SILENCE: Duration = Duration::from_secs(12);
+/// Messages of `health` in which a greeting must come.
+const GREETING_HEALTHS: u32 = 12;
+/// Longest wait between two looks at [`stop`].
+const LOOK: Duration = Duration::from_millis(50);
+/// Raw frames are requested for so much longer than the watch lasts, seconds.
+const SPARE_S: f64 = 60.0;
+/// A hop for the settings to store, seconds, and another one if that is in force.
+const HOPS_S: [f32; 2] = [0.3, 0.35];
+
+/// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
+pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
+    let mut talk = Talk { feed, requests: new_requests(), seen: Seen::default(), progress };
+    let mut found = Observations::default();
+    if let Err(error) = talk.run(plan, &mut found) {
+        found.ended = Some(format!("{error:#}"));
+    }
+    talk.progress.end();
+    found
+}
+
+/// The latest packets.
+#[derive(Default)]
+struct Seen {
+    hello: Option<Hello>,
+    health: Option<Health>,
+    /// A greeting with number zero has arrived: the board has started.
+    has_started: bool,
+    healths: u32,
+    frames: Option<Vec<Raw>>,
+    touches_us: Vec<(u64, Option<u64>)>,
+}
+
+impl Seen {
+    fn take(&mut self, packet: &Packet) {
+        match &packet.event {
+            Event::Hello(hello) => {
+                self.has_started |= packet.sequence == 0;
+                self.hello = Some(hello.clone());
+            }
+            Event::Health(health) => (self.health, self.healths) = (Some(*health), self.healths + 1),
+            Event::Raw(raw) => self.frames.iter_mut().for_each(|frames| frames.push(*raw)),
+            Event::Contact(contact) => self.touches_us.push((contact.t_us, None)),
+            Event::Release(release) => {
+                if let Some((_, release_us)) = self.touches_us.last_mut() {
+                    *release_us = Some(release.t_us);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+struct Talk<'a> {
+    feed: &'a mut Feed,
+    requests: Requests,
+    seen: Seen,
+    progress: &'a mut Progress,
+}
+
+impl Talk<'_> {
+    fn run(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
+        self.progress.show(format_args!("greeting the board"));
+        let greeted = self.request(Command::Greet);
+        // Without an answer the board may still be heard.
+        let heard = self.listen(|seen| seen.hello.is_some() && seen.health.is_some());
+        (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
+        if let Err(error) = greeted {
+            found.exchanged = Some(Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() });
+            return Err(error);
+        }
+        heard?;
+        let frames = (plan.length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
+        self.request(Command::Raw { frames: frames as u32 })?;
+        let exchanged = found.exchanged.insert(Exchanged::default());
+        self.exchange(exchanged)?;
+        found.watched = Some(self.watch(plan.length_s)?);
+        self.request(Command::Raw { frames: 0 })?;
+        if plan.stores {
+            found.kept = Some(self.keep()?);
+        }
+        Ok(())
+    }
+
+    fn request(&mut self, command: Command) -> Result<Outcome> {
+        let Self { feed, requests, seen, .. } = self;
+        request(feed, requests, command, &mut |packet| seen.take(packet))
+    }
+
+    /// Reads packets until `is_done`.
+    fn listen(&mut self, is_done: impl Fn(&Seen) -> bool) -> Result<()> {
+        let mut heard = Instant::now();
+        while !is_done(&self.seen) {
+            if stop::is_requested() {
+                bail!("interrupted");
+            }
+            match self.feed.next(LOOK)? {
+                Some(FeedEvent::Data(packet)) => {
+                    heard = Instant::now();
+                    self.seen.take(&packet);
+                }
+                Some(FeedEvent::Disconnected(name, why)) => bail!("{name}: {why}"),
+                Some(FeedEvent::Over) => bail!("{}: no more data", self.feed.name()),
+                Some(FeedEvent::Connected(_)) | None => {}
+            }
+            if heard.elapsed() > SILENCE {
+                bail!(
+                    "the board is silent: {} bytes received, {} packets",
+                    self.feed.bytes(),
+                    self.feed.counts().received
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends commands of every length.
+    fn exchange(&mut self, exchanged: &mut Exchanged) -> Result<()> {
+        let (probes, sends) = (probes()?, self.requests.sends);
+        let lengths = || probes.iter().map(|probe| probe.length_bytes);
+        exchanged.commands = probes.len() as u32;
+        exchanged.shortest_bytes = lengths().min().unwrap_or(0);
+        exchanged.longest_bytes = lengths().max().unwrap_or(0);
+        for (probe, number) in probes.iter().zip(1u64..) {
+            self.progress.show_count("commands of every length", number, probes.len() as u64);
+            let outcome = self.request(probe.command.clone());
+            exchanged.sends = self.requests.sends - sends;
+            exchanged.answered += u32::from((probe.is_right)(&outcome?));
+            if stop::is_requested() {
+                bail!("interrupted");
+            }
+        }
+        Ok(())
+    }
+
+    /// Listens for a while. The length counts in messages of `health`, one a second, because device time stands still
+    /// without conversions.
+    fn watch(&mut self, length_s: f64) -> Result<Watched> {
+        // The counters as they are behind the last command.
+        let heard = self.seen.healths;
+        self.listen(|seen| seen.healths > heard)?;
+        let before = self.seen.health.unwrap_or_default();
+        let counts_before = self.feed.counts();
+        (self.seen.frames, self.seen.has_started) = (Some(Vec::new()), false);
+        let (from, seconds) = (self.seen.healths, length_s.ceil() as u32);
+        for second in 1..=seconds {
+            self.progress.show(format_args!("watching for losses: {second} of {seconds} s"));
+            self.listen(|seen| seen.healths >= from + second)?;
+        }
+        Ok(Watched {
+            before,
+            after: self.seen.health.unwrap_or_default(),
+            counts_before,
+            counts_after: self.feed.counts(),
+            frames: self.seen.frames.take().unwrap_or_default(),
+            touches_us: self.seen.touches_us.clone(),
+            has_restarted: self.seen.has_started,
+        })
+    }
+
+    /// Stores changed settings, restarts the board, looks for them, and restores what was stored and what was in force.
+    fn keep(&mut self) -> Result<Kept> {
+        self.progress.show(format_args!("storing settings"));
+        let in_force = self.seen.hello.clone().context("the board did not greet")?;
+        // What the flash holds shows after a restart only.
+        let stored = match in_force.source {
+            SettingsSource::Sent => self.restart()?,
+            _ => in_force.clone(),
+        };
+        let hop_s = HOPS_S.into_iter().find(|hop_s| *hop_s != stored.settings.hop_s).unwrap_or_default();
+        let changed = Settings { hop_s, ..stored.settings };
+        let mut kept = Kept { sent: Some(changed), ..Kept::default() };
+        if let Err(error) = self.store(changed, &mut kept) {
+            kept.failed = Some(format!("{error:#}"));
+        }
+        if let Err(error) = self.restore(&stored, &in_force) {
+            kept.not_restored = Some(format!("{error:#}"));
+        }
+        Ok(kept)
+    }
+
+    fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
+        match self.request(Command::Set { settings, keep: true })? {
+            Outcome::Done => {}
+            Outcome::DoneErased => kept.has_erased = true,
+            refused => bail!("{}", events::outcome(&refused)),
+        }
+        let hello = self.restart()?;
+        kept.found = (hello.source == SettingsSource::Stored).then_some(hello.settings);
+        Ok(())
+    }
+
+    /// The request that restores comes first and waits for nothing else: it is also sent after Ctrl-C.
+    fn restore(&mut self, stored: &Hello, in_force: &Hello) -> Result<()> {
+        let was_stored = matches!(stored.source, SettingsSource::Stored | SettingsSource::StoredBefore);
+        let outcome = self.request(match was_stored {
+            true => Command::Set { settings: stored.settings, keep: true },
+            false => Command::Forget,
+        })?;
+        if !matches!(outcome, Outcome::Done | Outcome::DoneErased) {
+            bail!("{}", events::outcome(&outcome));
+        }
+        if !stop::is_requested() {
+            let found = self.restart()?;
+            if found.settings != stored.settings || (found.source == SettingsSource::Stored) != was_stored {
+                bail!("after a restart other settings are in force");
+            }
+        }
+        if in_force.source == SettingsSource::Sent {
+            self.request(Command::Set { settings: in_force.settings, keep: false })?;
+        }
+        Ok(())
+    }
+
+    /// Resets the board, and gives its first greeting.
+    fn restart(&mut self) -> Result<Hello> {
+        (self.seen.hello, self.seen.has_started) = (None, false);
+        self.request(Command::Restart)?;
+        self.progress.show(format_args!("the board restarts"));
+        // That greeting may be lost; the next one comes after ten.
+        let from = self.seen.healths;
+        self.listen(|seen| seen.has_started || seen.hello.is_some() && seen.healths > from + GREETING_HEALTHS)?;
+        self.seen.hello.clone().context("the board did not greet")
+    }
+}

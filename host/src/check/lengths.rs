@@ -1,0 +1,70 @@
+//! Commands of every length, none of which changes anything on the board.
+
+use crate::requests::encode;
+use anyhow::Result;
+use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Request};
+use ridgetone_proto::profile::Knot;
+use ridgetone_proto::settings::{Settings, SlideRule};
+
+/// Number of a request whose length stands for all: two of three numbers take three bytes.
+const NUMBER: u16 = u16::MAX;
+
+/// Bytes that a knot's time takes at most.
+const TIME_BYTES: u32 = 5;
+
+/// A command, its length on the wire, bytes, and whether an outcome is the one that it must have.
+pub struct Probe {
+    pub command: Command,
+    pub length_bytes: usize,
+    pub is_right: fn(&Outcome) -> bool,
+}
+
+impl Probe {
+    fn new(command: Command, is_right: fn(&Outcome) -> bool) -> Result<Self> {
+        let request = Request { number: NUMBER, command };
+        let length_bytes = encode(&request)?.len();
+        Ok(Self { command: request.command, length_bytes, is_right })
+    }
+}
+
+/// A greeting; parts of a speed profile that is never completed, 1 to 8 knots with times of 1 to 5 bytes; settings that the
+/// board must refuse. In the order of their lengths.
+pub fn probes() -> Result<Vec<Probe>> {
+    let is_done = |outcome: &Outcome| *outcome == Outcome::Done;
+    let mut probes = vec![Probe::new(Command::Greet, is_done)?];
+    for count in 1..=KNOTS_A_COMMAND {
+        for wide in 0..=count {
+            for bytes in 1..=TIME_BYTES {
+                // The first of them have times of so many bytes, seven bits in each; the others of one byte.
+                let t_us = |at: usize| if at < wide { 1 << (7 * (bytes - 1)) } else { 0 };
+                let knots = (0..count).map(|at| Knot { t_us: t_us(at), speed_mm_s: 30.0 }).collect();
+                probes.push(Probe::new(Command::Follow(Part { first: 0, knots, last: None }), is_done)?);
+            }
+        }
+    }
+    let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
+    for settings in [Settings::DEFAULT, Settings { slide, ..Settings::DEFAULT }] {
+        let set = Command::Set { settings: Settings { window_s: 0.0, ..settings }, keep: false };
+        probes.push(Probe::new(set, |outcome| matches!(outcome, Outcome::Setting(_)))?);
+    }
+    probes.sort_by_key(|probe| probe.length_bytes);
+    probes.dedup_by_key(|probe| (probe.length_bytes, matches!(probe.command, Command::Set { .. })));
+    Ok(probes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::command::REQUEST_WIRE_MAX;
+
+    #[test]
+    fn every_length_from_the_shortest_to_the_longest_occurs() {
+        let lengths: Vec<usize> = probes().unwrap().iter().map(|probe| probe.length_bytes).collect();
+        let (shortest, longest) = (lengths[0], lengths[lengths.len() - 1]);
+        let parts_from = lengths[1];
+        assert!((parts_from..=longest).all(|length| lengths.contains(&length)), "{lengths:?}");
+        // The number, the command's, four bytes of checksum, one of stuffing, the zero.
+        assert_eq!(shortest, 3 + 1 + 4 + 1 + 1);
+        assert!((80..=REQUEST_WIRE_MAX).contains(&longest), "{longest}");
+    }
+}

@@ -1,0 +1,113 @@
+//! What a run of `check` saw of a board. Tests make their own.
+
+use crate::live::Counts;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Health, Hello, Raw};
+
+/// Everything that the checks judge. What the run did not reach is `None`.
+#[derive(Clone, Debug, Default)]
+pub struct Observations {
+    /// The first greeting.
+    pub hello: Option<Hello>,
+    /// The first `health`.
+    pub health: Option<Health>,
+    pub exchanged: Option<Exchanged>,
+    pub watched: Option<Watched>,
+    /// None if settings were not to be stored.
+    pub kept: Option<Kept>,
+    /// Why the run ended early.
+    pub ended: Option<String>,
+}
+
+/// Commands of every length.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Exchanged {
+    /// Different commands.
+    pub commands: u32,
+    /// Commands that were answered as they must be.
+    pub answered: u32,
+    /// Times that one was sent, repetitions included.
+    pub sends: u32,
+    pub shortest_bytes: usize,
+    pub longest_bytes: usize,
+}
+
+/// A time in which nothing but the board's telemetry was on the line.
+#[derive(Clone, Debug, Default)]
+pub struct Watched {
+    pub before: Health,
+    pub after: Health,
+    /// This end's counts of packets.
+    pub counts_before: Counts,
+    pub counts_after: Counts,
+    pub frames: Vec<Raw>,
+    /// Device times of contacts and of the releases behind them, microseconds.
+    pub touches_us: Vec<(u64, Option<u64>)>,
+    /// The board has started again by itself.
+    pub has_restarted: bool,
+}
+
+/// Settings stored, the board restarted, and what was stored before restored.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Kept {
+    /// Settings that were stored.
+    pub sent: Option<Settings>,
+    /// Settings in force after the restart, if they were those of the flash.
+    pub found: Option<Settings>,
+    /// Whether the flash was erased for it.
+    pub has_erased: bool,
+    /// Why they were not stored, or not found.
+    pub failed: Option<String>,
+    /// Why what was stored before could not be restored.
+    pub not_restored: Option<String>,
+}
+
+/// Time before a contact is noticed, and in which the skin settles after a release, microseconds.
+const MARGIN_US: u64 = 300_000;
+
+impl Watched {
+    /// Length by the board's clock, seconds.
+    pub fn length_s(&self) -> f64 {
+        self.after.t_us.saturating_sub(self.before.t_us) as f64 * 1e-6
+    }
+
+    /// Whether nothing touched the finger at a device time, microseconds.
+    pub fn is_untouched(&self, t_us: u64) -> bool {
+        !self.touches_us.iter().any(|(contact_us, release_us)| {
+            t_us + MARGIN_US >= *contact_us && release_us.is_none_or(|release_us| t_us <= release_us + MARGIN_US)
+        })
+    }
+
+    /// Runs of consecutive frames without a touch.
+    pub fn untouched(&self) -> Vec<&[Raw]> {
+        self.frames
+            .chunk_by(|a, b| {
+                a.number.checked_add(1) == Some(b.number) && self.is_untouched(a.t_us) && self.is_untouched(b.t_us)
+            })
+            .filter(|run| run.first().is_some_and(|frame| self.is_untouched(frame.t_us)))
+            .collect()
+    }
+
+    /// Bit k: input k was converted in some frame.
+    pub fn present(&self) -> u16 {
+        self.frames.iter().fold(0, |all, frame| all | frame.present)
+    }
+}
+
+impl Observations {
+    /// The latest `health` before the board was restarted.
+    pub fn latest(&self) -> Option<&Health> {
+        self.watched.as_ref().map(|watched| &watched.after).or(self.health.as_ref())
+    }
+
+    /// Why something was not seen.
+    pub fn why(&self) -> &str {
+        self.ended.as_deref().unwrap_or("the board has not sent it")
+    }
+}
+
+/// Bits of a mask of inputs as names: "AIN3, AIN7".
+pub fn input_names(mask: u16) -> String {
+    let names = (0..TAXELS).filter(|input| mask >> input & 1 != 0).map(|input| format!("AIN{input}"));
+    names.collect::<Vec<_>>().join(", ")
+}

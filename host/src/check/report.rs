@@ -1,0 +1,118 @@
+//! The report: as text, as JSON lines, and as one JSON object.
+
+use super::observations::Observations;
+use super::verdict::{Check, Inputs, Verdict};
+use crate::names::name;
+use crate::output;
+use anyhow::{Context, Result, bail};
+use ridgetone_proto::telemetry::PROTOCOL;
+use serde::Serialize;
+use std::fmt::{self, Display, Formatter};
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+/// Every check, and what they were made with.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub summary: Summary,
+    pub checks: Vec<Check>,
+}
+
+/// How many checks ended how, and the versions of all that took part.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "type", rename = "summary")]
+pub struct Summary {
+    pub verdict: Verdict,
+    pub passed: usize,
+    pub warned: usize,
+    pub failed: usize,
+    pub skipped: usize,
+    /// Why the run ended early.
+    pub ended: Option<String>,
+    /// The port with its USB name.
+    pub board: String,
+    pub inputs: Inputs,
+    pub firmware: Option<String>,
+    pub protocol: u8,
+    /// Of the command.
+    pub version: &'static str,
+    pub system: String,
+}
+
+impl Report {
+    /// `board` is the name of its port.
+    pub fn new(board: String, inputs: Inputs, seen: &Observations) -> Self {
+        let checks = super::judge(seen, inputs);
+        let count = |verdict| checks.iter().filter(|check| check.verdict == verdict).count();
+        let (warned, failed) = (count(Verdict::Warn), count(Verdict::Fail));
+        let summary = Summary {
+            verdict: super::verdict::graded(warned > 0, failed > 0),
+            passed: count(Verdict::Pass),
+            warned,
+            failed,
+            skipped: count(Verdict::Skipped),
+            ended: seen.ended.clone(),
+            board,
+            inputs,
+            firmware: seen.hello.as_ref().map(|hello| hello.version.map(|part| part.to_string()).join(".")),
+            protocol: PROTOCOL,
+            version: env!("CARGO_PKG_VERSION"),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+        };
+        Self { summary, checks }
+    }
+
+    /// Prints the checks on standard output, as text or one object a line.
+    pub fn print(&self, json: bool) -> Result<()> {
+        if !json {
+            return output::line(self.to_string().trim_end());
+        }
+        for check in &self.checks {
+            output::line(&serde_json::to_string(check)?)?;
+        }
+        output::line(&serde_json::to_string(&self.summary)?)
+    }
+
+    /// Fails if the file exists.
+    pub fn refuse_existing(path: &Path) -> Result<()> {
+        if path.exists() {
+            bail!("{}: this file exists already, and no report is overwritten: choose another name", path.display());
+        }
+        Ok(())
+    }
+
+    /// Writes a new file: JSON if its name ends in `.json`, else text.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = match path.extension().is_some_and(|extension| extension == "json") {
+            true => serde_json::to_string_pretty(self)? + "\n",
+            false => self.to_string(),
+        };
+        let named = || path.display().to_string();
+        File::create_new(path).with_context(named)?.write_all(text.as_bytes()).with_context(named)
+    }
+
+    /// Names of the checks that failed.
+    pub fn failed(&self) -> Vec<&'static str> {
+        self.checks.iter().filter(|check| check.verdict == Verdict::Fail).map(|check| check.name).collect()
+    }
+}
+
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Summary { passed, warned, failed, skipped, ended, board, firmware, protocol, version, system, .. } =
+            &self.summary;
+        let firmware = firmware.as_deref().unwrap_or("unknown");
+        writeln!(f, "{board}: firmware {firmware}; ridgetone {version}, protocol {protocol}, {system}")?;
+        for Check { name: what, verdict, finding, page, .. } in &self.checks {
+            let verdict_name = name(verdict);
+            let help =
+                if matches!(verdict, Verdict::Warn | Verdict::Fail) { format!(" -> {page}") } else { String::new() };
+            writeln!(f, "{verdict_name:<8}{what:<15}{finding}{help}")?;
+        }
+        if let Some(why) = ended {
+            writeln!(f, "It ended early: {why}")?;
+        }
+        writeln!(f, "{passed} passed, {warned} warned, {failed} failed, {skipped} skipped")
+    }
+}

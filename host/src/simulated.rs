@@ -1,0 +1,257 @@
+//! The firmware's tasks on this PC, behind the simulated chip and its faults.
+//!
+//! Virtual time takes the place of interrupts: DRDY's edges as they arrive at the pin, the watch twice a second, then the
+//! tasks that these start. The processor and the line take no time, the bus takes as long as the board's.
+
+use crate::input::Opened;
+use ads1258::Ads1258;
+use anyhow::Result;
+use embedded_hal::delay::DelayNs;
+use embedded_storage::nor_flash::NorFlash;
+use hal_mock::SimulatedBoard;
+use hal_mock::board::{ChipSpi, ResetPin, StartPin};
+use heapless::spsc::{Consumer, Queue};
+use ridgetone::acquire::Acquisition;
+use ridgetone::detector::Detector;
+use ridgetone::estimator::Estimator;
+use ridgetone::frame::TimedConversion;
+use ridgetone::ring::Ring;
+use ridgetone::tasks::detect::Detect;
+use ridgetone::tasks::drdy::{Drdy, DrdyPin};
+use ridgetone::tasks::fit::Fit;
+use ridgetone::tasks::line::{self, Received};
+use ridgetone::tasks::liveness::WatchdogPolicy;
+use ridgetone::tasks::outbox::Outbox;
+use ridgetone::tasks::report::Report;
+use ridgetone::tasks::requests::Requests;
+use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
+use ridgetone::tasks::watch;
+use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
+use ridgetone_proto::command::REQUEST_WIRE_MAX;
+use ridgetone_proto::framing::Inbox;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::store::{FlashStore, Store};
+use rtic_core::Exclusive;
+use std::cell::{Cell, RefCell};
+
+/// SCLK of the board, hertz.
+const SCLK_HZ: u32 = 5_250_000;
+/// From one watch to the next, nanoseconds.
+const WATCH_NS: u64 = 500_000_000;
+
+/// What is around the board: the other end of its line, and an observer of its chip.
+pub trait Surroundings {
+    /// The firmware has set the chip up, or failed to.
+    fn started(&mut self, board: &SimulatedBoard, is_set_up: bool) -> Result<()>;
+
+    /// `detect` takes this conversion next.
+    fn read(&mut self, _conversion: &TimedConversion, _board: &SimulatedBoard) {}
+
+    /// Takes the bytes that the board has sent, mostly none, and gives those that have arrived at it.
+    fn exchange(&mut self, board: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>>;
+}
+
+/// What a board starts with.
+#[derive(Debug)]
+pub struct Start<F: NorFlash> {
+    pub store: FlashStore<F>,
+    pub settings: Settings,
+    pub source: SettingsSource,
+    pub boot: Boot,
+}
+
+impl<F: NorFlash> Start<F> {
+    /// With what its flash holds.
+    pub fn new(flash: F, boot: Boot) -> Self {
+        let mut store = FlashStore::new(flash);
+        let (settings, source) = store.load();
+        Self { store, settings, source, boot }
+    }
+}
+
+/// Runs the firmware's tasks until the input is over. A restart that is requested is carried out. Gives the board back.
+pub fn run<F: NorFlash>(input: Opened, start: Start<F>, around: &mut dyn Surroundings) -> Result<SimulatedBoard> {
+    let board = SimulatedBoard::new(input.scene, input.options);
+    board.set_sclk_hz(SCLK_HZ);
+    let mut start = start;
+    while let Some(store) = run_until_restart(&board, start, around)? {
+        start = Start::new(store.release(), Boot { cause: ResetCause::Software, ..Boot::UNKNOWN });
+    }
+    Ok(board)
+}
+
+/// Gives the store if the board is to restart.
+fn run_until_restart<F: NorFlash>(
+    board: &SimulatedBoard,
+    start: Start<F>,
+    around: &mut dyn Surroundings,
+) -> Result<Option<FlashStore<F>>> {
+    let mut wait = board.delay();
+    let acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin());
+    wait.delay_us(crate::replay::START_US);
+
+    let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
+    let (samples_in, samples_out) = queues.0.split();
+    let (windows_in, windows_out) = queues.1.split();
+    let (bytes_in, bytes_out) = queues.2.split();
+    let interrupt = Interrupt::default();
+    let pin = Pin { board, interrupt: &interrupt, edge_us: 0 };
+    let drdy = RefCell::new(Drdy { acquisition, pin, samples: samples_in });
+    let shared = Shared::new(Simulated { board, interrupt: &interrupt, drdy });
+    let is_set_up = shared.platform.drdy.borrow_mut().acquisition.set_up(&shared.diagnostics, &mut wait);
+    around.started(board, is_set_up)?;
+    let mut estimator = Box::new(Estimator::new(start.settings));
+    let mut tasks = Tasks {
+        detect: Detect::new(samples_out, windows_in),
+        fit: Fit { estimator: &mut estimator, windows: windows_out, requests: Requests::new(start.store) },
+        report: Report::new(bytes_in),
+        detector: Box::new(Detector::booted(start.settings, start.source, start.boot)),
+        ring: Box::new(Ring::new()),
+        inbox: Inbox::new(),
+        outbox: Outbox::new(),
+        line: bytes_out,
+        around,
+    };
+    tasks.run(&shared)?;
+    let mut policy = WatchdogPolicy::new();
+    let mut watch_ns = board.now_ns() + WATCH_NS;
+    loop {
+        let (edge_ns, event_ns) = board.with_chip(|chip| (chip.next_drdy_fall_ns(), chip.next_event_ns()));
+        let edge_ns = edge_ns.filter(|_| !interrupt.is_muted.get());
+        let next_ns = [edge_ns, event_ns].into_iter().flatten().fold(watch_ns, u64::min);
+        board.advance_ns(next_ns.saturating_sub(board.now_ns()));
+        if edge_ns.is_some_and(|edge_ns| edge_ns <= next_ns) {
+            interrupt.is_pending.set(true);
+        }
+        if next_ns >= watch_ns {
+            watch_ns += WATCH_NS;
+            // The watchdog's policy has tests of its own.
+            let _ = watch::run(&mut policy, &shared);
+            tasks.run(&shared)?;
+        }
+        // An edge that falls while `drdy` runs makes it run again.
+        while interrupt.is_pending.get() {
+            Simulated::pend(&shared, Task::Drdy);
+            tasks.run(&shared)?;
+        }
+        if shared.is_restarting() && tasks.outbox.is_empty() {
+            return Ok(Some(tasks.fit.requests.into_store()));
+        }
+        if board.with_chip(|chip| chip.ended()) {
+            interrupt.has_ended.set(true);
+            tasks.run(&shared)?;
+            return Ok(None);
+        }
+    }
+}
+
+/// The state of DRDY's interrupt.
+#[derive(Default)]
+struct Interrupt {
+    /// An edge has fallen, and `drdy` has not run since.
+    is_pending: Cell<bool>,
+    is_muted: Cell<bool>,
+    /// The scene is over: the chip is left alone.
+    has_ended: Cell<bool>,
+}
+
+struct Pin<'a> {
+    board: &'a SimulatedBoard,
+    interrupt: &'a Interrupt,
+    edge_us: u32,
+}
+
+impl DrdyPin for Pin<'_> {
+    fn acknowledge(&mut self) -> Option<bool> {
+        // The board's own clock, read first thing.
+        self.edge_us = now_us(self.board);
+        self.interrupt.is_pending.take().then(|| self.board.with_chip(|chip| !chip.drdy_high(0)))
+    }
+
+    fn edge_us(&self) -> u32 {
+        self.edge_us
+    }
+
+    fn mute(&mut self) {
+        self.interrupt.is_muted.set(true);
+    }
+
+    fn unmute(&mut self) {
+        self.interrupt.is_muted.set(false);
+    }
+}
+
+fn now_us(board: &SimulatedBoard) -> u32 {
+    (board.now_ns() / 1000) as u32
+}
+
+/// Runs `drdy` at once, and leaves the other tasks to [`Tasks::run`].
+struct Simulated<'a> {
+    board: &'a SimulatedBoard,
+    interrupt: &'a Interrupt,
+    drdy: RefCell<Drdy<'a, ChipSpi, StartPin, ResetPin, Pin<'a>>>,
+}
+
+impl Platform for Simulated<'_> {
+    fn pend(shared: &Shared<Self>, task: Task) {
+        if task != Task::Drdy {
+            return;
+        }
+        let Self { board, interrupt, drdy } = &shared.platform;
+        let ahead_ns = board.with_chip(|chip| chip.next_drdy_fall_ns());
+        drdy.borrow_mut().run(shared, &mut board.delay());
+        if !interrupt.is_muted.get() && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
+            interrupt.is_pending.set(true);
+        }
+    }
+
+    fn now_us(&self) -> u32 {
+        now_us(self.board)
+    }
+
+    fn has_ended(&self) -> bool {
+        self.interrupt.has_ended.get()
+    }
+}
+
+/// The tasks below `drdy`.
+struct Tasks<'a, F: NorFlash> {
+    detect: Detect<'a>,
+    fit: Fit<'a, FlashStore<F>>,
+    report: Report<'a>,
+    detector: Box<Detector>,
+    ring: Box<Ring>,
+    inbox: Inbox<REQUEST_WIRE_MAX>,
+    outbox: Outbox<PACKETS>,
+    line: Consumer<'a, u8>,
+    around: &'a mut dyn Surroundings,
+}
+
+impl<F: NorFlash> Tasks<'_, F> {
+    /// Runs every task once, and the line until it is silent.
+    fn run(&mut self, shared: &Shared<Simulated<'_>>) -> Result<()> {
+        let board = shared.platform.board;
+        if let Some(conversion) = self.detect.next().copied() {
+            self.around.read(&conversion, board);
+        }
+        let Self { detect, fit, report, detector, ring, inbox, outbox, line, around } = self;
+        detect.run(detector, ring, outbox, shared);
+        let (ring, outbox) = (&mut Exclusive(ring), &mut Exclusive(outbox));
+        fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);
+        let mut sent = Vec::new();
+        while !outbox.is_empty() {
+            report.run(outbox, shared);
+            while let Some(byte) = line.dequeue() {
+                sent.push(byte);
+            }
+        }
+        for received in around.exchange(board, &sent)? {
+            line::receive(received, inbox, shared);
+            // A request is complete at its last byte: it is carried out before the next one arrives.
+            if matches!(received, Received::Byte(0)) {
+                fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);
+            }
+        }
+        Ok(())
+    }
+}
