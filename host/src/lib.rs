@@ -44,6 +44,8 @@ pub mod names;
 pub mod output;
 pub mod picture;
 mod port;
+#[cfg(test)]
+mod ram_flash;
 mod record;
 pub mod recording;
 pub mod replay;

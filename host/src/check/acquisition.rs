@@ -49,7 +49,9 @@ pub fn checks(seen: &Observations, inputs: Inputs) -> Vec<Check> {
     }
     let vref_v = seen.hello.as_ref().map_or(0.0, |hello| f64::from(hello.settings.vref_v));
     let uv = 1e6 * vref_v / VREF_CODES;
-    let clock = Clock::of(&watched.frames);
+    // A scan that is restarted has another phase.
+    let is_one_scan = watched.before.chip_restarts == watched.after.chip_restarts;
+    let clock = if is_one_scan { Clock::of(&watched.frames) } else { None };
     vec![
         frame_rate(clock),
         drdy_jitter(clock),
@@ -61,7 +63,7 @@ pub fn checks(seen: &Observations, inputs: Inputs) -> Vec<Check> {
 
 fn frame_rate(clock: Option<Clock>) -> Check {
     let Some(Clock { frame_rate_hz, .. }) = clock else {
-        return Check::skipped("frame_rate", TROUBLESHOOTING, "less than a second of frames");
+        return Check::skipped("frame_rate", TROUBLESHOOTING, "no second of frames without a restart of the scan");
     };
     let off_ppm = (frame_rate_hz / f64::from(FRAME_RATE_HZ) - 1.0) * 1e6;
     let finding = format!("{frame_rate_hz:.3} Hz, {off_ppm:+.0} ppm off the nominal {FRAME_RATE_HZ:.3} Hz");
@@ -72,7 +74,7 @@ fn frame_rate(clock: Option<Clock>) -> Check {
 
 fn drdy_jitter(clock: Option<Clock>) -> Check {
     let Some(Clock { jitter_rms_us: rms, jitter_worst_us: worst, .. }) = clock else {
-        return Check::skipped("drdy_jitter", TROUBLESHOOTING, "less than a second of frames");
+        return Check::skipped("drdy_jitter", TROUBLESHOOTING, "no second of frames without a restart of the scan");
     };
     let warns = rms > JITTER_RMS_US.0 || worst > JITTER_WORST_US.0;
     let verdict = graded(warns, rms > JITTER_RMS_US.1 || worst > JITTER_WORST_US.1);

@@ -92,12 +92,14 @@ impl Talk<'_> {
         let heard = self.listen(|seen| seen.hello.is_some() && seen.health.is_some());
         (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
         if let Err(error) = greeted {
-            found.exchanged = Some(Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() });
+            let is_heard = found.hello.is_some() || found.health.is_some();
+            found.exchanged =
+                is_heard.then_some(Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() });
             return Err(error);
         }
         heard?;
-        let frames = (plan.length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
-        self.request(Command::Raw { frames: frames as u32 })?;
+        // Telemetry runs meanwhile as it does in use.
+        self.request_frames(plan.length_s)?;
         let exchanged = found.exchanged.insert(Exchanged::default());
         self.exchange(exchanged)?;
         found.watched = Some(self.watch(plan.length_s)?);
@@ -111,6 +113,12 @@ impl Talk<'_> {
     fn request(&mut self, command: Command) -> Result<Outcome> {
         let Self { feed, requests, seen, .. } = self;
         request(feed, requests, command, &mut |packet| seen.take(packet))
+    }
+
+    /// Requests raw frames for so many seconds and some more.
+    fn request_frames(&mut self, length_s: f64) -> Result<Outcome> {
+        let frames = (length_s + SPARE_S) * f64::from(FRAME_RATE_HZ);
+        self.request(Command::Raw { frames: frames as u32 })
     }
 
     /// Reads packets until `is_done`.
@@ -162,6 +170,7 @@ impl Talk<'_> {
     /// Listens for a while. The length counts in messages of `health`, one a second, because device time stands still
     /// without conversions.
     fn watch(&mut self, length_s: f64) -> Result<Watched> {
+        self.request_frames(length_s)?;
         // The counters as they are behind the last command.
         let heard = self.seen.healths;
         self.listen(|seen| seen.healths > heard)?;

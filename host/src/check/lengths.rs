@@ -9,8 +9,8 @@ use ridgetone_proto::settings::{Settings, SlideRule};
 /// Number of a request whose length stands for all: two of three numbers take three bytes.
 const NUMBER: u16 = u16::MAX;
 
-/// Bytes that a knot's time takes at most.
-const TIME_BYTES: u32 = 5;
+/// Bytes that a knot's time takes besides its first, at most.
+const TIME_MORE_BYTES: usize = 4;
 
 /// A command, its length on the wire, bytes, and whether an outcome is the one that it must have.
 pub struct Probe {
@@ -33,13 +33,12 @@ pub fn probes() -> Result<Vec<Probe>> {
     let is_done = |outcome: &Outcome| *outcome == Outcome::Done;
     let mut probes = vec![Probe::new(Command::Greet, is_done)?];
     for count in 1..=KNOTS_A_COMMAND {
-        for wide in 0..=count {
-            for bytes in 1..=TIME_BYTES {
-                // The first of them have times of so many bytes, seven bits in each; the others of one byte.
-                let t_us = |at: usize| if at < wide { 1 << (7 * (bytes - 1)) } else { 0 };
-                let knots = (0..count).map(|at| Knot { t_us: t_us(at), speed_mm_s: 30.0 }).collect();
-                probes.push(Probe::new(Command::Follow(Part { first: 0, knots, last: None }), is_done)?);
-            }
+        for more_bytes in 0..=count * TIME_MORE_BYTES {
+            // A time takes one byte for each seven bits; the first knots have the longest ones.
+            let more = |at: usize| more_bytes.saturating_sub(at * TIME_MORE_BYTES).min(TIME_MORE_BYTES);
+            let t_us = |at: usize| if more(at) > 0 { 1 << (7 * more(at)) } else { 0 };
+            let knots = (0..count).map(|at| Knot { t_us: t_us(at), speed_mm_s: 30.0 }).collect();
+            probes.push(Probe::new(Command::Follow(Part { first: 0, knots, last: None }), is_done)?);
         }
     }
     let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };

@@ -1,9 +1,9 @@
 //! Feeds from sources made for a test: a board that obeys requests, with the library's own receiver.
 
 use super::*;
+use crate::ram_flash::RamFlash;
 use crate::requests::receiver::Receiver;
 use anyhow::Result;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Hello, Release, WIRE_MAX, encode};
@@ -12,41 +12,6 @@ use std::collections::VecDeque;
 use std::io::Write;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-
-/// Two pages of flash.
-struct RamFlash(Vec<u8>);
-
-impl ErrorType for RamFlash {
-    type Error = NorFlashErrorKind;
-}
-
-impl ReadNorFlash for RamFlash {
-    const READ_SIZE: usize = 1;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.len()
-    }
-}
-
-impl NorFlash for RamFlash {
-    const WRITE_SIZE: usize = ridgetone_proto::store::WORD_BYTES;
-    const ERASE_SIZE: usize = 1024;
-
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-        Ok(())
-    }
-
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0[from as usize..to as usize].fill(0xff);
-        Ok(())
-    }
-}
 
 /// A board that answers requests as the firmware does, and sends nothing else.
 struct Obedient {
@@ -59,7 +24,7 @@ struct Obedient {
 
 impl Obedient {
     fn new() -> Self {
-        Self { board: Receiver::new(RamFlash(vec![0xff; 2048])), outgoing: VecDeque::new(), sequence: 1, received: 0 }
+        Self { board: Receiver::new(RamFlash::default()), outgoing: VecDeque::new(), sequence: 1, received: 0 }
     }
 
     fn emit(&mut self, event: Event) {

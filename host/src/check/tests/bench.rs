@@ -1,0 +1,220 @@
+//! A simulated board as a source, in step with its reader: virtual time passes only while the reader waits.
+
+use crate::check::{Check, Inputs, Observations, Plan, Verdict, gather, judge};
+use crate::feed::{Feed, FeedEvent, Source};
+use crate::input::Opened;
+use crate::output::Progress;
+use crate::ram_flash::RamFlash;
+use crate::simulated::{self, Start, Surroundings};
+use anyhow::{Context, Result};
+use hal_mock::{Ads1258, SimulatedBoard};
+use ridgetone::tasks::line::Received;
+use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, ResetCause, SettingsSource};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::store::{FlashStore, Store};
+use ridgetone_proto::telemetry::{Decoder, Event, Health, Packet, WIRE_MAX, encode};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Changes the bytes of one packet, numbered from 0.
+type OnLine = Box<dyn FnMut(u64, &mut Vec<u8>) + Send>;
+
+/// A healthy board, and what is wrong with it.
+pub struct Bench {
+    pub input: Opened,
+    pub boot: Boot,
+    /// Settings that were stored before.
+    pub stored: Option<Settings>,
+    /// Settings that were sent since the start.
+    pub in_force: Option<Settings>,
+    /// What happens to the chip behind its set-up.
+    pub on_start: fn(&mut Ads1258),
+    /// What the board reports instead.
+    pub altered: Box<dyn FnMut(&mut Event) + Send>,
+    /// The same of `health`.
+    pub health: fn(&mut Health),
+    /// The board greets as after a start in place of this `health`, the first one being 1.
+    pub restarts_at_health: Option<u32>,
+    pub on_line: OnLine,
+    /// What the board's USART makes of each byte, numbered from 0.
+    pub received: fn(u64, u8) -> Received,
+    pub plan: Plan,
+    pub inputs: Inputs,
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        let boot = Boot {
+            cause: ResetCause::Power,
+            oscillator: Oscillator::External,
+            brown_out: BrownOut::Level3,
+            record: None,
+        };
+        Self {
+            input: Opened::untouched(),
+            boot,
+            stored: None,
+            in_force: None,
+            on_start: |_| {},
+            altered: Box::new(|_| {}),
+            health: |_| {},
+            restarts_at_health: None,
+            on_line: Box::new(|_, _| {}),
+            received: |_, byte| Received::Byte(byte),
+            plan: Plan { length_s: 5.0, stores: false },
+            inputs: Inputs::Shorted,
+        }
+    }
+}
+
+impl Bench {
+    pub fn feed(self) -> Feed {
+        let mut flash = RamFlash::default();
+        if let Some(settings) = &self.stored {
+            let mut store = FlashStore::new(flash);
+            assert!(store.save(Some(settings), true).is_ok());
+            flash = store.release();
+        }
+        let (to_feed, telemetry) = channel();
+        let (requests, to_board) = channel();
+        let Self { input, boot, .. } = self;
+        let mut line = Line {
+            to_feed,
+            to_board,
+            on_start: self.on_start,
+            altered: self.altered,
+            health: self.health,
+            on_line: self.on_line,
+            received: self.received,
+            restarts_at_health: self.restarts_at_health,
+            hello: None,
+            decoder: Decoder::new(),
+            healths: 0,
+            packets: 0,
+            bytes: 0,
+        };
+        let start = Start::new(flash, boot);
+        let start = match self.in_force {
+            Some(settings) => Start { settings, source: SettingsSource::Sent, ..start },
+            None => start,
+        };
+        let thread = std::thread::spawn(move || simulated::run(input, start, &mut line).map(|_| ()));
+        Feed::new(Running {
+            telemetry,
+            requests: Some(requests),
+            unsent: Vec::new(),
+            is_waited_for: false,
+            thread: Some(thread),
+        })
+    }
+
+    pub fn observations(self) -> Observations {
+        let plan = self.plan;
+        gather(&mut self.feed(), plan, &mut Progress::default())
+    }
+
+    /// The checks that do not pass.
+    pub fn findings(self) -> Vec<Check> {
+        let inputs = self.inputs;
+        let mut checks = judge(&self.observations(), inputs);
+        checks.retain(|check| check.verdict != Verdict::Pass);
+        checks
+    }
+}
+
+/// The board's end of the line.
+struct Line {
+    to_feed: Sender<Vec<u8>>,
+    to_board: Receiver<Vec<u8>>,
+    on_start: fn(&mut Ads1258),
+    altered: Box<dyn FnMut(&mut Event) + Send>,
+    health: fn(&mut Health),
+    on_line: OnLine,
+    received: fn(u64, u8) -> Received,
+    restarts_at_health: Option<u32>,
+    /// The latest greeting.
+    hello: Option<Event>,
+    decoder: Decoder,
+    healths: u32,
+    packets: u64,
+    bytes: u64,
+}
+
+impl Surroundings for Line {
+    fn started(&mut self, board: &SimulatedBoard, _: bool) -> Result<()> {
+        board.with_chip(self.on_start);
+        Ok(())
+    }
+
+    fn exchange(&mut self, _: &SimulatedBoard, sent: &[u8]) -> Result<Vec<Received>> {
+        if sent.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut bytes = Vec::new();
+        for mut packet in sent.iter().filter_map(|byte| self.decoder.push(*byte)) {
+            if let Event::Health(health) = &mut packet.event {
+                self.healths += 1;
+                // No simulated board measures these.
+                (health.load, health.stack_used_bytes, health.stack_bytes) = (0.1, 7000, 32_768);
+                (self.health)(health);
+                if let Some(hello) = self.hello.clone().filter(|_| self.restarts_at_health == Some(self.healths)) {
+                    packet = Packet { sequence: 0, event: hello };
+                }
+            }
+            (self.altered)(&mut packet.event);
+            if matches!(packet.event, Event::Hello(_)) {
+                self.hello = Some(packet.event.clone());
+            }
+            let mut wire = [0; WIRE_MAX];
+            let length = encode(&packet, &mut wire)?;
+            let mut packet = wire[..length].to_vec();
+            (self.on_line)(self.packets, &mut packet);
+            self.packets += 1;
+            bytes.extend(packet);
+        }
+        self.to_feed.send(bytes).context("the reader is gone")?;
+        let arrived = self.to_board.recv().context("the reader is gone")?;
+        let numbered = (self.bytes..).zip(&arrived);
+        self.bytes += arrived.len() as u64;
+        Ok(numbered.map(|(number, byte)| (self.received)(number, *byte)).collect())
+    }
+}
+
+struct Running {
+    telemetry: Receiver<Vec<u8>>,
+    requests: Option<Sender<Vec<u8>>>,
+    unsent: Vec<u8>,
+    /// The board waits for what the reader sends.
+    is_waited_for: bool,
+    thread: Option<JoinHandle<Result<()>>>,
+}
+
+impl Source for Running {
+    fn name(&self) -> String {
+        "simulated board".into()
+    }
+
+    fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+        if std::mem::replace(&mut self.is_waited_for, true)
+            && let Some(requests) = &self.requests
+        {
+            // Without a board the next line fails too.
+            let _ = requests.send(std::mem::take(&mut self.unsent));
+        }
+        Ok(Some(self.telemetry.recv().map_or(FeedEvent::Over, FeedEvent::Data)))
+    }
+
+    fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.unsent.extend_from_slice(bytes);
+        Ok(())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.requests = None;
+        // It ends with an error, since nobody reads.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}

@@ -1,0 +1,118 @@
+//! The conversation: settings are stored and restored, silence and losses end it with a reason.
+
+use super::bench::Bench;
+use super::{Fail, Skipped, Warn};
+use crate::check::{Inputs, Plan, Report, Verdict, gather};
+use crate::client::Client;
+use crate::output::Progress;
+use ridgetone_proto::boot::SettingsSource;
+use ridgetone_proto::command::Command;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Event;
+
+const STORES: Plan = Plan { length_s: 1.0, stores: true };
+
+fn settings_check(report: &Report) -> (Verdict, &str) {
+    let check = report.checks.iter().find(|check| check.name == "settings").unwrap();
+    (check.verdict, &check.finding)
+}
+
+#[test]
+fn what_was_stored_and_what_was_in_force_is_restored() {
+    let stored = Settings { window_s: 0.5, hop_s: 0.3, ..Settings::DEFAULT };
+    let sent = Settings { window_s: 0.7, ..Settings::DEFAULT };
+    for before in [None, Some(stored)] {
+        for in_force in [None, Some(sent)] {
+            let mut feed = Bench { stored: before, in_force, ..Bench::default() }.feed();
+            let seen = gather(&mut feed, STORES, &mut Progress::default());
+            let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+            assert_eq!(settings_check(&report).0, Verdict::Pass, "{report}");
+            let mut client = Client::new(&mut feed);
+            assert_eq!(client.hello().unwrap().settings, in_force.or(before).unwrap_or_default());
+            // And after another start.
+            client.request(Command::Restart).unwrap();
+            let hello = client.hello().unwrap();
+            let source = if before.is_some() { SettingsSource::Stored } else { SettingsSource::Default };
+            assert_eq!((hello.settings, hello.source), (before.unwrap_or_default(), source));
+        }
+    }
+}
+
+/// A board whose flash forgets: after a restart it greets with the defaults.
+#[test]
+fn settings_that_are_not_found_again_fail() {
+    let forgets = |event: &mut Event| {
+        if let Event::Hello(hello) = event {
+            (hello.settings, hello.source) = (Settings::DEFAULT, SettingsSource::Default);
+        }
+    };
+    let mut feed = Bench { altered: Box::new(forgets), ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+    assert_eq!(settings_check(&report), (Fail, "after a restart the stored settings are not in force"));
+    assert_eq!(report.failed(), ["settings"]);
+}
+
+#[test]
+fn stored_settings_that_cannot_be_read_are_a_warning() {
+    for (source, stores) in [(SettingsSource::Damaged, false), (SettingsSource::StoredBefore, true)] {
+        let altered = move |event: &mut Event| {
+            if let Event::Hello(hello) = event
+                && hello.source == SettingsSource::Default
+            {
+                hello.source = source;
+            }
+        };
+        let plan = Plan { length_s: 1.0, stores };
+        let mut feed = Bench { altered: Box::new(altered), ..Bench::default() }.feed();
+        let seen = gather(&mut feed, plan, &mut Progress::default());
+        let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+        let (verdict, finding) = settings_check(&report);
+        assert!(verdict == Warn && finding.contains(crate::names::name(source)), "{finding}");
+    }
+}
+
+#[test]
+fn another_protocol_and_another_version_are_found() {
+    let findings = Bench {
+        altered: Box::new(|event| {
+            if let Event::Hello(hello) = event {
+                hello.protocol += 1;
+            }
+        }),
+        ..Bench::default()
+    }
+    .findings();
+    assert_eq!((findings[0].name, findings[0].verdict), ("firmware", Fail));
+    assert!(findings[0].finding.contains("speaks protocol 7"), "{}", findings[0].finding);
+    assert!(findings[1..].iter().all(|check| check.verdict == Skipped), "{findings:#?}");
+    let findings = Bench {
+        altered: Box::new(|event| {
+            if let Event::Hello(hello) = event {
+                hello.version = [0, 0, 9];
+            }
+        }),
+        ..Bench::default()
+    }
+    .findings();
+    assert_eq!((findings[0].name, findings[0].verdict), ("firmware", Warn));
+}
+
+/// RX is not connected: the board is heard, and does not answer.
+#[test]
+fn a_board_that_hears_nothing_fails_the_commands_and_is_judged_by_what_it_sends() {
+    let mut feed = Bench { received: |_, _| ridgetone::tasks::line::Received::Byte(0), ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+    assert_eq!(report.failed(), ["commands"], "{report}");
+    let verdict = |name: &str| report.checks.iter().find(|check| check.name == name).unwrap().verdict;
+    assert_eq!((verdict("firmware"), verdict("supply"), verdict("losses")), (Verdict::Pass, Verdict::Pass, Skipped));
+    assert!(report.summary.ended.as_ref().is_some_and(|why| why.contains("RX")), "{report}");
+}
+
+#[test]
+fn a_board_that_restarts_while_it_is_watched_is_noticed() {
+    let findings = Bench { restarts_at_health: Some(5), ..Bench::default() }.findings();
+    let losses = findings.iter().find(|check| check.name == "losses").expect("a finding");
+    assert!(losses.verdict == Fail && losses.finding.contains("1 restarts of the board"), "{findings:#?}");
+}
