@@ -18,17 +18,20 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `listen.rs` and `recordings.rs`.
-const WITH_A_BOARD: [&str; 10] = [
+const WITH_A_BOARD: [&str; 13] = [
     "cargo xtask flash",
+    "ridgetone check",
+    "ridgetone check -o check.txt",
     "ridgetone monitor",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
+    "ridgetone settings set vref_v=2.5 --keep",
     "ridgetone command follow speed.csv",
     "ridgetone listen --port /dev/ttyUSB0",
     "stty -F /dev/ttyUSB0 921600 raw && python3 reader.py < /dev/ttyUSB0",
     "dfu-util -a 0 -s :leave -D target/release-images/ridgetone-0.1.0-feather-f405.dfu",
-    "probe-rs attach --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",
-    "probe-rs attach --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
+    "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F405RGTx target/firmware/feather-f405/ridgetone-firmware.elf",
+    "probe-rs attach --no-catch-reset --no-catch-hardfault --chip STM32F446RETx target/firmware/nucleo-f446re/ridgetone-firmware.elf",
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.

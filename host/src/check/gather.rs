@@ -88,14 +88,15 @@ impl Talk<'_> {
     fn run(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         self.progress.show(format_args!("greeting the board"));
         let greeted = self.request(Command::Greet);
-        // Without an answer the board may still be heard.
-        let heard = self.listen(|seen| seen.hello.is_some() && seen.health.is_some());
+        // Without an answer the board may still be heard. One that was silent for all tries is not.
+        let is_heard = greeted.is_ok() || self.feed.counts().received > 0;
+        let heard = if is_heard { self.listen(|seen| seen.hello.is_some() && seen.health.is_some()) } else { Ok(()) };
         (found.hello, found.health) = (self.seen.hello.clone(), self.seen.health);
         if let Err(error) = greeted {
-            let is_heard = found.hello.is_some() || found.health.is_some();
-            found.exchanged =
-                is_heard.then_some(Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() });
-            return Err(error);
+            let unanswered = Exchanged { commands: 1, sends: self.requests.sends, ..Exchanged::default() };
+            found.exchanged = is_heard.then_some(unanswered);
+            let (bytes, packets) = (self.feed.bytes(), self.feed.counts().received);
+            return Err(error.context(format!("{bytes} bytes received, {packets} packets understood")));
         }
         heard?;
         // Telemetry runs meanwhile as it does in use.

@@ -82,3 +82,22 @@ fn the_emulated_board_obeys_commands() {
     let refused = run(&["command", "follow", text(&backwards), "--emulated"]);
     crate::common::assert_one_line(&refused, 1, &["back.csv", "does not increase"]);
 }
+
+/// The emulated board is well: what is not judged there says why.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn the_emulated_board_passes_its_check() {
+    let folder = directory();
+    let report = folder.path().join("check.json");
+    let lines = json_lines(&run(&["check", "--emulated", "--for", "5", "--json", "-o", text(&report)]));
+    let (summary, checks) = lines.split_last().expect("lines");
+    let verdicts = |verdict: &str| -> Vec<&str> {
+        checks.iter().filter(|check| check["verdict"] == verdict).filter_map(|check| check["name"].as_str()).collect()
+    };
+    assert_eq!(verdicts("skipped"), ["reset", "brown_out", "oscillator", "noise"], "{checks:?}");
+    assert_eq!((verdicts("pass").len(), &summary["verdict"]), (checks.len() - 4, &"pass".into()), "{checks:?}");
+    let whole: serde_json::Value = serde_json::from_slice(&std::fs::read(&report).expect("a report")).expect("JSON");
+    assert_eq!(&whole["summary"], summary);
+    let again = run(&["check", "--emulated", "-o", text(&report)]);
+    crate::common::assert_one_line(&again, 1, &["exists"]);
+}
