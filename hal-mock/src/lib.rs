@@ -26,7 +26,7 @@ pub use self::{
     board::SimulatedBoard,
     chip::{Ads1258, Analog, Counters, Fault, Injected, Injection, Options},
     file_error::FileError,
-    scene::{Constant, Noisy, Scene},
+    scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
     sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},
     trace::{Table, Trace, write_csv},

@@ -54,6 +54,21 @@ impl Scene for Constant {
     }
 }
 
+/// A scene that begins again when it is over, for ever.
+#[derive(Clone, Debug)]
+pub struct Repeated<S>(pub S);
+
+impl<S: Scene> Scene for Repeated<S> {
+    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
+        let end_s = self.0.end_s();
+        self.0.volts(input, t_s % end_s)
+    }
+
+    fn end_s(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
 /// Another scene with white Gaussian noise on every reading.
 ///
 /// The generator is sequential: the same seed and the same sequence of readings give the same noise.

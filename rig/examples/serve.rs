@@ -2,7 +2,7 @@
 //! `ridgetone monitor --port PATH` and all other commands work with it. The image runs on the register model, in front of the
 //! demo's touch, again and again.
 
-use hal_mock::{Scene, Sliding, SlidingScene};
+use hal_mock::{Repeated, Sliding, SlidingScene};
 use rig::{Board, Image, Rig, Start};
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 use std::error::Error;
@@ -12,20 +12,6 @@ use std::time::{Duration, Instant};
 
 /// From one look at the port to the next, nanoseconds of virtual time.
 const STEP_NS: u64 = 1_000_000;
-
-/// A scene that begins again when it is over.
-struct Repeated<S>(S);
-
-impl<S: Scene> Scene for Repeated<S> {
-    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        let end_s = self.0.end_s();
-        self.0.volts(input, t_s.rem_euclid(end_s))
-    }
-
-    fn end_s(&self) -> f64 {
-        f64::INFINITY
-    }
-}
 
 fn main() -> Result<(), Box<dyn Error>> {
     let name = std::env::args().nth(1).unwrap_or_default();

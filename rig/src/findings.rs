@@ -9,6 +9,8 @@ pub enum Rule {
     ClockOn,
     /// PLLCFGR is written while the PLL is off (RM0090, 7.3.2).
     PllOff,
+    /// HSEBYP is written while HSE is off (RM0090, 7.3.1).
+    HseOff,
     /// The flash waits as long as the new clock needs (RM0090, table 10, 2.7 to 3.6 V).
     WaitStates,
     /// Clocks stay within their limits (datasheets; VCO: RM0090, 7.3.2).

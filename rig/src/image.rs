@@ -57,6 +57,11 @@ impl Image {
         Ok(Self { segments, symbols })
     }
 
+    /// The address of a function, by a part of its mangled name.
+    pub fn function(&self, part: &str) -> Option<u32> {
+        self.symbols.iter().find(|(name, _)| name.contains(part)).map(|(_, value)| value & !1)
+    }
+
     /// The value of a symbol.
     pub fn symbol(&self, name: &str) -> Option<u32> {
         self.symbols.iter().find(|(other, _)| other == name).map(|(_, value)| *value)

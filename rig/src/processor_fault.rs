@@ -9,6 +9,10 @@ pub enum ProcessorFault {
     StackPointer(u32),
     /// The microsecond counter, TIM2, has this value now.
     Microseconds(u32),
-    /// An interrupt is masked for good: its task hangs.
+    /// An interrupt is masked: its task hangs.
     Mask(u16),
+    /// The contrary.
+    Unmask(u16),
+    /// From the next reset on the external oscillator does not start.
+    OscillatorDies,
 }

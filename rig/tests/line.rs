@@ -2,9 +2,10 @@
 
 mod common;
 
-use common::{BOARDS, Run};
+use common::{BOARDS, Run, health, reply_to, request};
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
+use rig::{ProcessorFault, Rule};
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
@@ -20,6 +21,32 @@ fn short_commands_and_usual_settings_arrive_while_the_chip_scans() {
             run.assert_rules();
             assert_eq!(run.rig.received()[..2], [0, 0], "{board:?}: none lost");
         }
+    }
+}
+
+/// The line's task is late by three bytes at the end of a request: the end is kept, the byte behind it is lost and counted,
+/// and the next request arrives.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn an_overrun_keeps_the_byte_before_it_and_is_counted() {
+    for (board, irq) in BOARDS.into_iter().zip([39, 38]) {
+        let mut run = Run::at_rest(board);
+        // No telemetry leaves for a while, so nothing else starts the task.
+        run.run_to(3.0, health);
+        let sent = request(1, Command::Greet);
+        let (end, begin) = sent.split_last().expect("bytes");
+        run.rig.send(begin);
+        run.run_s(0.001);
+        run.rig.inject(ProcessorFault::Mask(irq));
+        run.rig.send(&[*end, 0x55]);
+        run.run_s(40e-6);
+        run.rig.inject(ProcessorFault::Unmask(irq));
+        assert_eq!(run.run_to(0.1, reply_to(1)), Outcome::Done, "{board:?}: the zero that ends it is kept");
+        assert_eq!(run.command(2, Command::Greet), Outcome::Done, "{board:?}");
+        let report = run.run_to(3.0, health);
+        assert_eq!((report.bytes_overrun, run.rig.received()[0]), (1, 1), "{board:?}");
+        let [finding] = run.rig.findings() else { panic!("{:#?}", run.rig.findings()) };
+        assert_eq!((finding.rule, finding.times), (Rule::UsartOverrun, 1), "{board:?}");
     }
 }
 

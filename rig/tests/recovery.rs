@@ -2,11 +2,12 @@
 
 mod common;
 
-use common::{BOARDS, Run, health, hello, image, request};
-use hal_mock::{Constant, Fault};
+use common::{BOARDS, Run, estimate_of, fault_of, health, hello, image, request};
+use hal_mock::{Constant, Fault, Sliding, SlidingScene};
 use ridgetone_proto::boot::{Death, ResetCause};
 use ridgetone_proto::command::Command;
 use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::telemetry::{Span, Status};
 use rig::{ProcessorFault, Rule, Start};
 
 #[test]
@@ -22,6 +23,27 @@ fn the_watchdog_bites_when_a_task_hangs_and_the_greeting_says_so() {
         let [reset] = run.rig.resets() else { panic!("{:?}", run.rig.resets()) };
         println!("{board:?}: it bites {:.2} s after the task stands still", (reset.at_ns - from_ns) as f64 * 1e-9);
         assert!(run.rig.findings().iter().any(|finding| finding.rule == Rule::Watchdog));
+    }
+}
+
+/// The image is not changed: the processor jumps into a function of it that panics and that nothing calls.
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_panic_leaves_a_record() {
+    for board in BOARDS {
+        let mut run = Run::at_rest(board);
+        let panics = image(board).function("embedded_hal_bus3spi14no_delay_panic").expect("a function that panics");
+        let before_us = run.rig.now_ns() / 1000;
+        run.rig.inject(ProcessorFault::JumpTo(panics));
+        let boot = run.run_to(2.0, hello).boot;
+        assert_eq!(boot.cause, ResetCause::Software, "{board:?}");
+        let record = boot.record.expect("a record");
+        assert_eq!((record.death, record.pc, record.lr), (Death::Panic, 0, 0), "{record:?}");
+        assert!(record.file.ends_with("/src/spi/mod.rs") && record.line > 0, "{record:?}");
+        // The counter starts some milliseconds after the power.
+        assert!(before_us.abs_diff(record.t_us.into()) < 20_000, "{before_us} us, {record:?}");
+        run.rig.press_reset().expect("a reset");
+        assert_eq!(run.run_to(1.0, hello).boot.record, None, "{board:?}: it is reported once");
     }
 }
 
@@ -67,6 +89,24 @@ fn a_restart_by_command_differs_from_the_reset_button() {
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_reset_within_a_packet_costs_no_greeting() {
+    for (board, irq) in BOARDS.into_iter().zip([39, 38]) {
+        let mut run = Run::at_rest(board);
+        let (seen, before) = (run.events.len(), run.rig.served(irq).times);
+        run.rig.send(&request(1, Command::Greet));
+        // The request takes 0.1 ms, the greeting in reply more than one.
+        run.run_s(0.001);
+        assert!(
+            run.events.len() == seen && run.rig.served(irq).times > before + 30,
+            "{board:?}: a part of it has left"
+        );
+        run.rig.press_reset().expect("a reset");
+        assert_eq!(run.run_to(1.0, hello).boot.cause, ResetCause::Pin, "{board:?}");
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_board_without_an_adc_greets_and_says_what_is_missing() {
     for board in BOARDS {
         for high in [false, true] {
@@ -79,5 +119,31 @@ fn a_board_without_an_adc_greets_and_says_what_is_missing() {
             run.assert_rules();
             assert!(run.rig.resets().is_empty(), "{board:?}");
         }
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_bus_that_dies_for_two_seconds_is_reported_and_the_next_touch_is_right() {
+    for (board, high) in BOARDS.into_iter().zip([false, true]) {
+        let scene = SlidingScene::new(Sliding { idle_s: 7.0, ..Sliding::default() }).expect("a scene");
+        let mut run = Run::new(board, scene, Start::default());
+        run.run_s(1.0);
+        run.rig.adc_fault(Fault::BusCut { high }, true);
+        let begun = run.run_to(1.0, fault_of);
+        assert!(begun.until_us.is_none() && begun.kind != FaultKind::Lost, "{board:?}: {begun:?}");
+        run.run_s(2.0);
+        run.rig.adc_fault(Fault::BusCut { high }, false);
+        let whole = run.run_to(10.0, |event| estimate_of(event).filter(|one| one.span == Span::Slide));
+        // 3.6 mm at 30 mm/s.
+        let off = (whole.frequency - 30.0 / 3.6).abs() / whole.sigma;
+        assert!(whole.status == Status::Good && off < 4.0, "{board:?}: {whole:?}");
+        let report = run.run_to(2.0, health);
+        // 21 conversions a frame: what was not read is reported as lost.
+        let accounted = f64::from(report.frames) * 21.0 + f64::from(report.conversions_lost);
+        let made = f64::from(report.frame_rate_hz) * 21.0 * report.t_us as f64 * 1e-6;
+        assert!((accounted / made - 1.0).abs() < 0.005, "{board:?}: {accounted} of {made}");
+        assert!(run.rig.resets().is_empty(), "{board:?}: no reset of the board mends it");
+        run.assert_rules();
     }
 }

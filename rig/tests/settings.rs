@@ -9,12 +9,9 @@ use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use rig::{Board, Start};
 
-/// Bytes of the two sectors.
-const STORE_BYTES: usize = 2 * 128 * 1024;
-
 /// Settings that differ by their number.
 fn settings(number: u16) -> Settings {
-    Settings { hop_s: 0.25 + 0.01 * f32::from(number), ..Settings::DEFAULT }
+    Settings { hop_s: 0.25 + 0.01 * f32::from(number % 50), ..Settings::DEFAULT }
 }
 
 fn keep(number: u16) -> Command {
@@ -48,7 +45,7 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
         for cut in (0..=words).step_by(if board == Board::FeatherF405 { 1 } else { 7 }) {
             let number = 2 + cut as u16;
             run.run_s(0.1);
-            run.rig.cut_flash_after(Some(cut));
+            run.rig.cut_flash_after(cut);
             run.rig.send(&common::request(number, keep(number)));
             run.run_s(0.1);
             let (found, _) = after_power(&mut run);
@@ -61,25 +58,61 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
-/// A board with settings number 1 in its first slot; all behind it, in both sectors, holds something.
-fn with_a_full_store(board: Board) -> Run {
+/// Records of a sector: 128 KiB of 96 bytes each.
+const RECORDS: u16 = 1365;
+
+/// What the erase of a sector may leave when the power goes: half of it is blank; all is programmed, as an erase begins; of
+/// every byte some bits are erased; all is blank but a bit at the end.
+const REMAINS: [fn(usize, u8) -> u8; 4] = [
+    |at, byte| if at < 64 * 1024 { 0xFF } else { byte },
+    |_, _| 0,
+    |at, byte| byte | (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0],
+    |at, _| if at + 1 == 128 * 1024 { 0x7F } else { 0xFF },
+];
+
+/// The sectors as a board has filled them with settings of its own.
+fn full_store() -> Vec<u8> {
+    let mut run = greeted(Board::FeatherF405);
+    for number in 1..=2 * RECORDS {
+        assert_eq!(run.command(number, keep(number)), Outcome::Done, "{number}");
+    }
+    run.rig.flash(store_address(Board::FeatherF405)).to_vec()
+}
+
+fn store_address(board: Board) -> u32 {
+    image(board).symbol("_settings_start").expect("memory.x")
+}
+
+/// A board with these sectors that has just greeted.
+fn with_store(board: Board, store: &[u8]) -> Run {
     let mut run = greeted(board);
-    assert_eq!(run.command(1, keep(1)), Outcome::Done, "{board:?}");
-    let first = image(board).symbol("_settings_start").expect("memory.x");
-    let record = 4 * run.rig.flash_counts().0 as usize;
-    run.rig.overwrite_flash(first + record as u32, 0, STORE_BYTES - record);
+    run.rig.overwrite_flash(store_address(board), store);
+    assert_eq!(after_power(&mut run), (settings(2 * RECORDS), SettingsSource::Stored), "{board:?}");
     run
 }
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
-fn a_full_store_is_erased_and_the_watchdog_lives_on() {
+fn a_full_store_is_erased_and_survives_the_loss_of_power_meanwhile() {
+    let (store, last) = (full_store(), 2 * RECORDS);
     for board in BOARDS {
-        let mut run = with_a_full_store(board);
-        assert_eq!(run.command(2, keep(2)), Outcome::DoneErased, "{board:?}");
+        let mut run = with_store(board, &store);
+        assert_eq!(run.command(1, keep(last + 1)), Outcome::DoneErased, "{board:?}");
         assert_eq!(run.rig.flash_counts().1, 1);
+        // The watchdog lives on.
         run.run_s(2.0);
-        assert!(run.rig.resets().is_empty(), "{:?}", run.rig.resets());
-        assert_eq!(after_power(&mut run), (settings(2), SettingsSource::Stored), "{board:?}");
+        assert!(run.rig.resets().len() == 1, "{:?}", run.rig.resets());
+        assert_eq!(after_power(&mut run), (settings(last + 1), SettingsSource::Stored), "{board:?}");
+        run.assert_rules();
+        for (way, remains) in REMAINS.into_iter().enumerate() {
+            let mut run = with_store(board, &store);
+            run.rig.cut_erase(remains);
+            assert_eq!(run.command(1, keep(last + 1)), Outcome::NotStored, "{board:?}, {way}: the power is gone");
+            let (found, source) = after_power(&mut run);
+            assert_eq!(found, settings(last), "{board:?}, {way}: {source:?}");
+            let again = run.command(1, keep(last + 2));
+            assert!([Outcome::Done, Outcome::DoneErased].contains(&again), "{board:?}, {way}: {again:?}");
+            assert_eq!(after_power(&mut run), (settings(last + 2), SettingsSource::Stored), "{board:?}, {way}");
+        }
     }
 }

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{BOARDS, Run, hello};
+use common::{BOARDS, Run, health, hello};
 use hal_mock::Constant;
-use ridgetone_proto::boot::Oscillator;
-use rig::Start;
+use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause};
+use rig::{ProcessorFault, Start};
 
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
@@ -27,6 +27,56 @@ fn the_board_greets_without_its_crystal_and_says_so() {
         let mut run = Run::new(board, Constant::default(), start);
         assert_eq!(run.run_to(1.0, hello).boot.oscillator, Oscillator::Internal, "{board:?}");
         run.run_s(0.5);
+        run.assert_rules();
+        assert!(run.rig.readings().len() > 2000, "{board:?}: it scans");
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn a_crystal_that_dies_before_a_warm_start_is_reported() {
+    for board in BOARDS {
+        let mut run = Run::new(board, Constant::default(), Start::default());
+        assert_eq!(run.run_to(1.0, hello).boot.oscillator, Oscillator::External, "{board:?}");
+        run.rig.inject(ProcessorFault::OscillatorDies);
+        run.rig.press_reset().expect("a reset");
+        let boot = run.run_to(1.0, hello).boot;
+        assert_eq!((boot.cause, boot.oscillator), (ResetCause::Pin, Oscillator::Internal), "{board:?}");
+        run.assert_rules();
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn the_brown_out_level_is_that_of_the_option_bytes() {
+    // BOR_LEV, bits 3 and 2: 00 is level 3, 11 is off (RM0090, 3.9.10).
+    let levels = [
+        (0x0FFF_AAED, BrownOut::Off),
+        (0x0FFF_AAE9, BrownOut::Level1),
+        (0x0FFF_AAE5, BrownOut::Level2),
+        (0x0FFF_AAE1, BrownOut::Level3),
+    ];
+    for board in BOARDS {
+        for (option_bytes, level) in levels {
+            let start = Start { option_bytes, ..Start::default() };
+            let greeting = Run::new(board, Constant::default(), start).run_to(1.0, hello);
+            assert_eq!(greeting.boot.brown_out, level, "{board:?}: {option_bytes:#x}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn health_shows_the_id_of_another_chip() {
+    // Bit 4 is zero on an ADS1258 (SBAS297G, ID register).
+    const OTHER: u8 = 0x9B;
+    for board in BOARDS {
+        let mut start = Start::default();
+        start.adc.id = OTHER;
+        let mut run = Run::new(board, Constant::default(), start);
+        run.run_to(1.0, hello);
+        let report = run.run_to(3.0, health);
+        assert_eq!(report.adc_registers[9], OTHER, "{board:?}");
         run.assert_rules();
     }
 }

@@ -14,8 +14,10 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// `bytes`: to `line`.
-    pub const fn new(bytes: Producer<'a, u8>) -> Self {
+    /// `bytes`: to `line`. The first one ends a packet of the run before, which a reset may have cut: the greeting would be
+    /// taken for the rest of it.
+    pub fn new(mut bytes: Producer<'a, u8>) -> Self {
+        let _ = bytes.enqueue(0);
         Self { bytes, wire: [0; WIRE_MAX] }
     }
 

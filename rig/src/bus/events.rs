@@ -9,6 +9,7 @@ const IRQ_EXTI4: u16 = 10;
 const IRQ_TIM4: u16 = 30;
 const IRQ_USART2: u16 = 38;
 const IRQ_USART3: u16 = 39;
+pub(super) const IRQ_OTG_FS: u16 = 67;
 
 impl Bus {
     /// Processor cycles that a byte takes on the serial line.
@@ -24,6 +25,7 @@ impl Bus {
             self.usart.next_event(),
             self.tim4.next_event(self.timer_ratio()),
             self.drdy_falls,
+            self.usb_rises,
             bite,
         ];
         events.into_iter().flatten().min().unwrap_or(u64::MAX)
@@ -60,6 +62,10 @@ impl Bus {
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
         let irq = if self.wiring.usart == 2 { IRQ_USART2 } else { IRQ_USART3 };
         self.scs.set_line(irq, self.usart.is_requested());
+        // Nothing here serves USB, so it goes on.
+        if self.usb_rises.take_if(|cycle| *cycle <= now).is_some() {
+            self.scs.set_line(IRQ_OTG_FS, true);
+        }
     }
 
     /// DRDY falls, once or more often since it was looked at last.
@@ -80,7 +86,7 @@ impl Bus {
         // In mode 0 the first edge is half a bit after the start; the last falling one ends the byte.
         let (first_ns, last_ns) = (self.time.ns_at(now + bit / 2), self.time.ns_at(now + 8 * bit));
         let (incoming, broken) = self.adc.exchange(out, first_ns, last_ns);
-        self.spi.begin(incoming, now + 8 * bit);
+        self.spi.begin(incoming, now + 8 * bit - bit / 2, now + 8 * bit);
         self.note(broken);
         self.expect_drdy();
     }

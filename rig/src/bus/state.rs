@@ -51,6 +51,8 @@ pub(crate) struct Bus {
     pub flash_changed: bool,
     /// The serial line's pins were looked at since it was switched on.
     pub is_line_checked: bool,
+    /// USB requests its interrupt from this cycle on.
+    pub usb_rises: Option<u64>,
     /// The next falling edge of DRDY, cycles.
     pub drdy_falls: Option<u64>,
     /// The next read of the microsecond counter dates an edge of DRDY.
@@ -58,7 +60,7 @@ pub(crate) struct Bus {
 }
 
 impl Bus {
-    pub fn new(wiring: Wiring, adc: Adc) -> Self {
+    pub fn new(wiring: Wiring, adc: Adc, option_bytes: u32) -> Self {
         Self {
             time: Time::new(HSI_HZ / 1000),
             deadline: 0,
@@ -66,7 +68,7 @@ impl Bus {
             // After power-up RAM holds anything.
             ram: (0..RAM_BYTES).map(|at| (at as u32).wrapping_mul(0x9E37_79B9).to_be_bytes()[0]).collect(),
             ccm: vec![0x55; wiring.ccm_bytes],
-            flash: Flash::new(wiring.flash_bytes),
+            flash: Flash::new(wiring.flash_bytes, option_bytes),
             scs: Scs::new(),
             wiring,
             clocks: Clocks { hclk: HSI_HZ, pclk: [HSI_HZ; 2] },
@@ -86,6 +88,7 @@ impl Bus {
             has_bitten: false,
             flash_changed: false,
             is_line_checked: false,
+            usb_rises: None,
             drdy_falls: None,
             dates_edge: false,
         }

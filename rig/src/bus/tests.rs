@@ -38,7 +38,7 @@ struct Bench(Bus);
 impl Bench {
     fn new() -> Self {
         let adc = Adc::new(Box::new(Constant::default()), Options::default());
-        Self(Bus::new(Board::FeatherF405.wiring(), adc))
+        Self(Bus::new(Board::FeatherF405.wiring(), adc, crate::Start::default().option_bytes))
     }
 
     fn set(&mut self, address: u32, value: u32) -> &mut Self {
@@ -120,6 +120,17 @@ fn the_pll_is_set_while_it_runs() {
 }
 
 #[test]
+fn hse_becomes_a_clock_while_it_runs() {
+    let mut bench = Bench::ready();
+    bench.set(RCC_CR, 0x83 | 5 << 16 | 1 << 24);
+    bench.breaks(Rule::HseOff);
+    assert_eq!(bench.get(RCC_CR) & 1 << 18, 0, "the write is lost");
+    let mut right = Bench::new();
+    right.set(RCC_CR, 0x83 | 1 << 18).set(RCC_CR, 0x83 | 5 << 16);
+    right.keeps_all();
+}
+
+#[test]
 fn too_few_wait_states() {
     let mut bench = Bench::ready();
     bench.set(RCC_CFGR, 0).set(FLASH_ACR, 4).set(RCC_CFGR, 5 << 10 | 4 << 13 | 2);
@@ -185,9 +196,16 @@ fn cs_that_leaves_no_time() {
     short.cs(false).cs(true);
     short.breaks(Rule::ChipSelect);
 
-    let mut busy = Bench::ready();
-    busy.wait_us(1).cs(true).wait_us(1).set(SPI1 + 0x0C, 0x30).cs(false);
-    busy.breaks(Rule::ChipSelect);
+    // The last bit is received half a clock, 16 cycles, before it ends.
+    for (waits_for_busy, is_broken) in [(false, true), (true, false)] {
+        let mut bench = Bench::ready();
+        bench.wait_us(1).cs(true).wait_us(1).set(SPI1 + 0x0C, 0x30);
+        while bench.get(SPI1 + 8) & 1 == 0 {}
+        bench.get(SPI1 + 0x0C);
+        while waits_for_busy && bench.get(SPI1 + 8) & 1 << 7 != 0 {}
+        bench.cs(false);
+        if is_broken { bench.breaks(Rule::ChipSelect) } else { bench.keeps_all() }
+    }
 }
 
 #[test]
@@ -256,6 +274,12 @@ fn the_flash_against_its_rules() {
     locks_itself.breaks(Rule::FlashSequence);
     locks_itself.set(FLASH_CR, 2 | 11 << 3 | 2 << 8 | 1 << 16);
     assert_eq!(locks_itself.0.flash.erased, 0);
+
+    // Without keys at all.
+    let mut locked = Bench::ready();
+    locked.set(FLASH_CR, 1 | 2 << 8);
+    locked.breaks(Rule::FlashSequence);
+    assert_eq!(locked.get(FLASH_CR), 1 << 31, "the write is lost");
 
     let mut erases = Bench::ready();
     erases.unlock().set(FLASH_CR, 1 | 2 << 8).set(FREE, 0).set(FLASH_CR, 2 | 11 << 3 | 2 << 8 | 1 << 16);

@@ -1,5 +1,6 @@
 //! What hangs on the pins and the clocks, and the rules for both.
 
+use super::events::IRQ_OTG_FS;
 use super::state::Bus;
 use crate::board::Pin;
 use crate::findings::Rule;
@@ -8,6 +9,9 @@ use crate::peripherals::gpio::Gpio;
 /// Alternate functions (DS8626, table 9): SPI1 and the USARTs 1 to 3.
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
+
+/// After the ROM's loader, cycles until USB requests its interrupt: the image has chosen its own vectors by then.
+const USB_CYCLES: u64 = 100;
 
 /// The APB's clock up to which SCK's pad may have medium speed, hertz (from memory: the errata sheets have a table for 30 pF
 /// and 2.7 V; medium is enough at 42 MHz and not at 84 MHz).
@@ -73,12 +77,15 @@ impl Bus {
         self.expect_drdy();
     }
 
-    /// The ROM's loader has run: the PLL is the clock, with wait states for it, and the ROM lies at address 0.
+    /// The ROM's loader has run: the PLL is the clock, with wait states for it, HSE is on, the ROM lies at address 0, USB's
+    /// interrupt is on, and USB will request it.
     pub fn leave_as_rom_loader(&mut self) {
         // Three wait states, as 96 MHz need.
         let _ = self.flash.write(0, 3);
         self.rcc.leave_pll_on();
         self.syscfg.memrmp = 1;
+        self.scs.unmask(IRQ_OTG_FS);
+        self.usb_rises = Some(USB_CYCLES);
         self.change_clocks();
     }
 

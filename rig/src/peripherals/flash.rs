@@ -28,6 +28,10 @@ pub struct Flash {
     pub erased: u64,
     /// No more words are stored from now on, or after this many: the power is gone.
     pub words_left: Option<u64>,
+    /// The power goes within the next erase, and leaves this of a byte by its place in the sector and its content.
+    pub erase_remains: Option<fn(usize, u8) -> u8>,
+    /// FLASH_OPTCR: the option bytes.
+    optcr: u32,
 }
 
 /// What an access has done.
@@ -39,9 +43,11 @@ pub struct Effect {
 }
 
 impl Flash {
-    pub fn new(bytes: usize) -> Self {
+    pub fn new(bytes: usize, optcr: u32) -> Self {
         let (acr, sr, cr) = (0, 0, LOCK);
-        Self { bytes: vec![0xFF; bytes], acr, sr, cr, keys_seen: 0, programmed: 0, erased: 0, words_left: None }
+        let (keys_seen, programmed, erased, words_left, erase_remains) = (0, 0, 0, None, None);
+        let bytes = vec![0xFF; bytes];
+        Self { bytes, acr, sr, cr, keys_seen, programmed, erased, words_left, erase_remains, optcr }
     }
 
     /// As after a reset; what is stored stays.
@@ -68,7 +74,7 @@ impl Flash {
             0x00 => self.acr,
             0x0C => self.sr,
             0x10 => self.cr,
-            0x14 => 0x0FFF_AAED,
+            0x14 => self.optcr,
             _ => return None,
         })
     }
@@ -120,7 +126,10 @@ impl Flash {
             effect.broken = Some((Rule::FlashSequence, format!("STRT without a sector to erase, {cr:#010x}")));
             return;
         };
-        if self.words_left.is_none_or(|left| left > 0) {
+        if let Some(remains) = self.erase_remains.take() {
+            sector.iter_mut().enumerate().for_each(|(at, byte)| *byte = remains(at, *byte));
+            self.words_left = Some(0);
+        } else if self.words_left.is_none_or(|left| left > 0) {
             sector.fill(0xFF);
         }
         self.erased += 1;

@@ -46,12 +46,15 @@ pub struct Rcc {
     resets: [u32; 5],
     csr: u32,
     bdcr: u32,
-    hse_on_ns: u64,
+    /// When HSE is ready, nanoseconds.
+    hse_ready_ns: u64,
     pll_on_ns: u64,
     /// DCKCFGR exists: on the STM32F446 (RM0390, 6.3.25).
     has_dckcfgr: bool,
     /// HSE never starts.
     pub hse_is_dead: bool,
+    /// Nor does it from the next reset on.
+    pub hse_dies: bool,
 }
 
 /// What a write has changed.
@@ -74,10 +77,11 @@ impl Rcc {
             resets: [0; 5],
             csr: cause as u32,
             bdcr: 0,
-            hse_on_ns: 0,
+            hse_ready_ns: 0,
             pll_on_ns: 0,
             has_dckcfgr,
             hse_is_dead: false,
+            hse_dies: false,
         }
     }
 
@@ -86,7 +90,7 @@ impl Rcc {
         *self = Self {
             csr: self.csr & 0xFE00_0003 | cause as u32,
             bdcr: self.bdcr,
-            hse_is_dead: self.hse_is_dead,
+            hse_is_dead: self.hse_is_dead || self.hse_dies,
             ..Self::new(cause, self.has_dckcfgr)
         };
     }
@@ -96,13 +100,14 @@ impl Rcc {
         self.enabled[bus] >> bit & 1 != 0
     }
 
-    /// Whether HSE is on, and as a clock that is fed in.
+    /// Whether the processor's clock comes from HSE, and from a clock that is fed in there.
     pub fn hse(&self) -> Option<bool> {
-        (self.cr & HSEON != 0).then_some(self.cr & HSEBYP != 0)
+        let is_source = self.cfgr & 3 == 1 || self.cfgr & 3 == 2 && self.pllcfgr & 1 << 22 != 0;
+        is_source.then_some(self.cr & HSEBYP != 0)
     }
 
     fn has_hse(&self, now_ns: u64) -> bool {
-        self.cr & HSEON != 0 && !self.hse_is_dead && (self.cr & HSEBYP != 0 || now_ns >= self.hse_on_ns + HSE_START_NS)
+        self.cr & HSEON != 0 && !self.hse_is_dead && (self.cr & HSEBYP != 0 || now_ns >= self.hse_ready_ns)
     }
 
     fn pll_source_works(&self, now_ns: u64) -> bool {
@@ -169,7 +174,13 @@ impl Rcc {
                 };
                 let value = value | self.cr & kept;
                 if value & !self.cr & HSEON != 0 {
-                    self.hse_on_ns = now_ns;
+                    self.hse_ready_ns = now_ns + HSE_START_NS;
+                }
+                // HSEBYP can be written only while HSE is off.
+                let changes_kind = (value ^ self.cr) & HSEBYP != 0 && self.cr & HSEON != 0;
+                let value = if changes_kind { value ^ HSEBYP } else { value };
+                if changes_kind {
+                    changed.broken = Some((Rule::HseOff, format!("HSEBYP is written, {value:#010x}, while HSEON")));
                 }
                 if value & !self.cr & PLLON != 0 {
                     self.pll_on_ns = now_ns;
@@ -228,9 +239,9 @@ impl Rcc {
         (bus, value)
     }
 
-    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock.
+    /// The PLL runs from HSI with the values of the reset, 96 MHz, and is the processor's clock. HSE is on too, as a crystal.
     pub fn leave_pll_on(&mut self) {
-        self.cr |= PLLON;
+        self.cr |= PLLON | HSEON;
         self.cfgr = 2 | 5 << 10 | 4 << 13;
     }
 }

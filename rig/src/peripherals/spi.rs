@@ -21,8 +21,10 @@ pub struct Spi {
     overrun_read: bool,
     /// The byte that waits for the shift register.
     waiting: Option<u8>,
-    /// The byte in the shift register: what comes back, and the cycle of its end.
-    shifting: Option<(u8, u64)>,
+    /// What comes back of the byte in the shift register, until its last bit is sampled, and the cycle of that.
+    incoming: Option<(u8, u64)>,
+    /// The cycle at which the byte in the shift register ends, half a bit later.
+    shifting: Option<u64>,
     /// Bytes that the receiver lost.
     pub overruns: u64,
 }
@@ -58,19 +60,20 @@ impl Spi {
         if self.shifting.is_some() || !self.is_on() { None } else { self.waiting.take() }
     }
 
-    /// A byte is under way until this cycle.
-    pub fn begin(&mut self, incoming: u8, end: u64) {
-        self.shifting = Some((incoming, end));
+    /// A byte is under way: the cycles at which its last bit is sampled and at which it ends.
+    pub fn begin(&mut self, incoming: u8, sampled: u64, end: u64) {
+        (self.incoming, self.shifting) = (Some((incoming, sampled)), Some(end));
     }
 
-    /// When the byte under way ends.
+    /// When the byte under way is received, or ends.
     pub fn next_event(&self) -> Option<u64> {
-        self.shifting.map(|(_, end)| end)
+        self.incoming.map(|(_, sampled)| sampled).or(self.shifting)
     }
 
-    /// Ends the byte under way if it is time.
+    /// Receives the byte under way, and ends it, if it is time.
     pub fn advance(&mut self, now: u64) {
-        if let Some((byte, _)) = self.shifting.take_if(|(_, end)| *end <= now) {
+        self.shifting.take_if(|end| *end <= now);
+        if let Some((byte, _)) = self.incoming.take_if(|(_, sampled)| *sampled <= now) {
             if self.received.is_some() {
                 (self.overrun, self.overrun_read) = (true, false);
                 self.overruns += 1;

@@ -25,6 +25,8 @@ impl Rig {
             ProcessorFault::StackPointer(address) => self.cpu.r[13] = address & !3,
             ProcessorFault::Microseconds(value) => self.bus.tim2.restart(value, self.bus.time.cycles),
             ProcessorFault::Mask(irq) => self.bus.scs.mask(irq),
+            ProcessorFault::Unmask(irq) => self.bus.scs.unmask(irq),
+            ProcessorFault::OscillatorDies => self.bus.rcc.hse_dies = true,
         }
         // Asleep it would only notice at the next interrupt.
         self.cpu.is_asleep = false;
@@ -32,22 +34,33 @@ impl Rig {
     }
 
     /// Cuts the power of the flash after so many more words: what is written behind them is lost, and so is an erase.
-    pub fn cut_flash_after(&mut self, words: Option<u64>) {
-        self.bus.flash.words_left = words;
+    pub fn cut_flash_after(&mut self, words: u64) {
+        self.bus.flash.words_left = Some(words);
+    }
+
+    /// Cuts the power of the flash within the next erase. A byte of the sector is then what this makes of its place in the
+    /// sector and its content: what an erase leaves that does not end is not defined (RM0090, 3.6).
+    pub fn cut_erase(&mut self, remains: fn(usize, u8) -> u8) {
+        self.bus.flash.erase_remains = Some(remains);
     }
 
     /// Switches the power off and on: RAM forgets, the flash and the cable do not.
     pub fn cycle_power(&mut self) -> Result<(), Box<Failure>> {
         self.bus.ram.fill(0xA5);
-        self.bus.flash.words_left = None;
+        (self.bus.flash.words_left, self.bus.flash.erase_remains) = (None, None);
         self.reset(ResetCause::Power)
     }
 
-    /// Overwrites flash from outside, as a programmer does.
-    pub fn overwrite_flash(&mut self, address: u32, byte: u8, bytes: usize) {
+    /// The flash from an address on, as a programmer reads it.
+    pub fn flash(&self, address: u32) -> &[u8] {
+        self.bus.flash.bytes.get(address.wrapping_sub(0x0800_0000) as usize..).unwrap_or(&[])
+    }
+
+    /// Overwrites flash, as a programmer does.
+    pub fn overwrite_flash(&mut self, address: u32, bytes: &[u8]) {
         let at = address.wrapping_sub(0x0800_0000) as usize;
-        if let Some(place) = self.bus.flash.bytes.get_mut(at..at + bytes) {
-            place.fill(byte);
+        if let Some(place) = self.bus.flash.bytes.get_mut(at..at + bytes.len()) {
+            place.copy_from_slice(bytes);
             self.cpu.forget();
         }
     }
@@ -92,6 +105,11 @@ impl Rig {
     /// Results that the firmware has read from the ADC.
     pub fn readings(&self) -> &[Reading] {
         &self.bus.adc.readings
+    }
+
+    /// Takes those that were read since the last call.
+    pub fn take_readings(&mut self) -> Vec<Reading> {
+        std::mem::take(&mut self.bus.adc.readings)
     }
 
     /// When START rose first, nanoseconds since power-up.

@@ -37,7 +37,7 @@ impl Rig {
     /// A board that is just powered, in front of `scene`.
     pub fn new(board: Board, image: &Image, scene: impl Scene + 'static, start: Start) -> Result<Self, Box<Failure>> {
         let wiring = board.wiring();
-        let mut bus = Bus::new(wiring, Adc::new(Box::new(scene), start.adc));
+        let mut bus = Bus::new(wiring, Adc::new(Box::new(scene), start.adc), start.option_bytes);
         for (place, data) in &image.segments {
             let at = place.wrapping_sub(0x0800_0000) as usize;
             if let Some(flash) = bus.flash.bytes.get_mut(at..at + data.len()) {

@@ -138,6 +138,11 @@ impl Scs {
         self.enabled &= !(1 << (FIRST_IRQ + irq));
     }
 
+    /// The contrary.
+    pub fn unmask(&mut self, irq: u16) {
+        self.enabled |= 1 << (FIRST_IRQ + irq);
+    }
+
     pub fn pend(&mut self, number: u16) {
         let bit = 1_u128 << number;
         if self.pending & bit == 0 {

@@ -7,6 +7,7 @@ use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
 use ridgetone::surface::profile::Profile;
 use ridgetone_proto::command::{Command, Outcome, REQUEST_WIRE_MAX, Request};
+use ridgetone_proto::fault::Fault;
 use ridgetone_proto::framing;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello};
@@ -65,7 +66,8 @@ impl Run {
             }
             seen = self.events.len();
         }
-        panic!("not reported within {limit_s} s: {:?}, {:?}", self.events, self.rig.findings());
+        let late = &self.events[self.events.len().saturating_sub(4)..];
+        panic!("not reported within {limit_s} s: {late:?}, {:?}, {:?}", self.rig.resets(), self.rig.findings());
     }
 
     /// Fails if a rule was broken.
@@ -143,4 +145,9 @@ pub fn estimate_of(event: &Event) -> Option<Estimate> {
 /// The estimates.
 pub fn estimates(events: &[Event]) -> Vec<Estimate> {
     events.iter().filter_map(estimate_of).collect()
+}
+
+/// The begin or the end of a fault.
+pub fn fault_of(event: &Event) -> Option<Fault> {
+    if let Event::Fault(fault) = event { Some(*fault) } else { None }
 }
