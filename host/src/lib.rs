@@ -45,6 +45,7 @@ pub mod output;
 pub mod picture;
 mod port;
 #[cfg(test)]
+#[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;
 mod record;
 pub mod recording;

@@ -108,6 +108,9 @@ impl Talk<'_> {
         if plan.stores {
             found.kept = Some(self.keep()?);
         }
+        if stop::is_requested() {
+            bail!("interrupted");
+        }
         Ok(())
     }
 
@@ -209,36 +212,44 @@ impl Talk<'_> {
         if let Err(error) = self.store(changed, &mut kept) {
             kept.failed = Some(format!("{error:#}"));
         }
-        if let Err(error) = self.restore(&stored, &in_force) {
+        if let Err(error) = self.restore(&stored, &in_force, kept.may_have_changed) {
             kept.not_restored = Some(format!("{error:#}"));
         }
         Ok(kept)
     }
 
     fn store(&mut self, settings: Settings, kept: &mut Kept) -> Result<()> {
+        // Also if no answer comes.
+        kept.may_have_changed = true;
         match self.request(Command::Set { settings, keep: true })? {
             Outcome::Done => {}
             Outcome::DoneErased => kept.has_erased = true,
-            refused => bail!("{}", events::outcome(&refused)),
+            refused => {
+                kept.may_have_changed = false;
+                bail!("{}", events::outcome(&refused));
+            }
         }
         let hello = self.restart()?;
         kept.found = (hello.source == SettingsSource::Stored).then_some(hello.settings);
         Ok(())
     }
 
-    /// The request that restores comes first and waits for nothing else: it is also sent after Ctrl-C.
-    fn restore(&mut self, stored: &Hello, in_force: &Hello) -> Result<()> {
+    /// The request that restores the flash comes first and waits for nothing else: it is also sent after Ctrl-C.
+    fn restore(&mut self, stored: &Hello, in_force: &Hello, may_have_changed: bool) -> Result<()> {
         let was_stored = matches!(stored.source, SettingsSource::Stored | SettingsSource::StoredBefore);
-        let outcome = self.request(match was_stored {
-            true => Command::Set { settings: stored.settings, keep: true },
-            false => Command::Forget,
-        })?;
-        if !matches!(outcome, Outcome::Done | Outcome::DoneErased) {
-            bail!("{}", events::outcome(&outcome));
+        if may_have_changed {
+            let outcome = self.request(match was_stored {
+                true => Command::Set { settings: stored.settings, keep: true },
+                false => Command::Forget,
+            })?;
+            if !matches!(outcome, Outcome::Done | Outcome::DoneErased) {
+                bail!("{}", events::outcome(&outcome));
+            }
         }
         if !stop::is_requested() {
             let found = self.restart()?;
-            if found.settings != stored.settings || (found.source == SettingsSource::Stored) != was_stored {
+            let is_stored = matches!(found.source, SettingsSource::Stored | SettingsSource::StoredBefore);
+            if found.settings != stored.settings || is_stored != was_stored {
                 bail!("after a restart other settings are in force");
             }
         }

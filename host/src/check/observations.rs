@@ -54,6 +54,8 @@ pub struct Kept {
     pub sent: Option<Settings>,
     /// Settings in force after the restart, if they were those of the flash.
     pub found: Option<Settings>,
+    /// Whether the flash may hold other settings than before.
+    pub may_have_changed: bool,
     /// Whether the flash was erased for it.
     pub has_erased: bool,
     /// Why they were not stored, or not found.

@@ -93,7 +93,7 @@ fn load_and_stack_are_judged() {
     finds(reports(|health| health.load = 0.6), &[("load", Warn)], &["60.0 %"]);
     finds(reports(|health| health.load = 0.9), &[("load", Fail)], &[]);
     finds(reports(|health| health.load = 0.0), &[("load", Skipped)], &[]);
-    finds(reports(|health| health.stack_used_bytes = 26_000), &[("stack", Warn)], &["26000 of 32768 bytes"]);
+    finds(reports(|health| health.stack_used_bytes = 29_000), &[("stack", Warn)], &["29000 of 32768 bytes"]);
     finds(reports(|health| health.stack_used_bytes = 32_000), &[("stack", Fail)], &[]);
     finds(reports(|health| health.stack_bytes = 0), &[("stack", Skipped)], &[]);
 }

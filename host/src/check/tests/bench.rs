@@ -26,6 +26,8 @@ pub struct Bench {
     pub boot: Boot,
     /// Settings that were stored before.
     pub stored: Option<Settings>,
+    /// The flash refuses to be written.
+    pub is_worn: bool,
     /// Settings that were sent since the start.
     pub in_force: Option<Settings>,
     /// What happens to the chip behind its set-up.
@@ -55,6 +57,7 @@ impl Default for Bench {
             input: Opened::untouched(),
             boot,
             stored: None,
+            is_worn: false,
             in_force: None,
             on_start: |_| {},
             altered: Box::new(|_| {}),
@@ -94,6 +97,7 @@ impl Bench {
             packets: 0,
             bytes: 0,
         };
+        flash.is_worn = self.is_worn;
         let start = Start::new(flash, boot);
         let start = match self.in_force {
             Some(settings) => Start { settings, source: SettingsSource::Sent, ..start },

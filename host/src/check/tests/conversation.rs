@@ -8,7 +8,7 @@ use crate::output::Progress;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::Command;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Decoder, Event};
 
 const STORES: Plan = Plan { length_s: 1.0, stores: true };
 
@@ -51,6 +51,35 @@ fn settings_that_are_not_found_again_fail() {
     let report = Report::new(feed.name(), Inputs::Shorted, &seen);
     assert_eq!(settings_check(&report), (Fail, "after a restart the stored settings are not in force"));
     assert_eq!(report.failed(), ["settings"]);
+}
+
+/// Nothing has changed in the flash, so nothing has to be restored there; the old settings are in force again.
+#[test]
+fn a_flash_that_refuses_fails_and_leaves_what_was_stored() {
+    let stored = Settings { window_s: 0.5, ..Settings::DEFAULT };
+    let mut feed = Bench { stored: Some(stored), is_worn: true, ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+    let (verdict, finding) = settings_check(&report);
+    assert!(verdict == Fail && finding.starts_with("not stored: "), "{report}");
+    let hello = Client::new(&mut feed).hello().unwrap();
+    assert_eq!((hello.settings, hello.source), (stored, SettingsSource::Stored));
+}
+
+/// The first greeting behind each restart is lost: the next one counts.
+#[test]
+fn a_greeting_that_is_lost_is_waited_for() {
+    let mut decoder = Decoder::new();
+    let on_line = move |_: u64, bytes: &mut Vec<u8>| {
+        let packet = bytes.iter().find_map(|byte| decoder.push(*byte));
+        if packet.is_some_and(|packet| packet.sequence == 0) {
+            bytes.clear();
+        }
+    };
+    let mut feed = Bench { on_line: Box::new(on_line), ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+    assert_eq!(settings_check(&report).0, Verdict::Pass, "{report}");
 }
 
 #[test]
