@@ -4,7 +4,8 @@ mod bench;
 mod conversation;
 
 use super::signals::{Clock, line};
-use super::{Check, Inputs, Verdict};
+use super::{Check, Inputs, Plan, Verdict};
+use crate::input::{Input, Opened};
 use bench::Bench;
 use hal_mock::{Ads1258, Fault, Injection, Options, Scene};
 use ridgetone::tasks::line::Received;
@@ -72,6 +73,26 @@ fn a_board_that_is_well_passes_every_check() {
     finds(Bench::default(), &[], &[]);
 }
 
+/// While a finger slides, mains and noise cannot be judged; all else can. Between touches they are.
+#[test]
+fn touches_are_not_taken_for_pick_up() {
+    let touched = |input: Opened| Bench { input, inputs: Inputs::InUse, ..Bench::default() };
+    let once = || Input::default().open().expect("a scene");
+    finds(
+        touched(once().repeated()),
+        &[("noise", Skipped), ("mains", Skipped)],
+        &["judged with --inputs shorted only"],
+    );
+    let mut input = once();
+    let mut touch = std::mem::replace(&mut input.scene, Opened::untouched().scene);
+    let end_s = input.end_s;
+    // The finger's own noise before the touch would be judged too.
+    input.scene = Box::new(Volts(move |at, t_s| if (0.5..end_s).contains(&t_s) { touch.volts(at, t_s) } else { 0.0 }));
+    input.end_s = f64::INFINITY;
+    let bench = Bench { plan: Plan { length_s: 10.0, stores: false }, ..touched(input) };
+    finds(bench, &[("noise", Skipped)], &[]);
+}
+
 #[test]
 fn the_start_of_the_processor_is_judged() {
     let crashed = |boot: &mut Boot| boot.record = Some(Record::of_panic(7, "tone/src/moments.rs", 42));
@@ -103,6 +124,7 @@ fn a_chip_that_is_another_one_or_has_other_registers_is_found() {
     finds(chip(|options| options.id = 0x9b), &[("adc_id", Fail)], &["9B", "ADS1158"]);
     let other = |health: &mut Health| health.adc_registers[1] = 0x83;
     finds(reports(other), &[("adc_registers", Fail)], &["CONFIG1 83 instead of 31"]);
+    finds(reports(|health| health.chip_restarts = 2), &[("adc_restarts", Warn)], &["2 times", "0 of them"]);
     // The register changes by itself and is set up again.
     let flips = happens(Fault::RegisterFlip { address: 4, mask: 1 });
     let expected =
@@ -185,6 +207,12 @@ fn inputs_that_are_dead_or_at_a_rail_are_named() {
     let inputs = findings.iter().find(|check| check.name == "inputs").expect("a finding");
     assert_eq!(inputs.verdict, Fail);
     assert!(inputs.finding.contains("at the end of the scale: AIN3, AIN9"), "{}", inputs.finding);
+    let absent = |event: &mut Event| {
+        if let Event::Raw(raw) = event {
+            raw.present &= !(1 << 5);
+        }
+    };
+    finds(Bench { altered: Box::new(absent), ..Bench::default() }, &[("inputs", Fail)], &["never read: AIN5"]);
     // Without any noise every input is dead.
     finds(chip(|options| options.noise = false), &[("inputs", Fail)], &["dead, always the same code: AIN0, AIN1"]);
 }

@@ -53,6 +53,25 @@ fn settings_that_are_not_found_again_fail() {
     assert_eq!(report.failed(), ["settings"]);
 }
 
+/// A board that does not forget: behind the third start it has other settings than at first.
+#[test]
+fn settings_that_are_not_restored_fail() {
+    let mut was_stored = false;
+    let altered = move |event: &mut Event| {
+        if let Event::Hello(hello) = event {
+            was_stored |= hello.source == SettingsSource::Stored;
+            if was_stored && hello.source == SettingsSource::Default {
+                (hello.settings.hop_s, hello.source) = (0.3, SettingsSource::Stored);
+            }
+        }
+    };
+    let mut feed = Bench { altered: Box::new(altered), ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+    let (verdict, finding) = settings_check(&report);
+    assert!(verdict == Fail && finding.starts_with("what was stored before is not restored"), "{report}");
+}
+
 /// Nothing has changed in the flash, so nothing has to be restored there; the old settings are in force again.
 #[test]
 fn a_flash_that_refuses_fails_and_leaves_what_was_stored() {
