@@ -20,8 +20,8 @@ const REFERENCE: (f32, f32) = (0.01, 0.02);
 /// Temperatures at which nothing is suspicious, and those at which the chip works (SBAS297G, -40 to 105), degrees Celsius.
 const TEMPERATURE_C: [(f32, f32); 2] = [(5.0, 60.0), (-40.0, 105.0)];
 
-/// Offset, volts: own limits, 55 and 220 times the noise of one reading. SBAS297G has typical values for another condition
-/// (0.02 uV of drift per degree with CHOP), which the scan does not use.
+/// Offset, volts: own limits, 55 and 220 times the noise of one reading. What is known of SBAS297G has a typical drift, 0.02 uV
+/// per degree, and no limit.
 const OFFSET_V: (f32, f32) = (250e-6, 1e-3);
 
 /// Share by which the gain may be off 1: own limits, by which a voltage is off too. The reference's own tolerance cancels.
