@@ -2,6 +2,7 @@
 
 use crate::bench::report::Report;
 use crate::bench::{self, BenchArgs};
+use crate::board::{self, BoardArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
 use crate::reproduce;
@@ -31,6 +32,8 @@ enum Command {
     Reproduce(ReproduceArgs),
     /// Count the instructions of the firmware's steps and measure their accuracy.
     Bench(BenchArgs),
+    /// Measure start, load, interrupts and jitter of the boards' images on the register model.
+    Board(BoardArgs),
     /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
     Noise(NoiseArgs),
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
@@ -110,6 +113,7 @@ pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
+        Command::Board(args) => board::run(&args),
         Command::Noise(args) => noise::run(&args),
         Command::Faults(args) => faults::run(&args),
     };

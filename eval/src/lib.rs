@@ -7,6 +7,7 @@
 //! | simulated windows with their truth | `simulated`, `setting` |
 //! | instructions, counted in the emulator | `bench`; the files between the emulator and the PC: [`workload`] |
 //! | cost beside accuracy | `trade` |
+//! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
 //! | the paper's experiment | `reproduce` |
 //! | injected faults | `faults` |
@@ -29,7 +30,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(axis bar bench bound commands draw faults noise page parallel plot reproduce setting simulated trade);
+on_the_pc!(axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated trade);
 
 #[cfg(test)]
 mod tests;

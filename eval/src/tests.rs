@@ -1,6 +1,7 @@
 //! Tests of several modules together, and that the pages in `docs/` are what their data give.
 
 mod bench;
+mod board;
 mod bound;
 mod emulated_faults;
 mod faults;

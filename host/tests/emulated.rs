@@ -43,7 +43,8 @@ fn replayed(input: &Input) -> Vec<Packet> {
     packets
 }
 
-/// The events of each kind as they follow, but for the processor's load and stack, which a PC has none of.
+/// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
+/// pipeline on a PC does not have.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
 fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
     let mut kinds = [const { Vec::new() }; 10];
@@ -57,6 +58,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
             Event::Release(_) => 4,
             Event::Health(health) => {
                 (health.load, health.stack_used_bytes, health.stack_bytes) = (0.0, 0, 0);
+                health.adc_registers = Default::default();
                 5
             }
             Event::Image(_) => 6,

@@ -1,4 +1,4 @@
-//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `noise`, `faults`, `reproduce`.
+//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -32,6 +32,18 @@ pub fn bench(flags: &[String]) -> Result<()> {
 /// Fits windows on this PC.
 pub fn noise(flags: &[String]) -> Result<()> {
     run(eval("noise").args(flags))
+}
+
+/// Builds both boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.
+pub fn board(write: bool) -> Result<()> {
+    for board in [Board::FeatherF405, Board::NucleoF446re] {
+        images::build(board.image())?;
+    }
+    let mut board = eval("board");
+    if write {
+        board.arg("--write").arg(root().join("docs"));
+    }
+    run(&mut board)
 }
 
 /// Builds the emulated board's image and injects faults: ten thousand; with `--quick` one thousand; with `--full` a hundred

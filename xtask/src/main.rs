@@ -56,6 +56,12 @@ enum Task {
     /// docs/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
+    /// Measures start, load, interrupts and jitter of the boards' images on the register model.
+    Board {
+        /// Fill in docs/board.md.
+        #[arg(long)]
+        write: bool,
+    },
     /// Injects ten thousand faults and prints their consequences: one thousand with --quick; a hundred thousand with --full,
     /// which fills in docs/faults.md and takes most of an hour.
     #[command(disable_help_flag = true)]
@@ -100,6 +106,7 @@ fn main() -> ExitCode {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
+        Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Test { all } => test::run_tests(all),
