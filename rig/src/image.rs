@@ -57,6 +57,13 @@ impl Image {
         Ok(Self { segments, symbols })
     }
 
+    /// These words from the start of the flash, and a symbol.
+    #[cfg(test)]
+    pub(crate) fn of_words(words: &[u32], name: &str, value: u32) -> Self {
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        Self { segments: vec![(0x0800_0000, bytes)], symbols: vec![(name.to_owned(), value)] }
+    }
+
     /// The address of a function, by a part of its mangled name.
     pub fn function(&self, part: &str) -> Option<u32> {
         self.symbols.iter().find(|(name, _)| name.contains(part)).map(|(_, value)| value & !1)

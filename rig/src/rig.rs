@@ -3,6 +3,8 @@
 mod ends;
 mod run;
 mod start;
+#[cfg(test)]
+pub(crate) mod tests;
 
 pub use run::{Reset, Rig};
 pub use start::Start;
