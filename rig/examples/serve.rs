@@ -1,8 +1,8 @@
 //! A board's serial line as a port of this PC, in real time: `serve feather-f405` prints the port's path, and
 //! `ridgetone monitor --port PATH` and all other commands work with it. The image runs on the register model, in front of the
-//! demo's touch, again and again.
+//! demo's touch, again and again, or at rest: `serve feather-f405 rest`.
 
-use hal_mock::{Repeated, Sliding, SlidingScene};
+use hal_mock::{Constant, Repeated, Scene, Sliding, SlidingScene};
 use rig::{Board, Image, Rig, Start};
 use serialport::{ClearBuffer, SerialPort, TTYPort};
 use std::error::Error;
@@ -14,9 +14,14 @@ use std::time::{Duration, Instant};
 const STEP_NS: u64 = 1_000_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let name = std::env::args().nth(1).unwrap_or_default();
-    let board = Board::named(&name).ok_or("serve feather-f405, or serve nucleo-f446re")?;
-    let scene = Repeated(SlidingScene::new(Sliding::default())?);
+    let usage = "serve feather-f405 or serve nucleo-f446re, with `rest` behind it for a finger that touches nothing";
+    let mut arguments = std::env::args().skip(1);
+    let board = arguments.next().and_then(|name| Board::named(&name)).ok_or(usage)?;
+    let scene: Box<dyn Scene> = match arguments.next().as_deref() {
+        None => Box::new(Repeated(SlidingScene::new(Sliding::default())?)),
+        Some("rest") => Box::new(Constant::default()),
+        Some(_) => return Err(usage.into()),
+    };
     let mut rig = Rig::new(board, &Image::built(board)?, scene, Start::default())?;
     let (mut ours, theirs) = TTYPort::pair()?;
     ours.set_timeout(Duration::ZERO)?;
