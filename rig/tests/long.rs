@@ -48,7 +48,7 @@ fn ten_minutes_of_touches_over_the_wrap_of_the_counter_lose_nothing() {
     touches(600, u32::MAX - 303_200_000);
 }
 
-/// Nothing runs it but you: it takes a quarter of an hour.
+/// Nothing runs it but you: it takes 25 minutes.
 #[test]
 #[ignore = "75 minutes of virtual time"]
 fn an_hour_and_a_quarter_of_touches_on_the_register_model_loses_nothing() {
