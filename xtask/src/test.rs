@@ -2,8 +2,8 @@
 
 use crate::images::{self, Board};
 use crate::setup;
-use crate::tools::{announce, clean, run};
-use anyhow::{Context, Result};
+use crate::tools::{announce, clean, output_of, run};
+use anyhow::{Context, Result, anyhow};
 
 /// The emulated runs without `--all`: names of tests in `host/tests`.
 const EMULATED: [&str; 6] = [
@@ -23,6 +23,12 @@ const NEVER: [&str; 3] = [
     "touch_after_touch_for_thirty_days",
     "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end",
     "an_hour_and_a_quarter_of_touches_on_the_register_model",
+];
+
+/// Long tests that are alone in their program, and so keep one core busy at most: they run beside the others.
+const ALONE: [(&str, &str); 2] = [
+    ("other_scan", "firmware_and_command_of_another_scan_find_the_frequency"),
+    ("book", "the_commands_that_take_long_run"),
 ];
 
 /// Tests of the pages in a browser: their module.
@@ -61,11 +67,16 @@ fn run_long() -> Result<()> {
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
     announce("long tests, and all tests of the emulated firmware and of the boards' images");
+    let mut alone = test(&[]);
+    alone.args(ALONE.iter().flat_map(|(program, _)| ["--test", program])).args(["--", "--ignored"]);
+    let alone = std::thread::spawn(move || output_of(&mut alone));
     let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
-    long.args(NEVER.iter().flat_map(|name| ["--skip", name]));
+    long.args(NEVER.iter().chain(ALONE.iter().map(|(_, name)| name)).flat_map(|name| ["--skip", name]));
     long.env("RIDGETONE_CHECKED_ELF", checked);
     long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
     run(&mut long).context("long tests and tests of the emulated firmware")?;
+    let alone = alone.join().map_err(|_| anyhow!("the tests beside the others ended without a result"))?;
+    println!("{}", alone.context("long tests beside the others")?);
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
@@ -96,7 +107,7 @@ mod tests {
         };
         let tests: String =
             ["host/tests", "host/tests/emulated", "host/tests/view", "tests", "rig/tests"].map(sources).concat();
-        for name in EMULATED.iter().chain(&NEVER) {
+        for name in EMULATED.iter().chain(&NEVER).chain(ALONE.iter().map(|(_, name)| name)) {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));

@@ -69,8 +69,8 @@ pub fn output_of(command: &mut Command) -> Result<String> {
 fn finish(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command.spawn().and_then(Child::wait_with_output).with_context(|| format!("cannot run {name}"))?;
-    let errors = String::from_utf8_lossy(&output.stderr);
-    ensure!(output.status.success(), "{name} failed ({}) {}", output.status, errors.trim());
+    let [printed, errors] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    ensure!(output.status.success(), "{name} failed ({}) {}\n{}", output.status, errors.trim(), printed.trim());
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 

@@ -79,7 +79,7 @@ pub fn cells() -> Vec<Cell> {
     ];
     for (name, noise, extra) in [
         ("white", Noise::White, Extra::Nothing),
-        ("white, a line of 30 amplitudes", Noise::White, Extra::LogCreep(30.0)),
+        ("white, logarithmic creep of 30 amplitudes", Noise::White, Extra::LogCreep(30.0)),
         ("impulses: 1 % of 20 sigma", Noise::Impulses, Extra::Nothing),
         ("pink", Noise::Pink, Extra::Nothing),
         ("AR(1) of 0.6", Noise::Ar(0.6), Extra::Nothing),

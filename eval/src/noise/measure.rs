@@ -2,6 +2,7 @@
 
 use super::window::{Recipe, Window};
 use crate::draw::Draw;
+use crate::trade::accuracy::NINETY_FIVE;
 use anyhow::{Context, Result};
 use ridgetone_host::input::frame_rate_hz;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
@@ -9,8 +10,6 @@ use serde::{Deserialize, Serialize};
 
 /// Harmonics that the fit may use.
 const HARMONICS: u8 = 4;
-/// Normal deviate that is exceeded in 5 % of all cases, either sign.
-const NINETY_FIVE: f64 = 1.959_964;
 /// A good answer off by more than this share is wrong.
 const WRONG: f64 = 0.05;
 

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Normal deviate that is exceeded in 5 % of all cases, either sign.
-const NINETY_FIVE: f64 = 1.959_964;
+pub const NINETY_FIVE: f64 = 1.959_964;
 /// An estimate this near a multiple or a fraction of the truth is taken for it.
 const OCTAVE_WITHIN: f64 = 0.1;
 /// Greatest multiple that is looked for.
