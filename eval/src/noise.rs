@@ -19,7 +19,7 @@ use std::fs;
 use std::path::Path;
 use std::path::PathBuf;
 
-/// Windows of each cell, unless told otherwise.
+/// Windows of each cell by default.
 const WINDOWS: u32 = 200;
 /// The seed of the page. Constants of the estimator are chosen on others.
 const SEED: u64 = 20_000;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Windows that every group is measured on, seconds.
 pub const WINDOWS_S: [f64; 4] = [0.2, 0.4, 1.0, 3.9];
 
-/// What is asked of a group's answers.
+/// What a group's answers are judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Group {

@@ -18,7 +18,7 @@ const PLLON: u32 = 1 << 24;
 /// Causes of a reset: their flags in CSR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// Power came on: PORRSTF, BORRSTF, and PINRSTF as with every one.
+    /// Power-up: PORRSTF, BORRSTF, and PINRSTF as with every one.
     Power = 0x0E00_0000,
     /// The NRST pin.
     Pin = 0x0400_0000,

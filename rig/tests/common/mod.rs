@@ -55,13 +55,13 @@ impl Run {
         outcome.unwrap_or_else(|failure| panic!("{failure}"));
     }
 
-    /// Runs until the board has reported what is sought, at most `limit_s` seconds.
-    pub fn run_to<T>(&mut self, limit_s: f64, sought: impl Fn(&Event) -> Option<T>) -> T {
+    /// Runs until the board has reported what `find` looks for, at most `limit_s` seconds.
+    pub fn run_to<T>(&mut self, limit_s: f64, find: impl Fn(&Event) -> Option<T>) -> T {
         let end_ns = self.rig.now_ns() + (limit_s * 1e9) as u64;
         let mut seen = self.events.len();
         while self.rig.now_ns() < end_ns {
             self.run_s(0.001);
-            if let Some(found) = self.events[seen..].iter().find_map(&sought) {
+            if let Some(found) = self.events[seen..].iter().find_map(&find) {
                 return found;
             }
             seen = self.events.len();
