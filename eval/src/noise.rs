@@ -10,7 +10,7 @@ use crate::page::{self, Table};
 use crate::parallel;
 use anyhow::{Context, Result};
 use cells::{Cell, Group, WINDOWS_S, cells};
-use measure::{Answers, measure};
+use measure::{Answers, measure, percent};
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use serde::{Deserialize, Serialize};
@@ -65,19 +65,19 @@ fn name(group: Group) -> String {
 
 /// What a cell of the table says of its answers.
 fn text(group: Group, answers: &Answers) -> String {
-    let good = answers.percent(answers.good, answers.windows);
+    let good = percent(answers.good, answers.windows);
     match group {
         Group::NoTone => format!("{good:.1}"),
         Group::Something | Group::FewCycles => {
-            format!("{good:.0} / {:.1}", answers.percent(answers.wrong, answers.good))
+            format!("{good:.0} / {:.1}", percent(answers.wrong, answers.good))
         }
         Group::Sigma => {
-            let covered = answers.percent(answers.covered, answers.good);
+            let covered = percent(answers.covered, answers.good);
             format!("{covered:.1} / {}", page::figure(answers.error_in_sigmas(), 2))
         }
         Group::Unsteady => {
-            let covered = answers.percent(answers.covered, answers.good);
-            format!("{good:.0} / {covered:.0} / {:.0}", answers.percent(answers.covered_weighted, answers.good))
+            let covered = percent(answers.covered, answers.good);
+            format!("{good:.0} / {covered:.0} / {:.0}", percent(answers.covered_weighted, answers.good))
         }
     }
 }

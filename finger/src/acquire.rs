@@ -115,7 +115,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let is_configured = self.adc.stop(&mut self.start).is_ok()
             && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
             && self.adc.configure(&SCAN).is_ok();
-        // Of a chip that does not answer too: they show what is wrong with its wires. With START high ID may read wrong.
+        // Also if the chip does not answer: what is read shows which wire is bad. Before START: with it high ID may read wrong.
         let mut found = [0; Register::ALL.len()];
         if self.adc.read_registers(Register::Config0, &mut found).is_ok() {
             diagnostics.keep_adc_registers(found);

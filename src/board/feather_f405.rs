@@ -7,13 +7,12 @@
 //!
 //! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
-use super::{Board, SerialLine, stm32f4};
+use super::stm32f4::{self, External};
+use super::{Board, SerialLine};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
-
-use stm32f4::External;
 
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};

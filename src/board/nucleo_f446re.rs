@@ -7,14 +7,13 @@
 //! 921600 baud, 8N1; 0.93 % slow as on the Feather. D0 and D1 are these pins only after two bridges are soldered
 //! (UM1724).
 
-use super::{Board, SerialLine, stm32f4};
+use super::stm32f4::{self, External};
+use super::{Board, SerialLine};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
 use stm32f4xx_hal::prelude::*;
-
-use stm32f4::External;
 
 pub use super::flash::SettingsFlash;
 pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};

@@ -136,8 +136,8 @@ pub struct External {
 pub fn start_clocks(rcc: RCC, external: External, counter: TIM2, heartbeat: TIM4) -> (Rcc, Oscillator) {
     stop_pll(&rcc);
     let has_started = start_external(&rcc, external.is_clock);
-    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal one, once, with
-    // constants, which leaves none of its panics in the image; what changes then is where the PLL's 2 MHz come from.
+    // The HAL (0.23) waits for an external oscillator for ever. So it sets up all from the internal one. It is called once,
+    // with constants: so the compiler removes its panics. After it only the source of the PLL's 2 MHz changes.
     let mut rcc = rcc.freeze(Config::hsi().sysclk(168.MHz()).pclk1(42.MHz()).pclk2(84.MHz()));
     let oscillator = if has_started { Oscillator::External } else { Oscillator::Internal };
     if has_started {
@@ -182,7 +182,8 @@ fn start_external(rcc: &RCC, is_clock: bool) -> bool {
     has_started
 }
 
-/// An interrupt that no task serves: the boot loader in the chip's ROM may have left one on, such as USB's.
+/// Masks an interrupt that no task serves. The boot loader in the chip's ROM may have left one on, such as USB's.
+/// cortex-m-rt's own handler would wait for the watchdog.
 #[cortex_m_rt::exception]
 unsafe fn DefaultHandler(number: i16) {
     /// An interrupt by its number.

@@ -52,15 +52,16 @@ impl Answers {
         }
     }
 
-    pub fn percent(&self, count: u32, of: u32) -> f64 {
-        100.0 * f64::from(count) / f64::from(of.max(1))
-    }
-
     /// RMS of the error over sigma; none without a good answer that is not wrong.
     pub fn error_in_sigmas(&self) -> Option<f64> {
         let count = self.good - self.wrong;
         (count > 0).then(|| (self.squares / f64::from(count)).sqrt())
     }
+}
+
+/// A share in percent; 0 of none.
+pub fn percent(count: u32, of: u32) -> f64 {
+    100.0 * f64::from(count) / f64::from(of.max(1))
 }
 
 /// The answers to so many windows of `window_s` seconds. Equal seeds give equal windows.

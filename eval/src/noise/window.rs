@@ -6,8 +6,7 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Volts of a code, times 1: windows are made in standard deviations of the noise times this, so that rounding to whole
-/// codes is far below it.
+/// Codes of a standard deviation of the noise: rounding to whole codes is far below it.
 const CODES_PER_SIGMA: f64 = 1000.0;
 
 /// The speed over the window.
@@ -44,7 +43,7 @@ pub enum Extra {
     Step(f64),
     /// A smooth bump.
     Bump(f64),
-    /// A contact spike's decay, 20 to 50 ms.
+    /// A contact spike's tail, which falls within 0.02 to 0.05 of the window.
     Spike(f64),
     /// The tone begins halfway.
     HalfTone,
@@ -193,7 +192,7 @@ fn add_baseline(frames: &mut [[f64; TAXELS]], extra: Extra, amplitude: f64, draw
         }
         Extra::Step(size) => add(size, &|part| f64::from(u8::from(part > place)), draw),
         Extra::Bump(size) => add(size, &|part| (-0.5 * ((part - place) / width).powi(2)).exp(), draw),
-        // Windows are about a second long: what counts is its shape.
+        // It begins in the first quarter of the window. Its length is a share of the window, as all lengths here are.
         Extra::Spike(size) => add(size, &|part| if part < 0.3 * place { 0.0 } else { (-(part - 0.3 * place) / decay).exp() }, draw),
         _ => {}
     }

@@ -14,8 +14,8 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// `bytes`: to `line`. The first one ends a packet of the run before, which a reset may have cut: the greeting would be
-    /// taken for the rest of it.
+    /// `bytes`: to `line`. A zero goes first. It ends a packet that a reset may have cut; without it the greeting would be
+    /// taken for the rest of that packet.
     pub fn new(mut bytes: Producer<'a, u8>) -> Self {
         let _ = bytes.enqueue(0);
         Self { bytes, wire: [0; WIRE_MAX] }

@@ -124,10 +124,10 @@ fn a_chip_that_is_another_one_or_has_other_registers_is_found() {
     finds(reports(other), &[("adc_registers", Fail)], &["CONFIG1 83 instead of 31"]);
     finds(reports(|health| health.chip_restarts = 2), &[("adc_restarts", Warn)], &["2 times", "0 of them"]);
     // The register changes by itself and is set up again.
-    let flips = happens(Fault::RegisterFlip { address: 4, mask: 1 });
+    let changed = happens(Fault::RegisterFlip { address: 4, mask: 1 });
     let expected =
         [("adc_restarts", Fail), ("frame_rate", Skipped), ("drdy_jitter", Skipped), ("losses", Fail), ("faults", Fail)];
-    finds(flips, &expected, &["1 of them while it was watched"]);
+    finds(changed, &expected, &["1 of them while it was watched"]);
 }
 
 #[test]
@@ -182,9 +182,9 @@ fn the_chips_own_readings_are_judged() {
 #[test]
 fn commands_that_arrive_damaged_or_lose_bytes_are_counted() {
     // A bit of each thousandth byte; a lost byte behind each thousandth.
-    let flips = |number: u64, byte| Received::Byte(if number % 1000 == 500 { byte ^ 4 } else { byte });
+    let damaged = |number: u64, byte| Received::Byte(if number % 1000 == 500 { byte ^ 4 } else { byte });
     finds(
-        Bench { received: flips, ..Bench::default() },
+        Bench { received: damaged, ..Bench::default() },
         &[("commands", Warn)],
         &["71 of 71 answered", "arrived damaged"],
     );

@@ -20,7 +20,7 @@ use std::time::Duration;
 /// Changes the bytes of one packet, numbered from 0.
 type OnLine = Box<dyn FnMut(u64, &mut Vec<u8>) + Send>;
 
-/// A healthy board, and what is wrong with it.
+/// A board that is healthy but for these faults.
 pub struct Bench {
     pub input: Opened,
     pub boot: Boot,
