@@ -1,9 +1,13 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
+mod clock;
+mod rows;
 mod table;
 mod write;
 
-pub use table::{TIME_COLUMN, Table};
+pub use clock::RowClock;
+pub use rows::{Rows, TIME_COLUMN};
+pub use table::Table;
 pub use write::write_csv;
 
 use crate::file_error::FileError;

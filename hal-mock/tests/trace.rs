@@ -48,12 +48,20 @@ fn errors_name_file_and_line() {
     assert_eq!(error(b"a,b\n1,2\n1,2,3\n"), "t.csv: line 3: 3 columns, the header has 2");
     assert_eq!(error(b"a,b\r\n\r\n1\r\n"), "t.csv: line 3: 1 columns, the header has 2");
     assert_eq!(error(b"a,b\n1,2\n\n\n1,x\n"), "t.csv: line 5: column b: \"x\" is not a number");
-    assert_eq!(error(b"a,b\n1,\n"), "t.csv: line 2: column b: \"\" is not a number");
-    assert_eq!(error(b"a,b\n1,NaN\n"), "t.csv: line 2: column b: \"NaN\" is not finite");
+    assert_eq!(error(b"a,time_s\n1,\n"), "t.csv: line 2: column time_s: \"\" is no time");
+    assert_eq!(error(b"a,b\n1,2\r\n1,2\r\n1,-\r\n"), "t.csv: line 4: column b: \"-\" is not a number");
     assert_eq!(error(b"a,b\n1,2\n-inf,2\n"), "t.csv: line 3: column a: \"-inf\" is not finite");
     assert_eq!(error(b"a,b\n1,1e999\n"), "t.csv: line 2: column b: \"1e999\" is not finite");
     assert_eq!(error(b"a,time_s\n1,1\n2,1\n"), "t.csv: line 3: time_s does not increase: 1 after 1");
     assert_eq!(error(b"a,b\n1,2\n1,\xFF\n"), "t.csv: line 3: not UTF-8 text");
+}
+
+#[test]
+fn blank_cells_and_nan_are_missing_readings() {
+    let t = table("time_s,a,b\n0,1,\n1,NaN,2\n2, nan ,\n");
+    let missing: Vec<_> =
+        t.rows().iter().map(|row| row.iter().map(|value| value.is_nan()).collect::<Vec<_>>()).collect();
+    assert_eq!(missing, [[false, true], [true, false], [true, true]]);
 }
 
 #[test]

@@ -13,9 +13,11 @@ struct Json<'a> {
     r#type: &'static str,
     file: &'a str,
     rate_hz: f64,
+    rate_sigma_hz: f64,
     window_s: f64,
     rows: usize,
     rows_missing: usize,
+    readings_missing: usize,
     abscissa: Abscissa,
     #[serde(flatten)]
     tone: JsonTone<f64>,
@@ -30,9 +32,11 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
         r#type: "fit",
         file,
         rate_hz: fit.rate_hz,
+        rate_sigma_hz: fit.rate_sigma_hz,
         window_s: fit.window_s,
         rows: fit.rows,
         rows_missing: fit.rows_missing,
+        readings_missing: fit.readings_missing,
         abscissa: fit.abscissa,
         tone: JsonTone::new(fit.abscissa, fit.tone, period),
         status: fit.status,
@@ -65,7 +69,11 @@ pub fn text(fit: &TableFit) -> String {
     line("harmonics", fit.harmonics.to_string());
     line("window_s", significant(fit.window_s, 6));
     let missing = if fit.rows_missing > 0 { format!(", {} missing", fit.rows_missing) } else { String::new() };
-    line("rows", format!("{} at {} Hz{missing}", fit.rows, significant(fit.rate_hz, 6)));
+    let blank = match fit.readings_missing {
+        0 => String::new(),
+        blank => format!(", {blank} single readings missing"),
+    };
+    line("rows", format!("{} at {} Hz{missing}{blank}", fit.rows, significant(fit.rate_hz, 6)));
 
     let width = fit.channels.iter().map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(7);
     let _ = writeln!(
@@ -79,7 +87,7 @@ pub fn text(fit: &TableFit) -> String {
             [(offset, 6), (amplitude, 4), (residual, 3)].map(|(value, digits)| digits_of(*value, digits));
         let _ = match usable {
             true => writeln!(out, "{name:<width$} {offset:>12} {amplitude:>12} {phase_rad:>10} {residual:>12}"),
-            false => writeln!(out, "{name:<width$} not usable: constant or a straight line"),
+            false => writeln!(out, "{name:<width$} not usable: constant, a straight line, or mostly blank"),
         };
     }
     out

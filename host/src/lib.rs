@@ -42,6 +42,7 @@ pub mod live;
 mod monitor;
 pub mod names;
 pub mod output;
+mod part;
 pub mod picture;
 mod port;
 #[cfg(test)]

@@ -31,6 +31,7 @@ pub fn knots(path: &Path, after: After) -> Result<(Vec<Knot>, Profile)> {
     for (t_s, row) in time_s.iter().zip(table.rows()) {
         let t_us = (t_s * 1e6).round();
         ensure!((0.0..=f64::from(u32::MAX)).contains(&t_us), "{file}: time_s {t_s}: choose 0 to 4294 s");
+        ensure!(!row[column].is_nan(), "{file}: time_s {t_s}: no {SPEED_COLUMN}");
         knots.push(Knot { t_us: t_us as u32, speed_mm_s: row[column] as f32 });
     }
     let profile = Profile::new(&knots, after).with_context(|| file.to_owned())?;
@@ -54,11 +55,12 @@ impl Column {
     }
 
     /// Places of all sampling intervals, millimetres from the first, from the rows' values, with straight lines in between.
+    /// NaN stands for a value that is missing.
     pub fn places_mm(&self, values: &[f64], grid: &Grid) -> Vec<f32> {
         let first = values.first().copied().unwrap_or(0.0);
         let mut at_rows = Vec::with_capacity(values.len());
         let (mut place_mm, mut before) = (0.0, (0usize, first));
-        for (slot, value) in grid.places.iter().zip(values) {
+        for (slot, value) in grid.places.iter().zip(values).filter(|(_, value)| !value.is_nan()) {
             place_mm = match self {
                 Self::Position(_) => value - first,
                 Self::Speed(_) => {
@@ -85,9 +87,11 @@ mod tests {
 
     #[test]
     fn speeds_are_summed_and_gaps_filled() {
-        let grid = Grid { rate_hz: 10.0, places: vec![0, 1, 4, 5] };
+        let grid = Grid { places: vec![0, 1, 4, 5], ..Grid::even(0, 10.0) };
         let speed = Column::Speed("v".into()).places_mm(&[10.0, 20.0, 20.0, -40.0], &grid);
         assert_eq!(speed, [0.0, 1.5, 3.5, 5.5, 7.5, 6.5]);
+        let blank = Column::Speed("v".into()).places_mm(&[10.0, f64::NAN, 20.0, -40.0], &grid);
+        assert_eq!(blank, [0.0, 1.5, 3.0, 4.5, 6.0, 5.0]);
         let position = Column::Position("x".into()).places_mm(&[7.0, 8.0, 11.0, 9.0], &grid);
         assert_eq!(position, [0.0, 1.0, 2.0, 3.0, 4.0, 2.0]);
     }

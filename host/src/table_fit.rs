@@ -1,13 +1,15 @@
 //! `fit`: the joint fit alone, on any table of channels.
 
 use crate::grid::Grid;
+use crate::part::{Part, given_rate_hz};
 use crate::speed::Column;
-use anyhow::{Context, Result, bail, ensure};
-use hal_mock::Table as Rows;
+use anyhow::{Result, bail, ensure};
+use hal_mock::Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
 use serde::Serialize;
+use std::io::BufRead;
 
 /// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
@@ -46,31 +48,39 @@ pub struct ChannelResult {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFit {
     pub rate_hz: f64,
+    /// Standard deviation of the rate by the time stamps.
+    pub rate_sigma_hz: f64,
+    /// The rate by the time stamps, where another one was given too.
+    pub stamped_hz: Option<f64>,
     pub window_s: f64,
     pub rows: usize,
     /// Rows missing between them, by the time stamps.
     pub rows_missing: usize,
+    /// Blank cells in the rows.
+    pub readings_missing: usize,
     pub status: Status,
     pub abscissa: Abscissa,
-    /// Frequency and its standard deviation, hertz, or cycles per millimetre by place; none without a tone.
+    /// Frequency and its standard deviation, that of the rate included; hertz, or cycles per millimetre by place. None
+    /// without a tone.
     pub tone: Option<(f64, f64)>,
     pub harmonics: u8,
     pub channels: Vec<ChannelResult>,
 }
 
-pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
-    let file = rows.file();
-    let columns = columns(rows, selection)?;
+/// Fits a part of a table; no row behind the part is read. `progress` takes the rows that have been read.
+pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<TableFit> {
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
-    let (first, end) = window(file, &times(rows, selection)?, selection)?;
-    let grid = match rows.time_s() {
-        Some(time_s) => Grid::from_stamps(&time_s[first..end], selection.rate_hz, |row| {
-            format!("row {} (time_s {})", first + row + 1, time_s[first + row])
+    let columns = columns(&rows, selection)?;
+    let part = Part::read(&mut rows, selection, progress)?;
+    let file = rows.file();
+    let grid = match part.is_stamped {
+        true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
+            format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
         })
         .map_err(|error| error.context(file.to_owned()))?,
-        None => Grid::even(end - first, given_rate_hz(file, selection)?),
+        false => Grid::even(part.rows.len(), given_rate_hz(file, selection)?),
     };
     ensure!(
         grid.slots() <= FRAMES_MAX,
@@ -78,15 +88,18 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         grid.slots()
     );
 
-    let scaled = Scaled::new(&rows.rows()[first..end], &columns, &grid);
+    let scaled = Scaled::new(&part.rows, &columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
     let mut source = Table { values: &scaled.values, valid: &scaled.valid };
     let places = match &selection.place {
         Some(column) => {
-            let at = named(rows, column.name())?;
-            let values: Vec<f64> = rows.rows()[first..end].iter().map(|row| row[at]).collect();
+            let at = named(&rows, column.name())?;
+            let values: Vec<f64> = part.rows.iter().map(|row| row[at]).collect();
+            let is_blank = |end: Option<&f64>| end.is_some_and(|value| value.is_nan());
+            let is_cut = is_blank(values.first()) || is_blank(values.last());
+            ensure!(!is_cut, "{file}: column {}: blank in the first or the last row of this part", column.name());
             column.places_mm(&values, &grid)
         }
         None => Vec::new(),
@@ -107,10 +120,14 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
         bail!("{file}: the fit did not reach all rows");
     };
 
-    let (abscissa, per_unit) = match selection.place {
-        Some(_) => (Abscissa::Place, 1.0),
-        None => (Abscissa::Time, grid.rate_hz),
+    let rate_share = grid.rate_sigma_hz / grid.rate_hz;
+    // Places that are given need no time.
+    let (abscissa, per_unit, scale_share) = match selection.place {
+        Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
+        Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
+        None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
+    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit);
     let has_tone = found.status.has_tone();
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
@@ -126,18 +143,21 @@ pub fn fit(rows: &Rows, selection: &Selection) -> Result<TableFit> {
     });
     Ok(TableFit {
         rate_hz: grid.rate_hz,
+        rate_sigma_hz: grid.rate_sigma_hz,
+        stamped_hz: grid.stamped_hz,
         window_s: grid.slots() as f64 / grid.rate_hz,
-        rows: end - first,
+        rows: part.rows.len(),
         rows_missing: grid.missing(),
+        readings_missing: columns.len() * part.rows.len() - scaled.readings,
         status: ridgetone::estimator::reported_status(found.status),
         abscissa,
-        tone: has_tone.then(|| (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit)),
+        tone: has_tone.then(|| (frequency, sigma.hypot(frequency * scale_share))),
         harmonics: found.harmonics,
         channels: channels.collect(),
     })
 }
 
-fn named(rows: &Rows, name: &str) -> Result<usize> {
+fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
         Some(at) => Ok(at),
@@ -145,7 +165,7 @@ fn named(rows: &Rows, name: &str) -> Result<usize> {
     }
 }
 
-fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
+fn columns<R: BufRead>(rows: &Rows<R>, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
     for name in &selection.columns {
@@ -162,40 +182,6 @@ fn columns(rows: &Rows, selection: &Selection) -> Result<Vec<usize>> {
     Ok(columns)
 }
 
-/// Times of the rows, seconds: their stamps, or by the given rate.
-fn times(rows: &Rows, selection: &Selection) -> Result<Vec<f64>> {
-    if let Some(time_s) = rows.time_s() {
-        return Ok(time_s.to_vec());
-    }
-    let rate_hz = given_rate_hz(rows.file(), selection)?;
-    Ok((0..rows.rows().len()).map(|row| row as f64 / rate_hz).collect())
-}
-
-/// The rate of rows without stamps.
-fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
-    selection.rate_hz.with_context(|| format!("{file}: no column time_s: give the rate of the rows with --rate HZ"))
-}
-
-/// First row of the window and the one after its last.
-fn window(file: &str, times: &[f64], selection: &Selection) -> Result<(usize, usize)> {
-    let count = times.len();
-    if selection.from_s.is_none() && selection.to_s.is_none() {
-        return Ok((0, count));
-    }
-    let (begin_s, last_s) = (times[0], times[count - 1]);
-    // A row lasts until the next one would come.
-    let lasts_s = if count > 1 { 1.001 * (last_s - begin_s) / (count - 1) as f64 } else { 0.0 };
-    let (from_s, to_s) = (selection.from_s.unwrap_or(begin_s), selection.to_s.unwrap_or(last_s));
-    let data = format!("the data goes from {begin_s} to {last_s} s");
-    ensure!(from_s >= begin_s - lasts_s && from_s <= last_s, "{file}: --from {from_s} s is outside the data: {data}");
-    ensure!(to_s >= begin_s && to_s <= last_s + lasts_s, "{file}: --to {to_s} s is outside the data: {data}");
-    ensure!(from_s < to_s, "{file}: --from {from_s} s is not before --to {to_s} s");
-    let first = times.partition_point(|t_s| *t_s < from_s);
-    let end = times.partition_point(|t_s| *t_s <= to_s);
-    ensure!(first < end, "{file}: no row from {from_s} to {to_s} s");
-    Ok((first, end))
-}
-
 /// The rows as the library takes them.
 struct Scaled {
     values: Vec<[f32; TAXELS]>,
@@ -204,6 +190,8 @@ struct Scaled {
     zeros: Vec<f64>,
     /// File units per unit of `values`.
     units: Vec<f64>,
+    /// Valid values.
+    readings: usize,
 }
 
 impl Scaled {
@@ -213,17 +201,21 @@ impl Scaled {
             valid: vec![0; grid.slots()],
             zeros: Vec::new(),
             units: Vec::new(),
+            readings: 0,
         };
         for (c, column) in columns.iter().enumerate() {
-            let column = || rows.iter().map(|row| row[*column]);
-            let zero = column().next().unwrap_or(0.0);
-            let (least, greatest) = column().fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
+            let readings =
+                || grid.places.iter().zip(rows).map(|(place, row)| (*place, row[*column])).filter(|(_, v)| !v.is_nan());
+            let zero = readings().next().map_or(0.0, |(_, value)| value);
+            let (least, greatest) =
+                readings().map(|(_, value)| value).fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
-            for (place, value) in grid.places.iter().zip(column()) {
-                scaled.values[*place][c] = ((value - zero) / unit) as f32;
-                scaled.valid[*place] |= 1 << c;
+            for (place, value) in readings() {
+                scaled.values[place][c] = ((value - zero) / unit) as f32;
+                scaled.valid[place] |= 1 << c;
+                scaled.readings += 1;
             }
             scaled.zeros.push(zero);
             scaled.units.push(unit);
@@ -231,3 +223,6 @@ impl Scaled {
         scaled
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,12 +1,13 @@
 //! `fit`: the joint fit alone, on a table of channels.
 
 use super::parse::{number, positive};
+use crate::output::Progress;
 use crate::speed::Column;
 use crate::table_fit::Selection;
 use crate::{fit_report, output, settings_form, table_fit};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::Table;
+use hal_mock::Rows;
 use std::path::PathBuf;
 
 /// A rate on the command line that differs from the time stamps by more than this share gives a warning.
@@ -14,8 +15,9 @@ const RATES_DIFFER: f64 = 0.01;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Jitter of the
-time stamps is averaged out, and a gap of a few rows counts as missing rows.
+FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. The rate is that of the straight
+line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing rows; a blank
+cell, or NaN, is a missing reading of its channel. A file may be long: no row after --to is read.
 
 Examples:
   ridgetone fit recording.csv
@@ -61,7 +63,8 @@ pub struct FitArgs {
 impl FitArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
-        let table = Table::load(&self.file)?;
+        let rows = Rows::open(&self.file)?;
+        let file = rows.file().to_owned();
         let selection = Selection {
             rate_hz: self.rate,
             from_s: self.from,
@@ -71,15 +74,17 @@ impl FitArgs {
             place: self.position_column.map(Column::Position).or(self.speed_column.map(Column::Speed)),
             interferer_hz: self.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
         };
-        if let (Some(rate_hz), Some([first, .., last])) = (self.rate, table.time_s()) {
-            let by_stamps_hz = (table.rows().len() - 1) as f64 / (last - first);
-            if (rate_hz / by_stamps_hz - 1.0).abs() > RATES_DIFFER {
-                eprintln!("ridgetone: warning: --rate {rate_hz} Hz is used, though time_s gives {by_stamps_hz:.4} Hz");
-            }
+        let mut progress = Progress::default();
+        let fit = table_fit::fit(rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
+        progress.end();
+        let fit = fit?;
+        if let (Some(rate_hz), Some(stamped_hz)) = (self.rate, fit.stamped_hz)
+            && (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER
+        {
+            eprintln!("ridgetone: warning: --rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz");
         }
-        let fit = table_fit::fit(&table, &selection)?;
         if self.json {
-            output::line(&fit_report::json(table.file(), &fit)?)
+            output::line(&fit_report::json(&file, &fit)?)
         } else {
             output::line(fit_report::text(&fit).trim_end())
         }

@@ -1,0 +1,82 @@
+//! The part of a table that is fitted: its rows are read up to the part's end, and only those of the part are kept.
+
+use crate::table_fit::Selection;
+use anyhow::{Context, Result, ensure};
+use hal_mock::Rows;
+use ridgetone_tone::FRAMES_MAX;
+use std::io::BufRead;
+
+/// Rows between two reports of progress.
+const PROGRESS_EVERY: u64 = 1 << 14;
+
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Rows of the file in front of it.
+    pub before: u64,
+    /// Times of the rows, seconds: their stamps, or by the given rate.
+    pub times_s: Vec<f64>,
+    pub is_stamped: bool,
+    /// Values of the rows; NaN stands for a missing reading.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl Part {
+    /// Reads it. `progress` takes the rows that have been read.
+    pub fn read<R: BufRead>(rows: &mut Rows<R>, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
+        let file = rows.file().to_owned();
+        let (from_s, to_s) = (selection.from_s.unwrap_or(f64::NEG_INFINITY), selection.to_s.unwrap_or(f64::INFINITY));
+        ensure!(from_s < to_s, "{file}: --from {from_s} s is not before --to {to_s} s");
+        let mut part = Self::default();
+        let (mut read, mut begin_s, mut last_s) = (0u64, 0.0, 0.0);
+        let mut is_whole = true;
+        while rows.advance()? {
+            let stamp_s = rows.time_s();
+            part.is_stamped = stamp_s.is_some();
+            let t_s =
+                stamp_s.map_or_else(|| Ok(read as f64 / given_rate_hz(&file, selection)?), Ok::<_, anyhow::Error>)?;
+            if read == 0 {
+                begin_s = t_s;
+            }
+            if t_s > to_s {
+                is_whole = false;
+                break;
+            }
+            last_s = t_s;
+            read += 1;
+            if read % PROGRESS_EVERY == 0 {
+                progress(read);
+            }
+            if t_s < from_s {
+                part.before += 1;
+                continue;
+            }
+            ensure!(
+                part.rows.len() < FRAMES_MAX,
+                "{file}: {} rows or more in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
+                FRAMES_MAX + 1
+            );
+            let mut values = Vec::with_capacity(rows.names().len());
+            rows.values(&mut values)?;
+            part.rows.push(values);
+            part.times_s.push(t_s);
+        }
+        // A row lasts until the next one would come.
+        let lasts_s = if read > 1 { 1.001 * (last_s - begin_s) / (read - 1) as f64 } else { 0.0 };
+        let data = match is_whole {
+            true => format!("the data goes from {begin_s} to {last_s} s"),
+            false => format!("the data begins at {begin_s} s"),
+        };
+        let is_late = from_s > last_s && is_whole;
+        let is_early = from_s < begin_s - lasts_s && selection.from_s.is_some();
+        ensure!(!is_early && !is_late, "{file}: --from {from_s} s is outside the data: {data}");
+        let is_beyond = is_whole && to_s > last_s + lasts_s && selection.to_s.is_some();
+        ensure!(read > 0 && !is_beyond, "{file}: --to {to_s} s is outside the data: {data}");
+        ensure!(!part.rows.is_empty(), "{file}: no row from {from_s} to {to_s} s");
+        Ok(part)
+    }
+}
+
+/// The rate of rows without stamps.
+pub fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
+    selection.rate_hz.with_context(|| format!("{file}: no column time_s: give the rate of the rows with --rate HZ"))
+}

@@ -1,0 +1,164 @@
+//! Uncertainties of tables whose stamps are rounded or have gaps.
+
+use super::*;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+/// A touch's sixteen channels, 20 dB above white noise, with stamps in steps.
+struct Recorded {
+    rate_hz: f64,
+    length_s: f64,
+    frequency_hz: f64,
+    step_s: f64,
+    /// Standard deviation of the stamps before they are rounded, seconds.
+    jitter_s: f64,
+    seed: u64,
+}
+
+struct Noise(ChaCha8Rng);
+
+impl Noise {
+    fn uniform(&mut self) -> f64 {
+        (self.0.next_u32() as f64 + 0.5) / 2f64.powi(32)
+    }
+
+    fn normal(&mut self) -> f64 {
+        (-2.0 * self.uniform().ln()).sqrt() * (TAU * self.uniform()).cos()
+    }
+}
+
+impl Recorded {
+    /// The file; a row without readings is left out, and a reading that is not kept is blank.
+    fn csv(&self, keeps: impl Fn(usize, usize) -> bool) -> String {
+        let mut noise = Noise(ChaCha8Rng::seed_from_u64(self.seed));
+        let rows = (self.length_s * self.rate_hz) as usize;
+        let (start_s, decimals) = (10.0 + noise.uniform(), -self.step_s.log10().round() as usize);
+        let phases: [f64; 16] = std::array::from_fn(|_| TAU * noise.uniform());
+        let mut csv = String::from("time_s");
+        (0..16).for_each(|c| write!(csv, ",c{c}").unwrap());
+        for row in 0..rows {
+            let t_s = row as f64 / self.rate_hz;
+            let stamp_s = start_s + t_s + self.jitter_s * noise.normal();
+            let values =
+                phases.map(|phase| 2f64.sqrt() * (TAU * self.frequency_hz * t_s + phase).cos() + 0.1 * noise.normal());
+            if (0..16).any(|c| keeps(row, c)) {
+                write!(csv, "\n{:.decimals$}", (stamp_s / self.step_s).round() * self.step_s).unwrap();
+                for (c, value) in values.iter().enumerate() {
+                    let _ = if keeps(row, c) { write!(csv, ",{value:.6}") } else { write!(csv, ",") };
+                }
+            }
+        }
+        csv
+    }
+
+    fn fit(&self, keeps: impl Fn(usize, usize) -> bool) -> TableFit {
+        fit_text(&self.csv(keeps))
+    }
+}
+
+fn fit_text(csv: &str) -> TableFit {
+    fit(Rows::new(csv.as_bytes(), "t.csv").unwrap(), &Selection::default(), &mut |_| {}).unwrap()
+}
+
+/// Share of the files whose interval of 1.96 sigma holds the truth.
+fn coverage(files: u64, recorded: impl Fn(u64, &mut Noise) -> Recorded) -> f64 {
+    let mut held = 0;
+    for seed in 0..files {
+        let recorded = recorded(seed, &mut Noise(ChaCha8Rng::seed_from_u64(seed ^ 0x5EED)));
+        let (frequency_hz, sigma_hz) = recorded.fit(|_, _| true).tone.unwrap();
+        held += u32::from((frequency_hz - recorded.frequency_hz).abs() < 1.96 * sigma_hz);
+    }
+    f64::from(held) / files as f64
+}
+
+#[test]
+fn rates_of_rounded_stamps_leave_intervals_that_hold() {
+    for (what, length_s, rates_hz, jitter_s) in [
+        ("0.2 s", 0.2, 150.0..450.0, 0.0),
+        ("1 s", 1.0, 150.0..450.0, 0.0),
+        ("0.2 s, the scan's rate", 0.2, 241.14..241.14, 0.0),
+        ("1 s, the scan's rate", 1.0, 241.14..241.14, 0.0),
+        ("1 s, jitter", 1.0, 150.0..200.0, 0.4e-3),
+    ] {
+        let held = coverage(500, |seed, noise| Recorded {
+            rate_hz: rates_hz.start + (rates_hz.end - rates_hz.start) * noise.uniform(),
+            length_s,
+            frequency_hz: (8.0 + 32.0 * noise.uniform()).max(2.0 / length_s),
+            step_s: 1e-3,
+            jitter_s,
+            seed,
+        });
+        assert!((0.92..=0.98).contains(&held), "{what}: {held}");
+    }
+}
+
+/// One second by the scan's rate in whole milliseconds: rows are 4.147 ms apart, which stamps show as 4 or 5.
+fn second(seed: u64) -> Recorded {
+    Recorded { rate_hz: 241.14, length_s: 1.0, frequency_hz: 8.3, step_s: 1e-3, jitter_s: 0.0, seed }
+}
+
+#[test]
+fn rows_that_are_lost_are_counted() {
+    for seed in 0..100 {
+        let (lost, from) = (1 + seed as usize % 40, 3 + 7 * (seed as usize % 27));
+        let found = second(seed).fit(|row, _| !(from..from + lost).contains(&row));
+        assert_eq!((found.rows, found.rows_missing), (241 - lost, lost), "{lost} rows from {from}, seed {seed}");
+        let (frequency_hz, sigma_hz) = found.tone.unwrap();
+        assert!((frequency_hz - 8.3).abs() < 4.0 * sigma_hz, "{lost} rows from {from}, seed {seed}: {frequency_hz}");
+    }
+    // Every tenth row, and a gap besides.
+    let found = second(1).fit(|row, _| row % 10 != 5 && !(100..120).contains(&row));
+    assert_eq!((found.rows, found.rows_missing), (199, 42));
+}
+
+#[test]
+fn blank_cells_are_missing_readings_of_one_channel() {
+    let mut held = 0;
+    for seed in 0..200 {
+        // A quarter of all readings, and one channel from its middle on.
+        let keeps = |row: usize, c: usize| (row * 7 + c * 5 + row * c) % 4 != 0 && (c != 3 || row < 120);
+        let recorded = second(seed);
+        let found = recorded.fit(keeps);
+        let blank = (0..241 * 16).filter(|at| !keeps(at / 16, at % 16)).count();
+        assert_eq!((found.rows, found.rows_missing, found.readings_missing), (241, 0, blank));
+        let (frequency_hz, sigma_hz) = found.tone.unwrap();
+        held += u32::from((frequency_hz - 8.3).abs() < 1.96 * sigma_hz);
+        let mut amplitudes = found.channels.iter().filter_map(|channel| channel.amplitude);
+        assert!(amplitudes.by_ref().take(15).all(|amplitude| (amplitude - 2f64.sqrt()).abs() < 0.1));
+    }
+    assert!((184..=197).contains(&held), "{held} of 200");
+    let csv = second(1).csv(|_, c| c != 3);
+    for csv in [csv.clone(), csv.replace(",,", ",NaN,")] {
+        let found = fit_text(&csv);
+        assert_eq!((found.readings_missing, found.status), (241, Status::Good));
+        assert!(!found.channels[3].usable && found.channels[2].usable);
+    }
+}
+
+#[test]
+fn no_more_is_read_than_the_part_needs() {
+    use std::io::{BufReader, Read};
+    struct Counted<'a>(&'a [u8], &'a std::cell::Cell<usize>);
+    impl Read for Counted<'_> {
+        fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+            let read = self.0.read(buffer)?;
+            self.1.set(self.1.get() + read);
+            Ok(read)
+        }
+    }
+    let recorded = Recorded { length_s: 60.0, ..second(1) };
+    let (mut csv, read) = (recorded.csv(|_, _| true), std::cell::Cell::new(0));
+    // What is not needed may be anything.
+    let half = csv.len() / 2;
+    csv.truncate(csv[..half].rfind('\n').unwrap());
+    csv += "\n9,this,is,no,row";
+    let begin_s: f64 = csv.lines().nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+    let rows = Rows::new(BufReader::with_capacity(4096, Counted(csv.as_bytes(), &read)), "t.csv").unwrap();
+    let selection = Selection { from_s: Some(begin_s + 4.0), to_s: Some(begin_s + 5.0), ..Selection::default() };
+    let found = fit(rows, &selection, &mut |_| {}).unwrap();
+    assert!((240..=242).contains(&found.rows), "{}", found.rows);
+    let needed = csv.lines().take(5 * 242).map(|line| line.len() + 1).sum::<usize>();
+    assert!(read.get() < needed + 2 * 4096, "{} of {}", read.get(), csv.len());
+}
