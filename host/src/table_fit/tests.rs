@@ -118,7 +118,7 @@ fn blank_cells_are_missing_readings_of_one_channel() {
     let mut held = 0;
     for seed in 0..200 {
         // A quarter of all readings, and one channel from its middle on.
-        let keeps = |row: usize, c: usize| (row * 7 + c * 5 + row * c) % 4 != 0 && (c != 3 || row < 120);
+        let keeps = |row: usize, c: usize| !(row * 7 + c * 5 + row * c).is_multiple_of(4) && (c != 3 || row < 120);
         let recorded = second(seed);
         let found = recorded.fit(keeps);
         let blank = (0..241 * 16).filter(|at| !keeps(at / 16, at % 16)).count();
