@@ -11,7 +11,7 @@ pub trait Scene: Send {
     ///
     /// The simulated chip calls this once per conversion (twice for a differential one) with `t_s` never
     /// decreasing, so a scene may draw its noise here. Times before 0 and after [`end_s`](Self::end_s) must be
-    /// valid too: the scene is then as at its ends.
+    /// valid too: the scene is then as at its ends. NaN is no reading: the conversion ends without a new result.
     fn volts(&mut self, input: u8, t_s: f64) -> f64;
 
     /// Scene time in seconds at which the scene ends.

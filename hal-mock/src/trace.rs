@@ -1,6 +1,7 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
 mod clock;
+mod played;
 mod rows;
 mod table;
 mod write;
@@ -12,83 +13,247 @@ pub use write::write_csv;
 
 use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
+use core::f64::consts::{FRAC_PI_2, PI};
+use played::{Place, Played};
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
-/// A table played to the chip: its column k is on AINk, inputs without a column are at 0 V.
+/// Rows whose stamps give the first guess of their spacing.
+const HEAD_ROWS: usize = 4096;
+
+/// Rows between two reports of progress.
+const PROGRESS_EVERY: u64 = 1 << 14;
+
+/// A recording whose rate is within this share of the scan's is held: a chip's clock may be off by as much.
+const HELD_SHARE: f64 = 0.004;
+
+/// Zeros of the filter's sinc on either side: it passes up to 0.44 of the lower rate, and stops from 0.56 on.
+const ZEROS: f64 = 8.0;
+
+/// How a recording is played.
+#[derive(Clone, Copy, Debug)]
+pub struct Playback {
+    /// Rows per second where there is no `time_s`; the scan's own rate if none.
+    pub row_rate_hz: Option<f64>,
+    /// Scans per second of a chip without a clock error.
+    pub scan_rate_hz: f64,
+    /// Volts per unit of the file.
+    pub volts_per_unit: f64,
+    /// The first value beyond these volts is remembered.
+    pub limit_v: f64,
+}
+
+/// A recording played to the chip: its column k is on AINk, inputs without a column are at 0 V. It is read row by row as
+/// it is played; one pass before that finds its rate and its faults.
 ///
-/// Between rows the voltage is linear, outside of them constant. The last row lasts as long as the one before it.
-#[derive(Clone, Debug, PartialEq)]
+/// - **Rows at about the scan's own rate are held**: row k is what scan k converts, unchanged. The chip's clock has to
+///   run as the recording's did: [`clock_error_ppm`](Self::clock_error_ppm).
+/// - **Rows at another rate are resampled** by a windowed sinc with the lower rate's band. Of a faster recording it takes
+///   the noise above the scan's band and leaves the rest white. A slower recording has no noise above its own band, so
+///   that neighbouring scans are alike: a fit that takes them for independent has to multiply its standard deviations by
+///   [`sigma_factor`](Self::sigma_factor).
+/// - **Rows that are missing**, by the stamps or because they are blank, are conversions without a result.
+/// - **A blank cell** is bridged by a straight line; in a run of more than eight it is beyond the scale, with OVF.
 pub struct Trace {
-    table: Table,
-    /// Times of the rows, from 0, and the end of the last.
-    times_s: Vec<f64>,
-    end_s: f64,
-    scale: f64,
+    source: Source,
+    playback: Playback,
+    survey: Survey,
+    played: Option<Played>,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    File(std::path::PathBuf),
+    Bytes(String, Arc<[u8]>),
+}
+
+/// What one pass over the rows finds.
+#[derive(Clone, Debug)]
+struct Survey {
+    /// Numbers the rows again.
+    clock: Option<RowClock>,
+    spacing_s: f64,
+    spacing_sigma_s: f64,
+    /// Number of the last row.
+    last: u64,
+    columns: usize,
+    /// Columns with any reading.
+    alive: u16,
+    beyond: Option<Beyond>,
+}
+
+/// A value that the chip cannot convert.
+#[derive(Clone, Debug)]
+pub struct Beyond {
+    /// Number of its row, from 1.
+    pub row: u64,
+    /// Its column's name.
+    pub column: String,
+    /// The value.
+    pub volts: f64,
 }
 
 impl Trace {
-    /// Reads a trace in volts from a CSV file; without a `time_s` column row k is at k / `scan_rate_hz`.
-    pub fn load(path: impl AsRef<Path>, scan_rate_hz: f64) -> Result<Self, FileError> {
-        Self::from_table(Table::load(path)?, scan_rate_hz)
-    }
-
-    /// Makes a table of at most 16 columns a trace, in volts. The rate must be positive, also where it is not used.
-    pub fn from_table(table: Table, scan_rate_hz: f64) -> Result<Self, FileError> {
-        let channels = table.names().len();
-        if channels > INPUTS {
-            return Err(FileError::new(table.file(), Some(1), format!("{channels} channels, the chip has {INPUTS}")));
+    /// Opens a CSV file and passes over its rows. `progress` takes the rows that have been read.
+    pub fn open(path: &Path, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
+        let file = path.display().to_string();
+        let refuse = |error| FileError::new(&file, None, error);
+        if std::fs::metadata(path).map_err(refuse)?.is_file() {
+            return Self::new(Source::File(path.to_owned()), playback, progress);
         }
-        if !(scan_rate_hz.is_finite() && scan_rate_hz > 0.0) {
-            let message = format!("scan rate {scan_rate_hz} Hz: must be greater than 0");
-            return Err(FileError::new(table.file(), None, message));
+        // A pipe is read only once.
+        Self::parse(&std::fs::read(path).map_err(refuse)?, &file, playback)
+    }
+
+    /// The same with the bytes of a file of that name.
+    pub fn parse(bytes: &[u8], file: &str, playback: Playback) -> Result<Self, FileError> {
+        Self::new(Source::Bytes(file.to_owned(), bytes.into()), playback, &mut |_| {})
+    }
+
+    fn new(source: Source, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
+        let survey = Survey::new(source.rows()?, &playback, progress)?;
+        Ok(Self { source, playback, survey, played: None })
+    }
+
+    /// Rows per second, missing ones counted.
+    pub fn rate_hz(&self) -> f64 {
+        self.survey.spacing_s.recip()
+    }
+
+    /// Standard deviation of the rate as a share of it.
+    pub fn rate_share(&self) -> f64 {
+        self.survey.spacing_sigma_s / self.survey.spacing_s
+    }
+
+    /// Error of the chip's clock with which a scan lasts as long as a row that is held; 0 where rows are resampled.
+    pub fn clock_error_ppm(&self) -> f64 {
+        if self.is_held() { 1e6 * (self.rate_hz() / self.playback.scan_rate_hz - 1.0) } else { 0.0 }
+    }
+
+    /// By how much more than for independent scans estimates of the played scans scatter.
+    pub fn sigma_factor(&self) -> f64 {
+        if self.is_held() { 1.0 } else { (self.playback.scan_rate_hz / self.rate_hz()).max(1.0).sqrt() }
+    }
+
+    /// The first value beyond the limit.
+    pub fn beyond(&self) -> Option<&Beyond> {
+        self.survey.beyond.as_ref()
+    }
+
+    fn is_held(&self) -> bool {
+        (self.rate_hz() / self.playback.scan_rate_hz - 1.0).abs() <= HELD_SHARE
+    }
+
+    /// The rows from the first one on, or from where they were played to.
+    fn played(&mut self, from: u64) -> Option<&mut Played> {
+        // A scene that is repeated begins again.
+        if self.played.as_ref().is_none_or(|played| played.is_past(from)) {
+            self.played = Some(Played::new(self.source.rows().ok()?, self.survey.clock));
         }
-        let times_s: Vec<f64> = match table.time_s() {
-            Some(times) => times.iter().map(|time_s| time_s - times[0]).collect(),
-            None => (0..table.rows().len()).map(|row| row as f64 / scan_rate_hz).collect(),
-        };
-        let last_s = times_s[times_s.len() - 1];
-        let lasts_s = times_s.iter().rev().nth(1).map_or(1.0 / scan_rate_hz, |before_s| last_s - before_s);
-        Ok(Self { table, times_s, end_s: last_s + lasts_s, scale: 1.0 })
-    }
-
-    /// Volts per unit of the table, default 1.
-    pub fn with_scale(mut self, volts_per_unit: f64) -> Self {
-        self.scale = volts_per_unit;
-        self
-    }
-
-    /// The table as read.
-    pub fn table(&self) -> &Table {
-        &self.table
-    }
-
-    /// Times of the rows in seconds after the first row.
-    pub fn times_s(&self) -> &[f64] {
-        &self.times_s
+        self.played.as_mut()
     }
 }
 
 impl Scene for Trace {
     fn volts(&mut self, input: u8, t_s: f64) -> f64 {
-        let rows = self.table.rows();
+        let Survey { spacing_s, last, columns, alive, .. } = self.survey;
         let column = usize::from(input);
-        if column >= self.table.names().len() {
+        if column >= columns || alive & 1 << column == 0 {
             return 0.0;
         }
-        // The last row not later than t_s, or the first row.
-        let at = self.times_s.partition_point(|row_s| *row_s <= t_s).saturating_sub(1);
-        let here = rows[at][column];
-        let value = match rows.get(at + 1) {
-            Some(next) => {
-                let (from_s, to_s) = (self.times_s[at], self.times_s[at + 1]);
-                here + (next[column] - here) * ((t_s - from_s) / (to_s - from_s)).clamp(0.0, 1.0)
-            }
-            None => here,
-        };
-        self.scale * value
+        let at = (t_s / spacing_s).clamp(0.0, last as f64);
+        let is_held = self.is_held();
+        let narrow = (self.playback.scan_rate_hz * spacing_s).min(1.0);
+        let half = if is_held { 0.0 } else { ZEROS / narrow };
+        let volts_per_unit = self.playback.volts_per_unit;
+        let (from, to) = ((at - half).max(0.0).floor() as u64, ((at + half).ceil() as u64).min(last));
+        let Some(played) = self.played(from) else { return 0.0 };
+        played.read(from, to);
+        let nearest = if is_held { at as u64 } else { at.round() as u64 };
+        match played.place(nearest, column) {
+            Place::NoRow => return f64::NAN,
+            Place::Blank => return f64::INFINITY,
+            Place::Value(value) if is_held => return volts_per_unit * value,
+            Place::Value(_) => {}
+        }
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (row, value) in played.values(from, to, column) {
+            let off = (row as f64 - at) * narrow;
+            let window = (FRAC_PI_2 * (off / ZEROS).clamp(-1.0, 1.0)).cos().powi(2);
+            let weight = if off == 0.0 { 1.0 } else { window * (PI * off).sin() / (PI * off) };
+            sum += weight * value;
+            weights += weight;
+        }
+        volts_per_unit * sum / weights
     }
 
     fn end_s(&self) -> f64 {
-        self.end_s
+        (self.survey.last + 1) as f64 * self.survey.spacing_s
+    }
+}
+
+impl Source {
+    fn rows(&self) -> Result<Rows<Box<dyn BufRead + Send>>, FileError> {
+        match self {
+            Self::File(path) => Rows::open(path).map(Rows::boxed),
+            Self::Bytes(file, bytes) => {
+                let bytes = std::io::Cursor::new(Arc::clone(bytes));
+                Rows::new(Box::new(BufReader::new(bytes.take(u64::MAX))), file)
+            }
+        }
+    }
+}
+
+impl Survey {
+    fn new<R: BufRead>(
+        mut rows: Rows<R>,
+        playback: &Playback,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self, FileError> {
+        let columns = rows.names().len();
+        if columns > INPUTS {
+            let message = format!("{columns} channels, the chip has {INPUTS}");
+            return Err(FileError::new(rows.file(), Some(1), message));
+        }
+        let (mut head, mut clock, mut values) = (Vec::new(), None::<RowClock>, Vec::new());
+        let (mut read, mut alive, mut beyond, mut last) = (0, 0, None, 0);
+        let mut numbers = None;
+        while rows.advance()? {
+            rows.values(&mut values)?;
+            read += 1;
+            if read % PROGRESS_EVERY == 0 {
+                progress(read);
+            }
+            for (column, value) in values.iter().enumerate() {
+                alive |= u16::from(!value.is_nan()) << column;
+                let volts = value * playback.volts_per_unit;
+                if volts.abs() > playback.limit_v && beyond.is_none() {
+                    beyond = Some(Beyond { row: read, column: rows.names()[column].clone(), volts });
+                }
+            }
+            match (rows.time_s(), &mut clock) {
+                (Some(t_s), Some(clock)) => last = clock.push(t_s),
+                (Some(t_s), None) => head.push(t_s),
+                (None, _) => last = read - 1,
+            }
+            if head.len() == HEAD_ROWS {
+                numbers = RowClock::new(&head);
+                clock = numbers;
+                head.drain(..).for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(t_s)));
+            }
+        }
+        if clock.is_none() {
+            numbers = RowClock::new(&head);
+            clock = numbers;
+            head.drain(..).for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(t_s)));
+        }
+        let rate_hz = playback.row_rate_hz.unwrap_or(playback.scan_rate_hz);
+        let (spacing_s, spacing_sigma_s) =
+            clock.map_or((rate_hz.recip(), 0.0), |clock| (clock.spacing_s(), clock.spacing_sigma_s(0.0)));
+        if !(spacing_s > 0.0 && spacing_s.is_finite()) {
+            return Err(FileError::new(rows.file(), None, "its rows have no rate"));
+        }
+        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond })
     }
 }

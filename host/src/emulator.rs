@@ -39,11 +39,13 @@ pub fn run(
     if options.settings != Settings::DEFAULT {
         requests.push(Command::Set { settings: options.settings, keep: false });
     }
-    let mut has_greeted = false;
+    let (mut has_greeted, uncertainty) = (false, input.uncertainty);
     let mut talk = |now, packet: Option<&Packet>| {
         if let Some(packet) = packet {
             has_greeted = true;
-            sink(packet)?;
+            let mut packet = packet.clone();
+            uncertainty.apply(&mut packet.event);
+            sink(&packet)?;
             match requests.answered(&packet.event) {
                 None | Some((_, Answer::Done | Answer::DoneErased)) => {}
                 Some((_, refused)) => bail!("the firmware refuses the settings: {}", events::outcome(&refused)),

@@ -1,8 +1,11 @@
 //! What the simulated chip feels: a scene, or a recording played to it.
 
+use crate::output::Progress;
 use anyhow::{Context, Result, ensure};
-use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene, Trace, Truth};
+use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
+use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::SCAN;
+use ridgetone_proto::telemetry::Event;
 use std::path::PathBuf;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
@@ -52,6 +55,37 @@ pub struct Opened {
     /// True values of a scene.
     pub truth: Option<Truth>,
     pub warning: Option<String>,
+    pub uncertainty: Uncertainty,
+}
+
+/// What a recording adds to the standard deviations of estimates, which the library takes from scans that it believes to be
+/// independent and well timed.
+#[derive(Clone, Copy, Debug)]
+pub struct Uncertainty {
+    /// By how much more the estimates scatter.
+    pub factor: f64,
+    /// Standard deviation of the rows' rate as a share of it.
+    pub rate_share: f64,
+}
+
+impl Default for Uncertainty {
+    fn default() -> Self {
+        Self { factor: 1.0, rate_share: 0.0 }
+    }
+}
+
+impl Uncertainty {
+    /// Puts it into an estimate.
+    pub fn apply(&self, event: &mut Event) {
+        let Event::Estimate(estimate) = event else { return };
+        let scaled = |sigma: &mut f32, value: f32| {
+            *sigma = (self.factor * f64::from(*sigma)).hypot(self.rate_share * f64::from(value)) as f32;
+        };
+        scaled(&mut estimate.sigma, estimate.frequency);
+        let travel = &mut estimate.travel;
+        scaled(&mut travel.spatial_period_sigma_mm, 0.0);
+        scaled(&mut travel.speed_sigma_mm_s, 0.0);
+    }
 }
 
 /// From the end of a touch to the beginning of the next, seconds.
@@ -85,9 +119,13 @@ impl Opened {
     /// Inputs at 0 V for ever, with the converter's noise.
     pub fn untouched() -> Self {
         let (scene, options) = (Box::new(Constant::default()), Input::default().options());
-        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None }
+        let uncertainty = Uncertainty::default();
+        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, uncertainty }
     }
 }
+
+/// From one input of a scan to the next, seconds.
+pub const SLOT_S: f64 = CONVERSION_NS as f64 * 1e-9;
 
 /// Frames per second of the scan, nominal.
 pub fn frame_rate_hz() -> f64 {
@@ -109,31 +147,46 @@ impl Input {
                 let (truth, end_s) = (scene.truth(), scene.end_s());
                 options.noise &= parameters.converter.converter_noise;
                 options.clock_error_ppm = parameters.converter.clock_error_ppm;
-                check_length("the scene", end_s)?;
+                check_length("the scene", end_s, SCENE_MAX_S)?;
                 let warning = aliased(&truth);
-                Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning })
+                let uncertainty = Uncertainty::default();
+                Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning, uncertainty })
             }
             Source::Trace { path, rate_hz, volts_per_unit } => {
-                let trace = Trace::load(path, rate_hz.unwrap_or_else(frame_rate_hz))?.with_scale(*volts_per_unit);
-                let (warning, end_s) = (overload(&trace, *volts_per_unit), trace.end_s());
-                check_length(trace.table().file(), end_s)?;
-                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning })
+                let playback = Playback {
+                    row_rate_hz: *rate_hz,
+                    scan_rate_hz: frame_rate_hz(),
+                    volts_per_unit: *volts_per_unit,
+                    limit_v: OVERLOAD * REFERENCE_V,
+                };
+                let mut progress = Progress::default();
+                let trace = Trace::open(path, playback, &mut |read| progress.show(format_args!("{read} rows checked")));
+                progress.end();
+                let (trace, file) = (trace?, path.display());
+                let (warning, end_s) = (overload(&trace, &file.to_string()), trace.end_s());
+                check_length(&file.to_string(), end_s, RECORDING_MAX_S)?;
+                options.clock_error_ppm = trace.clock_error_ppm();
+                let uncertainty = Uncertainty { factor: trace.sigma_factor(), rate_share: trace.rate_share() };
+                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, uncertainty })
             }
         }
     }
 }
 
-/// Longest input that is played, seconds: a longer one comes from a wrong speed or unit of time.
-const LENGTH_MAX_S: f64 = 3600.0;
+/// Longest scene that is played, seconds: a longer one comes from a wrong speed.
+pub const SCENE_MAX_S: f64 = 3600.0;
+
+/// Longest recording that is played, seconds: a longer one has another unit of time.
+const RECORDING_MAX_S: f64 = 86_400.0;
 
 /// Share of the frame rate up to which a tone is not aliased, with a margin.
 const TONE_MAX: f64 = 0.45;
 
 /// Refuses an input that would play for hours.
-pub fn check_length(what: &str, end_s: f64) -> Result<()> {
+pub fn check_length(what: &str, end_s: f64, most_s: f64) -> Result<()> {
     ensure!(
-        end_s <= LENGTH_MAX_S,
-        "{what} would last {end_s:.4e} s, and at most {LENGTH_MAX_S} s are played: check its speed, or its unit of time"
+        end_s <= most_s,
+        "{what} would last {end_s:.4e} s, and at most {most_s} s are played: check its speed, or its unit of time"
     );
     Ok(())
 }
@@ -151,17 +204,10 @@ fn aliased(truth: &Truth) -> Option<String> {
 }
 
 /// Warns of the first value outside the chip's range.
-fn overload(trace: &Trace, volts_per_unit: f64) -> Option<String> {
-    let (table, limit_v) = (trace.table(), OVERLOAD * REFERENCE_V);
-    let outside = |(row, values): (usize, &Vec<f64>)| {
-        let column = values.iter().position(|value| (value * volts_per_unit).abs() > limit_v)?;
-        Some((row, column, values[column] * volts_per_unit))
-    };
-    let (row, column, volts) = table.rows().iter().enumerate().find_map(outside)?;
+fn overload(trace: &Trace, file: &str) -> Option<String> {
+    let beyond = trace.beyond()?;
+    let (row, column, volts, limit_v) = (beyond.row, &beyond.column, beyond.volts, OVERLOAD * REFERENCE_V);
     Some(format!(
-        "{}: row {}, column {}: {volts:.4e} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale",
-        table.file(),
-        row + 1,
-        table.names()[column]
+        "{file}: row {row}, column {column}: {volts:.4e} V is beyond the chip's +-{limit_v:.2} V and will clip; scale the file with --scale"
     ))
 }

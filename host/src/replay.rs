@@ -1,6 +1,6 @@
 //! `replay`: the library on this PC behind the simulated chip, conversion for conversion as on the board.
 
-use crate::input::Opened;
+use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
 use crate::stop;
 use ads1258::Ads1258;
@@ -54,9 +54,9 @@ pub fn run_watched(
     progress: &mut dyn FnMut(f64, f64),
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
-    let end_s = input.end_s;
+    let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();
-    let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, sink, failure: None };
+    let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, uncertainty, sink, failure: None };
     let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.follow(profile);
     wire.send(pipeline.hello());
@@ -107,6 +107,7 @@ struct Wire<'a> {
     serial: Vec<u8>,
     decoder: Decoder,
     received: u64,
+    uncertainty: Uncertainty,
     sink: &'a mut dyn FnMut(&Packet) -> Result<()>,
     /// The first failure; no packet is given to the sink after it.
     failure: Option<anyhow::Error>,
@@ -126,8 +127,9 @@ impl Wire<'_> {
         };
         for byte in &bytes[..length] {
             self.serial.push(*byte);
-            if let Some(packet) = self.decoder.push(*byte) {
+            if let Some(mut packet) = self.decoder.push(*byte) {
                 self.received += 1;
+                self.uncertainty.apply(&mut packet.event);
                 if let Err(error) = (self.sink)(&packet) {
                     self.failure = Some(error);
                     return;
@@ -140,3 +142,6 @@ impl Wire<'_> {
         self.failure.take().map_or(Ok(()), Err)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -89,7 +89,7 @@ fn a_file_is_written_whole_or_not_at_all() {
 fn inputs_that_would_play_for_ever() {
     let folder = directory();
     let month = file(folder.path(), "month.csv", "time_s,a\n0,1\n2592000,2\n5184000,1\n");
-    assert_one_line(&run(&["replay", text(&month)]), 1, &["month.csv", "3600 s", "unit of time"]);
+    assert_one_line(&run(&["replay", text(&month)]), 1, &["month.csv", "86400 s", "unit of time"]);
     assert_one_line(&run(&["replay", "--scene-speed", "1e-6"]), 1, &["scene", "3600 s"]);
     let scene = folder.path().join("scene.csv");
     assert_one_line(&run(&["scene", "--scene-speed", "1e-6", "-o", text(&scene)]), 1, &["scene", "3600 s"]);

@@ -12,7 +12,7 @@ mod steady;
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::input::{Input, SLOT_S, Source, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
@@ -184,7 +184,7 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
     for_all(&scenes, |scene| {
         let path = folder.path().join(format!("{}.csv", scene.seed));
         let mut made = SlidingScene::new(scene.clone()).expect("a scene");
-        write_csv(&mut made, frame_rate_hz(), std::fs::File::create(&path).expect("a file")).expect("a trace");
+        write_csv(&mut made, frame_rate_hz(), SLOT_S, std::fs::File::create(&path).expect("a file")).expect("a trace");
         let what = path.display().to_string();
         let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
         let input = Input { source, ..Input::default() };

@@ -122,6 +122,10 @@ impl Ads1258 {
         if self.options.noise {
             ideal += code::noise_sigma(c.registers.drate(), chop, &analog) * self.noise.gaussian();
         }
+        // A recording that lacks this reading.
+        if ideal.is_nan() {
+            return Outcome { new: false, ..self.outcome };
+        }
         let (mut code, overflow) = code::quantise(ideal);
         let supply = analog.avdd_v < SUPPLY_V;
         if supply || (chop && c.slot.excluded_by_chop()) {

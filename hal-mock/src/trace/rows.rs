@@ -38,6 +38,12 @@ impl Rows<BufReader<File>> {
         let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
         Self::new(BufReader::with_capacity(BUFFER, input), &file)
     }
+
+    /// The same rows by any reader.
+    pub(super) fn boxed(self) -> Rows<Box<dyn BufRead + Send>> {
+        let Self { file, names, columns, time_at, input, line, text, before_s, has_rows } = self;
+        Rows { file, names, columns, time_at, input: Box::new(input), line, text, before_s, has_rows }
+    }
 }
 
 impl<R: BufRead> Rows<R> {

@@ -29,7 +29,8 @@ pub struct SceneOptions {
 
 #[derive(Args, Clone, Debug)]
 pub struct InputOptions {
-    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene].
+    /// Recording to play: CSV with a header, at most 16 columns of volts, and time_s [default: a scene]. Rows at the scan's
+    /// rate are held, others are resampled.
     #[arg(value_name = "FILE.csv")]
     pub(super) file: Option<PathBuf>,
     /// Volts per unit of FILE.csv.

@@ -1,7 +1,7 @@
 //! `scene`: a scene as a CSV trace.
 
 use super::input::SceneOptions;
-use crate::input::{check_length, frame_rate_hz};
+use crate::input::{SCENE_MAX_S, SLOT_S, check_length, frame_rate_hz};
 use crate::output;
 use anyhow::Result;
 use clap::Args;
@@ -17,7 +17,7 @@ Examples:
 pub struct SceneArgs {
     #[command(flatten)]
     scene: SceneOptions,
-    /// File to write: time_s and 16 columns of volts at the scan's 241.14 rows per second.
+    /// File to write: time_s and 16 columns of volts, read one after the other as the scan does, 241.14 times a second.
     #[arg(short, long, value_name = "FILE.csv")]
     output: PathBuf,
     /// Also the truth as one JSON object on standard output.
@@ -50,9 +50,9 @@ impl SceneArgs {
     pub(super) fn run(self) -> Result<()> {
         let mut scene = SlidingScene::new(self.scene.sliding()?)?;
         let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
-        check_length("the scene", truth.end_s)?;
+        check_length("the scene", truth.end_s, SCENE_MAX_S)?;
         output::whole_file(&self.output, |file| {
-            rows = write_csv(&mut scene, rate_hz, file)?;
+            rows = write_csv(&mut scene, rate_hz, SLOT_S, file)?;
             Ok(())
         })?;
         let file = self.output.display().to_string();

@@ -154,7 +154,10 @@ mod tests {
         let scene = Box::new(Constant { end_s, ..Constant::default() });
         let options = crate::emulator::Options { keep_conversions: true, ..crate::emulator::Options::new("".as_ref()) };
         let chip = hal_mock::Options::default();
-        ChipEnd::new(Opened { scene, options: chip, end_s, truth: None, warning: None }, &options)
+        ChipEnd::new(
+            Opened { scene, options: chip, end_s, truth: None, warning: None, uncertainty: Default::default() },
+            &options,
+        )
     }
 
     fn request(operation: Operation, level: bool, length: u8, now_us: u32) -> Request {

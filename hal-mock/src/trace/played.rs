@@ -1,0 +1,132 @@
+//! The rows of a recording around the present one, numbered without gaps.
+
+use super::clock::RowClock;
+use super::rows::Rows;
+use crate::scene::INPUTS;
+use std::collections::VecDeque;
+use std::io::BufRead;
+
+/// Longest run of blank cells of a column that is bridged, rows.
+const BRIDGE_ROWS: usize = 8;
+
+/// What a row has for a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// The row is missing.
+    NoRow,
+    /// Its cell is blank, and so are many around it.
+    Blank,
+    Value(f64),
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Bridged where they are missing.
+    values: [f64; INPUTS],
+    /// Bit k: column k is blank.
+    blank: u16,
+    is_missing: bool,
+}
+
+/// Reads on as rows are asked for, and forgets those before them.
+pub struct Played {
+    rows: Rows<Box<dyn BufRead + Send>>,
+    clock: Option<RowClock>,
+    /// Number and values of the row that was read last, which does not follow on the others yet.
+    next: Option<(u64, Vec<f64>)>,
+    read: u64,
+    is_over: bool,
+    /// Number of the first of `around`.
+    first: u64,
+    around: VecDeque<Row>,
+}
+
+impl Played {
+    /// `clock` numbers rows by their stamps; without one they follow on each other.
+    pub fn new(rows: Rows<Box<dyn BufRead + Send>>, clock: Option<RowClock>) -> Self {
+        Self { rows, clock, next: None, read: 0, is_over: false, first: 0, around: VecDeque::new() }
+    }
+
+    /// Whether a row is forgotten already.
+    pub fn is_past(&self, row: u64) -> bool {
+        row < self.first
+    }
+
+    /// Makes rows from `from` to `to` available, and those that bridge them; rows before may be forgotten.
+    pub fn read(&mut self, from: u64, to: u64) {
+        while !self.is_over && self.first + (self.around.len() as u64) <= to + BRIDGE_ROWS as u64 {
+            self.push();
+            while self.around.len() > 1 + BRIDGE_ROWS && self.first < from.saturating_sub(BRIDGE_ROWS as u64) {
+                self.around.pop_front();
+                self.first += 1;
+            }
+        }
+    }
+
+    pub fn place(&self, row: u64, column: usize) -> Place {
+        match self.around.get(row.saturating_sub(self.first) as usize) {
+            Some(row) if !row.is_missing && row.blank & 1 << column == 0 => Place::Value(row.values[column]),
+            Some(row) if !row.is_missing => Place::Blank,
+            _ => Place::NoRow,
+        }
+    }
+
+    /// Numbers and values, bridged where they are missing, of rows from `from` to `to`.
+    pub fn values(&self, from: u64, to: u64, column: usize) -> impl Iterator<Item = (u64, f64)> {
+        let numbered = (self.first..).zip(&self.around).skip(from.saturating_sub(self.first) as usize);
+        numbered.take_while(move |(number, _)| *number <= to).map(move |(number, row)| (number, row.values[column]))
+    }
+
+    /// Adds the row that follows, which may be a missing one.
+    fn push(&mut self) {
+        let number = self.first + self.around.len() as u64;
+        let Some((at, next)) = self.next.take().or_else(|| self.next_row()) else {
+            self.is_over = true;
+            return;
+        };
+        let before = self.around.back().copied();
+        let before = before.unwrap_or(Row { values: [0.0; INPUTS], blank: u16::MAX, is_missing: true });
+        let mut row = Row { blank: 0, is_missing: at > number || next.iter().all(|value| value.is_nan()), ..before };
+        for (column, value) in next.iter().enumerate() {
+            if value.is_nan() {
+                row.blank |= 1 << column;
+            } else {
+                row.values[column] += (value - row.values[column]) / (1 + at - number) as f64;
+                self.bridge(column, before.blank, row.values[column]);
+            }
+        }
+        self.around.push_back(row);
+        if at > number {
+            self.next = Some((at, next));
+        }
+    }
+
+    /// Bridges the blank cells of a column, if it has a few, up to a value that follows.
+    fn bridge(&mut self, column: usize, before: u16, value: f64) {
+        let bit = 1 << column;
+        if before & bit == 0 {
+            return;
+        }
+        let count = self.around.iter().rev().take_while(|row| row.blank & bit != 0).count();
+        let Some(start) = self.around.len().checked_sub(count + 1).filter(|_| count <= BRIDGE_ROWS) else { return };
+        let from = self.around[start].values[column];
+        for (step, row) in self.around.range_mut(start + 1..).enumerate() {
+            row.values[column] = from + (value - from) * (step + 1) as f64 / (count + 1) as f64;
+            row.blank &= !bit;
+        }
+    }
+
+    /// None at the end. The first pass has read all rows without an error, so one here ends the recording.
+    fn next_row(&mut self) -> Option<(u64, Vec<f64>)> {
+        let mut values = Vec::with_capacity(INPUTS);
+        if !self.rows.advance().ok()? || self.rows.values(&mut values).is_err() {
+            return None;
+        }
+        let number = match (&mut self.clock, self.rows.time_s()) {
+            (Some(clock), Some(t_s)) => clock.push(t_s),
+            _ => self.read,
+        };
+        self.read += 1;
+        Some((number, values))
+    }
+}
