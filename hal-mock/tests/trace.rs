@@ -98,6 +98,8 @@ fn time_may_be_absent_and_so_may_columns() {
     assert_eq!((four.end_s(), four.rate_hz()), (0.75, 4.0));
     assert!((four.volts(0, 0.3) - 2.0).abs() < 1e-9);
     assert_eq!((four.volts(1, 0.3), four.volts(15, 0.3)), (0.0, 0.0), "no reading, no column");
+    let mut late = Trace::parse(b"a,b\n,1\n3,1\n", "t.csv", PLAYBACK).unwrap();
+    assert_eq!(late.volts(0, 0.05), 3.0, "blank at the beginning");
     let one = Trace::parse(b"a\n5\n", "t.csv", PLAYBACK).unwrap();
     assert_eq!((one.end_s(), one.beyond().map(|beyond| beyond.row)), (0.1, Some(1)));
 }

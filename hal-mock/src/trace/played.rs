@@ -101,16 +101,19 @@ impl Played {
         }
     }
 
-    /// Bridges the blank cells of a column, if it has a few, up to a value that follows.
+    /// Bridges the blank cells of a column, if they are few, up to a value that follows.
     fn bridge(&mut self, column: usize, before: u16, value: f64) {
         let bit = 1 << column;
         if before & bit == 0 {
             return;
         }
         let count = self.around.iter().rev().take_while(|row| row.blank & bit != 0).count();
-        let Some(start) = self.around.len().checked_sub(count + 1).filter(|_| count <= BRIDGE_ROWS) else { return };
-        let from = self.around[start].values[column];
-        for (step, row) in self.around.range_mut(start + 1..).enumerate() {
+        if count > BRIDGE_ROWS {
+            return;
+        }
+        let start = self.around.len() - count;
+        let from = start.checked_sub(1).map_or(value, |before| self.around[before].values[column]);
+        for (step, row) in self.around.range_mut(start..).enumerate() {
             row.values[column] = from + (value - from) * (step + 1) as f64 / (count + 1) as f64;
             row.blank &= !bit;
         }
@@ -128,5 +131,26 @@ impl Played {
         };
         self.read += 1;
         Some((number, values))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rows_around_the_present_one_are_kept() {
+        // A row of every ten thousand is there, and of the others a few.
+        let csv: String =
+            (0..2_000_000u64).filter(|row| row % 10_000 < 3).map(|row| format!("{row},{row}\n")).collect();
+        let rows: Box<dyn BufRead + Send> = Box::new(std::io::Cursor::new(format!("time_s,a\n{csv}")));
+        let clock = RowClock::new(&[0.0, 1.0, 2.0]);
+        let mut played = Played::new(Rows::new(rows, "t.csv").unwrap(), clock);
+        for row in 16..1_990_000 {
+            played.read(row - 16, row + 16);
+            assert!(played.around.len() < 64, "{} rows", played.around.len());
+            let is_there = row % 10_000 < 3;
+            assert_eq!(played.place(row, 0), if is_there { Place::Value(row as f64) } else { Place::NoRow });
+        }
     }
 }
