@@ -7,7 +7,7 @@ mod table;
 mod write;
 
 pub use clock::RowClock;
-pub use rows::{Rows, TIME_COLUMN};
+pub use rows::{PROGRESS_ROWS, Rows, TIME_COLUMN};
 pub use table::Table;
 pub use write::write_csv;
 
@@ -15,15 +15,12 @@ use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
 use played::{Place, Played};
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, Cursor};
 use std::path::Path;
 use std::sync::Arc;
 
 /// Rows whose stamps give the first guess of their spacing.
 const HEAD_ROWS: usize = 4096;
-
-/// Rows between two reports of progress.
-const PROGRESS_EVERY: u64 = 1 << 14;
 
 /// A recording whose rate is within this share of the scan's is held: a chip's clock may be off by as much.
 const HELD_SHARE: f64 = 0.004;
@@ -197,10 +194,7 @@ impl Source {
     fn rows(&self) -> Result<Rows<Box<dyn BufRead + Send>>, FileError> {
         match self {
             Self::File(path) => Rows::open(path).map(Rows::boxed),
-            Self::Bytes(file, bytes) => {
-                let bytes = std::io::Cursor::new(Arc::clone(bytes));
-                Rows::new(Box::new(BufReader::new(bytes.take(u64::MAX))), file)
-            }
+            Self::Bytes(file, bytes) => Rows::new(Box::new(Cursor::new(Arc::clone(bytes))), file),
         }
     }
 }
@@ -219,10 +213,19 @@ impl Survey {
         let (mut head, mut clock, mut values) = (Vec::new(), None::<RowClock>, Vec::new());
         let (mut read, mut alive, mut beyond, mut last) = (0, 0, None, 0);
         let mut numbers = None;
-        while rows.advance()? {
+        loop {
+            let is_over = !rows.advance()?;
+            if clock.is_none() && (is_over || head.len() == HEAD_ROWS) {
+                numbers = RowClock::new(&head);
+                clock = numbers;
+                head.iter().for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(*t_s)));
+            }
+            if is_over {
+                break;
+            }
             rows.values(&mut values)?;
             read += 1;
-            if read % PROGRESS_EVERY == 0 {
+            if read % PROGRESS_ROWS == 0 {
                 progress(read);
             }
             for (column, value) in values.iter().enumerate() {
@@ -237,16 +240,6 @@ impl Survey {
                 (Some(t_s), None) => head.push(t_s),
                 (None, _) => last = read - 1,
             }
-            if head.len() == HEAD_ROWS {
-                numbers = RowClock::new(&head);
-                clock = numbers;
-                head.drain(..).for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(t_s)));
-            }
-        }
-        if clock.is_none() {
-            numbers = RowClock::new(&head);
-            clock = numbers;
-            head.drain(..).for_each(|t_s| last = clock.as_mut().map_or(0, |clock| clock.push(t_s)));
         }
         let rate_hz = playback.row_rate_hz.unwrap_or(playback.scan_rate_hz);
         let (spacing_s, spacing_sigma_s) =

@@ -2,12 +2,9 @@
 
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, ensure};
-use hal_mock::Rows;
+use hal_mock::{PROGRESS_ROWS, Rows};
 use ridgetone_tone::FRAMES_MAX;
 use std::io::BufRead;
-
-/// Rows between two reports of progress.
-const PROGRESS_EVERY: u64 = 1 << 14;
 
 #[derive(Clone, Debug, Default)]
 pub struct Part {
@@ -32,8 +29,10 @@ impl Part {
         while rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();
-            let t_s =
-                stamp_s.map_or_else(|| Ok(read as f64 / given_rate_hz(&file, selection)?), Ok::<_, anyhow::Error>)?;
+            let t_s = match stamp_s {
+                Some(t_s) => t_s,
+                None => read as f64 / given_rate_hz(&file, selection)?,
+            };
             if read == 0 {
                 begin_s = t_s;
             }
@@ -43,7 +42,7 @@ impl Part {
             }
             last_s = t_s;
             read += 1;
-            if read % PROGRESS_EVERY == 0 {
+            if read % PROGRESS_ROWS == 0 {
                 progress(read);
             }
             if t_s < from_s {

@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
 use crate::speed::Column;
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Rows;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
@@ -50,7 +50,7 @@ pub struct TableFit {
     pub rate_hz: f64,
     /// Standard deviation of the rate by the time stamps.
     pub rate_sigma_hz: f64,
-    /// The rate by the time stamps, where another one was given too.
+    /// The rate by the time stamps, if there are any.
     pub stamped_hz: Option<f64>,
     pub window_s: f64,
     pub rows: usize,
@@ -79,7 +79,7 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
         true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
             format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
         })
-        .map_err(|error| error.context(file.to_owned()))?,
+        .with_context(|| file.to_owned())?,
         false => Grid::even(part.rows.len(), given_rate_hz(file, selection)?),
     };
     ensure!(

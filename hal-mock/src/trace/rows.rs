@@ -8,6 +8,9 @@ use std::path::Path;
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
 
+/// Rows that are read between two reports of progress.
+pub const PROGRESS_ROWS: u64 = 1 << 14;
+
 /// Bytes of the longest line that is read: a file without lines is no table.
 const LINE_MAX: u64 = 1 << 22;
 

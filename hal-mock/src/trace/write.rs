@@ -6,8 +6,8 @@ use std::io::{self, Write};
 
 /// Samples `scene` from 0 to its end at `scan_rate_hz` and writes one CSV row per scan: `time_s`, then AIN0 to AIN15
 /// in volts. As a scan does, a row reads one input after the other, `slot_s` seconds apart, and its time is that of AIN0;
-/// with 0 all are read at once. Numbers are the shortest that read back to the same
-/// 64-bit value. Returns the number of rows.
+/// with 0 all are read at once. Numbers are the shortest that read back to the same 64-bit value. Returns the number of
+/// rows.
 ///
 /// # Errors
 /// Those of `writer`; [`io::ErrorKind::InvalidInput`] if the rate is not positive or the scene has no end.
