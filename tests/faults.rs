@@ -13,7 +13,7 @@ use ridgetone::ring::Ring;
 use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Estimate, Event, Span, Status};
+use ridgetone_proto::telemetry::{Estimate, Event, Span, Status, Travel, TravelStatus};
 use touch::{SCANS, TONE_HZ};
 
 /// Conversions of a scan.
@@ -316,7 +316,7 @@ fn health_and_faults_are_reported_while_no_conversion_comes() {
 }
 
 #[test]
-fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_nothing_of_travel() {
+fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_and_says_nothing_of_travel() {
     let good = events(|_, conversion| Some(conversion));
     let fit = (*estimates(&good).last().unwrap()).clone();
     let window = ridgetone::window::Window {
@@ -327,15 +327,19 @@ fn a_fault_that_changes_a_frequency_makes_a_good_estimate_doubtful_and_says_noth
         reference: [0.0; 16],
         span: fit.span,
     };
+    let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
     for kind in FaultKind::ALL {
         for (ago_us, counts) in [(100_000, true), (fit.t_us as u32 - 100, false)] {
-            let (diagnostics, mut fit) = (Diagnostics::new(), fit.clone());
-            diagnostics.fault(kind, fit.t_us as u32 - ago_us);
-            qualify(&mut fit, &window, &diagnostics);
-            assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
-            // An input that comes back so late hides that the slide is over.
-            let changes = kind.changes_frequency() || kind == FaultKind::Overload;
-            assert_eq!(fit.status == Status::Doubtful, counts && changes, "{kind:?}");
+            for status in [Status::Good, Status::Unsteady] {
+                let (diagnostics, mut fit) = (Diagnostics::new(), Estimate { status, travel, ..fit.clone() });
+                diagnostics.fault(kind, fit.t_us as u32 - ago_us);
+                qualify(&mut fit, &window, &diagnostics);
+                assert_eq!(fit.faults.has(kind), counts, "{kind:?}");
+                // An input that comes back so late hides that the slide is over.
+                let changes = kind.changes_frequency() || kind == FaultKind::Overload;
+                let (doubtful, travels) = (fit.status == Status::Doubtful, fit.travel.is_known());
+                assert_eq!((doubtful, travels), (counts && changes, !(counts && changes)), "{kind:?}");
+            }
         }
     }
     // After enough time to find a hold, the channel is only left out. For a window shorter than that time, faults before

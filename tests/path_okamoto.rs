@@ -4,7 +4,7 @@
 //! There a hand moves to and fro at 197 sin(2 pi 1.07 t) mm/s over a grating, the sensor is read a thousand
 //! times a second, and every window of 32 ms gives a wavelength: the speed over the frequency with the
 //! maximal power of its spectrum. Here the same frames go to that method and to the fit along the path, and
-//! both are judged on the windows in which the fit has a tone.
+//! both are judged on the windows of at least one and a half cycles in which the fit has a tone: fewer may be a single bump.
 
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod reference;
@@ -25,6 +25,8 @@ const FRAMES: usize = 4665;
 /// The paper's window, frames: the best of 16, 32, 64 and 128 ms by its own search.
 const WINDOW: usize = 32;
 const HOP: usize = 4;
+/// Fewest cycles along the path of a window that is judged.
+const CYCLES: f64 = 1.5;
 /// The paper's range of wavelengths, mm; those that its figure 9 gets right, and those that it does not.
 const RIGHT_MM: [f64; 4] = [0.5, 0.8, 1.0, 1.5];
 const WRONG_MM: [f64; 3] = [2.0, 2.5, 3.0];
@@ -99,7 +101,6 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
     let mut fitter = Box::new(Fitter::new(harmonics));
     let mut sums = Errors::default();
     for first in (0..FRAMES - window).step_by(HOP) {
-        sums.windows += 1;
         let values = &values[first..first + window];
         let place = |frame: u32| (place_mm(first + frame as usize) - place_mm(first)) as f32;
         let mut table = Table { values, valid: &valid };
@@ -109,6 +110,10 @@ fn errors(wavelength_mm: f64, channels: usize, window: usize, harmonics: u8) -> 
         let places = || (0..window as u32).map(place);
         let range_mm = places().fold(f32::NEG_INFINITY, f32::max) - places().fold(f32::INFINITY, f32::min);
         let cycles = range_mm as f64 / wavelength_mm;
+        if cycles < CYCLES {
+            continue;
+        }
+        sums.windows += 1;
         let fit = fitter.fit(&mut span).unwrap();
         if fit.status != Status::Good {
             continue;
@@ -157,14 +162,13 @@ fn table(channels: usize, window: usize) -> (Vec<Errors>, Vec<Errors>) {
 /// The paper's window. The README's figures.
 #[test]
 fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
-    // A window of less than a cycle holds little but noise, and one in some hundred of them is taken for
-    // a tone: with few channels that is most of the error.
+    // With few channels the error is mostly that of the shortest windows.
     for (channels, fit_most) in [(1, 0.045), (2, 0.045), (16, 0.0035)] {
         let (right, wrong) = table(channels, WINDOW);
         for e in right.iter().chain(&wrong) {
             assert!(e.fit < fit_most && e.fit < 0.5 * e.fft, "{channels}: {e:?}");
-            assert!((0.075..0.205).contains(&e.fft), "{e:?}");
-            assert!(e.with_tone as f64 > 0.7 * e.windows as f64, "{e:?}");
+            assert!((0.05..0.205).contains(&e.fft), "{e:?}");
+            assert!(e.with_tone as f64 > 0.95 * e.windows as f64, "{e:?}");
         }
         // There the error doubles from 1 to 3 mm and more; here it is that of as many cycles as there are.
         let most = |errors: &[Errors], of: fn(&Errors) -> f64| errors.iter().map(of).fold(0.0, f64::max);
@@ -173,7 +177,7 @@ fn the_fit_along_the_path_is_better_than_the_papers_method_everywhere() {
         if channels == 16 {
             for e in right.iter().chain(&wrong) {
                 assert!((0.85..1.15).contains(&e.over_sigma), "{e:?}");
-                assert!(e.with_tone as f64 > 0.8 * e.windows as f64, "{e:?}");
+                assert!(e.with_tone as f64 > 0.99 * e.windows as f64, "{e:?}");
             }
         }
     }

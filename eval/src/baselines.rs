@@ -14,10 +14,14 @@
 //! | [`ieee1057`] | IEEE Std 1057; Haendel 2000 |
 //! | [`oddo2009`] | Oddo et al. 2009, the paper that Ridgetone follows |
 //! | [`lm_joint`] | More 1978, the crate `levenberg-marquardt` |
+//!
+//! One more is for the PC alone, in f64, and gives an uncertainty too: `nls`, harmonic nonlinear least squares.
 
 pub mod ieee1057;
 pub mod interpolated_dft;
 pub mod lm_joint;
+#[cfg(not(target_os = "none"))]
+pub mod nls;
 pub mod oddo2009;
 pub mod parabolic;
 pub mod periodogram;

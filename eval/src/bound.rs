@@ -158,7 +158,7 @@ impl Columns {
 }
 
 /// Columns of unit length at right angles to each other that span what `columns` span (Gram and Schmidt).
-fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+pub fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for mut column in columns {
         let whole = length(&column);
@@ -173,7 +173,7 @@ fn orthonormal(columns: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
 }
 
 /// Takes off `column` what it has in common with `basis`. Twice: once leaves rounding of the size of what was taken.
-fn remove(column: &mut [f64], basis: &[Vec<f64>]) {
+pub fn remove(column: &mut [f64], basis: &[Vec<f64>]) {
     for _ in 0..2 {
         for unit in basis {
             let common: f64 = unit.iter().zip(&*column).map(|(a, b)| a * b).sum();
@@ -182,7 +182,7 @@ fn remove(column: &mut [f64], basis: &[Vec<f64>]) {
     }
 }
 
-fn length(column: &[f64]) -> f64 {
+pub fn length(column: &[f64]) -> f64 {
     column.iter().map(|value| value * value).sum::<f64>().sqrt()
 }
 

@@ -15,7 +15,7 @@ use ridgetone_host::cli::FirmwareOptions;
 use ridgetone_host::usage::UsageError;
 use ridgetone_host::output;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Proves Ridgetone: the cost and accuracy of each choice, the paper's experiment, injected faults.
@@ -92,7 +92,15 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
     if args.json {
         return output::line(&serde_json::to_string(&BenchJson { chip: chip.as_ref(), trade: trade.as_ref() })?);
     }
-    trade.map_or(Ok(()), |trade| output::line(&format!("\n{}", trade::summary(&trade))))
+    let Some(trade) = trade else { return Ok(()) };
+    let noise = noise::load(args.write.as_deref().unwrap_or(Path::new("docs")))?;
+    output::line(&format!("\n{}", trade::summary(&trade, &noise)))
+}
+
+/// The trade shows the noise too: where its data are in the same folder, its page follows.
+fn run_noise(args: &NoiseArgs) -> Result<()> {
+    let Some(folder) = noise::run(args)? else { return Ok(()) };
+    if folder.join("trade.json").is_file() { trade::render(folder) } else { Ok(()) }
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
@@ -114,7 +122,7 @@ pub fn main() -> ExitCode {
         Command::Reproduce(args) => run_reproduce(&args),
         Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
-        Command::Noise(args) => noise::run(&args),
+        Command::Noise(args) => run_noise(&args),
         Command::Faults(args) => faults::run(&args),
     };
     match result {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | the estimators that one would otherwise pick | [`baselines`] |
 //! | the bound that no unbiased estimator can beat | `bound` |
+//! | many estimates against the truth and the bound | `accuracy` |
 //! | simulated windows with their truth | `simulated`, `setting` |
 //! | instructions, counted in the emulator | `bench`; the files between the emulator and the PC: [`workload`] |
 //! | cost beside accuracy | `trade` |
@@ -30,7 +31,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated trade);
+on_the_pc!(accuracy axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated trade);
 
 #[cfg(test)]
 mod tests;

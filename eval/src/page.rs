@@ -56,6 +56,11 @@ pub fn figure(value: Option<f64>, decimals: usize) -> String {
     value.map_or_else(|| "-".into(), |value| format!("{value:.decimals$}"))
 }
 
+/// A ratio of error and bound: two decimals near the bound, fewer far from it.
+pub fn over_bound(ratio: f64) -> String {
+    if ratio < 10.0 { format!("{ratio:.2}") } else { grouped(ratio.round() as u64) }
+}
+
 /// 1234567 as 1,234,567.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();

@@ -6,6 +6,7 @@ mod bound;
 mod emulated_faults;
 mod faults;
 mod methods;
+mod nls;
 mod noise;
 mod reproduction;
 mod trade;

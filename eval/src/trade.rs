@@ -1,17 +1,18 @@
 //! The cost and the accuracy of each choice: accuracy on this PC, with the code of the chip, beside instructions counted
 //! on the emulated chip.
 
-pub mod accuracy;
 mod bars;
 pub mod chart;
 pub mod contender;
 mod grid;
+mod noise_chart;
 pub mod results;
 mod tables;
 
 pub use bars::Windows;
 
 use crate::bench::report::Report;
+use crate::noise;
 use crate::page::{filled, load};
 use anyhow::Result;
 use bars::Bars;
@@ -51,15 +52,18 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
 /// Writes `trade.md` and `trade.svg` from `trade.json`.
 pub fn render(folder: &Path) -> Result<()> {
     let trade: Trade = load(&folder.join("trade.json"))?;
-    whole_text(&folder.join("trade.md"), &page(&trade)?)?;
-    whole_text(&folder.join("trade.svg"), &chart::draw(&trade))
+    let noise = noise::load(folder)?;
+    whole_text(&folder.join("trade.md"), &page(&trade, &noise)?)?;
+    whole_text(&folder.join("trade.svg"), &chart::draw(&trade, &noise))
 }
 
-pub fn page(trade: &Trade) -> Result<String> {
-    filled(PAGE, |name| tables::table(trade, name))
+/// The page; its table of noise is that of the rows that `noise` measured last.
+pub fn page(trade: &Trade, noise: &[noise::Row]) -> Result<String> {
+    filled(PAGE, |name| if name == "noise" { Some(tables::noise(noise)) } else { tables::table(trade, name) })
 }
 
 /// The tables for a terminal.
-pub fn summary(trade: &Trade) -> String {
-    ["ridgetone", "baselines", "bars"].into_iter().filter_map(|name| tables::table(trade, name)).collect::<Vec<_>>().join("\n\n")
+pub fn summary(trade: &Trade, noise: &[noise::Row]) -> String {
+    let tables = ["ridgetone", "baselines", "bars"].into_iter().filter_map(|name| tables::table(trade, name));
+    tables.chain([tables::noise(noise)]).collect::<Vec<_>>().join("\n\n")
 }

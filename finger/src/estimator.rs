@@ -11,8 +11,10 @@ use ads1258::reading;
 use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
-use ridgetone_proto::telemetry::{Abscissa, Channel, Direction, Estimate, Span, Status, Travel, TravelStatus};
-use ridgetone_tone::{Fitter, FrameSource, Overwritten, Values};
+use ridgetone_proto::telemetry::{
+    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+};
+use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 
 /// What became of a window.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,8 +67,9 @@ impl Estimator {
             return Ok(WindowFit::Growing);
         }
         let estimate = self.fit(&window, source, profile)?;
-        let is_accurate =
-            estimate.status == Status::Good && estimate.sigma <= self.settings.accuracy * estimate.frequency;
+        // The uncertainty of an unsteady tone counts its movement, which grows with the window.
+        let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
+            && estimate.sigma <= self.settings.accuracy * estimate.frequency;
         // A window that is half a frame short cannot grow any more.
         if !is_accurate && estimate.window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
             return Ok(WindowFit::Growing);
@@ -91,6 +94,10 @@ impl Estimator {
             abscissa: fitted.abscissa,
             frequency: fit.frequency * fitted.per_unit,
             sigma: fit.sigma * fitted.per_unit,
+            movement: movement(fit, fitted.per_unit),
+            other_tone: other_tone(fit, fitted.per_unit),
+            // An interferer is in time, by place too.
+            interferer_hz: fit.interferer.map(|cycles| cycles * window.frame_rate_hz),
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
             faults: FaultSet::NONE,
@@ -109,7 +116,7 @@ impl Estimator {
     fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {
         let (fit, array) = (&fitted.fit, &self.settings.array);
         match reported_status(fit.status) {
-            Status::Good => {}
+            Status::Good | Status::Unsteady => {}
             Status::Ambiguous => return Travel { status: TravelStatus::Ambiguous, ..Travel::NONE },
             _ => return Travel::NONE,
         }
@@ -141,6 +148,24 @@ impl Estimator {
     }
 }
 
+/// How a fit's frequency moves, as an estimate has it; `per_unit` is an estimate's frequency over that of the fit.
+pub fn movement(fit: &Fit, per_unit: f32) -> Movement {
+    let ridgetone_tone::Movement { wander, wander_sigma, sigma_of_mean, chirp, chirp_sigma } = fit.movement;
+    let per_unit_squared = per_unit * per_unit;
+    Movement {
+        wander,
+        wander_sigma,
+        sigma_mean: sigma_of_mean * per_unit,
+        chirp: chirp * per_unit_squared,
+        chirp_sigma: chirp_sigma * per_unit_squared,
+    }
+}
+
+/// A fit's second tone, as an estimate has it.
+pub fn other_tone(fit: &Fit, per_unit: f32) -> Option<OtherTone> {
+    fit.other_tone.map(|other| OtherTone { frequency: other.frequency * per_unit, share: other.share })
+}
+
 /// A fit's status as an estimate has it.
 pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
     use ridgetone_tone::Status as Of;
@@ -150,5 +175,27 @@ pub const fn reported_status(status: ridgetone_tone::Status) -> Status {
         Of::TooShort => Status::TooShort,
         Of::Nothing => Status::Nothing,
         Of::Ambiguous => Status::Ambiguous,
+        Of::Unsteady => Status::Unsteady,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chirp_has_the_square_of_the_frequency_s_unit_and_shares_have_none() {
+        let mut fit = Fit::at_rest(100);
+        fit.movement = ridgetone_tone::Movement {
+            wander: 0.02,
+            wander_sigma: 0.001,
+            sigma_of_mean: 0.5,
+            chirp: 0.25,
+            chirp_sigma: 0.125,
+        };
+        fit.other_tone = Some(ridgetone_tone::OtherTone { frequency: 0.25, share: 0.5 });
+        let expected = Movement { wander: 0.02, wander_sigma: 0.001, sigma_mean: 2.0, chirp: 4.0, chirp_sigma: 2.0 };
+        assert_eq!(movement(&fit, 4.0), expected);
+        assert_eq!(other_tone(&fit, 4.0), Some(OtherTone { frequency: 1.0, share: 0.5 }));
     }
 }

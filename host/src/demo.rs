@@ -9,7 +9,7 @@ use crate::picture::{self, Recording};
 use crate::static_image;
 use anyhow::{Context, Result};
 use hal_mock::{Sliding, Truth};
-use ridgetone_proto::telemetry::{Event, Hold, Packet, Span};
+use ridgetone_proto::telemetry::{Event, Hold, Packet, Span, Status};
 use std::fmt;
 
 /// A run of a scene, and its truth in device time.
@@ -105,6 +105,9 @@ impl fmt::Display for Demo {
             Some(e) if e.status.has_tone() => {
                 let (hz, sigma_hz) = with_sigma(e.frequency.into(), e.sigma.into());
                 row("tone", format!("{hz} +- {sigma_hz} Hz"), format!("{:.4} Hz", truth.frequency_hz))?;
+                if e.status != Status::Good {
+                    row("status", name(e.status).into(), String::new())?;
+                }
                 let found_mm = speed_mm_s / f64::from(e.frequency);
                 let (mm, sigma_mm) = with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
                 row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{period_mm:.4} mm"))?;

@@ -2,8 +2,9 @@
 
 use crate::digits::significant;
 use crate::names::name;
+use crate::remarks::remarks;
 use crate::table_fit::{ChannelResult, TableFit};
-use crate::tone::{JsonTone, period};
+use crate::tone::{JsonBeside, JsonTone, period};
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use serde::Serialize;
 use std::fmt::Write;
@@ -21,6 +22,8 @@ struct Json<'a> {
     abscissa: Abscissa,
     #[serde(flatten)]
     tone: JsonTone<f64>,
+    #[serde(flatten)]
+    beside: JsonBeside,
     status: Status,
     harmonics: u8,
     channels: &'a [ChannelResult],
@@ -39,6 +42,7 @@ pub fn json(file: &str, fit: &TableFit) -> serde_json::Result<String> {
         readings_missing: fit.readings_missing,
         abscissa: fit.abscissa,
         tone: JsonTone::new(fit.abscissa, fit.tone, period),
+        beside: JsonBeside::new(fit.abscissa, &fit.beside),
         status: fit.status,
         harmonics: fit.harmonics,
         channels: &fit.channels,
@@ -66,6 +70,12 @@ pub fn text(fit: &TableFit) -> String {
         }
     }
     line("status", format!("{} ({})", name(fit.status), meaning(fit.status)));
+    for (name, value) in remarks(fit.abscissa, &fit.beside) {
+        line(name, value);
+    }
+    if let Some(hz) = fit.beside.interferer_hz {
+        line("interferer_hz", significant(hz.into(), 5));
+    }
     line("harmonics", fit.harmonics.to_string());
     line("window_s", significant(fit.window_s, 6));
     let missing = if fit.rows_missing > 0 { format!(", {} missing", fit.rows_missing) } else { String::new() };
@@ -99,7 +109,45 @@ fn meaning(status: Status) -> &'static str {
         Status::NoTone => "the channels share no tone that stands out of their noise",
         Status::TooShort => "too little of a cycle in this part, or steps and drifts outweigh it; try --from and --to",
         Status::Nothing => "no usable channel, or fewer than 16 rows",
-        Status::Ambiguous => "a reading a harmonic step away explains the window about equally well",
         Status::Doubtful => "a common tone, but with a fault during the window",
+        Status::Ambiguous => "another reading is about as likely: use a longer part",
+        Status::Unsteady => {
+            "the tone moves within this part: use a shorter one (--from, --to), or give the speed (--speed-column), or allow one harmonic more"
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tone::Beside;
+    use ridgetone_proto::telemetry::Movement;
+
+    #[test]
+    fn an_unsteady_tone_is_shown_with_what_helps_and_a_steady_one_without() {
+        let movement = Movement { wander: 0.02, wander_sigma: 0.001, ..Movement::default() };
+        let mut fit = TableFit {
+            rate_hz: 100.0,
+            rate_sigma_hz: 0.0,
+            stamped_hz: None,
+            window_s: 4.0,
+            rows: 400,
+            rows_missing: 0,
+            readings_missing: 0,
+            status: Status::Unsteady,
+            abscissa: Abscissa::Time,
+            tone: Some((8.0, 0.01)),
+            beside: Beside { movement: Some(movement), interferer_hz: Some(50.25), ..Beside::default() },
+            harmonics: 1,
+            channels: Vec::new(),
+        };
+        let shown = text(&fit);
+        for part in ["unsteady (the tone moves", "wander        2.0 %\n", "interferer_hz 50.250\n"] {
+            assert!(shown.contains(part), "{part}: {shown}");
+        }
+        let json = json("a file", &fit).unwrap();
+        assert!(json.contains(r#""wander_percent":2.0,"wander_sigma_percent":0.1,"#), "{json}");
+        (fit.status, fit.beside) = (Status::Good, Beside::default());
+        assert!(!text(&fit).contains("wander"));
     }
 }

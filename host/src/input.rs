@@ -59,14 +59,19 @@ pub struct Opened {
 }
 
 /// What a recording adds to the standard deviations of estimates, which the library takes from scans that it believes to be
-/// independent and well timed.
+/// well timed.
 #[derive(Clone, Copy, Debug)]
 pub struct Uncertainty {
-    /// By how much more the estimates scatter.
+    /// By how much more than for independent scans estimates scatter.
     pub factor: f64,
     /// Standard deviation of the rows' rate as a share of it.
     pub rate_share: f64,
 }
+
+/// The estimator takes the noise's density at the tone into its own standard deviation if it is so many of its standard
+/// errors above that of independent frames, which it knows from 16 blocks of each channel (`tone/src/trust.rs`).
+const DENSITY_SEEN: f64 = 4.5;
+const DENSITY_BLOCKS: f64 = 16.0;
 
 impl Default for Uncertainty {
     fn default() -> Self {
@@ -78,13 +83,21 @@ impl Uncertainty {
     /// Puts it into an estimate.
     pub fn apply(&self, event: &mut Event) {
         let Event::Estimate(estimate) = event else { return };
-        let scaled = |sigma: &mut f32, value: f32| {
-            *sigma = (self.factor * f64::from(*sigma)).hypot(self.rate_share * f64::from(value)) as f32;
+        let channels = estimate.channels.len().max(1) as f64;
+        let is_seen = self.factor.powi(2) > 1.0 + DENSITY_SEEN * (2.0 / (DENSITY_BLOCKS * channels)).sqrt();
+        let own = if is_seen { 1.0 } else { self.factor };
+        let scaled = |sigma: &mut f32, factor: f64, value: f32| {
+            *sigma = (factor * f64::from(*sigma)).hypot(self.rate_share * f64::from(value)) as f32;
         };
-        scaled(&mut estimate.sigma, estimate.frequency);
+        scaled(&mut estimate.sigma, own, estimate.frequency);
+        let movement = &mut estimate.movement;
+        scaled(&mut movement.sigma_mean, own, estimate.frequency);
+        scaled(&mut movement.wander_sigma, own, 0.0);
+        scaled(&mut movement.chirp_sigma, own, 0.0);
+        // The phases' variances are those of independent frames.
         let travel = &mut estimate.travel;
-        scaled(&mut travel.spatial_period_sigma_mm, 0.0);
-        scaled(&mut travel.speed_sigma_mm_s, 0.0);
+        scaled(&mut travel.spatial_period_sigma_mm, self.factor, 0.0);
+        scaled(&mut travel.speed_sigma_mm_s, self.factor, 0.0);
     }
 }
 

@@ -15,7 +15,7 @@
 //! | the state of a board, for a screen | [`live`], [`analysis`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
-//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `teleplot` |
+//! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
 //! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
@@ -50,6 +50,7 @@ mod port;
 mod ram_flash;
 mod record;
 pub mod recording;
+mod remarks;
 pub mod replay;
 pub mod requests;
 pub mod settings_form;

@@ -9,10 +9,11 @@ pub use recording::Recording;
 
 use crate::digits::{decimals, seconds, significant, with_sigma};
 use crate::names::name;
+use crate::remarks::phrases;
 use crate::svg::{Anchor, Svg};
 use layout::{LABELS_Y, Panel, STRIP, STRIPS_END_Y, STRIPS_Y, nice, spaced};
 use ridgetone_proto::settings::TAXELS;
-use ridgetone_proto::telemetry::Estimate;
+use ridgetone_proto::telemetry::{Estimate, Status};
 use std::f64::consts::TAU;
 
 const STYLE: &str = "text{font:12px system-ui,'Helvetica Neue',Arial,'DejaVu Sans',sans-serif;fill:#222}\
@@ -72,6 +73,12 @@ fn headline(fit: Option<&Estimate>, nominal_hz: Option<f64>) -> (String, String)
     let title = format!("Sixteen taxels, one tone: {hz} \u{b1} {sigma_hz} Hz");
     let mut subtitle =
         format!("Least squares over {} channels and {:.2} s of sliding", fit.channels.len(), fit.window_s);
+    if fit.status != Status::Good {
+        subtitle += &format!("; {}", name(fit.status));
+    }
+    for phrase in phrases(fit) {
+        subtitle += &format!("; {phrase}");
+    }
     if let Some(nominal_hz) = nominal_hz {
         let error = 100.0 * (f64::from(fit.frequency) / nominal_hz - 1.0);
         let decimals = decimals(100.0 * f64::from(fit.sigma / fit.frequency), 3);

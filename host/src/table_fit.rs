@@ -3,8 +3,10 @@
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
 use crate::speed::Column;
+use crate::tone::Beside;
 use anyhow::{Context, Result, bail, ensure};
 use hal_mock::Rows;
+use ridgetone::estimator;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
@@ -63,6 +65,7 @@ pub struct TableFit {
     /// Frequency and its standard deviation, that of the rate included; hertz, or cycles per millimetre by place. None
     /// without a tone.
     pub tone: Option<(f64, f64)>,
+    pub beside: Beside,
     pub harmonics: u8,
     pub channels: Vec<ChannelResult>,
 }
@@ -129,6 +132,12 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
     };
     let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit);
     let has_tone = found.status.has_tone();
+    let beside = Beside {
+        movement: has_tone.then(|| estimator::movement(&found, per_unit as f32)),
+        other_tone: estimator::other_tone(&found, per_unit as f32),
+        // An interferer is in time, by place too.
+        interferer_hz: found.interferer.map(|cycles| cycles * grid.rate_hz as f32),
+    };
     let channels = columns.iter().enumerate().map(|(c, column)| {
         let (channel, unit, zero) = (found.channels[c], scaled.units[c], scaled.zeros[c]);
         let usable = found.usable & 1 << c != 0;
@@ -149,9 +158,10 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
         rows: part.rows.len(),
         rows_missing: grid.missing(),
         readings_missing: columns.len() * part.rows.len() - scaled.readings,
-        status: ridgetone::estimator::reported_status(found.status),
+        status: estimator::reported_status(found.status),
         abscissa,
         tone: has_tone.then(|| (frequency, sigma.hypot(frequency * scale_share))),
+        beside,
         harmonics: found.harmonics,
         channels: channels.collect(),
     })

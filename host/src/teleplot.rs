@@ -36,6 +36,7 @@ impl Teleplot {
                 let values = [
                     (format!("frequency_{unit}"), point.frequency),
                     (format!("sigma_{unit}"), point.sigma),
+                    ("wander_percent".into(), point.wander_percent),
                     ("spatial_period_mm".into(), point.spatial_period_mm),
                     ("speed_mm_s".into(), point.speed_mm_s),
                 ];

@@ -1,6 +1,6 @@
-//! A frequency and its uncertainty in JSON, with names by their unit.
+//! A frequency, its uncertainty and its movement in JSON, with names by their unit.
 
-use ridgetone_proto::telemetry::Abscissa;
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone};
 use serde::Serialize;
 
 /// Fields of a tone in JSON: in hertz, or by place in cycles per millimetre; null without a tone.
@@ -23,6 +23,78 @@ impl<T: Copy> JsonTone<T> {
                 period_mm: tone.map(|tone| period(tone).0),
                 period_sigma_mm: tone.map(|tone| period(tone).1),
             },
+        }
+    }
+}
+
+/// What an estimate has besides its tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// None without a tone.
+    pub movement: Option<Movement>,
+    pub other_tone: Option<OtherTone>,
+    pub interferer_hz: Option<f32>,
+}
+
+impl From<&Estimate> for Beside {
+    fn from(e: &Estimate) -> Self {
+        let movement = e.status.has_tone().then_some(e.movement);
+        Self { movement, other_tone: e.other_tone, interferer_hz: e.interferer_hz }
+    }
+}
+
+/// Fields of [`Beside`] in JSON; null where they are not known.
+#[derive(Debug, Serialize)]
+pub struct JsonBeside {
+    wander_percent: Option<f32>,
+    wander_sigma_percent: Option<f32>,
+    #[serde(flatten)]
+    in_unit: JsonInUnit,
+    other_tone_share: Option<f32>,
+    interferer_hz: Option<f32>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+enum JsonInUnit {
+    Time {
+        sigma_mean_hz: Option<f32>,
+        chirp_hz_per_s: Option<f32>,
+        chirp_sigma_hz_per_s: Option<f32>,
+        other_tone_hz: Option<f32>,
+    },
+    Place {
+        sigma_mean_per_mm: Option<f32>,
+        chirp_per_mm2: Option<f32>,
+        chirp_sigma_per_mm2: Option<f32>,
+        other_tone_per_mm: Option<f32>,
+    },
+}
+
+impl JsonBeside {
+    pub fn new(abscissa: Abscissa, beside: &Beside) -> Self {
+        let part = |part: fn(&Movement) -> f32| beside.movement.as_ref().map(part);
+        let [sigma_mean, chirp, chirp_sigma] = [part(|m| m.sigma_mean), part(|m| m.chirp), part(|m| m.chirp_sigma)];
+        let other_tone = beside.other_tone.map(|other| other.frequency);
+        Self {
+            wander_percent: part(|m| 100.0 * m.wander),
+            wander_sigma_percent: part(|m| 100.0 * m.wander_sigma),
+            in_unit: match abscissa {
+                Abscissa::Time => JsonInUnit::Time {
+                    sigma_mean_hz: sigma_mean,
+                    chirp_hz_per_s: chirp,
+                    chirp_sigma_hz_per_s: chirp_sigma,
+                    other_tone_hz: other_tone,
+                },
+                Abscissa::Place => JsonInUnit::Place {
+                    sigma_mean_per_mm: sigma_mean,
+                    chirp_per_mm2: chirp,
+                    chirp_sigma_per_mm2: chirp_sigma,
+                    other_tone_per_mm: other_tone,
+                },
+            },
+            other_tone_share: beside.other_tone.map(|other| other.share),
+            interferer_hz: beside.interferer_hz,
         }
     }
 }

@@ -4,8 +4,9 @@ use crate::reference::{Baseline, Likelihood};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table};
 use std::ops::Range;
 
-/// A tenth of the uncertainty.
-const OFF_MAX: f64 = 0.1;
+/// Three tenths of the uncertainty. The fit takes `u` by block, of which there are eight to sixteen: it has up to one and a half
+/// percent less of the information, and is off the maximum by a tenth of its uncertainty, root mean square, at most.
+pub const OFF_MAX: f64 = 0.3;
 /// Bounds of the fit's sigma over that of f64, which ignores that few frames give an uncertain noise.
 const SURE: Range<f64> = 0.8..1.25;
 
@@ -18,17 +19,19 @@ pub struct Case {
     pub harmonics: u8,
     /// Cycles per frame of a known interferer.
     pub interferer: Option<f32>,
+    /// Step of the values' rounding.
+    pub step: f32,
 }
 
 impl Case {
     /// All of it valid, up to four harmonics.
     pub fn new(values: Vec<[f32; 16]>) -> Self {
-        Self { valid: vec![u16::MAX; values.len()], values, harmonics: 4, interferer: None }
+        Self { valid: vec![u16::MAX; values.len()], values, harmonics: 4, interferer: None, step: 1.0 }
     }
 
     pub fn fit(&self) -> Fit {
         let mut table = Table { values: &self.values, valid: &self.valid };
-        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32).with_quantization(1.0);
+        let mut span = FrameSpan::new(&mut table, 0, self.values.len() as u32).with_quantization(self.step);
         if let Some(cycles) = self.interferer {
             span = span.with_interferer(cycles);
         }
@@ -38,19 +41,24 @@ impl Case {
     }
 
     /// How far a fit is from the maximum of its likelihood next to `near`, in standard deviations of f64, and its
-    /// own sigma over that. A fit does not report its baseline: the nearest of the three counts.
+    /// own sigma over that. A fit does not report its baseline: the nearest of the four counts.
     pub fn off(&self, fit: &Fit, near: f64) -> (f64, f64) {
+        self.off_at_least(fit, near, 0.0)
+    }
+
+    /// The same where no standard deviation counts as smaller than `least`.
+    pub fn off_at_least(&self, fit: &Fit, near: f64, least: f64) -> (f64, f64) {
         // Taxels that are invalid in more than a tenth of the frames do not keep frames from counting.
         let some = self.valid.iter().filter(|valid| **valid != 0);
         let share = |c: usize| some.clone().filter(|valid| **valid & 1 << c == 0).count() * 10 <= some.clone().count();
         let taxels = (0..16).filter(|c| share(*c)).fold(0, |mask, c| mask | 1 << c);
         let mut nearest = (f64::MAX, 0.0);
-        for baseline in [Baseline::Line, Baseline::Level, Baseline::Curve] {
+        for baseline in [Baseline::Line, Baseline::Relaxing(1), Baseline::Relaxing(2), Baseline::Relaxing(3)] {
             let mut likelihood = Likelihood::new(&self.values, fit.harmonics as usize, baseline);
             likelihood.interferer = self.interferer.map(f64::from);
             let likelihood = likelihood.only(fit.usable, &self.valid, taxels);
             let peak = likelihood.peak(near, 0.6 / self.values.len() as f64);
-            let sigma = likelihood.sigma(peak);
+            let sigma = likelihood.sigma(peak).max(least);
             let off = (fit.frequency as f64 - peak).abs() / sigma;
             let sure = fit.sigma as f64 / sigma;
             // The one that was fitted is known by both.

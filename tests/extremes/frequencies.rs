@@ -10,10 +10,10 @@ fn tone(cycles: f64, frames: usize, noise: f64, seed: u64) -> Tone {
     Tone { frequency: cycles / frames as f64, frames, noise, seed, ..Tone::default() }
 }
 
-/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short.
+/// From 0.6 cycles on there is a frequency if the noise allows; below, the status is too short. None is good.
 #[test]
 fn half_a_cycle_to_one() {
-    let (mut good, mut too_short) = (0, 0);
+    let (mut ambiguous, mut too_short, mut wrong) = (0, 0, 0);
     for cycles in [0.5, 0.55, 0.6, 0.65, 0.7, 0.73, 0.8, 0.9, 1.0] {
         for noise in [10.0, 100.0] {
             for seed in 0..4 {
@@ -22,20 +22,26 @@ fn half_a_cycle_to_one() {
                 case.harmonics = 1;
                 let fit = case.fit();
                 match fit.status {
-                    Status::Good => {
-                        good += 1;
-                        case.assert_at_peak(&format!("{tone:?}"), &fit, tone.frequency);
+                    Status::Ambiguous => {
+                        ambiguous += 1;
+                        if cycles > 0.95 {
+                            case.assert_near_peak(&format!("{tone:?}"), &fit, tone.frequency);
+                        }
                     }
-                    Status::TooShort => too_short += 1,
+                    Status::TooShort | Status::NoTone => too_short += 1,
                     other => panic!("{other:?}: {tone:?}"),
                 }
-                assert!(cycles < 0.73 || noise > 50.0 || fit.status.has_tone(), "{tone:?} {fit:?}");
+                assert!(cycles < 0.8 || noise > 50.0 || fit.status.has_tone(), "{tone:?} {fit:?}");
+                // Below a cycle an ambiguous one may be another: a tone with as many unknowns, or a drift.
                 let off = (fit.frequency as f64 - tone.frequency).abs();
-                assert!(!fit.status.has_tone() || off < 5.0 * fit.sigma as f64, "{tone:?} {fit:?}");
+                let is_right = off < 5.0 * fit.sigma as f64;
+                wrong += u32::from(fit.status.has_tone() && !is_right);
+                assert!(!fit.status.has_tone() || is_right || cycles < 0.95, "{tone:?} {fit:?}");
             }
         }
     }
-    assert!(good >= 40 && too_short >= 8, "{good} good, {too_short} too short");
+    let counts = format!("{ambiguous} ambiguous, {wrong} of them wrong, {too_short} too short");
+    assert!(ambiguous >= 40 && too_short >= 8 && 7 * wrong <= ambiguous, "{counts}");
 }
 
 #[test]
@@ -93,7 +99,11 @@ fn the_shortest_window_and_the_longest() {
         for seed in 0..4 {
             let tone = Tone { harmonics: carried, ..tone(cycles, frames_of(window_s), 50.0, seed) };
             let case = Case { harmonics: most, ..Case::new(tone.values()) };
-            let fit = case.assert_good(&format!("{tone:?}"), tone.frequency);
+            let fit = case.fit();
+            // So few may be a single bump, though the channels have it in different phases.
+            let expected = if cycles < 1.15 { Status::Ambiguous } else { Status::Good };
+            assert_eq!(fit.status, expected, "{tone:?} {fit:?}");
+            case.assert_near_peak(&format!("{tone:?}"), &fit, tone.frequency);
             assert_eq!(fit.harmonics as usize, carried, "{tone:?} {fit:?}");
         }
     }

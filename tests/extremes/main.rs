@@ -8,6 +8,7 @@ mod any_settings;
 mod reference;
 
 mod case;
+mod corners;
 mod counters;
 mod disturbances;
 mod drift;

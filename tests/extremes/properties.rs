@@ -54,13 +54,18 @@ prop_compose! {
     }
 }
 
-/// The same in every run.
-fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig { cases, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..ProptestConfig::default() }
+/// The same in every run, unless `RIDGETONE_SEED` names another.
+pub fn seed() -> u64 {
+    let seed = |text: String| text.parse().unwrap_or_else(|_| panic!("RIDGETONE_SEED: {text}: not a whole number"));
+    std::env::var("RIDGETONE_SEED").map_or(1, seed)
+}
+
+pub fn config(cases: u32, seed: u64) -> ProptestConfig {
+    ProptestConfig { cases, rng_seed: RngSeed::Fixed(seed), failure_persistence: None, ..ProptestConfig::default() }
 }
 
 proptest! {
-    #![proptest_config(config(1000))]
+    #![proptest_config(config(1000, seed()))]
 
     /// [`Case::fit`] looks at every field.
     #[test]

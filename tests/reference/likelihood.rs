@@ -9,6 +9,8 @@ pub enum Baseline {
     Line,
     /// A polynomial of the third degree.
     Curve,
+    /// A line and so many exponentials, of time constants of half the window, a sixth, and an eighteenth of it.
+    Relaxing(usize),
 }
 
 /// The likelihood of a frequency, with unknown noise in every channel and every other unknown fitted to it.
@@ -102,8 +104,17 @@ impl<'a> Likelihood<'a> {
             Baseline::Level => 0,
             Baseline::Line => 1,
             Baseline::Curve => 3,
+            Baseline::Relaxing(_) => 1,
         };
         let mut columns: Vec<Vec<f64>> = (0..=degree).map(|d| column(&|t| (t / half).powi(d))).collect();
+        if let Baseline::Relaxing(count) = self.baseline {
+            columns.extend(
+                [1.0f64, 3.0, 9.0]
+                    .iter()
+                    .take(count)
+                    .map(|rate: &f64| column(&|t: f64| (-rate * (t / half + 1.0)).exp())),
+            );
+        }
         let harmonics = (1..=self.harmonics).map(|h| h as f64 * f);
         for f in self.interferer.into_iter().chain(harmonics) {
             columns.push(column(&|t| (TAU * f * t).cos()));

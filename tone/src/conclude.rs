@@ -1,151 +1,186 @@
-//! Whether a converged solution is a tone, and with what uncertainty.
+//! Whether a solution is a tone, and with what uncertainty.
 
-use crate::descent::CYCLES_MIN;
-use crate::equations::{Shape, quantization_squares, residual_sums_without_solution};
-use crate::fit::{ChannelFit, Fit, Status};
-use crate::guess::InitialGuess;
-use crate::levels::Levels;
-use crate::likelihood::{gain, is_misfit, noise_ratio};
+use crate::blocks::Blocks;
+use crate::climb::Summit;
+use crate::fit::{ChannelFit, Fit, OtherTone, Status};
+use crate::frame_span::FrameSpan;
 use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
-use crate::nuisance::Nuisances;
-use crate::residuals::residual_sums_of_squares;
-use crate::significance::significant_search_gain;
-use crate::solution::Solution;
-use crate::source::{Overwritten, Values};
-use crate::window::Window;
+use crate::movement::movement;
+use crate::neighbourhood::Neighbourhood;
+use crate::rest::rest;
+use crate::significance::{ln, significant_search_gain};
+use crate::solve::Solution;
+use crate::source::Overwritten;
+use crate::statistics::{Channels, Statistics};
+use crate::trust::{Evidence, trust};
 
-/// Share of a channel's sum of squares below which its residuals are taken sample by sample.
-const CANCELLED_SHARE: f32 = 1e-4;
+/// Cycles in the window below which its frequency cannot be estimated.
+const CYCLES_MIN: f32 = 0.6;
+/// A tone within so many cycles a window of half the frame rate is its own mirror image.
+const IMAGE_CYCLES: f32 = 0.9;
 /// Relative uncertainty above which a window is too short for a frequency.
 const RELATIVE_SIGMA_MAX: f32 = 0.1;
 /// Error of a frequency by f32, as a share of it: of its own last digit, and of the sums', below the noise's at signal to
 /// noise ratios up to about 60 dB.
 const ROUNDING_SHARE: f32 = 2e-7;
 
-/// The result of the window's solution.
-pub fn conclude(window: &mut Window, nuisances: &Nuisances, guess: &InitialGuess) -> Result<Fit, Overwritten> {
-    let Window { span, levels, work, .. } = window;
-    let (best, levels) = (&work.solution, *levels);
-    let unknowns = best.shape.unknowns();
+/// Power of a fundamental that is there, in units of the noise in each channel: noise has two.
+const FUNDAMENTAL_POWER: f32 = 4.0;
+/// Residuals over the noise, cycles in the window, of a tone that may be a part of a curved baseline.
+const CURVED_NOISE_RATIO: f32 = 3.0;
+const CURVED_CYCLES: f32 = 6.0;
+/// And power of the residuals over the tone's.
+const CURVED_REMAINDER: f32 = 0.08;
+/// A line that the solution leaves counts from this share of the tone's power on, and from this contrast.
+const OTHER_LINE_SHARE: f32 = 0.06;
+const OTHER_LINE_CONTRAST: f32 = 6.0;
+/// The same of one that stands out more, where residuals are so many times the noise.
+const CLEAR_LINE_SHARE: f32 = 0.02;
+const CLEAR_LINE_CONTRAST: f32 = 10.0;
+const CLEAR_LINE_NOISE_RATIO: f32 = 3.0;
+/// Nearer than this many cycles a window to a multiple a line counts as one.
+const MULTIPLE_CYCLES: f32 = 0.5;
+/// Cycles from which such a line is a tone of its own.
+const OTHER_TONE_CYCLES: f32 = 1.5;
 
-    let (mut residual_sum_of_squares, mut information) = (best.residual_sum_of_squares, best.information);
-    // A small difference of large sums is mostly rounding.
-    if is_cancelled(&residual_sum_of_squares, levels) {
-        residual_sum_of_squares = residual_sums_of_squares(span, levels, nuisances, best)?;
-        information *= information_ratio(best, &residual_sum_of_squares, levels).max(1e-3);
-    }
-    information *= real_information_share(best, levels);
+/// The result of a window's solution.
+#[inline(never)]
+pub fn conclude(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    blocks: &mut Blocks,
+    best: &Solution,
+    summit: &Summit,
+    around: &Neighbourhood,
+) -> Result<Fit, Overwritten> {
+    let information = best.information * real_information_share(best);
     let rounding = ROUNDING_SHARE * best.nu;
     let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
-
-    let baseline = Shape { harmonics: 0, ..best.shape };
-    let without = residual_sums_without_solution(&work.sums, levels, nuisances, &baseline, false);
-    let mut before = without.unwrap_or(levels.about_mean);
-    // Also of a baseline that is much larger than everything else, or rounding would pass for a tone.
-    if is_cancelled(&before, levels) {
-        before = residuals_of_baseline(window, nuisances, baseline)?;
-    }
-    let Window { span, work, .. } = window;
-    let best = &work.solution;
-    let gained = gain(levels, &before, &residual_sum_of_squares, unknowns);
-    let threshold = significant_search_gain(2.0 * best.shape.harmonics as f32 * levels.channels(), levels.frames);
-    let is_too_short =
-        !(2.0 * best.nu >= CYCLES_MIN) || best.nu >= span.nu_max() || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu);
-    // A tone that is not there all the time, or a drift, has lines below its own too.
-    let is_ambiguous =
-        guess.ambiguous || guess.below > 0.0 && is_misfit(noise_ratio(levels, &residual_sum_of_squares, unknowns));
-    let covariance = best.fundamental_covariance();
+    let (model, baseline) = (summit.model, summit.baseline);
+    let unknowns = (model.shape.unknowns() as f32 - baseline.shape.unknowns() as f32) * channels.width as f32;
+    let gained = model.score - baseline.score + 0.5 * ln(best.frames) * unknowns;
+    let waves = 2.0 * model.shape.harmonics as f32 * channels.width as f32;
+    let threshold = significant_search_gain(waves, statistics.frames);
+    let is_too_short = !(2.0 * best.nu >= CYCLES_MIN)
+        || 2.0 * (span.nu_max() - best.nu) < IMAGE_CYCLES
+        || !(sigma_nu <= RELATIVE_SIGMA_MAX * best.nu);
     let status = match () {
-        () if !(gained > threshold) || covariance.is_none() => Status::NoTone,
+        () if !(gained > threshold) => Status::NoTone,
         () if is_too_short => Status::TooShort,
-        () if is_ambiguous => Status::Ambiguous,
         () => Status::Good,
     };
-    let Some(covariance) = covariance.filter(|_| status.has_tone()) else {
-        return Ok(Fit::without_tone(status, levels));
-    };
+    if !status.has_tone() {
+        return Ok(statistics.without_tone(status));
+    }
+    let evidence = evidence(statistics, channels, best);
+    let (status, factor) = trust(around, &evidence);
+    if !status.has_tone() {
+        return Ok(statistics.without_tone(status));
+    }
+    let sigma_nu = factor * sigma_nu;
+    // Of a comb whose fundamental is not there the lines may as well be tones of their own.
+    let is_seen = best.power[0] > FUNDAMENTAL_POWER * best.width as f32;
+    // Beside a baseline that is curved and not described a tone may be a part of it, or its weaker first harmonics.
+    let is_part = best.shape.curves > 0
+        && evidence.cycles < CURVED_CYCLES
+        && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
+    let status = if status == Status::Good && (!is_seen || is_part) { Status::Ambiguous } else { status };
+    let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
+    let (mut status, mut other_tone) = (status, None);
+    if !summit.explains_all
+        && let Some(rest) = rest(span, statistics, channels, best, blocks)?
+    {
+        let times = rest.cycles / evidence.cycles;
+        // Whether it is within half a cycle of a multiple of this share of the tone's frequency.
+        let is_multiple_of =
+            |share: f32| (times - share * libm::roundf(times / share)).abs() * evidence.cycles < MULTIPLE_CYCLES;
+        // Overtones fall as their number's square, or faster; stronger, the line is the tone and the rest a part of it.
+        let is_overtone = times > 1.5 && is_multiple_of(1.0) && rest.share * times * times < 1.0;
+        let is_strong = rest.share > OTHER_LINE_SHARE && rest.contrast > OTHER_LINE_CONTRAST;
+        let is_clear = rest.share > CLEAR_LINE_SHARE
+            && rest.contrast > CLEAR_LINE_CONTRAST
+            && evidence.noise_ratio > CLEAR_LINE_NOISE_RATIO
+            && evidence.cycles < CURVED_CYCLES;
+        if (is_strong || is_clear) && !is_overtone {
+            if status == Status::Good {
+                status = Status::Ambiguous;
+            }
+            // A line between those of the tone says that its fundamental is lower.
+            let is_tone = rest.cycles > OTHER_TONE_CYCLES && !(is_multiple_of(0.5) || is_multiple_of(1.0 / 3.0));
+            other_tone = is_tone.then(|| OtherTone { frequency: span.frequency(0.5 * rest.cycles), share: rest.share });
+        }
+    }
     Ok(Fit {
         status,
         frequency: span.frequency(best.nu),
         sigma: span.frequency(sigma_nu),
+        movement,
+        other_tone,
+        interferer: None,
         harmonics: best.shape.harmonics as u8,
-        frames: levels.frames,
-        usable: levels.usable,
-        channels: channels(best, levels, covariance, &residual_sum_of_squares),
+        frames: statistics.frames,
+        usable: statistics.usable,
+        channels: of_channels(best, statistics, channels),
     })
 }
 
-/// The channels' part of the result; `covariance` is [`Solution::fundamental_covariance`].
-fn channels(
-    best: &Solution,
-    levels: &Levels,
-    [of_cos, of_sin, of_both]: [f32; 3],
-    residual_sum_of_squares: &Values,
-) -> [ChannelFit; CHANNELS_MAX] {
+/// What is known of the tone.
+fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Evidence {
+    let count = channels.width as f32;
+    let strongest = best.power.iter().fold(0.0f32, |most, power| most.max(*power));
+    // Of the fundamental's factors as vectors, one a channel: the lesser of their two moments over the greater.
     let (cos, sin) = best.harmonic(0);
-    let freedom = (levels.frames as f32 - best.shape.unknowns() as f32).max(1.0);
-    let mut channels = [ChannelFit::default(); CHANNELS_MAX];
-    for (c, channel) in channels.iter_mut().enumerate().filter(|(c, _)| levels.usable & 1 << c != 0) {
-        let power = cos[c] * cos[c] + sin[c] * sin[c];
+    let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
+    for ((x, y), weight) in cos.iter().zip(sin).zip(&best.weights).take(channels.width) {
+        (xx, yy, xy) = (xx + weight * x * x, yy + weight * y * y, xy + weight * x * y);
+    }
+    let apart = libm::sqrtf((xx - yy) * (xx - yy) + 4.0 * xy * xy);
+    Evidence {
+        spread: (xx + yy - apart) / (xx + yy + apart).max(f32::MIN_POSITIVE),
+        is_curved: best.shape.curves > 0,
+        cycles: 2.0 * best.nu,
+        frames: best.frames,
+        channels: count,
+        contrast: 0.5 * strongest / count,
+        remainder: best.remainder(),
+        noise_ratio: best.noise_ratio(statistics, channels).0,
+    }
+}
+
+/// The channels' part of the result.
+fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels) -> [ChannelFit; CHANNELS_MAX] {
+    let (cos, sin) = best.harmonic(0);
+    let [of_cos, of_sin, of_both] = best.fundamental;
+    let freedom = (best.frames - best.shape.unknowns() as f32).max(1.0);
+    let mut out = [ChannelFit::default(); CHANNELS_MAX];
+    for (k, c) in channels.list().iter().enumerate() {
+        let c = *c as usize % CHANNELS_MAX;
+        let power = cos[k] * cos[k] + sin[k] * sin[k];
         // Across the fundamental's phasor.
-        let across = of_cos * sin[c] * sin[c] + of_sin * cos[c] * cos[c] - 2.0 * of_both * cos[c] * sin[c];
-        let noise = residual_sum_of_squares[c] / freedom;
-        *channel = ChannelFit {
-            offset: levels.offset[c] + best.unknowns[0][c],
-            amplitude: libm::sqrtf(power),
-            phase_rad: libm::atan2f(-sin[c], cos[c]),
+        let across = of_cos * sin[k] * sin[k] + of_sin * cos[k] * cos[k] - 2.0 * of_both * cos[k] * sin[k];
+        let noise = best.residual_squares[k] / freedom;
+        out[c] = ChannelFit {
+            offset: statistics.offset[c] + best.unknowns[0][k] / statistics.scale[c],
+            amplitude: libm::sqrtf(power) / statistics.scale[c],
+            phase_rad: libm::atan2f(-sin[k], cos[k]),
             phase_variance: noise * (across / power) / power,
-            residual: libm::sqrtf(noise),
+            residual: libm::sqrtf(noise) / statistics.scale[c],
         };
     }
-    channels
-}
-
-/// Whether the residuals of a channel are mostly rounding of the sums whose difference they are.
-#[inline(never)]
-fn is_cancelled(residual_sum_of_squares: &Values, levels: &Levels) -> bool {
-    residual_sum_of_squares.iter().zip(&levels.yy).any(|(residual, yy)| *residual < CANCELLED_SHARE * yy)
-}
-
-/// Residual sums of squares of the baseline alone, sample by sample.
-#[inline(never)]
-fn residuals_of_baseline(window: &mut Window, nuisances: &Nuisances, shape: Shape) -> Result<Values, Overwritten> {
-    let Window { span, levels, work, .. } = window;
-    let mut baseline = Solution::NONE;
-    if baseline.solve(&work.sums, levels, nuisances, work.solution.nu, shape).is_none() {
-        return Ok(levels.about_mean);
-    }
-    residual_sums_of_squares(span, levels, nuisances, &baseline)
+    out
 }
 
 /// The share of a solution's information that is real. Its weights are estimates with few degrees of freedom (their mean
 /// is too large by two, and their variance costs two more), and the noise in a harmonic's two amplitudes counts as its
 /// power.
-fn real_information_share(best: &Solution, levels: &Levels) -> f32 {
-    let freedom = (levels.frames as f32 - best.shape.unknowns() as f32).max(5.0);
+fn real_information_share(best: &Solution) -> f32 {
+    let freedom = (best.frames - best.shape.unknowns() as f32).max(5.0);
     let mut real = best.information;
     for h in 0..best.shape.harmonics.min(HARMONICS_MAX) {
-        if best.power[h] > 0.0 && best.offset_sigma[h] > 0.0 {
-            let own = (h + 1) as f32 / best.offset_sigma[h];
-            real -= own * own * (2.0 * levels.channels() / best.power[h]).min(1.0);
+        if best.power[h] > 0.0 && best.line_information[h] > 0.0 {
+            real -= best.line_information[h] * (2.0 * best.width as f32 / best.power[h]).min(1.0);
         }
     }
     (real / best.information).max(0.1) * (freedom - 4.0) / freedom
-}
-
-/// Information about the frequency with these residual sums of squares in place of the solution's own, as a ratio. Each
-/// channel counts by the inverse of its own.
-fn information_ratio(best: &Solution, residual_sum_of_squares: &Values, levels: &Levels) -> f32 {
-    let (mut weights, mut spread) = (0.0, 0.0);
-    let (cos, sin) = best.harmonic(0);
-    for c in 0..CHANNELS_MAX {
-        if residual_sum_of_squares[c] > 0.0 {
-            let power = cos[c] * cos[c] + sin[c] * sin[c];
-            let weight = power / best.residual_sum_of_squares[c];
-            let least = quantization_squares(levels);
-            weights += weight;
-            spread += weight * (residual_sum_of_squares[c].max(least) / best.residual_sum_of_squares[c]);
-        }
-    }
-    if spread > 0.0 { weights / spread } else { 1.0 }
 }

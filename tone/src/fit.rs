@@ -1,6 +1,5 @@
 //! The result of a fit.
 
-use crate::levels::Levels;
 use crate::limits::CHANNELS_MAX;
 
 /// How far a fit can be trusted.
@@ -14,14 +13,18 @@ pub enum Status {
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well.
+    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well; or the window holds
+    /// too few cycles to tell a tone from a single bump, or another line about as strong.
     Ambiguous,
+    /// A tone, but it moves within the window, or what disturbs it looks like it in all channels. The uncertainty is that of
+    /// the mean, weighted most in the window's middle.
+    Unsteady,
 }
 
 impl Status {
     /// Whether a fit of this status has a frequency.
     pub const fn has_tone(self) -> bool {
-        matches!(self, Self::Good | Self::Ambiguous)
+        matches!(self, Self::Good | Self::Ambiguous | Self::Unsteady)
     }
 }
 
@@ -40,6 +43,32 @@ pub struct ChannelFit {
     pub residual: f32,
 }
 
+/// How the frequency moves within the window. Zeros without a tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Movement {
+    /// How much the frequency differs from its mean, root mean square over the window, as a share of it (0.02 is 2 %).
+    pub wander: f32,
+    /// Standard deviation of `wander`.
+    pub wander_sigma: f32,
+    /// Standard deviation of [`Fit::frequency`] as an estimate of the frequency's plain mean over the window;
+    /// [`Fit::sigma`] is against the mean that is weighted with a parabola, most in the window's middle.
+    pub sigma_of_mean: f32,
+    /// Change of the frequency: hertz per second, without a frame rate cycles per frame per frame; along a path cycles per
+    /// its unit, squared.
+    pub chirp: f32,
+    /// Standard deviation of `chirp`.
+    pub chirp_sigma: f32,
+}
+
+/// Another tone beside the one that is reported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OtherTone {
+    /// In the unit of [`Fit::frequency`].
+    pub frequency: f32,
+    /// Its power over that of the reported tone.
+    pub share: f32,
+}
+
 /// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
@@ -50,6 +79,12 @@ pub struct Fit {
     pub frequency: f32,
     /// Standard deviation of the frequency, in the same unit.
     pub sigma: f32,
+    /// How the frequency moves.
+    pub movement: Movement,
+    /// A second tone that is significant beside the first.
+    pub other_tone: Option<OtherTone>,
+    /// Frequency of the interferer as fitted, cycles per frame; None if none was given, or if it is no line of its own.
+    pub interferer: Option<f32>,
     /// Harmonics fitted.
     pub harmonics: u8,
     /// Frames that counted.
@@ -66,16 +101,19 @@ impl Fit {
         const NONE: ChannelFit =
             ChannelFit { offset: 0.0, amplitude: 0.0, phase_rad: 0.0, phase_variance: 0.0, residual: 0.0 };
         let channels = [NONE; CHANNELS_MAX];
-        Self { status: Status::TooShort, frequency: 0.0, sigma: 0.0, harmonics: 0, frames, usable: 0, channels }
-    }
-
-    /// Of a window without a tone: offsets and residuals about a straight line.
-    pub(crate) fn without_tone(status: Status, levels: &Levels) -> Self {
-        let (usable, mut fit) = (levels.usable, Self::at_rest(levels.frames));
-        for (c, channel) in fit.channels.iter_mut().enumerate().filter(|(c, _)| usable & 1 << c != 0) {
-            channel.offset = levels.offset[c];
-            channel.residual = libm::sqrtf(levels.about_line[c] / (levels.frames as f32 - 2.0));
+        const STEADY: Movement =
+            Movement { wander: 0.0, wander_sigma: 0.0, sigma_of_mean: 0.0, chirp: 0.0, chirp_sigma: 0.0 };
+        Self {
+            status: Status::TooShort,
+            frequency: 0.0,
+            sigma: 0.0,
+            movement: STEADY,
+            other_tone: None,
+            interferer: None,
+            harmonics: 0,
+            frames,
+            usable: 0,
+            channels,
         }
-        Self { status, usable, ..fit }
     }
 }

@@ -1,28 +1,37 @@
 //! Least squares over all channels with one common frequency: the order of the steps.
 
-use crate::coarse::{Scratch, levels_and_means};
+use crate::blocks::{Blocks, Lines};
+use crate::climb::{Climber, Limits, Summit, least_squares};
 use crate::conclude::conclude;
 use crate::fit::{Fit, Status};
+use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
-use crate::guess::InitialGuess;
-use crate::levels::{Levels, levels};
+use crate::interferer::Interferer;
 use crate::limits::HARMONICS_MAX;
-use crate::nuisance::Curve;
-use crate::refine::refine;
-use crate::search::{search, search_means};
+use crate::neighbourhood::neighbourhood;
+use crate::polish::polish;
+use crate::rest::lines_between;
+use crate::search;
+use crate::solve::Equations;
 use crate::source::Overwritten;
-use crate::spectrum::Spectrum;
-use crate::window::{Window, Work};
+use crate::spectrum::{CHANNELS, Periodogram, Spectrum};
+use crate::statistics::{Channels, Statistics};
 
-/// Frames of a long window's middle: as many as the most means of four frames.
-const MIDDLE_FRAMES: u32 = 256;
 /// Fewest frames that are fitted.
 pub const FRAMES_MIN: u32 = 16;
+/// Steps of a rival of the best one, by all channels.
+const RIVAL_STEPS: usize = 3;
+/// In fewer cycles a straight baseline is tried where a curved one is likelier.
+const CYCLES_BENT: f32 = 1.6;
+/// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
+const FRAMES_ROUGH: u32 = 32;
+const CYCLES_ROUGH: f32 = 1.5;
 
 /// The estimator: scratch memory and settings of the fit.
 #[derive(Debug)]
 pub struct Fitter {
-    scratch: Scratch,
+    blocks: Blocks,
+    equations: Equations,
     harmonics_max: usize,
 }
 
@@ -30,7 +39,7 @@ impl Fitter {
     /// A fitter of up to `harmonics_max` harmonics, the fundamental included (1 to [`HARMONICS_MAX`]); `const`, so that
     /// its memory can live in a static.
     pub const fn new(harmonics_max: u8) -> Self {
-        let mut fitter = Self { scratch: Scratch::new(), harmonics_max: 1 };
+        let mut fitter = Self { blocks: Blocks::new(), equations: Equations::NONE, harmonics_max: 1 };
         fitter.set_harmonics(harmonics_max);
         fitter
     }
@@ -51,53 +60,124 @@ impl Fitter {
     ///
     /// # Errors
     /// If its frames were overwritten meanwhile.
+    // Not inlined, as the steps: what they take of the stack is given back.
+    #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
-        // On the stack, which has enough space: the statics are close to their limit.
-        let mut work = Work::NONE;
-        let (levels, coarse) = levels_and_means(span, &mut self.scratch)?;
-        if levels.usable == 0 || levels.frames < FRAMES_MIN {
-            return Ok(Fit::without_tone(Status::Nothing, &Levels { usable: 0, ..levels }));
+        let statistics = self.statistics(span)?;
+        if statistics.usable == 0 || statistics.frames < FRAMES_MIN {
+            let mut fit = statistics.without_tone(Status::Nothing);
+            fit.usable = 0;
+            return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
-        if 2 * levels.frames < span.frames {
-            return Ok(Fit::without_tone(Status::TooShort, &levels));
+        if 2 * statistics.frames < span.frames {
+            return Ok(statistics.without_tone(Status::TooShort));
         }
-        let harmonics_max = self.harmonics_max;
-        let mut window = Window { span: span.reborrow(), levels: &levels, work: &mut work, harmonics_max };
-        // A drift can hide a tone that is too fast for the means: without a tone the next search follows.
-        if let Some(guess) = search_means(&mut window, coarse.as_ref(), &mut self.scratch)?
-            && let Some(fit) = fit_tone(&mut window, guess)?
+        let all = statistics.order();
+        let few = Channels { width: all.width.min(CHANNELS), ..all };
+        let Self { blocks, equations, harmonics_max } = self;
+        let harmonics = *harmonics_max;
+        let mut climber = Climber { span, statistics: &statistics, blocks, equations };
+        let mut interferer = match Interferer::new(climber.span) {
+            Some(interferer) => Some(interferer.follow(&mut climber, &few)?),
+            None => None,
+        };
+        let of_interferer = interferer
+            .filter(|interferer: &Interferer| interferer.reach > 0.0)
+            .map(|interferer| (interferer.nu, &climber.equations.solution));
+        let mut candidates = search::lines(climber.span, &statistics, &few, harmonics, of_interferer, climber.blocks)?;
+        let mut found = Found::default();
+        for slow in [false, true] {
+            if slow && !found.is_plain() {
+                candidates = search::slow(
+                    &statistics,
+                    &few,
+                    (harmonics, Interferer::nu(&interferer), climber.span.is_in_time()),
+                    climber.blocks,
+                    &candidates,
+                );
+            }
+            for nu in &candidates {
+                if found.is_plain() || found.has(*nu) || !slow && search::is_slow(*nu) {
+                    continue;
+                }
+                let lines = Lines { nu: *nu, harmonics, interferer: Interferer::nu(&interferer) };
+                let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
+                if let Some(mut summit) = climber.climb(&few, &lines, &limits)? {
+                    if found.best.is_none() && summit.is_plain() && harmonics > 1 {
+                        climber.settle(&few, &summit);
+                        let Climber { span, equations, .. } = &mut climber;
+                        let solution = &equations.solution;
+                        let is_overtone = lines_between(span, &statistics, &few, solution, lines.interferer)?;
+                        found.overtone = is_overtone.then_some(summit.nu);
+                        summit.explains_all &= !is_overtone;
+                    }
+                    found.add(summit);
+                }
+            }
+        }
+        // A fundamental without power of its own may be one of a gap, or of a drift.
+        if let Some(best) = found.best.filter(|best| best.strongest > 1) {
+            let lines =
+                Lines { nu: best.strongest as f32 * best.nu, harmonics, interferer: Interferer::nu(&interferer) };
+            let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
+            if let Some(summit) = climber.climb(&few, &lines, &limits)? {
+                found.add(summit);
+            }
+        }
+        let Some(best) = found.best else { return Ok(statistics.without_tone(Status::NoTone)) };
+        let limits = Limits::RESULT;
+        if let Some(interferer) = &mut interferer {
+            // Once more, beside the tone.
+            interferer.refine(&mut climber, &all, best.nu)?;
+        }
+        let at = |summit: &Summit| Lines { nu: summit.nu, harmonics, interferer: Interferer::nu(&interferer) };
+        // What a few channels leave open all of them decide; and in few cycles a curve takes a part of a tone that is off.
+        let is_bent = 2.0 * best.nu < CYCLES_BENT && best.model.shape.curves > 0;
+        let other = found.other.map(|other| (at(&other), limits));
+        let straight = is_bent.then(|| (at(&best), Limits { is_straight: true, ..limits }));
+        let mut rival: Option<(Lines, Limits, Summit)> = None;
+        for (lines, limits) in [other, straight].into_iter().flatten() {
+            let rough = Limits { blocks: Limits::CANDIDATE.blocks, steps: RIVAL_STEPS, ..limits };
+            if let Some(summit) = climber.climb(&all, &lines, &rough)?
+                && rival.is_none_or(|(.., rival)| summit.lead(&rival) > 0.0)
+            {
+                rival = Some((Lines { nu: summit.nu, ..lines }, limits, summit));
+            }
+        }
+        let mut summit = climber.climb(&all, &at(&best), &limits)?;
+        if let Some((lines, limits, rival)) = rival
+            && summit.is_none_or(|summit| rival.lead(&summit) > 0.0)
         {
-            return Ok(fit);
+            let baseline = summit.map(|summit| summit.baseline);
+            summit = climber.climb(&all, &lines, &limits)?;
+            if let (Some(summit), Some(baseline)) = (&mut summit, baseline)
+                && baseline.score > summit.baseline.score
+            {
+                summit.baseline = baseline;
+            }
         }
-        if let Some(guess) = self.search_middle(&mut window)?
-            && let Some(fit) = fit_tone(&mut window, guess)?
-        {
-            return Ok(fit);
+        let Some(summit) = summit else { return Ok(statistics.without_tone(Status::TooShort)) };
+        let least = least_squares(&statistics, &all);
+        let Climber { span, blocks, equations, .. } = climber;
+        // The neighbourhood is that of the blocks' solution.
+        let around = neighbourhood(blocks, &equations.solution);
+        let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
+        if !span.is_in_time() || is_rough || equations.is_cancelled() {
+            let at = (equations.nu, Interferer::nu(&interferer));
+            polish(span, &statistics, &all, &least, at, &mut equations.solution)?;
         }
-        match search(&mut window, &mut self.scratch)? {
-            Some(guess) => fit_from(&mut window, guess),
-            None => Ok(Fit::without_tone(Status::NoTone, &levels)),
+        let mut fit = conclude(span, &statistics, &all, blocks, &equations.solution, &summit, &around)?;
+        if found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU) && fit.status == Status::Good {
+            fit.status = Status::Ambiguous;
         }
+        fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
+        Ok(fit)
     }
 
-    /// Where a long window has a tone too fast for its means: those of its middle, of fewer frames each.
-    // Not inlined: its levels and means leave the stack when it is done.
     #[inline(never)]
-    fn search_middle(&mut self, window: &mut Window) -> Result<Option<InitialGuess>, Overwritten> {
-        let (all, harmonics_max) = (window.span.frames, self.harmonics_max);
-        if all <= MIDDLE_FRAMES || !window.span.is_in_time() {
-            return Ok(None);
-        }
-        let mut span = window.span.part((all - MIDDLE_FRAMES) / 2, MIDDLE_FRAMES);
-        let (levels, coarse) = levels_and_means(&mut span, &mut self.scratch)?;
-        if levels.usable == 0 || 2 * levels.frames < MIDDLE_FRAMES {
-            return Ok(None);
-        }
-        let mut middle = Window { span, levels: &levels, work: &mut *window.work, harmonics_max };
-        let guess = search_means(&mut middle, coarse.as_ref(), &mut self.scratch)?;
-        let scale = all as f32 / MIDDLE_FRAMES as f32;
-        Ok(guess.map(|guess| InitialGuess { nu: guess.nu * scale, ..guess }))
+    fn statistics(&mut self, span: &mut FrameSpan) -> Result<Statistics, Overwritten> {
+        Statistics::collect(span, self.blocks.pieces_mut())
     }
 
     /// The periodogram that a search of all frames begins with, for display.
@@ -105,24 +185,11 @@ impl Fitter {
     /// # Errors
     /// If the frames were overwritten meanwhile.
     pub fn spectrum(&mut self, span: &mut FrameSpan) -> Result<Spectrum<'_>, Overwritten> {
-        let (mut work, levels) = (Work::NONE, levels(span, None)?);
-        let mut window = Window { span: span.reborrow(), levels: &levels, work: &mut work, harmonics_max: 1 };
-        let nuisances = window.nuisances(Curve::None)?;
-        Spectrum::new(self.scratch.for_transforms(), &mut window.span, &levels, &nuisances)
+        let statistics = self.statistics(span)?;
+        let channels = statistics.order();
+        let (power, points) = self.blocks.transform_memory();
+        let periodogram = Periodogram::new(span, &statistics, channels.list(), None, points, power)?;
+        let strongest_cycles = periodogram.strongest(2.0).map(|peak| peak.cycles);
+        Ok(Spectrum { power: periodogram.power, points: periodogram.points, strongest_cycles })
     }
-}
-
-/// The fit from a guess.
-// Large and called from several places: one copy is enough.
-#[inline(never)]
-fn fit_from(window: &mut Window, guess: InitialGuess) -> Result<Fit, Overwritten> {
-    match refine(window, guess)? {
-        Some(nuisances) => conclude(window, &nuisances, &guess),
-        None => Ok(Fit::without_tone(Status::TooShort, window.levels)),
-    }
-}
-
-/// The fit from a guess, if it has a tone.
-fn fit_tone(window: &mut Window, guess: InitialGuess) -> Result<Option<Fit>, Overwritten> {
-    fit_from(window, guess).map(|fit| fit.status.has_tone().then_some(fit))
 }

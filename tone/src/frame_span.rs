@@ -73,23 +73,6 @@ impl<'a> FrameSpan<'a> {
         Some(Self { abscissa: Abscissa::path(place, self.frames)?, ..self })
     }
 
-    /// The same span, borrowed for a shorter time.
-    pub(crate) fn reborrow(&mut self) -> FrameSpan<'_> {
-        FrameSpan { source: &mut *self.source, ..*self }
-    }
-
-    /// The `frames` frames from its frame `from` on; in time only.
-    pub(crate) fn part(&mut self, from: u32, frames: u32) -> FrameSpan<'_> {
-        let first = self.first.wrapping_add(from);
-        FrameSpan { first, frames, abscissa: Abscissa::time(frames), ..self.reborrow() }
-    }
-
-    /// Means of every `by` frames of this span, in `source`.
-    pub(crate) fn means<'b>(&self, source: &'b mut dyn FrameSource, count: u32, by: u32) -> FrameSpan<'b> {
-        let interferer = self.interferer.map(|cycles| cycles * by as f32);
-        FrameSpan { channels: self.channels, interferer, ..FrameSpan::new(source, 0, count) }
-    }
-
     pub(crate) fn abscissa(&self) -> Abscissa<'a> {
         self.abscissa
     }

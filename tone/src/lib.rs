@@ -2,19 +2,23 @@
 //!
 //! # The way of a window
 //!
-//! Steps in their order; each file imports only from files above it and from shared types:
+//! Windows of all lengths take the same steps, in this order:
 //!
 //! | step | what it does |
 //! |---|---|
 //! | `source`, `frame_span` | frames, and a window of them, read block by block |
 //! | `fitter` | the order of the steps |
-//! | `coarse`, `levels` | the first pass: levels, noise, usable channels, means of a few frames |
-//! | `search`, `spectrum` | the strongest line of a periodogram |
-//! | `few_cycles`, `survey`, `relaxing` | below four cycles: all models of tone and baseline, by their likelihoods |
-//! | `fundamental` | whether the line is a harmonic of its tone |
-//! | `refine`, `descent` | Gauss-Newton steps to the maximum of the likelihood |
-//! | `nuisance`, `moments`, `solution` | in each step: one pass for the sums, and the least-squares solution from them |
-//! | `conclude`, `residuals` | whether it is a tone, and with what uncertainty |
+//! | `statistics` | the first pass: level, slope and noise of each channel, usable channels, means of a few frames |
+//! | `search`, `spectrum` | candidates from three cycles on: lines of a periodogram |
+//! | `search`, `grid`, `models` | candidates below four cycles: likelihoods on a grid of frequencies, with `curves` as baselines |
+//! | `interferer` | where mains hum is in truth |
+//! | `blocks` | a pass for a candidate: its sums over each of a few blocks |
+//! | `climb`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
+//! | `neighbourhood` | the noise next to the lines, and how the tone moves |
+//! | `found` | which candidates are the likeliest |
+//! | `polish` | the last step, from the frames themselves |
+//! | `conclude`, `significance` | whether it is a tone, and with what uncertainty |
+//! | `trust`, `movement`, `rest`, `waves` | status and factor of sigma in noise that is not white; wander; lines beside the tone |
 #![no_std]
 // A panic resets a board: only tests may.
 #![cfg_attr(
@@ -35,42 +39,34 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod abscissa;
-mod coarse;
+mod blocks;
+mod climb;
 mod conclude;
-mod curvature;
-mod descent;
-mod equations;
-mod few_cycles;
+mod curves;
 mod fit;
 mod fitter;
+mod found;
 mod frame_span;
-mod fundamental;
-mod groups;
-mod guess;
-mod levels;
-mod likelihood;
+mod grid;
+mod interferer;
 mod limits;
-mod means;
-mod model;
-mod moments;
+mod models;
+mod movement;
+mod neighbourhood;
 mod normal;
-mod nuisance;
 pub mod phase;
-mod refine;
-mod relaxing;
-mod residuals;
+mod polish;
+mod rest;
 mod search;
 mod significance;
-mod solution;
+mod solve;
 mod source;
 mod spectrum;
-mod sums;
-mod survey;
+mod statistics;
+mod trust;
 mod waves;
-mod window;
 
-pub use descent::CYCLES_FOR_SLOPE;
-pub use fit::{ChannelFit, Fit, Status};
+pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status};
 pub use fitter::{FRAMES_MIN, Fitter};
 pub use frame_span::FrameSpan;
 pub use limits::{CHANNELS_MAX, HARMONICS_MAX};

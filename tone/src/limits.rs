@@ -4,9 +4,13 @@
 pub const CHANNELS_MAX: usize = 16;
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
+/// Most spectral lines: the harmonics, and behind them an interferer.
+pub const LINES_MAX: usize = HARMONICS_MAX;
 /// Functions of a curved baseline.
-pub const CURVE_FUNCTIONS: usize = 2;
-/// Most functions beside level, slope and tone: two of an interferer, and behind them those of a curve.
-pub const NUISANCES_MAX: usize = 2 + CURVE_FUNCTIONS;
-/// Most unknowns of a channel: offset, slope, nuisances, and cosine and sine of each harmonic.
-pub const UNKNOWNS_MAX: usize = 2 + NUISANCES_MAX + 2 * HARMONICS_MAX;
+pub const CURVES_MAX: usize = 3;
+/// Most unknowns of a channel: offset, slope, cosine and sine of each line, curves.
+pub const UNKNOWNS_MAX: usize = 2 + 2 * LINES_MAX + CURVES_MAX;
+/// Most pieces: means of a few frames.
+pub const PIECES_MAX: usize = 64;
+/// Most blocks.
+pub const BLOCKS_MAX: usize = 16;

@@ -28,26 +28,20 @@ impl Normal {
         Self { size: if size < UNKNOWNS_MAX { size } else { UNKNOWNS_MAX }, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }
     }
 
-    /// Replaces the matrix by its factor. None if it is singular to working precision: a pivot fell below
-    /// a millionth of its diagonal element, so that f32 cannot separate the unknowns.
-    pub fn factor(&mut self) -> Option<()> {
-        let size = self.size;
-        self.factor_some();
-        (self.size == size).then_some(())
-    }
-
-    /// The same for as many unknowns, from the first on, as can be separated: `size` is then their number.
-    pub fn factor_some(&mut self) {
+    /// Replaces the matrix by its factor, for as many unknowns, from the first on, as f32 can separate: `size` is then their
+    /// number. A pivot must be more than a millionth of its diagonal element, and all of these shares' product more than
+    /// `product_min`.
+    pub fn factor(&mut self, product_min: f32) {
         let mut product = 1.0;
-        for i in 0..self.size {
+        for i in 0..self.size.min(UNKNOWNS_MAX) {
             let (above, below) = self.lower.split_at_mut(i);
             let Some(row) = below.first_mut() else { return };
-            for (j, other) in above.iter().enumerate() {
+            for (j, other) in (0..UNKNOWNS_MAX).zip(above.iter()) {
                 row[j] = (row[j] - dot(&row[..j], &other[..j])) * other[j];
             }
             let pivot = row[i] - dot(&row[..i], &row[..i]);
             product *= pivot / row[i];
-            if !(pivot > 1e-6 * row[i] && product > 1e-9) {
+            if !(pivot > 1e-6 * row[i] && product > product_min) {
                 self.size = i;
                 return;
             }
@@ -64,57 +58,35 @@ impl Normal {
         }
     }
 
-    /// The same for every channel.
-    pub fn forward_rows(&self, x: &mut Rows) {
+    /// The same for the first `width` channels.
+    pub fn forward_rows(&self, x: &mut Rows, width: usize) {
+        let width = width.min(CHANNELS_MAX);
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
             let (known, unknown) = x.split_at_mut(i);
             let Some(first) = unknown.first_mut() else { return };
-            let sum = less_products(first, row, known);
-            for c in 0..CHANNELS_MAX {
-                first[c] = sum[c] * row[i];
-            }
-        }
-    }
-
-    /// Back substitution, for every channel: the solution.
-    pub fn backward_rows(&self, x: &mut Rows) {
-        for i in (0..self.size).rev() {
-            let (unknown, known) = x.split_at_mut(i + 1);
-            let Some(last) = unknown.last_mut() else { return };
-            let mut sum = *last;
-            for (known, row) in known.iter().zip(&self.lower[i + 1..self.size]) {
-                for c in 0..CHANNELS_MAX {
-                    sum[c] -= row[i] * known[c];
+            for (known, factor) in known.iter().zip(row) {
+                for (first, known) in first[..width].iter_mut().zip(known) {
+                    *first -= factor * known;
                 }
             }
-            for c in 0..CHANNELS_MAX {
-                last[c] = sum[c] * self.lower[i][i];
+            first[..width].iter_mut().for_each(|first| *first *= row[i]);
+        }
+    }
+
+    /// Back substitution, for the first `width` channels: the solution.
+    pub fn backward_rows(&self, x: &mut Rows, width: usize) {
+        let (width, size) = (width.min(CHANNELS_MAX), self.size.min(UNKNOWNS_MAX));
+        for i in (0..size).rev() {
+            let (unknown, known) = x.split_at_mut(i + 1);
+            let Some(last) = unknown.last_mut() else { return };
+            for (known, row) in known.iter().zip(self.lower.iter().take(size).skip(i + 1)) {
+                for (last, known) in last[..width].iter_mut().zip(known) {
+                    *last -= row[i] * known;
+                }
             }
+            last[..width].iter_mut().for_each(|last| *last *= self.lower[i][i]);
         }
     }
-}
-
-/// `from` less each of `rows` times its factor.
-// Not inlined: elsewhere the compiler has no registers left for all the sums.
-#[inline(never)]
-pub fn less_products(from: &Values, factors: &[f32], rows: &[Values]) -> Values {
-    let mut sum = *from;
-    for (row, factor) in rows.iter().zip(factors) {
-        for c in 0..CHANNELS_MAX {
-            sum[c] -= factor * row[c];
-        }
-    }
-    sum
-}
-
-/// Sum of the products of two vectors of one length, known to the compiler: no loop.
-#[inline(never)]
-pub fn dot_all<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
-    let mut sum = 0.0;
-    for i in 0..N {
-        sum += a[i] * b[i];
-    }
-    sum
 }
 
 /// Sum of the products of two vectors, as far as both go.
@@ -146,14 +118,15 @@ mod tests {
             }
         }
         let mut normal = Normal { size: 3, lower: a };
-        normal.factor().unwrap();
+        normal.factor(1e-9);
+        assert_eq!(normal.size, 3);
         let mut alone: Vector = core::array::from_fn(|i| b[i][7]);
         normal.forward(&mut alone);
-        normal.forward_rows(&mut b);
+        normal.forward_rows(&mut b, CHANNELS_MAX);
         for i in 0..3 {
             assert_eq!(alone[i], b[i][7]);
         }
-        normal.backward_rows(&mut b);
+        normal.backward_rows(&mut b, CHANNELS_MAX);
         for i in 0..3 {
             for c in 0..CHANNELS_MAX {
                 assert!((b[i][c] - x(i, c)).abs() < 2e-6 * x(i, c).abs(), "{i} {c}");
@@ -168,9 +141,14 @@ mod tests {
         a[1][0] = 1.0;
         a[0][1] = 1.0;
         a[1][1] = 1.0;
-        assert!(Normal { size: 2, lower: a }.factor().is_none());
-        assert!(Normal { size: 1, lower: [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX] }.factor().is_none());
+        let size = |size, lower| {
+            let mut normal = Normal { size, lower };
+            normal.factor(1e-9);
+            normal.size
+        };
+        assert_eq!(size(2, a), 1);
+        assert_eq!(size(1, [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX]), 0);
         a[0][0] = f32::NAN;
-        assert!(Normal { size: 2, lower: a }.factor().is_none());
+        assert_eq!(size(2, a), 0);
     }
 }

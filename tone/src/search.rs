@@ -1,156 +1,123 @@
-//! Where the fit starts: the strongest line, the baseline under it, and the fundamental it belongs to.
-//!
-//! A tone often lies far below the frame rate, so the search runs on means of a few frames, which is enough for a guess
-//! and a fraction of the work. Only if those means have lost the better part of the signal's power - the tone is fast, or
-//! there is none - does it run on the frames themselves.
+//! Candidates for the frequency of a window's tone.
 
-use crate::coarse::{Coarse, Scratch};
-use crate::curvature::is_curved;
-use crate::descent::{CYCLES_FOR_SLOPE, GUESS_SIGMAS, Problem};
-use crate::equations::Shape;
-use crate::few_cycles::few_cycles;
-use crate::fundamental::{AMBIGUOUS_POWER_SHARE, fundamental};
-use crate::guess::{InitialGuess, SpectralLine};
-use crate::limits::CURVE_FUNCTIONS;
-use crate::nuisance::Curve;
+use crate::blocks::Blocks;
+use crate::frame_span::FrameSpan;
+use crate::grid::{Grid, Point};
+use crate::solve::Solution;
 use crate::source::Overwritten;
-use crate::spectrum::TransformMemory;
-use crate::window::Window;
+use crate::spectrum::Periodogram;
+use crate::statistics::{Channels, Statistics};
+use crate::waves::Waves;
+use heapless::Vec;
 
-/// Power at the places of a subharmonic's lines, as a share of the strongest line's, from which they are fitted: half of
-/// what makes the fundamental ambiguous.
-const SUSPECT_POWER_SHARE: f32 = 0.02;
-/// Fewer means than this are not enough for several harmonics.
-const MEANS_FOR_HARMONICS: u32 = 48;
-/// Peaks below this many cycles per half window are compared by exact likelihoods.
-const FEW_CYCLES_NU: f32 = 1.75;
-/// Cycles from which on no wave resembles a drift that relaxes.
-const CYCLES_UNLIKE_DRIFT: f32 = 2.5;
-/// Most steps from a periodogram's peak to its line.
-const LINE_STEPS: usize = 4;
-/// Fewest cycles in the window of a peak.
-const PEAK_CYCLES_MIN: f32 = 0.5;
-/// Normal deviate within which residuals are noise alone.
-const NOISE_DEVIATE: f32 = 3.0;
+/// Most candidates.
+pub const CANDIDATES_MAX: usize = 8;
+/// Cycles from which the periodogram is searched, and from which its lines are candidates: below, the grid has all of them.
+const PERIODOGRAM_CYCLES: f32 = 3.0;
+const GRID_CYCLES: f32 = 3.4;
+/// Candidates of the grid.
+const OF_GRID: usize = 4;
+/// Least share of the likeliest one's gain over a baseline; one that gains nearly as much is kept too.
+const GAIN_SHARE_MIN: f32 = 0.85;
+const SURE_GAIN: f32 = 25.0;
+/// A line as close to half the frame rate may be at it.
+const NYQUIST_CYCLES: f32 = 2.0;
+/// The strongest line may be the fundamental, or an overtone of up to this order.
+const ORDERS: usize = 3;
 
-/// A guess from the frames themselves; None if the window holds nothing to start from.
-pub fn search(window: &mut Window, scratch: &mut Scratch) -> Result<Option<InitialGuess>, Overwritten> {
-    let Some(line) = strongest_line(window, scratch.for_transforms())? else { return Ok(None) };
-    let harmonics = window.harmonics(line.nu);
-    guess_from(window, line, harmonics).map(Some)
-}
+/// Frequencies, cycles per half window, the likeliest first of each kind.
+pub type Candidates = Vec<f32, CANDIDATES_MAX>;
 
-/// A guess from the means of `coarse`, which are in `scratch`; None if they are of no use here.
-pub fn search_means(
-    window: &mut Window,
-    coarse: Option<&Coarse>,
-    scratch: &mut Scratch,
-) -> Result<Option<InitialGuess>, Overwritten> {
-    let Some(coarse) = coarse else { return Ok(None) };
-    let (span, all) = (&window.span, window.levels);
-    // A gap gives a line high skirts: only all channels and all frames separate them from lines.
-    if 10 * all.frames < 9 * span.frames || coarse.levels.usable != all.usable {
-        return Ok(None);
-    }
-    let Some((mut table, memory)) = coarse.split(all, scratch) else { return Ok(None) };
-    let mut means = Window {
-        span: span.means(&mut table, coarse.count as u32, coarse.by),
-        levels: &coarse.levels,
-        work: &mut *window.work,
-        harmonics_max: window.harmonics_max,
-    };
-    let Some(line) = strongest_line(&mut means, memory)? else { return Ok(None) };
-    // The means cover whole groups of frames only.
-    let scale = span.frames as f32 / (coarse.count as u32 * coarse.by) as f32;
-    // Of the harmonics beyond half the rate of the means the aliases are fitted.
-    let harmonics = span.harmonics_below_nyquist(line.nu * scale, window.harmonics_max);
-    if coarse.levels.frames >= MEANS_FOR_HARMONICS || window.harmonics_max == 1 {
-        let guess = guess_from(&mut means, line, harmonics)?;
-        return Ok(Some(InitialGuess { nu: guess.nu * scale, ..guess }));
-    }
-    guess_from(window, SpectralLine { nu: line.nu * scale, ..line }, harmonics).map(Some)
-}
-
-/// The strongest line; None if there is none.
-// Large and called from several places: one copy is enough.
+/// The strongest line within `reach` of an interferer's frequency, both in cycles per half window.
 #[inline(never)]
-fn strongest_line(window: &mut Window, mut memory: TransformMemory) -> Result<Option<SpectralLine>, Overwritten> {
-    let nuisances = window.nuisances(Curve::None)?;
-    let peak = memory.strongest(&mut window.span, window.levels, &nuisances, PEAK_CYCLES_MIN)?;
-    let Some(peak) = peak else { return Ok(None) };
-    if peak <= FEW_CYCLES_NU {
-        return few_cycles(window, Some(memory), peak);
-    }
-    let mut problem = Problem::new(window, &nuisances);
-    let shape = Shape { harmonics: 1, slope: true, nuisances: nuisances.count() };
-    if !problem.descend(peak, shape, LINE_STEPS, GUESS_SIGMAS)? {
-        return Ok(None);
-    }
-    let (frames, nu) = (problem.window.span.frames as usize, problem.solution().nu);
-    let power = |nu: f32| memory.power_near(frames, nu);
-    let least = SUSPECT_POWER_SHARE * power(nu);
-    let suspects = [power(nu / 2.0) + power(nu * 1.5) >= least, power(nu / 3.0) + power(nu / 1.5) >= least];
-    Ok(Some(SpectralLine { nu, slope: true, curve: Curve::None, harmonics: 0, suspects, ambiguous: false }))
+pub fn interferer(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    (nu, reach): (f32, f32),
+    blocks: &mut Blocks,
+) -> Result<f32, Overwritten> {
+    let (power, points) = blocks.transform_memory();
+    let periodogram = Periodogram::new(span, statistics, channels.list(), None, points, power)?;
+    let from = (2.0 * (nu - reach)).max(1.0) * periodogram.bins_per_cycle;
+    let to = 2.0 * (nu + reach) * periodogram.bins_per_cycle;
+    periodogram.power.iter_mut().take(from as usize).for_each(|power| *power = 0.0);
+    periodogram.power.iter_mut().skip(to as usize + 2).for_each(|power| *power = 0.0);
+    let peak = periodogram.strongest(1.0).map_or(nu, |peak| 0.5 * peak.cycles);
+    Ok(peak.min(nu + reach).max(nu - reach))
 }
 
-/// From the strongest line, fitted with `harmonics` harmonics, to where the fit starts: at its fundamental, close to the
-/// maximum of the likelihood.
-// Called with means and with frames: one copy is enough.
+/// Candidates of the periodogram, less an interferer as `equations` have it: the strongest line, and the fundamentals of
+/// which it may be a harmonic.
 #[inline(never)]
-fn guess_from(window: &mut Window, mut line: SpectralLine, harmonics: usize) -> Result<InitialGuess, Overwritten> {
-    if window.harmonics_max < 2 || line.harmonics > 0 && !line.is_suspected() {
-        return Ok(InitialGuess::at(&line));
+pub fn lines(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    harmonics: usize,
+    interferer: Option<(f32, &Solution)>,
+    blocks: &mut Blocks,
+) -> Result<Candidates, Overwritten> {
+    let mut candidates = Candidates::new();
+    let (power, points) = blocks.transform_memory();
+    let list = Periodogram::channels(span, channels);
+    let mut waves = interferer.map(|(nu, solution)| Waves::new(span, statistics, solution, (nu, None)));
+    let mut periodogram = Periodogram::new(span, statistics, list, waves.as_mut(), points, power)?;
+    if let Some((nu, _)) = interferer {
+        periodogram.blank(2.0 * nu);
     }
-    let separates_slope = 2.0 * line.nu >= CYCLES_FOR_SLOPE;
-    if separates_slope && line.curve == Curve::None {
-        if harmonics < 2 && !line.is_suspected() {
-            return Ok(InitialGuess::at(&line));
-        }
-        let nuisances = window.nuisances(Curve::None)?;
-        let mut problem = Problem::new(window, &nuisances);
-        let shape = Shape { harmonics, slope: line.slope, nuisances: nuisances.count() };
-        if problem.descend(line.nu, shape, 1, GUESS_SIGMAS)? && (!line.is_suspected() || explains_all(&problem)) {
-            return Ok(InitialGuess { nu: problem.solution().nu, ..InitialGuess::at(&line) });
-        }
+    let Some(peak) = periodogram.strongest(PERIODOGRAM_CYCLES) else { return Ok(candidates) };
+    let cycles = (1..=harmonics.min(ORDERS)).map(|order| peak.cycles / order as f32);
+    for cycles in cycles {
+        let _ = candidates.push(0.5 * cycles);
     }
-    let harmonics = window.harmonics(line.nu);
-    let nuisances = window.nuisances(if line.curve == Curve::None { Curve::Bent } else { line.curve })?;
-    let straight = nuisances.count() - CURVE_FUNCTIONS;
-    let mut problem = Problem::new(window, &nuisances);
-    if separates_slope && line.curve == Curve::None {
-        let shape = Shape { harmonics, slope: line.slope, nuisances: straight };
-        if problem.descend(line.nu, shape, 1, GUESS_SIGMAS)? && is_curved(&problem) {
-            line.curve = Curve::Bent;
-        }
+    // The bin at half the frame rate is left out: its neighbour has what is there.
+    if 2.0 * span.nu_max() - peak.cycles < NYQUIST_CYCLES {
+        let _ = candidates.push(span.nu_max());
     }
-    let nuisances = straight + if line.curve == Curve::None { 0 } else { CURVE_FUNCTIONS };
-    let mut guess = fundamental(&mut problem, &line, nuisances)?;
-    if guess.below > 0.0 && 2.0 * guess.below < CYCLES_UNLIKE_DRIFT {
-        // Its lines may be a drift.
-        let line = few_cycles(problem.window, None, line.nu)?;
-        return Ok(line.map_or(guess, |line| InitialGuess::at(&line)));
-    }
-    // The step below would have another baseline than a relaxing one.
-    if matches!(guess.curve, Curve::Relaxing(_)) {
-        return Ok(guess);
-    }
-    let shape = Shape { harmonics: problem.window.harmonics(guess.nu), slope: guess.slope, nuisances };
-    if 2.0 * guess.nu >= CYCLES_FOR_SLOPE && problem.descend(guess.nu, shape, 1, GUESS_SIGMAS)? {
-        guess.nu = problem.solution().nu;
-    }
-    Ok(guess)
+    Ok(candidates)
 }
 
-/// Whether the residuals of the latest solution are noise alone: lines in between, strong enough to make the fundamental
-/// ambiguous, would show in them.
-fn explains_all(problem: &Problem) -> bool {
-    let (levels, solution) = (problem.window.levels, problem.solution());
-    let unknowns = solution.shape.unknowns();
-    let Some(noise_ratio) = problem.noise_ratio() else { return false };
-    // Of the residuals and of as many third differences.
-    let variance = 2.0 / (levels.frames as f32 - unknowns as f32).max(1.0) + 2.0 / levels.frames as f32;
-    let sigma = libm::sqrtf(variance / levels.channels());
-    let power = solution.power.iter().sum::<f32>() / (levels.frames as f32 * levels.channels());
-    (noise_ratio - 1.0).abs() < NOISE_DEVIATE * sigma
-        && 0.5 * AMBIGUOUS_POWER_SHARE * power > 2.0 * NOISE_DEVIATE * sigma
+/// Whether a candidate of the periodogram is one of the grid.
+pub fn is_slow(nu: f32) -> bool {
+    2.0 * nu < GRID_CYCLES
+}
+
+/// Candidates below four cycles a window, from its pieces, which are in `blocks`. Where the periodogram has candidates the
+/// grid has points too: it would miss a tone of many harmonics.
+// Not inlined: the grid leaves the stack.
+#[inline(never)]
+pub fn slow(
+    statistics: &Statistics,
+    channels: &Channels,
+    (harmonics, interferer, is_in_time): (usize, Option<f32>, bool),
+    blocks: &Blocks,
+    lines: &Candidates,
+) -> Candidates {
+    let mut grid = Grid::NONE;
+    grid.fill(blocks.pieces(statistics.pieces), statistics, channels, (harmonics, interferer), is_in_time);
+    let points = grid.points(lines.iter().copied().filter(|nu| is_slow(*nu)));
+    let mut found: Vec<Point, OF_GRID> = Vec::new();
+    for i in 0..points.len() {
+        let point = |i: usize| points.get(i).copied().unwrap_or_default();
+        let (before, this, after) = (point(i.wrapping_sub(1)), point(i), point(i + 1));
+        if !(this.score > before.score && this.score >= after.score && this.score > grid.baseline) {
+            continue;
+        }
+        let mut next = grid.refine([before, this, after]);
+        for other in &mut found {
+            if other.score < next.score {
+                core::mem::swap(other, &mut next);
+            }
+        }
+        let _ = found.push(next);
+    }
+    let gained = |point: &Point| point.score - grid.baseline;
+    let most = found.first().map_or(0.0, gained);
+    let least = (GAIN_SHARE_MIN * most).min(most - SURE_GAIN);
+    let mut candidates = Candidates::new();
+    for point in found.iter().filter(|point| gained(point) >= least) {
+        let _ = candidates.push(point.nu);
+    }
+    candidates
 }

@@ -1,11 +1,6 @@
 //! What noise alone reaches: the limits of every test in the fit. Many places call it, but seldom: it is not inlined, to
 //! save flash.
 
-use crate::levels::Levels;
-
-/// Normal deviate that is exceeded once in a thousand times.
-pub const ONE_IN_A_THOUSAND: f32 = 3.09;
-
 /// Natural logarithm.
 #[inline(never)]
 pub fn ln(x: f32) -> f32 {
@@ -20,18 +15,6 @@ pub fn chi_square_point(degrees: f32, deviate: f32) -> f32 {
     degrees * cube * cube * cube
 }
 
-/// Power of one line over all channels, in units of their noise, that noise alone reaches once in a thousand times: two
-/// degrees of freedom for each channel. The unit is measured from the residuals of `unknowns` unknowns of a channel, so
-/// each channel's share has a Fisher distribution; its mean and variance are those of a chi-square of fewer degrees in a
-/// larger unit.
-#[inline(never)]
-pub fn significant_power(levels: &Levels, unknowns: usize) -> f32 {
-    let freedom = (levels.frames as f32 - unknowns as f32).max(5.0);
-    let unit = freedom * freedom / ((freedom - 2.0) * (freedom - 4.0));
-    let degrees = 2.0 * (freedom - 4.0) / freedom;
-    unit * chi_square_point(degrees * levels.channels(), ONE_IN_A_THOUSAND)
-}
-
 /// Gain in log-likelihood that one search reaches in noise alone in one window out of a hundred: half the
 /// chi-square point of `unknowns` degrees of freedom at one hundredth over the number of tries. A search
 /// between the frequencies of a transform counts for twice as many of them, and the number of harmonics and
@@ -43,10 +26,4 @@ pub fn significant_search_gain(unknowns: f32, frames: u32) -> f32 {
     let z2 = -2.0 * ln(tail * 2.5);
     let z = libm::sqrtf((z2 - ln(z2)).max(1.0));
     0.5 * chi_square_point(unknowns, z)
-}
-
-/// The same for `unknowns` more in every channel, at one frequency, exceeded as often as the normal `deviate`.
-#[inline(never)]
-pub fn significant_gain(levels: &Levels, unknowns: usize, deviate: f32) -> f32 {
-    0.5 * chi_square_point(unknowns as f32 * levels.channels(), deviate)
 }

@@ -1,19 +1,18 @@
-//! Periodogram over the channels: a first guess of the common frequency.
+//! Periodogram over the channels: where lines may be.
 //!
 //! Each channel, less its straight line, is transformed on its own and counts by the share of its own power that a line
 //! takes, so that a noisy channel does not hide the others.
 
-use crate::descent::CYCLES_FOR_SLOPE;
 use crate::frame_span::{BLOCK, FrameSpan};
-use crate::levels::Levels;
-use crate::limits::{CHANNELS_MAX, NUISANCES_MAX};
-use crate::nuisance::Nuisances;
+use crate::limits::CHANNELS_MAX;
 use crate::phase::{cos_sin, from_turns};
-use crate::source::{Overwritten, Values};
+use crate::source::Overwritten;
+use crate::statistics::{Channels, Statistics};
+use crate::waves::Waves;
 use core::f32::consts::PI;
 
 /// Longest transform on the chip, points.
-const POINTS_CHIP: usize = 1024;
+pub const POINTS_CHIP: usize = 1024;
 /// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
 #[cfg(not(feature = "long-windows"))]
 pub const POINTS_MAX: usize = POINTS_CHIP;
@@ -21,6 +20,10 @@ pub const POINTS_MAX: usize = POINTS_CHIP;
 #[cfg(feature = "long-windows")]
 pub const POINTS_MAX: usize = 32_768;
 
+/// Channels that are transformed, those with the least share of noise; of windows of more than so many frames in time fewer.
+pub const CHANNELS: usize = 4;
+const CHANNELS_LONG: usize = 2;
+const FRAMES_LONG: u32 = 192;
 /// Shortest transform, points.
 const POINTS_MIN: usize = 64;
 
@@ -32,177 +35,148 @@ pub struct Spectrum<'m> {
     pub power: &'m [f32],
     /// Points of the transform: bin k has k cycles in as many frames.
     pub points: usize,
-    /// Cycles in the window of the strongest line of [`CYCLES_FOR_SLOPE`] and more.
+    /// Cycles in the window of the strongest line of two cycles and more.
     pub strongest_cycles: Option<f32>,
 }
 
-impl<'m> Spectrum<'m> {
-    pub(crate) fn new(
-        mut memory: TransformMemory<'m>,
-        span: &mut FrameSpan,
-        levels: &Levels,
-        nuisances: &Nuisances,
-    ) -> Result<Self, Overwritten> {
-        memory.power.fill(0.0);
-        let strongest = memory.strongest(span, levels, nuisances, CYCLES_FOR_SLOPE)?;
-        let points = memory.size(span.frames as usize);
-        let power = memory.power.get_mut(..points / 2).unwrap_or_default();
-        // A line alone has a magnitude of half its amplitude times the frames; half its square is the power.
-        let all = 0.5 * levels.frames as f32 * levels.channels();
-        power.iter_mut().filter(|power| **power > 0.0).for_each(|power| *power /= all);
-        Ok(Self { power, points, strongest_cycles: strongest.map(|nu| 2.0 * nu) })
-    }
+/// A line of a periodogram.
+#[derive(Clone, Copy, Debug)]
+pub struct Peak {
+    /// Cycles in the window.
+    pub cycles: f32,
+    /// Share of the power.
+    pub power: f32,
 }
 
-/// Memory for transforms, and which channels to transform.
-pub struct TransformMemory<'m> {
-    /// Bit k: channel k.
-    pub channels: u16,
-    /// For transforms.
-    pub points: &'m mut [f32],
-    /// For half of one: the periodogram.
+/// The powers of a span's lines.
+pub struct Periodogram<'m> {
     pub power: &'m mut [f32],
+    pub points: usize,
+    pub bins_per_cycle: f32,
 }
 
-impl TransformMemory<'_> {
-    /// The strongest line in cycles per half window ([`crate::abscissa`]'s `nu`), interpolated between bins by the higher
-    /// neighbour of the peak, of at least `least_cycles` in the window. A straight line is subtracted, and the `nuisances`.
-    /// None if the memory or [`POINTS_MAX`] is too small for the frames, or if no channel is usable.
-    pub fn strongest(
-        &mut self,
+impl<'m> Periodogram<'m> {
+    /// The channels of a periodogram: a long one has enough of a line in two.
+    pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
+        let list = channels.list();
+        let is_long = span.frames > FRAMES_LONG && span.is_in_time();
+        list.get(..if is_long { CHANNELS_LONG } else { CHANNELS }).unwrap_or(list)
+    }
+
+    /// Of some channels, or of what a solution leaves of them, where each counts by its weight there; `memory` is for
+    /// transforms. Without power if the memory is too small for the frames.
+    pub fn new(
         span: &mut FrameSpan,
-        levels: &Levels,
-        nuisances: &Nuisances,
-        least_cycles: f32,
-    ) -> Result<Option<f32>, Overwritten> {
+        statistics: &Statistics,
+        channels: &[u8],
+        mut rest: Option<&mut Waves>,
+        memory: &mut [f32],
+        power: &'m mut [f32],
+    ) -> Result<Self, Overwritten> {
         let frames = span.frames as usize;
-        let size = self.size(frames);
-        if frames > size || levels.usable == 0 {
-            return Ok(None);
-        }
-        let mut baseline = [[0.0; CHANNELS_MAX]; 2 + NUISANCES_MAX];
-        baseline[1] = levels.slope;
-        let count = nuisances.count().min(NUISANCES_MAX);
-        if count > 0 {
-            let Some(all) = nuisances.baseline(levels) else { return Ok(None) };
-            baseline = all;
-        }
-        let Some(power) = self.power.get_mut(..size / 2) else { return Ok(None) };
-        power.fill(0.0);
-        // As many channels at a time as the memory has space for.
-        let together = (self.points.len() / size).clamp(1, CHANNELS_MAX);
-        let mut channels = heapless::Vec::<usize, CHANNELS_MAX>::new();
-        for channel in (0..CHANNELS_MAX).filter(|channel| self.channels & levels.usable & 1 << channel != 0) {
-            // It has space for all.
-            let _ = channels.push(channel);
-        }
-        for channels in channels.chunks(together) {
-            let Some(points) = self.points.get_mut(..channels.len() * size) else { return Ok(None) };
-            copy(span, levels, nuisances, &baseline[..2 + count], channels, points)?;
-            points.chunks_exact_mut(size).for_each(|points| add_power(points, power));
-        }
+        let points = transform_size(frames, memory.len().min(2 * power.len()));
         // A path's first and last frame lie at its very ends, those in time half a frame inside.
-        let bins_per_cycle = size as f32 / if span.is_in_time() { frames } else { frames - 1 } as f32;
-        let least = ((least_cycles * bins_per_cycle) as usize).max(1);
+        let bins_per_cycle = points as f32 / if span.is_in_time() { frames } else { frames - 1 } as f32;
+        let (power, memory) = (power.get_mut(..points / 2), memory.get_mut(..points));
+        let (Some(power), Some(memory), true) = (power, memory, frames <= points) else {
+            return Ok(Self { power: &mut [], points, bins_per_cycle });
+        };
+        power.fill(0.0);
+        for (k, channel) in channels.iter().enumerate() {
+            let c = *channel as usize % CHANNELS_MAX;
+            let weight = match &rest {
+                Some(waves) => waves.solution.weights[k % CHANNELS_MAX],
+                None => 1.0 / statistics.about_line[c],
+            };
+            copy(span, statistics, (c, k, libm::sqrtf(weight)), rest.as_deref_mut(), memory)?;
+            add_power(memory, power);
+        }
+        // A line alone has a magnitude of half its amplitude times the frames; half its square is the power.
+        let all = 0.5 * statistics.frames as f32 * channels.len() as f32;
+        power.iter_mut().for_each(|power| *power /= all);
         // A path that turns back has places closer together than its frames can separate lines.
-        let highest = if span.is_in_time() { power.len() } else { (2.0 * span.nu_max() * bins_per_cycle) as usize };
-        let (mut bin, mut peak) = (least, 0.0);
-        for (k, p) in power.iter().enumerate().take(highest + 1).skip(least) {
-            if *p > peak {
-                (bin, peak) = (k, *p);
+        if !span.is_in_time() {
+            let highest = (2.0 * span.nu_max() * bins_per_cycle) as usize;
+            power.iter_mut().skip(highest + 1).for_each(|power| *power = 0.0);
+        }
+        Ok(Self { power, points, bins_per_cycle })
+    }
+
+    /// The strongest line of at least so many cycles, interpolated between bins by the higher neighbour of the peak.
+    pub fn strongest(&self, least_cycles: f32) -> Option<Peak> {
+        let least = ((least_cycles * self.bins_per_cycle) as usize).max(1);
+        let (mut bin, mut peak) = (0, 0.0);
+        for (k, power) in self.power.iter().enumerate().skip(least) {
+            if *power > peak {
+                (bin, peak) = (k, *power);
             }
         }
-        let Some(left) = power.get(bin - 1).copied() else { return Ok(None) };
-        let Some(right) = power.get(bin + 1).copied().filter(|_| left <= peak) else {
-            return Ok(Some(0.5 * bin as f32 / bins_per_cycle));
-        };
+        let left = self.power.get(bin.checked_sub(1)?).copied()?;
+        let right = self.power.get(bin + 1).copied().unwrap_or(0.0);
         // A line half way between two bins is as high in both; one in the middle of a bin has its skirt in the next.
-        let half_turns = 1.0 / bins_per_cycle;
+        let half_turns = 1.0 / self.bins_per_cycle;
         let (_, sin) = cos_sin(from_turns(0.5 * half_turns));
         let skirt = sin / (PI * half_turns);
         let beside = libm::sqrtf(left.max(right) / peak.max(f32::MIN_POSITIVE));
-        let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt)).max(0.0);
+        // Where bins are close both are small differences.
+        let between = ((beside - skirt) / (1.0 + beside - 2.0 * skirt).max(f32::MIN_POSITIVE)).clamp(0.0, 0.5);
         let between = if right > left { between } else { -between };
-        Ok(Some(0.5 * (bin as f32 + between) / bins_per_cycle))
+        Some(Peak { cycles: (bin as f32 + between) / self.bins_per_cycle, power: peak })
     }
 
-    /// The highest power within a bin of `nu` in the periodogram that [`Self::strongest`] made of `frames` frames; zero
-    /// beyond its end.
-    pub fn power_near(&self, frames: usize, nu: f32) -> f32 {
-        let size = self.size(frames);
-        let bin = (2.0 * nu * size as f32 / frames as f32 + 0.5) as usize;
-        let near = self.power.get(bin.saturating_sub(1)..(bin + 2).min(size / 2)).unwrap_or_default();
-        near.iter().fold(0.0, |most, power| most.max(*power))
-    }
-
-    /// Points of the transform of `frames` frames.
-    pub fn size(&self, frames: usize) -> usize {
-        transform_size(frames, self.points.len().min(2 * self.power.len()))
+    /// Takes out the bins next to an interferer.
+    pub fn blank(&mut self, cycles: f32) {
+        let (from, to) = ((cycles - 0.8) * self.bins_per_cycle, (cycles + 0.8) * self.bins_per_cycle + 1.0);
+        self.power.iter_mut().take(to as usize).skip(from as usize).for_each(|power| *power = 0.0);
     }
 }
 
-/// Copies some channels, less their baselines and each scaled to its own power, into equal parts of `out`, frame by frame;
-/// along a path each frame goes to its place, which makes the transform that of the path. Zeros behind them and where
-/// frames are missing.
+/// Copies a channel, less its line or what a solution says of it, in units of its scale, with a weight, frame by frame; along
+/// a path each frame goes to its place, which makes the transform that of the path. Zeros behind them and where frames are
+/// missing.
 fn copy(
     span: &mut FrameSpan,
-    levels: &Levels,
-    nuisances: &Nuisances,
-    baseline: &[Values],
-    channels: &[usize],
+    statistics: &Statistics,
+    (c, k, weight): (usize, usize, f32),
+    mut rest: Option<&mut Waves>,
     out: &mut [f32],
 ) -> Result<(), Overwritten> {
     out.fill(0.0);
-    let size = out.len() / channels.len().max(1);
-    let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
-    let mut columns = [[0.0; NUISANCES_MAX]; BLOCK];
-    // Scaled before it is squared: large values' sums of squares would lose digits in f32.
-    let mut weights = [0.0; CHANNELS_MAX];
-    for c in channels {
-        weights[*c] = 1.0 / libm::sqrtf(levels.about_line[*c]);
-    }
-    span.blocks(&levels.offset, &mut |block| {
+    let (abscissa, frames, in_time, c) = (span.abscissa(), span.frames, span.is_in_time(), c % CHANNELS_MAX);
+    let (offset, slope) = (statistics.offset[c], statistics.slope[c]);
+    let scale = statistics.scale[c] * weight;
+    span.blocks(&statistics.offset, &mut |block| {
         let u = abscissa.block(block.first, frames);
-        if baseline.len() > 2 {
-            nuisances.fill(&block, &u, &mut columns);
+        let values: [f32; BLOCK] = match &mut rest {
+            Some(waves) => {
+                waves.go(u);
+                waves.residuals(block.values, c, k).map(|residual| weight * residual)
+            }
+            None => core::array::from_fn(|i| (block.values[i][c] - offset - slope * u[i]) * scale),
+        };
+        let places = out.get_mut(block.first as usize..).and_then(|out| out.first_chunk_mut::<BLOCK>());
+        if let (true, true, Some(places)) = (block.complete, in_time, places) {
+            *places = values;
+            return;
         }
-        for (out, c) in out.chunks_exact_mut(size.max(1)).zip(channels) {
-            let weight = weights[*c];
-            let (zero, slope) = (levels.offset[*c] + baseline[0][*c], baseline[1][*c]);
-            let mut residuals: [f32; BLOCK] = core::array::from_fn(|i| block.values[i][*c] - zero - slope * u[i]);
-            for (k, factors) in baseline[2..].iter().enumerate() {
-                for i in 0..BLOCK {
-                    residuals[i] -= factors[*c] * columns[i][k];
-                }
-            }
-            if block.complete
-                && in_time
-                && let Some(out) = out.get_mut(block.first as usize..).and_then(|out| out.first_chunk_mut::<BLOCK>())
-            {
-                *out = residuals.map(|residual| weight * residual);
-                continue;
-            }
-            for i in 0..BLOCK {
-                let place = match in_time {
-                    true => block.first as usize + i,
-                    false => (0.5 * (u[i] + 1.0) * (frames - 1) as f32 + 0.5) as usize,
-                };
-                if let Some(out) = out.get_mut(place).filter(|_| block.valid[i] != 0) {
-                    *out += weight * residuals[i];
-                }
+        for (i, ((value, valid), u)) in values.iter().zip(block.valid).zip(u).enumerate() {
+            let place = match in_time {
+                true => block.first as usize + i,
+                false => (0.5 * (u + 1.0) * (frames - 1) as f32 + 0.5) as usize,
+            };
+            if let (Some(out), true) = (out.get_mut(place), *valid != 0) {
+                *out += value;
             }
         }
     })
 }
 
-/// Points of the transform of `frames` frames with memory for `most`: a quarter more than frames, if there are many of them
-/// and they fit. A peak between two bins then loses little height.
+/// Points of the transform of `frames` frames with memory for `most`.
 fn transform_size(frames: usize, most: usize) -> usize {
     // No longer on a PC than on the chip where the chip can do it at all: both give the same bits.
     let most = most.min(if frames > POINTS_CHIP { POINTS_MAX } else { POINTS_CHIP });
-    let wanted = if frames <= POINTS_MIN { frames } else { frames + frames / 4 };
     let mut size = POINTS_MIN;
-    while size < wanted {
+    while size < frames {
         // In steps of four on the chip: each size of transform takes a kilobyte of flash.
         let next = if size < POINTS_CHIP { 4 * size } else { 2 * size };
         if next > most {
@@ -213,28 +187,30 @@ fn transform_size(frames: usize, most: usize) -> usize {
     size
 }
 
-/// Adds the squared magnitudes of a real signal's transform to `power`, bin 0 and the Nyquist bin
-/// left out. The length is one of the transform's own, else nothing is added.
-fn add_power(signal: &mut [f32], power: &mut [f32]) {
+/// The transform of a real signal in its place, as real and imaginary parts; the first two are bin 0 and the Nyquist bin.
+/// Nothing is done if the length is none of the transform's own.
+pub fn transform(signal: &mut [f32]) {
     macro_rules! transform {
         ($($points:literal $name:ident),*) => {
             match signal.len() {
-                $($points => match <&mut [f32; $points]>::try_from(signal) {
-                    Ok(signal) => &*microfft::real::$name(signal),
-                    Err(_) => return,
+                $($points => if let Ok(signal) = <&mut [f32; $points]>::try_from(signal) {
+                    let _ = microfft::real::$name(signal);
                 },)*
-                _ => return,
+                _ => {}
             }
         };
     }
     #[cfg(not(feature = "long-windows"))]
-    let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024);
+    transform!(64 rfft_64, 256 rfft_256, 1024 rfft_1024);
     #[cfg(feature = "long-windows")]
-    let bins: &[microfft::Complex32] = transform!(64 rfft_64, 128 rfft_128, 256 rfft_256, 512 rfft_512, 1024 rfft_1024,
+    transform!(64 rfft_64, 256 rfft_256, 1024 rfft_1024,
         2048 rfft_2048, 4096 rfft_4096, 8192 rfft_8192, 16384 rfft_16384, 32768 rfft_32768);
-    let [_, bins @ ..] = bins else { return };
-    let Some((_, power)) = power.split_first_mut() else { return };
-    for (power, bin) in power.iter_mut().zip(bins) {
-        *power += bin.re * bin.re + bin.im * bin.im;
+}
+
+/// Adds the squared magnitudes of a signal's transform to `power`, bin 0 left out.
+fn add_power(signal: &mut [f32], power: &mut [f32]) {
+    transform(signal);
+    for (power, bin) in power.iter_mut().zip(signal.as_chunks::<2>().0).skip(1) {
+        *power += bin[0] * bin[0] + bin[1] * bin[1];
     }
 }

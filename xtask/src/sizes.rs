@@ -18,7 +18,7 @@ const CONSTANTS: &str = "constants";
 
 /// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take; the smaller board has 256.
 const FLASH: [(&str, u64); 7] = [
-    ("ridgetone_tone", 50_000),
+    ("ridgetone_tone", 70_000),
     ("ridgetone", 33_000),
     ("ridgetone_firmware", 10_000),
     ("ridgetone_proto", 7_500),
@@ -27,15 +27,15 @@ const FLASH: [(&str, u64); 7] = [
     (OTHER, 13_000),
 ];
 
-/// Most bytes of RAM by static, without the stack's 32 KiB. Together they are less than 96 KiB, what the stack leaves of
+/// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB, what the stack leaves of
 /// the smaller board's 128.
 const RAM: [(&str, u64); 6] = [
-    ("ring", 78_500),
-    ("estimator_place", 6_500),
-    ("detector_place", 4_300),
-    ("outbox", 3_200),
+    ("ring", 78_450),
+    ("estimator_place", 23_300),
+    ("detector_place", 4_200),
+    ("outbox", 3_450),
     ("samples", 1_600),
-    (OTHER, 4_000),
+    (OTHER, 3_650),
 ];
 
 /// A table of both, by line, or an error that says which budget is exceeded.
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn bytes_count_for_the_crate_or_static_whose_they_are() {
         let table = table(&image(&[
-            ("_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E", 0x0800_0101, 100),
+            ("_ZN14ridgetone_tone5climb5climb17h2b82fad203c35ef4E", 0x0800_0101, 100),
             (
                 "_ZN93_$LT$ridgetone_proto..store..FlashStore$LT$F$GT$$u20$as$u20$ridgetone_proto..store..Store$GT$4load17h05fdca9fd8eadb85E",
                 0x0800_0201,
@@ -164,17 +164,17 @@ mod tests {
 
     #[test]
     fn a_crate_above_its_budget_is_refused_by_name() {
-        let name = "_ZN14ridgetone_tone6refine6refine17h2b82fad203c35ef4E";
+        let name = "_ZN14ridgetone_tone5climb5climb17h2b82fad203c35ef4E";
         let [(_, budget), ..] = FLASH;
         assert!(table(&image(&[(name, 0x0800_0101, budget)])).is_ok());
         let error = table(&image(&[(name, 0x0800_0101, budget + 1)])).expect_err("too large").to_string();
-        assert!(error.contains("ridgetone_tone takes 50001 bytes of flash"), "{error}");
+        assert!(error.contains(&format!("ridgetone_tone takes {} bytes of flash", budget + 1)), "{error}");
     }
 
     /// 160 KiB of flash, and of RAM what the stack leaves (memory.x).
     #[test]
     fn the_budgets_together_are_what_the_smaller_board_allows() {
         assert!(FLASH.iter().map(|(_, bytes)| bytes).sum::<u64>() <= 160 * 1024);
-        assert!(RAM.iter().map(|(_, bytes)| bytes).sum::<u64>() <= (128 - 32) * 1024);
+        assert!(RAM.iter().map(|(_, bytes)| bytes).sum::<u64>() <= (128 - 16) * 1024);
     }
 }

@@ -1,5 +1,7 @@
 //! Noise processes of sixteen channels, mean square 1 in each, at any frame rate.
 
+use super::bound::Process as Autoregressions;
+use crate::bound::{orthonormal, remove};
 use crate::draw::Draw;
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::TAU;
@@ -29,18 +31,31 @@ pub enum Noise {
     SharedWalk,
     /// A vibration of 3 to 30 Hz, a tenth of its frequency wide, with a phase of its own in each channel.
     NarrowBand,
+    /// What some recordings without a tone hold, less level and slope: each window from a place of its own.
+    Real(&'static [Vec<[f64; TAXELS]>]),
+}
+
+/// The covariance of the channels' noise.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Covariance {
+    /// Each channel has its own.
+    Independent(Autoregressions),
+    /// Two disturbances of one process reach each channel with gains; beside them white noise of a variance.
+    Shared { process: Autoregressions, gains: Box<[[f64; 2]; TAXELS]>, white: f64 },
 }
 
 /// A process of one channel, sample after sample.
 type Process<'a> = Box<dyn FnMut(&mut Draw) -> f64 + 'a>;
 
-/// Frames of the noise.
-pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> Vec<[f64; TAXELS]> {
-    let independent = |process: &dyn Fn(&mut Draw) -> Process<'static>, draw: &mut Draw| {
+/// Frames of the noise, and their covariance where it has a closed form.
+pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> (Vec<[f64; TAXELS]>, Option<Covariance>) {
+    type Make<'a> = &'a dyn Fn(&mut Draw) -> Process<'static>;
+    let independent = |process: Make, parts: Vec<(f64, f64)>, white: f64, draw: &mut Draw| {
         let mut channels: Vec<_> = (0..TAXELS).map(|_| process(draw)).collect();
-        (0..count).map(|_| std::array::from_fn(|c| channels[c](draw))).collect::<Vec<[f64; TAXELS]>>()
+        let frames = (0..count).map(|_| std::array::from_fn(|c| channels[c](draw))).collect();
+        (frames, Some(Covariance::Independent(Autoregressions { autoregressions: parts, white })))
     };
-    let shared = |process: &dyn Fn(&mut Draw) -> Process<'static>, phases: bool, draw: &mut Draw| {
+    let shared = |process: Make, parts: Vec<(f64, f64)>, phases: bool, draw: &mut Draw| {
         let mut both = [process(draw), process(draw)];
         let gains: [[f64; 2]; TAXELS] = std::array::from_fn(|_| {
             let (gain, phase) = (draw.even(0.5, 1.5), draw.even(0.0, TAU));
@@ -52,25 +67,48 @@ pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> Vec<
                 (1.0 - FLOOR).sqrt() * (gains[c][0] * a + gains[c][1] * b) + FLOOR.sqrt() * draw.normal()
             })
         };
-        (0..count).map(frame).collect()
+        let frames = (0..count).map(frame).collect();
+        let parts: Vec<_> = parts.iter().map(|(factor, variance)| (*factor, (1.0 - FLOOR) * variance)).collect();
+        let process = Autoregressions { autoregressions: parts, white: 0.0 };
+        let covariance = Covariance::Shared { gains: Box::new(gains), white: FLOOR, process };
+        (frames, Some(covariance).filter(|_| matches!(noise, Noise::SharedPink | Noise::SharedPhases)))
     };
+    let pink_parts = || pink_factors(rate_hz).map(|factor| (factor, 1.0 / PINK_CORNERS_HZ.len() as f64)).to_vec();
     match noise {
-        Noise::White => independent(&|_| Box::new(Draw::normal), draw),
-        Noise::Impulses => independent(&|_| Box::new(impulses), draw),
-        Noise::Pink => independent(&|draw| pink(rate_hz, draw), draw),
-        Noise::Ar(phi) => independent(&|draw| autoregressive(phi, draw), draw),
-        Noise::SharedPink => shared(&|draw| pink(rate_hz, draw), false, draw),
-        Noise::SharedPhases => shared(&|draw| pink(rate_hz, draw), true, draw),
+        Noise::White => independent(&|_| Box::new(Draw::normal), Vec::new(), 1.0, draw),
+        // The covariance of what is left without the impulses: they are known from the rest at a glance.
+        Noise::Impulses => independent(&|_| Box::new(impulses), Vec::new(), 1.0, draw),
+        Noise::Pink => independent(&|draw| pink(rate_hz, draw), pink_parts(), 0.0, draw),
+        Noise::Ar(phi) => independent(&|draw| autoregressive(phi, draw), vec![(phi, 1.0)], 0.0, draw),
+        Noise::SharedPink => shared(&|draw| pink(rate_hz, draw), pink_parts(), false, draw),
+        Noise::SharedPhases => shared(&|draw| pink(rate_hz, draw), pink_parts(), true, draw),
         // Its mean square grows; over the window it is about 1.
         Noise::SharedWalk => {
             let step = (6.0 / count as f64).sqrt();
-            shared(&|_| walk(step), false, draw)
+            shared(&|_| walk(step), Vec::new(), false, draw)
         }
         Noise::NarrowBand => {
             let centre = draw.log(3.0, 30.0) / rate_hz;
-            shared(&|draw| resonance(centre, 0.1 * centre, draw), true, draw)
+            shared(&|draw| resonance(centre, 0.1 * centre, draw), Vec::new(), true, draw)
         }
+        Noise::Real(recordings) => (real(recordings, count, draw), None),
     }
+}
+
+/// A piece of one of the recordings that are long enough, less level and slope, of mean square one in each channel.
+fn real(recordings: &[Vec<[f64; TAXELS]>], count: usize, draw: &mut Draw) -> Vec<[f64; TAXELS]> {
+    let long: Vec<_> = recordings.iter().filter(|recording| recording.len() >= count).collect();
+    let mut frames = vec![[0.0; TAXELS]; count];
+    let Some(recording) = long.get(draw.whole(0, long.len().max(1) as u64 - 1) as usize) else { return frames };
+    let first = draw.whole(0, (recording.len() - count) as u64) as usize;
+    let line = orthonormal(vec![vec![1.0; count], (0..count).map(|n| n as f64).collect()]);
+    for c in 0..TAXELS {
+        let mut column: Vec<f64> = recording[first..first + count].iter().map(|frame| frame[c]).collect();
+        remove(&mut column, &line);
+        let rms = (column.iter().map(|value| value * value).sum::<f64>() / count as f64).sqrt();
+        frames.iter_mut().zip(&column).for_each(|(frame, value)| frame[c] = value / rms.max(f64::MIN_POSITIVE));
+    }
+    frames
 }
 
 fn impulses(draw: &mut Draw) -> f64 {
@@ -88,9 +126,13 @@ fn autoregressive(phi: f64, draw: &mut Draw) -> Process<'static> {
     })
 }
 
+/// Factors of the autoregressions that add up to pink noise.
+fn pink_factors(rate_hz: f64) -> [f64; PINK_CORNERS_HZ.len()] {
+    PINK_CORNERS_HZ.map(|corner_hz| (-TAU * corner_hz / rate_hz).exp())
+}
+
 fn pink(rate_hz: f64, draw: &mut Draw) -> Process<'static> {
-    let part = |corner_hz: &f64| (-TAU * corner_hz / rate_hz).exp();
-    let mut parts: Vec<_> = PINK_CORNERS_HZ.iter().map(part).map(|phi| autoregressive(phi, draw)).collect();
+    let mut parts = pink_factors(rate_hz).map(|phi| autoregressive(phi, draw));
     let scale = (PINK_CORNERS_HZ.len() as f64).sqrt().recip();
     Box::new(move |draw| scale * parts.iter_mut().map(|part| part(draw)).sum::<f64>())
 }
@@ -127,7 +169,7 @@ mod tests {
         let mut draw = Draw::new(3);
         let mut sums = [0.0; 4];
         for _ in 0..40 {
-            let frames = frames(noise, 1000, 241.14, &mut draw);
+            let (frames, _) = frames(noise, 1000, 241.14, &mut draw);
             for pair in frames.windows(2) {
                 for c in 0..TAXELS {
                     sums[0] += pair[0][c].powi(2);
@@ -171,7 +213,7 @@ mod tests {
         let mut draw = Draw::new(5);
         let mut octaves = [0.0; 6];
         for _ in 0..12 {
-            let frames = frames(Noise::Pink, count, rate_hz, &mut draw);
+            let (frames, _) = frames(Noise::Pink, count, rate_hz, &mut draw);
             for (octave, power) in octaves.iter_mut().enumerate() {
                 for bin in 8 << octave..16 << octave {
                     let angle = TAU * bin as f64 / count as f64;

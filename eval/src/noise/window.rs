@@ -1,13 +1,18 @@
 //! A window that is made of parts: noise, a tone, how its speed goes, and something else.
 
-use super::process::{self, Noise};
+use super::parts::{add_baseline, add_tone, add_waves, frequencies};
+use super::process::{self, Covariance, Noise};
 use crate::draw::Draw;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
-use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Codes of a standard deviation of the noise: rounding to whole codes is far below it.
 const CODES_PER_SIGMA: f64 = 1000.0;
+/// Frequency of mains as the estimator is given it, and in truth, hertz.
+const MAINS_HZ: (f64, f64) = (50.0, 49.5);
+/// The rail above the level of a saturated channel, amplitudes of the tone.
+const RAIL: f64 = 0.3;
 
 /// The speed over the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,9 +62,13 @@ pub enum Extra {
     Gains,
     /// Three channels that stay at one value, two that are noise alone.
     DeadChannels,
+    /// Three channels that are clipped at a rail, two that stay there.
+    Saturated,
+    /// Mains hum of this size at [`MAINS_HZ`].
+    Mains(f64),
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Window {
     pub values: Vec<Values>,
     /// Step of the values' rounding.
@@ -68,6 +77,30 @@ pub struct Window {
     pub mean: Option<f64>,
     /// Its mean weighted by a parabola that is zero at the window's ends.
     pub weighted: Option<f64>,
+    /// RMS of the frequency about its mean, as a share of it.
+    pub wander: f64,
+    /// Change of the frequency, cycles per frame, in each frame; none if it wanders.
+    pub chirp: Option<f64>,
+    /// A second tone, cycles per frame.
+    pub second: Option<f64>,
+    /// The interferer that the estimator is given, cycles per frame.
+    pub interferer: Option<f64>,
+    /// What the bound needs; none where there is none.
+    pub truth: Option<Truth>,
+}
+
+/// What the bound of a steady tone needs, in standard deviations of the noise.
+#[derive(Clone, Debug)]
+pub struct Truth {
+    /// The tone's derivative by the frequency in cycles per frame.
+    pub derivative: Vec<[f64; TAXELS]>,
+    pub values: Vec<[f64; TAXELS]>,
+    pub covariance: Covariance,
+    /// Baselines beside level and slope, of an unknown size in each channel.
+    pub shapes: Vec<Vec<f64>>,
+    pub harmonics: usize,
+    /// Variance of rounding.
+    pub rounding: f64,
 }
 
 /// The parts of a window.
@@ -81,120 +114,79 @@ pub struct Recipe {
 impl Recipe {
     /// A window of so many frames.
     pub fn make(&self, count: usize, rate_hz: f64, draw: &mut Draw) -> Window {
-        let mut frames = process::frames(self.noise, count, rate_hz, draw);
-        let (mut mean, mut weighted) = (None, None);
+        let (mut frames, covariance) = process::frames(self.noise, count, rate_hz, draw);
+        let mut window = Window { step: 1.0, chirp: Some(0.0), ..Window::default() };
         // Of the strongest harmonic, in standard deviations of the noise.
         let amplitude = self.tone.map_or(1.0, |tone| 10f64.powf(tone.snr_db / 20.0) / FRAC_1_SQRT_2);
+        let mut derivative = Vec::new();
         if let Some(tone) = self.tone {
             let frequencies = frequencies(&tone, count, rate_hz, draw);
             let parabola = |n: usize| 1.0 - ((2.0 * n as f64 + 1.0) / count as f64 - 1.0).powi(2);
             let weights: f64 = (0..count).map(parabola).sum();
-            mean = Some(frequencies.iter().sum::<f64>() / count as f64);
-            weighted = Some(frequencies.iter().enumerate().map(|(n, f)| parabola(n) * f).sum::<f64>() / weights);
-            add_tone(&mut frames, &frequencies, &tone.harmonics, amplitude, self.extra, draw);
+            let mean = frequencies.iter().sum::<f64>() / count as f64;
+            window.mean = Some(mean);
+            window.weighted = Some(frequencies.iter().enumerate().map(|(n, f)| parabola(n) * f).sum::<f64>() / weights);
+            let square = frequencies.iter().map(|f| (f / mean - 1.0).powi(2)).sum::<f64>() / count as f64;
+            window.wander = square.sqrt();
+            window.chirp = match tone.speed {
+                Speed::Steady => Some(0.0),
+                Speed::Wander(_) => None,
+                Speed::Chirp(_) => frequencies.get(..2).map(|first| first[1] - first[0]),
+            };
+            derivative = add_tone(&mut frames, &frequencies, &tone.harmonics, amplitude, self.extra, draw);
             if self.extra == Extra::SecondTone {
                 let times = *[1.25, 1.4, 1.6, 2.4, 2.6].get(draw.whole(0, 4) as usize).unwrap_or(&1.4);
                 let second: Vec<f64> = frequencies.iter().map(|f| times * f).collect();
                 add_tone(&mut frames, &second, &tone.harmonics, amplitude, Extra::Nothing, draw);
+                window.second = Some(times * mean);
             }
         }
-        add_baseline(&mut frames, self.extra, amplitude, draw);
+        let shapes = add_baseline(&mut frames, self.extra, amplitude, draw);
         let gains: [f64; TAXELS] =
             std::array::from_fn(|c| if self.extra == Extra::Gains { 10f64.powf(4.0 * c as f64 / 15.0 - 2.0) } else { 1.0 });
         let offsets: [f64; TAXELS] = std::array::from_fn(|_| draw.even(-2e5, 2e5).round());
+        if let Extra::Mains(size) = self.extra {
+            window.interferer = Some(MAINS_HZ.0 / rate_hz);
+            add_waves(&mut frames, MAINS_HZ.1 / rate_hz, size * amplitude, draw);
+        }
         let step = if let Extra::Rounded(share) = self.extra { (share * amplitude * CODES_PER_SIGMA).round() } else { 1.0 };
-        let is_flat = |c: usize| self.extra == Extra::DeadChannels && c < 3;
+        let is_flat = |c: usize| match self.extra {
+            Extra::DeadChannels => c < 3,
+            Extra::Saturated => (3..5).contains(&c),
+            _ => false,
+        };
         let value = |frame: &[f64; TAXELS], c: usize| {
             if is_flat(c) {
                 return offsets[c] as f32;
             }
-            let value = offsets[c] + CODES_PER_SIGMA * gains[c] * frame[c];
+            let most = if self.extra == Extra::Saturated && c < 3 { RAIL * amplitude } else { f64::INFINITY };
+            let value = offsets[c] + CODES_PER_SIGMA * gains[c] * frame[c].min(most);
             ((value / step).round() * step) as f32
         };
-        let values = frames.iter().map(|frame| std::array::from_fn(|c| value(frame, c))).collect();
-        Window { values, step: step as f32, mean, weighted }
+        window.values = frames.iter().map(|frame| std::array::from_fn(|c| value(frame, c))).collect();
+        window.step = step as f32;
+        derivative.iter_mut().flat_map(|frame| frame.iter_mut().enumerate()).for_each(|(c, value)| {
+            *value = if is_flat(c) { 0.0 } else { *value };
+        });
+        let in_sigmas = |frame: &Values| std::array::from_fn(|c| f64::from(frame[c]) / CODES_PER_SIGMA / gains[c]);
+        let steady = self.tone.filter(|tone| tone.speed == Speed::Steady && self.extra.has_bound());
+        window.truth = steady.zip(covariance).map(|(tone, covariance)| Truth {
+            derivative,
+            values: window.values.iter().map(in_sigmas).collect(),
+            covariance,
+            shapes,
+            harmonics: 1 + tone.harmonics.iter().rposition(|relative| *relative > 0.0).unwrap_or(0),
+            rounding: (step / CODES_PER_SIGMA).powi(2) / 12.0,
+        });
+        window
     }
 }
 
-/// The tone's frequency in each frame, cycles per frame.
-fn frequencies(tone: &Tone, count: usize, rate_hz: f64, draw: &mut Draw) -> Vec<f64> {
-    let (least, most) = tone.cycles;
-    let most = most.min(40.0 / rate_hz * count as f64).max(least);
-    let middle = draw.log(least, most) / count as f64;
-    match tone.speed {
-        Speed::Steady => vec![middle; count],
-        Speed::Wander(share) => {
-            let phi = (-TAU * 2.0 / rate_hz).exp();
-            let mut state = draw.normal();
-            let mut next = || {
-                let value = state;
-                state = phi * state + (1.0 - phi * phi).sqrt() * draw.normal();
-                middle * (1.0 + share * value)
-            };
-            (0..count).map(|_| next()).collect()
-        }
-        Speed::Chirp(share) => (0..count).map(|n| middle * (1.0 + share * (n as f64 / count as f64 - 0.5))).collect(),
-    }
-}
-
-fn add_tone(
-    frames: &mut [[f64; TAXELS]],
-    frequencies: &[f64],
-    harmonics: &[f64],
-    amplitude: f64,
-    extra: Extra,
-    draw: &mut Draw,
-) {
-    let count = frames.len();
-    let phases: [[f64; 5]; TAXELS] = std::array::from_fn(|_| std::array::from_fn(|_| draw.even(0.0, TAU)));
-    let gains: [f64; TAXELS] = std::array::from_fn(|c| match extra {
-        Extra::DeadChannels if (3..5).contains(&c) => 0.0,
-        _ => draw.even(0.5, 1.5),
-    });
-    let mut turns = 0.0;
-    for (n, (frame, frequency)) in frames.iter_mut().zip(frequencies).enumerate() {
-        let part = n as f64 / count as f64;
-        let envelope = match extra {
-            Extra::HalfTone if part < 0.5 => 0.0,
-            Extra::Decay => 10f64.powf(-part),
-            _ => 1.0,
-        };
-        for (c, value) in frame.iter_mut().enumerate() {
-            let wave = |(h, relative): (usize, &f64)| relative * (TAU * (h + 1) as f64 * turns + phases[c][h]).cos();
-            *value += envelope * amplitude * gains[c] * harmonics.iter().enumerate().map(wave).sum::<f64>();
-        }
-        turns += frequency;
-    }
-}
-
-/// Adds what is neither tone nor noise, with a gain of its own in each channel.
-fn add_baseline(frames: &mut [[f64; TAXELS]], extra: Extra, amplitude: f64, draw: &mut Draw) {
-    let count = frames.len();
-    let (place, width) = (draw.even(0.2, 0.8), draw.log(0.08, 0.25));
-    let decay = draw.even(0.02, 0.05);
-    let mut add = |size: f64, shape: &dyn Fn(f64) -> f64, draw: &mut Draw| {
-        let gains: [f64; TAXELS] = std::array::from_fn(|_| if draw.coin() { 1.0 } else { -1.0 } * draw.even(0.5, 1.5));
-        for (n, frame) in frames.iter_mut().enumerate() {
-            let shape = size * amplitude * shape((n as f64 + 0.5) / count as f64);
-            frame.iter_mut().zip(gains).for_each(|(value, gain)| *value += gain * shape);
-        }
-    };
-    match extra {
-        Extra::Relaxations(how_many, size) => {
-            for _ in 0..how_many {
-                let length = draw.log(0.1, 3.0);
-                add(size, &|part| (-part / length).exp(), draw);
-            }
-        }
-        Extra::LogCreep(size) => {
-            let before = draw.log(0.03, 1.0);
-            add(size, &|part| (part / before).ln_1p(), draw);
-        }
-        Extra::Step(size) => add(size, &|part| f64::from(u8::from(part > place)), draw),
-        Extra::Bump(size) => add(size, &|part| (-0.5 * ((part - place) / width).powi(2)).exp(), draw),
-        // It begins in the first quarter of the window. Its length is a share of the window, as all lengths here are.
-        Extra::Spike(size) => add(size, &|part| if part < 0.3 * place { 0.0 } else { (-(part - 0.3 * place) / decay).exp() }, draw),
-        _ => {}
+impl Extra {
+    /// Whether what it adds is linear in unknowns, so that the bound counts it.
+    fn has_bound(self) -> bool {
+        use Extra::{DeadChannels, Gains, LogCreep, Nothing, Relaxations, Rounded};
+        matches!(self, Nothing | Relaxations(..) | LogCreep(_) | Rounded(_) | Gains | DeadChannels)
     }
 }
 

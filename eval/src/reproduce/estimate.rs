@@ -6,6 +6,7 @@ use crate::baselines::{Method, Scratch};
 use crate::trade::contender::fit;
 use anyhow::Result;
 use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -93,8 +94,9 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
     let values: Vec<[f32; TAXELS]> =
         part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
     let fit = fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
-    let good = fit.status == ridgetone_tone::Status::Good;
-    Ok(good.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
+    // The stimulator's speed has a ripple: the mean counts.
+    let single = matches!(fit.status, Status::Good | Status::Unsteady);
+    Ok(single.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))
 }
 
 /// A sine and an offset at a known frequency, by least squares: offset, amplitude of the cosine and of the sine, with

@@ -126,7 +126,7 @@ fn firmware(taken: &Taken) -> Option<Firmware> {
             _ => None,
         })
         .max_by(|a, b| a.window_s.total_cmp(&b.window_s))
-        .filter(|fit| fit.status == Status::Good)
+        .filter(|fit| matches!(fit.status, Status::Good | Status::Unsteady))
         .map(|fit| (f64::from(fit.frequency), f64::from(fit.sigma)));
     Some(Firmware { contact_s, slide_s: taken.longest_slide_s()?, tone_hz })
 }

@@ -1,6 +1,7 @@
 //! The trade: that it runs, and that the page is what was measured.
 
 use super::{from_root, read};
+use crate::noise;
 use crate::page::load;
 use crate::trade::results::Trade;
 use crate::trade::{self, Windows};
@@ -9,8 +10,8 @@ use crate::trade::{self, Windows};
 fn the_least_run_measures_every_choice_and_every_bar() {
     let mut trade = trade::measure((1, Windows { accuracy: 2, noise: 2, detection: 1 }), None).expect("a run");
     // Six windows of: four harmonics with four channel counts; three other settings in a grating, one in a pure tone;
-    // eight baselines in two scenes.
-    assert_eq!(trade.rows.len(), 6 * (16 + 4 + 2 * 8));
+    // nine baselines in two scenes.
+    assert_eq!(trade.rows.len(), 6 * (16 + 4 + 2 * 9));
     assert!(trade.rows.iter().all(|row| row.accuracy.windows > 0));
     // Seven lines of Table 2 have a cycle in 0.2 s, all ten in the other five windows; three noises.
     assert_eq!(trade.bars.cells.len(), 3 * (7 + 5 * 10));
@@ -23,7 +24,9 @@ fn the_least_run_measures_every_choice_and_every_bar() {
     assert!(30.0 * percent("Ridgetone") < percent("periodogram"));
 
     trade.rows.iter_mut().for_each(|row| row.instructions = Some(168_000));
-    let (page, svg) = (trade::page(&trade).expect("a page"), trade::chart::draw(&trade));
+    let noise = noise::rows(2, 5, Some("sigma"), &[]).expect("rows");
+    let (page, svg) = (trade::page(&trade, &noise).expect("a page"), trade::chart::draw(&trade, &noise));
+    assert!(svg.contains("pink") && !trade::chart::draw(&trade, &[]).contains("pink"));
     assert!(page.contains("| 1001.00 | 168,000 | 11.7 |"), "{page}");
     for text in [page, svg] {
         assert!(!text.contains("NaN") && !text.contains("inf "), "{text}");
@@ -34,8 +37,12 @@ fn the_least_run_measures_every_choice_and_every_bar() {
 fn the_page_and_its_picture_are_what_their_data_give() {
     let trade: Trade = load(&from_root("docs/trade.json")).expect("the data");
     // `cargo xtask bench --render` fills in the page again, `cargo xtask bench --write` measures.
-    assert!(trade::page(&trade).expect("a page") == read("docs/trade.md"), "docs/trade.md is not what its data give");
-    assert!(trade::chart::draw(&trade) == read("docs/trade.svg"), "docs/trade.svg is not what its data give");
+    let noise = noise::load(&from_root("docs")).expect("the data");
+    assert!(
+        trade::page(&trade, &noise).expect("a page") == read("docs/trade.md"),
+        "docs/trade.md is not what its data give"
+    );
+    assert!(trade::chart::draw(&trade, &noise) == read("docs/trade.svg"), "docs/trade.svg is not what its data give");
     // The text names the bars that are not met.
     let not_met: Vec<_> = trade.all_bars().into_iter().filter(|bar| !bar.met).map(|bar| bar.bar).collect();
     assert!(not_met.iter().all(|bar| bar.starts_with("fit, ")), "{not_met:?}");

@@ -1,6 +1,6 @@
 //! The bars of accuracy, and their measurements.
 
-use super::accuracy::{Accuracy, rounded};
+use crate::accuracy::{Accuracy, rounded};
 use super::contender::{Contender, fit, samples};
 use crate::bar::Bar;
 use crate::parallel;
@@ -170,12 +170,16 @@ impl Bars {
         let mut shares: Vec<(f64, String)> = groups
             .map(|(length, snr_db)| {
                 // Lines of Table 2 count alike, however many windows each of them was given.
-                let of = |cell: &&Cell| (cell.setting.length, cell.setting.snr_db) == (length, snr_db);
+                // Few cycles may have none that is good.
+                let of = |cell: &&Cell| {
+                    (cell.setting.length, cell.setting.snr_db) == (length, snr_db) && cell.accuracy.good > 0
+                };
                 let shares =
                     self.cells.iter().filter(of).map(|cell| percent(cell.accuracy.covered, cell.accuracy.good));
                 let (sum, count) = shares.fold((0.0, 0.0), |(sum, count), share| (sum + share, count + 1.0));
                 (sum / count, format!("{length}, {snr_db} dB"))
             })
+            .filter(|(share, _): &(f64, String)| share.is_finite())
             .collect();
         shares.sort_by(|a, b| a.0.total_cmp(&b.0));
         let (least, most) = (shares.first(), shares.last());

@@ -1,14 +1,18 @@
 //! The picture of the trade: error against instructions, one line for each method, the bound beside them.
 
+use super::noise_chart;
 use super::results::{Row, Trade};
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};
+use crate::noise;
 use crate::plot::{Sample, Shape, key, log_axis, marker, picture};
 use crate::axis::Axis;
 use ridgetone_host::digits::significant;
 use ridgetone_host::svg::{Anchor, Svg};
 use ridgetone_proto::settings::TAXELS;
 
+/// Height of the picture without what may be below it, pixels.
+const HEIGHT: f64 = 690.0;
 /// Edges of the axes' rectangle, pixels.
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 850.0;
@@ -20,7 +24,7 @@ const LABEL_HEIGHT: f64 = 14.0;
 /// Classes of lines and their markers; each shape has each of them once.
 const LINES: [(&str, &str); 3] =
     [("one", "solid one fillone"), ("two", "solid two filltwo"), ("three", "solid three fillthree")];
-const SHAPES: [Shape; 3] = [Shape::Diamond, Shape::Square, Shape::Triangle];
+pub const SHAPES: [Shape; 3] = [Shape::Diamond, Shape::Square, Shape::Triangle];
 
 /// A method's line: its name, and cost and error by window.
 struct Line<'a> {
@@ -28,14 +32,18 @@ struct Line<'a> {
     rows: Vec<&'a Row>,
 }
 
-pub fn draw(trade: &Trade) -> String {
+/// The picture; where the noise of `noise` was compared with its bound, that is below.
+pub fn draw(trade: &Trade, noise: &[noise::Row]) -> String {
     let lines = lines(trade);
     let points = || lines.iter().flat_map(|line| &line.rows).filter_map(|row| point(row));
     let bounds: Vec<(f64, f64)> = WINDOWS_S.into_iter().filter_map(|window_s| bound(trade, window_s)).collect();
     let x = Axis::around(points().map(|point| point.0), (LEFT, RIGHT));
     let y = Axis::around(points().map(|point| point.1).chain(bounds.iter().map(|bound| bound.1)), (BOTTOM, TOP));
 
-    let mut svg = picture(690.0, "Cost and error of a fit");
+    let kinds = noise::kinds(noise);
+    let has_bounds = kinds.iter().flat_map(|kind| &kind.ours).any(|figures| figures.over_bound.is_some());
+    let below = if has_bounds { noise_chart::HEIGHT } else { 0.0 };
+    let mut svg = picture(HEIGHT + below, "Cost and error of a fit");
     let title = "RMS error, % of the frequency, against instructions; a grating with overtones, noise 20 dB below its tone";
     svg.text(22.0, 26.0, Anchor::Start, "title", title);
     log_axis(&mut svg, &y, (LEFT, RIGHT));
@@ -65,6 +73,9 @@ pub fn draw(trade: &Trade) -> String {
     for (n, entries) in entries.chunks(3).enumerate() {
         key(&mut svg, LEFT, BOTTOM + 76.0 + 22.0 * n as f64, entries);
     }
+    if has_bounds {
+        noise_chart::draw(&mut svg, &kinds, HEIGHT, (LEFT, RIGHT));
+    }
     svg.finish()
 }
 
@@ -91,7 +102,7 @@ fn lines(trade: &Trade) -> Vec<Line<'_>> {
         Line { name: name.into(), rows: rows.filter(|row| point(row).is_some()).collect() }
     };
     let baseline = |method: Method| {
-        let rows = WINDOWS_S.into_iter().flat_map(|window_s| trade.baseline(window_s, four, method));
+        let rows = WINDOWS_S.into_iter().flat_map(|window_s| trade.baseline(window_s, four, method.name()));
         let rows: Vec<&Row> = rows.filter(|row| point(row).is_some()).collect();
         let channels = rows.first().map(|row| row.channels).filter(|channels| usize::from(*channels) < TAXELS);
         let name = channels.map_or_else(String::new, |channels| format!(", {channels} channels"));

@@ -1,10 +1,10 @@
 //! The estimators: Ridgetone's own fit, and the baselines.
 
-use crate::baselines::{Method, Scratch};
+use crate::baselines::{Method, Scratch, nls};
 use crate::bound::Clue;
 use crate::setting::Setting;
 use crate::simulated::Simulated;
-use super::accuracy::{Answer, Sample};
+use crate::accuracy::{Answer, Sample};
 use anyhow::{Context, Result};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{Fit, Fitter, FrameSpan, Status, Table, Values};
@@ -15,6 +15,10 @@ pub enum Contender {
     Ridgetone {
         harmonics: u8,
         channels: u8,
+    },
+    /// The opponent on all channels, with up to so many harmonics.
+    Nls {
+        harmonics: u8,
     },
     /// Another method on the first `channels` channels.
     Baseline {
@@ -37,9 +41,18 @@ impl Contender {
                 let answer = Answer {
                     hz: to_hz(fit.frequency),
                     sigma_hz: Some(to_hz(fit.sigma)),
-                    ambiguous: fit.status == Status::Ambiguous,
+                    ambiguous: fit.status != Status::Good,
                 };
                 Ok(fit.status.has_tone().then_some(answer))
+            }
+            Self::Nls { harmonics } => {
+                let estimate = nls::estimate(&window.values, TAXELS, harmonics.into(), None);
+                let to_hz = |per_frame: f64| per_frame * window.frame_rate_hz;
+                Ok(estimate.map(|estimate| Answer {
+                    hz: to_hz(estimate.frequency),
+                    sigma_hz: Some(to_hz(estimate.sigma)),
+                    ambiguous: false,
+                }))
             }
             Self::Baseline { method, channels } => {
                 let estimate = method.estimate(&window.values, channels.into(), &mut Box::new(Scratch::EMPTY));
@@ -53,7 +66,7 @@ impl Contender {
     fn channels(&self) -> usize {
         match *self {
             Self::Ridgetone { channels, .. } => channels.into(),
-            Self::Baseline { .. } => TAXELS,
+            Self::Nls { .. } | Self::Baseline { .. } => TAXELS,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The trade: accuracy by window, channels and harmonics, beside other methods on the same windows.
 
-use super::accuracy::{Accuracy, Sample};
+use crate::accuracy::{Accuracy, Sample};
 use super::contender::{Contender, samples};
-use super::results::{RIDGETONE, Row};
+use super::results::{NLS, RIDGETONE, Row};
 use crate::baselines::Method;
 use crate::bench::fits::{CHANNELS, HARMONICS, SNR_DB, WINDOWS_S, is_measured};
 use crate::bench::report::Report;
@@ -10,8 +10,9 @@ use crate::bench::baselines;
 use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
+use ridgetone_proto::settings::TAXELS;
 
-/// The slowest method gets one window in so many.
+/// The slowest methods get one window in so many.
 const SLOW_EVERY: u64 = 10;
 /// Seeds of a window's and scene's windows begin at multiples of this.
 const SEEDS: u64 = 10_000_000;
@@ -44,6 +45,7 @@ fn contenders(carried: u8) -> Vec<Contender> {
             .collect();
         baselines.dedup();
         all.extend(baselines);
+        all.push(Contender::Nls { harmonics: carried });
     }
     all
 }
@@ -75,6 +77,7 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
         let own: Vec<Sample> = own.map(|(_, sample)| *sample).collect();
         let (method, harmonics, channels) = match *contender {
             Contender::Ridgetone { harmonics, channels } => (RIDGETONE, harmonics, channels),
+            Contender::Nls { harmonics } => (NLS, harmonics, TAXELS as u8),
             Contender::Baseline { method, channels } => (method.name(), 1, channels),
         };
         Row {
@@ -91,7 +94,7 @@ fn of_scene(window_s: f64, carried: u8, windows: u32, seed: u64) -> Result<Vec<R
     Ok(contenders.iter().map(row).collect())
 }
 
-/// Whether it takes seconds for a long window: the Jacobian of all channels at once.
+/// Whether it takes long for a long window: the Jacobian of all channels at once, or many candidates.
 fn is_slow(contender: &Contender) -> bool {
-    matches!(contender, Contender::Baseline { method: Method::LmJoint, .. })
+    matches!(contender, Contender::Nls { .. } | Contender::Baseline { method: Method::LmJoint, .. })
 }

@@ -1,14 +1,16 @@
 //! The data of a trade, as `trade.json` has them.
 
-use super::accuracy::Accuracy;
+use crate::accuracy::Accuracy;
 use super::bars::Bars;
-use crate::baselines::Method;
 use crate::bar::Bar;
 use crate::bench::fits::PASS_INSTRUCTIONS;
 use serde::{Deserialize, Serialize};
 
 /// Name of the fit under test.
 pub const RIDGETONE: &str = "Ridgetone";
+
+/// Name of the opponent on a PC.
+pub const NLS: &str = "harmonic NLS, f64";
 
 /// Clock of the STM32F405, hertz.
 const CLOCK_HZ: f64 = 168e6;
@@ -40,8 +42,8 @@ impl Trade {
     }
 
     /// Rows of another method in scenes of `carried` harmonics: on all channels, and on those that fit the chip.
-    pub fn baseline(&self, window_s: f64, carried: u8, method: Method) -> impl Iterator<Item = &Row> {
-        let key = (method.name(), window_s, carried);
+    pub fn baseline(&self, window_s: f64, carried: u8, method: &str) -> impl Iterator<Item = &Row> {
+        let key = (method, window_s, carried);
         self.rows.iter().filter(move |row| (row.method.as_str(), row.window_s, row.carried) == key)
     }
 }

@@ -1,12 +1,13 @@
 //! The tables of `docs/trade.md`.
 
 use super::bars::{Bars, LENGTHS, SNRS_DB};
-use super::results::{RIDGETONE, Row, Trade};
+use super::results::{NLS, RIDGETONE, Row, Trade};
 use crate::bar;
 use crate::baselines::Method;
 use crate::bench::baselines::CARRIED;
 use crate::bench::fits::{CHANNELS, HARMONICS, WINDOWS_S};
-use crate::page::{Table, grouped};
+use crate::noise;
+use crate::page::{Table, figure, grouped, over_bound};
 use crate::setting::Setting;
 use hal_mock::TABLE_2;
 use ridgetone_host::digits::significant;
@@ -44,11 +45,6 @@ fn percent(row: &Row) -> String {
 
 fn ratio(row: &Row) -> String {
     or_dash(row.accuracy.error.map(|error| over_bound(error.ratio)))
-}
-
-/// Two decimals near the bound, fewer far from it.
-fn over_bound(ratio: f64) -> String {
-    if ratio < 10.0 { format!("{ratio:.2}") } else { grouped(ratio.round() as u64) }
 }
 
 /// Latency, passes and instructions.
@@ -120,7 +116,8 @@ fn baselines(trade: &Trade) -> String {
         let mut table = Table::new(2, headings);
         for window_s in WINDOWS_S {
             let ours = trade.ridgetone(window_s, carried, carried, TAXELS as u8);
-            let others = Method::ALL.into_iter().flat_map(|method| trade.baseline(window_s, carried, method));
+            let names = Method::ALL.map(Method::name).into_iter().chain([NLS]);
+            let others = names.flat_map(|name| trade.baseline(window_s, carried, name));
             for row in ours.into_iter().chain(others) {
                 let name = if row.method == RIDGETONE { format!("**{RIDGETONE}**") } else { row.method.clone() };
                 let mut cells = vec![window_s.to_string(), name, row.channels.to_string()];
@@ -133,6 +130,23 @@ fn baselines(trade: &Trade) -> String {
         format!("### {what}\n\n{}", table.end())
     };
     CARRIED.map(of_scene).join("\n\n")
+}
+
+/// Noise of each kind: the estimator and its opponent, by window.
+pub fn noise(rows: &[noise::Row]) -> String {
+    let windows = noise::WINDOWS_S.map(|window_s| format!("{window_s} s")).join("|");
+    let mut table = Table::new(2, &format!("noise|method|{windows}"));
+    for kind in noise::kinds(rows) {
+        for (method, by_window) in [(format!("**{RIDGETONE}**"), kind.ours), (NLS.to_owned(), kind.nls)] {
+            let cells = by_window.iter().map(|figures| {
+                let ratio = or_dash(figures.over_bound.map(over_bound));
+                let alarms = figure(figures.false_alarms_percent, 1);
+                format!("{ratio} / {:.0} / {:.0} / {alarms}", figures.covered_percent, figures.good_percent)
+            });
+            table.row(&[vec![kind.name.clone(), method], cells.collect()].concat());
+        }
+    }
+    table.end()
 }
 
 /// Error over bound in every setting of the bar.

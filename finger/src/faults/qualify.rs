@@ -18,7 +18,7 @@ const MARGIN_US: u32 = (2e6 / FRAME_RATE_HZ) as u32;
 const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e6 / FRAME_RATE_HZ) as u32;
 
 /// Adds the kinds of faults that were seen since a window began to its estimate. If they may have changed the frequency,
-/// a good estimate becomes doubtful, without period, speed and direction.
+/// a good or unsteady estimate becomes doubtful, without period, speed and direction.
 ///
 /// Two kinds count outside of the window too. If levels may have moved shortly before it, the slide may not have begun
 /// yet. If an input reached or left a rail shortly before its end, that may have looked like motion.
@@ -45,7 +45,7 @@ pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnosti
     }
     estimate.faults = faults;
     let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
-    if is_doubtful && estimate.status == Status::Good {
+    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
         estimate.status = Status::Doubtful;
         estimate.travel = Travel::NONE;
     }

@@ -20,12 +20,12 @@ const tone = (estimate) => {
   return null;
 };
 
-export function tiles(live) {
+export function tiles({ live, remarks }) {
   const { estimate, whole_slide: whole, health } = live.latest;
   put("frequency", (estimate && tone(estimate)) ?? "none");
   const parts = [];
   if (estimate) {
-    parts.push(words(estimate.status), `${estimate.span} of ${seconds(estimate.window_s)} until ${seconds(estimate.t_s)}`);
+    parts.push(words(estimate.status), ...remarks, `${estimate.span} of ${seconds(estimate.window_s)} until ${seconds(estimate.t_s)}`);
     if (estimate.faults.length) parts.push(`faults: ${estimate.faults.map(words).join(", ")}`);
     if (whole && estimate.span !== "slide" && tone(whole)) parts.push(`slide before: ${tone(whole)}`);
   } else parts.push("no estimate yet");

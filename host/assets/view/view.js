@@ -55,7 +55,7 @@ function draw() {
   document.title = `Ridgetone · ${live.source}`;
   $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
   $("version").textContent = `Ridgetone ${state.version}.`;
-  panels.tiles(live);
+  panels.tiles(state);
   panels.health(shown);
   panels.log(live);
   drawMap(state);

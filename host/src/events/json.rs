@@ -3,7 +3,7 @@
 use crate::digits::seconds;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
-use crate::tone::{JsonTone, period_f32};
+use crate::tone::{JsonBeside, JsonTone, period_f32};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
@@ -52,6 +52,8 @@ enum Body<'a> {
         abscissa: Abscissa,
         #[serde(flatten)]
         tone: JsonTone<f32>,
+        #[serde(flatten)]
+        beside: JsonBeside,
         status: Status,
         harmonics: u8,
         frames_missing: u16,
@@ -178,6 +180,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
             span: e.span,
             abscissa: e.abscissa,
             tone: JsonTone::new(e.abscissa, e.status.has_tone().then_some((e.frequency, e.sigma)), period_f32),
+            beside: JsonBeside::new(e.abscissa, &e.into()),
             status: e.status,
             harmonics: e.harmonics,
             frames_missing: e.frames_missing,
@@ -199,7 +202,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
 mod tests {
     use super::*;
     use ridgetone_proto::fault::FaultKind;
-    use ridgetone_proto::telemetry::{Estimate, Hold, Pressed};
+    use ridgetone_proto::telemetry::{Estimate, Hold, Movement, OtherTone, Pressed};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -235,6 +238,9 @@ mod tests {
             abscissa: Abscissa::Time,
             frequency: 0.0,
             sigma: 0.0,
+            movement: Movement::default(),
+            other_tone: None,
+            interferer_hz: Some(50.5),
             harmonics: 0,
             frames_missing: 2,
             faults: FaultSet::NONE.with(FaultKind::Lost),
@@ -244,7 +250,7 @@ mod tests {
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
         assert_eq!(
             line,
-            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
+            r#"{"type":"estimate","sequence":0,"t_s":2.0,"window_s":1.0,"span":"window","abscissa":"time","frequency_hz":null,"sigma_hz":null,"wander_percent":null,"wander_sigma_percent":null,"sigma_mean_hz":null,"chirp_hz_per_s":null,"chirp_sigma_hz_per_s":null,"other_tone_hz":null,"other_tone_share":null,"interferer_hz":50.5,"status":"no_tone","harmonics":0,"frames_missing":2,"faults":["lost"],"travel":"nothing","direction":null,"spatial_period_mm":null,"spatial_period_sigma_mm":null,"speed_mm_s":null,"speed_sigma_mm_s":null,"channels":[]}"#
         );
     }
 
@@ -258,6 +264,15 @@ mod tests {
             abscissa: Abscissa::Place,
             frequency: 0.25,
             sigma: 0.0625,
+            movement: Movement {
+                wander: 0.03125,
+                wander_sigma: 0.015625,
+                sigma_mean: 0.5,
+                chirp: -0.75,
+                chirp_sigma: 0.125,
+            },
+            other_tone: Some(OtherTone { frequency: 0.375, share: 0.5 }),
+            interferer_hz: None,
             harmonics: 1,
             frames_missing: 0,
             faults: FaultSet::NONE,
@@ -272,7 +287,7 @@ mod tests {
             channels: Default::default(),
         };
         let line = json(&Packet { sequence: 0, event: Event::Estimate(estimate) }).unwrap();
-        let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"status""#;
+        let tone = r#""abscissa":"place","frequency_per_mm":0.25,"sigma_per_mm":0.0625,"period_mm":4.0,"period_sigma_mm":1.0,"wander_percent":3.125,"wander_sigma_percent":1.5625,"sigma_mean_per_mm":0.5,"chirp_per_mm2":-0.75,"chirp_sigma_per_mm2":0.125,"other_tone_per_mm":0.375,"other_tone_share":0.5,"interferer_hz":null,"status""#;
         assert!(line.contains(tone), "{line}");
         let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
         assert!(line.contains(travel), "{line}");

@@ -2,6 +2,7 @@
 
 use crate::digits::{seconds, with_sigma};
 use crate::names::name;
+use crate::remarks::{phrases, remedy};
 use crate::static_image;
 use crate::tone::period_f32;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
@@ -98,6 +99,12 @@ fn estimate(e: &Estimate) -> String {
         format!("{:>9} {unit}", "-")
     };
     let mut out = format!("{span:<6} {:.3} s  {tone}  {}", e.window_s, name(e.status));
+    if let Some(remedy) = remedy(e.status) {
+        out += &format!(" ({remedy})");
+    }
+    for phrase in phrases(e) {
+        out += &format!(", {phrase}");
+    }
     if e.status.has_tone() {
         out += &format!(", harmonics {}", e.harmonics);
         let strongest = |a: &&Channel, b: &&Channel| a.amplitude_v.total_cmp(&b.amplitude_v);

@@ -28,6 +28,17 @@ pub struct Point {
     pub spatial_period_sigma_mm: Option<f32>,
     pub speed_mm_s: Option<f32>,
     pub speed_sigma_mm_s: Option<f32>,
+    /// As `sigma`, against the plain mean of the frequency.
+    pub sigma_mean: Option<f32>,
+    pub wander_percent: Option<f32>,
+    pub wander_sigma_percent: Option<f32>,
+    /// Hertz per second, or by place cycles per millimetre, per millimetre.
+    pub chirp: Option<f32>,
+    pub chirp_sigma: Option<f32>,
+    /// In the unit of `frequency`.
+    pub other_tone: Option<f32>,
+    pub other_tone_share: Option<f32>,
+    pub interferer_hz: Option<f32>,
 }
 
 impl Point {
@@ -48,6 +59,14 @@ impl Point {
             spatial_period_sigma_mm: known(estimate.travel.spatial_period_sigma_mm),
             speed_mm_s: known(estimate.travel.speed_mm_s),
             speed_sigma_mm_s: known(estimate.travel.speed_sigma_mm_s),
+            sigma_mean: tone(estimate.movement.sigma_mean),
+            wander_percent: tone(100.0 * estimate.movement.wander),
+            wander_sigma_percent: tone(100.0 * estimate.movement.wander_sigma),
+            chirp: tone(estimate.movement.chirp),
+            chirp_sigma: tone(estimate.movement.chirp_sigma),
+            other_tone: estimate.other_tone.map(|other| other.frequency),
+            other_tone_share: estimate.other_tone.map(|other| other.share),
+            interferer_hz: estimate.interferer_hz,
         }
     }
 }

@@ -14,7 +14,7 @@ use ratatui::style::Color;
 use ridgetone::pipeline::Pipeline;
 use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Packet, Raw};
+use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Raw, Status};
 
 /// The default scene, folded: a tone of 8.3333 Hz, 3.6 mm at 30 mm/s.
 fn touched() -> Live {
@@ -178,6 +178,25 @@ fn sliding(until_s: f64) -> Live {
         live.now.counts.received += 1;
     }
     live
+}
+
+#[test]
+fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
+    let mut live = sliding(3.3);
+    let mut estimate = live.estimate().unwrap().clone();
+    let shown = |live: &Live, size| lines(&drawn(live, &view(), size));
+    estimate.status = Status::Unsteady;
+    estimate.movement =
+        Movement { wander: 0.021, wander_sigma: 0.002, sigma_mean: 0.02, chirp: -0.31, chirp_sigma: 0.04 };
+    live.take(&Packet { sequence: 9, event: Event::Estimate(estimate.clone()) });
+    let parts = ["unsteady, wander 2.1 %", "shorten the window, give the", "speed, or add one harmonic", "speed  28.6"];
+    assert_shows(&shown(&live, LEAST), &parts);
+    assert_shows(&shown(&live, (80, 31)), &[&parts[..], &["chirp -0.31 +- 0.04 Hz/s"]].concat());
+    estimate.status = Status::Ambiguous;
+    estimate.movement = Movement::default();
+    estimate.other_tone = Some(OtherTone { frequency: 12.31, share: 0.42 });
+    live.take(&Packet { sequence: 10, event: Event::Estimate(estimate) });
+    assert_shows(&shown(&live, LEAST), &["ambiguous ", "use a longer window", "other tone 12.31 Hz, 42 % of"]);
 }
 
 /// The screen in the book, which is to be copied by hand when it changes.

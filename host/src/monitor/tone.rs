@@ -5,14 +5,16 @@ use super::view::View;
 use crate::digits::{decimals, seconds, with_sigma};
 use crate::live::{Live, Phase};
 use crate::names::name;
+use crate::remarks::{phrases, remedy};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::Line;
-use ratatui::widgets::Paragraph;
+use ratatui::widgets::{Paragraph, Wrap};
 use ridgetone_proto::telemetry::{Abscissa, Direction, Estimate, Status, Travel, TravelStatus};
 
 pub fn draw(frame: &mut Frame<'_>, area: Rect, live: &Live, view: &View) {
-    frame.render_widget(Paragraph::new(lines(live, view)).block(boxed(phase(live))), area);
+    let text = Paragraph::new(lines(live, view)).wrap(Wrap { trim: true });
+    frame.render_widget(text.block(boxed(phase(live))), area);
 }
 
 fn phase(live: &Live) -> String {
@@ -38,15 +40,25 @@ fn lines(live: &Live, view: &View) -> Vec<Line<'static>> {
         return vec![Line::raw("no estimate yet"), Line::raw("touch, hold, slide")];
     };
     let mut lines = vec![Line::styled(frequency(estimate), bold())];
-    let until_s = seconds(estimate.t_us);
-    let status = format!("{}, {:.2} s until {until_s:.2} s", name(estimate.status), estimate.window_s);
+    let remedy = remedy(estimate.status);
+    let mut remarks = phrases(estimate).into_iter().peekable();
+    let mut status = name(estimate.status).to_owned();
+    // The smallest screen has six rows here: with a remedy, the time gives way.
+    match remedy {
+        None => status += &format!(", {:.2} s until {:.2} s", estimate.window_s, seconds(estimate.t_us)),
+        Some(_) => {
+            status.extend(remarks.next_if(|remark| remark.starts_with("wander")).map(|wander| format!(", {wander}")))
+        }
+    }
     let style = if estimate.status == Status::Good { Default::default() } else { alarm(view) };
     lines.push(Line::styled(status, style));
+    lines.extend(remedy.map(|remedy| Line::styled(remedy, style)));
     lines.extend(travel(&estimate.travel).into_iter().map(Line::raw));
     if !estimate.faults.is_none() {
         let names: Vec<_> = estimate.faults.iter().map(name).collect();
         lines.push(Line::styled(format!("faults: {}", names.join(", ")), alarm(view)));
     }
+    lines.extend(remarks.map(Line::raw));
     if let Some(whole) = live.whole_slide() {
         lines.push(Line::raw(format!("slide {}", frequency(whole))));
     }

@@ -82,7 +82,10 @@ fn rates_of_rounded_stamps_leave_intervals_that_hold() {
         ("1 s, the scan's rate", 1.0, 241.14..241.14, 0.0),
         ("1 s, jitter", 1.0, 150.0..200.0, 0.4e-3),
     ] {
-        let held = coverage(500, |seed, noise| Recorded {
+        // At the scan's rate 48 stamps have each rounding about as often: the rate is a little better than independent
+        // roundings would leave it. Measured over 4,000 windows 97.7 % hold, with exact stamps 95.1 %.
+        let files = if length_s < 0.5 { 4000 } else { 500 };
+        let held = coverage(files, |seed, noise| Recorded {
             rate_hz: rates_hz.start + (rates_hz.end - rates_hz.start) * noise.uniform(),
             length_s,
             frequency_hz: (8.0 + 32.0 * noise.uniform()).max(2.0 / length_s),

@@ -8,6 +8,7 @@ use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::feed::{FeedEvent, Following};
 use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
+use crate::remarks::{phrases, remedy};
 use crate::static_image::{PLACES, SIDE};
 use anyhow::Result;
 use ridgetone_proto::telemetry::{Event, Packet};
@@ -71,6 +72,8 @@ struct Common<'a> {
     update: u64,
     status: String,
     no_raw: Option<&'a str>,
+    /// What helps against the latest estimate's status, and what is remarkable about it.
+    remarks: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -190,7 +193,10 @@ impl Inner {
 
     fn common(&self) -> Common<'_> {
         let status = status::status(&self.live, self.received.map(|received| received.elapsed()));
-        Common { update: self.number, status, no_raw: self.no_raw.as_deref() }
+        let latest = self.live.estimate();
+        let remedy = latest.and_then(|latest| remedy(latest.status)).map(str::to_owned);
+        let remarks = remedy.into_iter().chain(latest.map(phrases).unwrap_or_default()).collect();
+        Common { update: self.number, status, no_raw: self.no_raw.as_deref(), remarks }
     }
 
     fn state(&self, missed: u64) -> Result<String> {

@@ -6,6 +6,7 @@ mod browser;
 use super::{View, packets, recorded};
 use crate::common;
 use browser::{Browser, Look};
+use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Status};
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -115,14 +116,16 @@ fn assert_quiet(browser: &Browser, view: &View) {
 
 #[test]
 #[ignore = "needs a browser; cargo xtask test installs one"]
-fn a_restarted_command_is_found_again_and_missing_raw_frames_are_explained() {
+fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_tone_are_explained() {
     let folder = common::directory();
-    let only: Vec<_> = packets(3.2)
-        .into_iter()
-        .filter(|packet| !matches!(packet.event, ridgetone_proto::telemetry::Event::Raw(_)))
-        .collect();
-    let numbered: Vec<_> =
-        (0..).zip(only).map(|(sequence, packet)| ridgetone_proto::telemetry::Packet { sequence, ..packet }).collect();
+    let mut only: Vec<_> = packets(3.2).into_iter().filter(|packet| !matches!(packet.event, Event::Raw(_))).collect();
+    let is_estimate = |packet: &&mut Packet| matches!(packet.event, Event::Estimate(_));
+    if let Some(Packet { event: Event::Estimate(estimate), .. }) = only.iter_mut().rfind(is_estimate) {
+        estimate.status = Status::Unsteady;
+        estimate.movement = Movement { wander: 0.02, wander_sigma: 0.001, ..Movement::default() };
+        estimate.other_tone = Some(OtherTone { frequency: 12.5, share: 0.25 });
+    }
+    let numbered: Vec<_> = (0..).zip(only).map(|(sequence, packet)| Packet { sequence, ..packet }).collect();
     let path = recorded(folder.path(), &numbered);
     let arguments = ["--file", common::text(&path), "--pace", "0"];
     let view = View::start(&arguments);
@@ -135,6 +138,12 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_are_explained() {
     assert_drawn(&mut browser, &["history", "map"]);
     let shown = text(&mut browser, "frequency");
     assert!(shown.ends_with(" Hz"), "{shown}");
+    let beside = text(&mut browser, "frequency-small");
+    for part in
+        ["unsteady", "wander 2.0 %", "other tone 12.50 Hz, 25 % of the power", "shorten the window, give the speed"]
+    {
+        assert!(beside.contains(part), "{part}: {beside}");
+    }
     drop(view);
     browser.wait("document.getElementById('status').textContent.startsWith('The command cannot be reached')");
     let _again = View::at(&address, &arguments);

@@ -20,8 +20,16 @@ pub struct Estimate {
     pub abscissa: Abscissa,
     /// The common frequency, hertz, or by place cycles per millimetre; zero without a tone ([`Status::has_tone`]).
     pub frequency: f32,
-    /// Its standard deviation, in the same unit; zero without a tone.
+    /// Its standard deviation as an estimate of the mean that is weighted with a parabola, 1 in the window's middle and 0 at
+    /// its ends, in the same unit; zero without a tone.
     pub sigma: f32,
+    /// How the frequency moves within the window.
+    pub movement: Movement,
+    /// A second tone that is significant beside the first.
+    pub other_tone: Option<OtherTone>,
+    /// Frequency of the interferer ([`Settings::interferer_hz`](crate::settings::Settings::interferer_hz)) as fitted, hertz;
+    /// none if none is set, or if the window is too short to fit it.
+    pub interferer_hz: Option<f32>,
     /// Harmonics fitted, the fundamental included.
     pub harmonics: u8,
     /// Frames of the window that were left out: missing, or without a valid value of a taxel that is valid otherwise.
@@ -46,17 +54,45 @@ pub enum Status {
     TooShort,
     /// No valid channel or no valid frame.
     Nothing,
-    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well.
+    /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well; or the window has too
+    /// few cycles to tell a tone from a single bump, or another line about as strong.
     Ambiguous,
     /// A common tone, but [`Estimate::faults`] may have changed it.
     Doubtful,
+    /// A common tone that moves within the window, or a disturbance of all channels that looks like it. The frequency is its
+    /// mean, weighted most in the window's middle, and its uncertainty counts the movement.
+    Unsteady,
 }
 
 impl Status {
     /// Whether an estimate of this status has a frequency.
     pub const fn has_tone(self) -> bool {
-        matches!(self, Self::Good | Self::Ambiguous | Self::Doubtful)
+        matches!(self, Self::Good | Self::Ambiguous | Self::Doubtful | Self::Unsteady)
     }
+}
+
+/// How the frequency moves within the window; zeros without a tone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Movement {
+    /// How much the frequency differs from its mean, root mean square over the window, as a share of it (0.02 is 2 %).
+    pub wander: f32,
+    /// Its standard deviation.
+    pub wander_sigma: f32,
+    /// Standard deviation of [`Estimate::frequency`] as an estimate of the plain mean over the window, in the same unit.
+    pub sigma_mean: f32,
+    /// Change of the frequency: hertz per second, or by place cycles per millimetre, per millimetre.
+    pub chirp: f32,
+    /// Its standard deviation, in the same unit.
+    pub chirp_sigma: f32,
+}
+
+/// Another tone beside the one that is reported.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OtherTone {
+    /// In the unit of [`Estimate::frequency`].
+    pub frequency: f32,
+    /// Its power over that of the reported tone.
+    pub share: f32,
 }
 
 /// One channel of a fit.

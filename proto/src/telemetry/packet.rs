@@ -1,6 +1,8 @@
 //! The packet: an event with its number.
 
-use super::estimate::{Abscissa, Channel, Direction, Estimate, Span, Status, Travel, TravelStatus};
+use super::estimate::{
+    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+};
 use super::event::Event;
 use crate::fault::FaultSet;
 use crate::framing::{self, TooLong, WIRE_MAX};
@@ -8,7 +10,7 @@ use crate::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
 /// Version of the wire contract; a reader refuses another one.
-pub const PROTOCOL: u8 = 6;
+pub const PROTOCOL: u8 = 7;
 
 /// An event with its number, so that a reader notices every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,6 +38,9 @@ pub fn longest_packet() -> Packet {
         abscissa: Abscissa::Place,
         frequency: 8.333_333,
         sigma: 1e-3,
+        movement: Movement { wander: 0.02, wander_sigma: 1e-3, sigma_mean: 2e-3, chirp: 0.3, chirp_sigma: 1e-2 },
+        other_tone: Some(OtherTone { frequency: 12.5, share: 0.4 }),
+        interferer_hz: Some(50.02),
         harmonics: 5,
         frames_missing: u16::MAX,
         faults: FaultSet::NONE,

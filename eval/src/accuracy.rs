@@ -17,13 +17,15 @@ const OCTAVE_MAX: u32 = 5;
 const ANSWERED: f64 = 0.99;
 /// Fewest windows from which a regression is worth anything.
 const REGRESSED: usize = 10;
+/// Share of good windows below which the error is that of all that are answered: few cycles are ambiguous, and right.
+const GOOD: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Answer {
     pub hz: f64,
     /// The estimator's own standard deviation, hertz.
     pub sigma_hz: Option<f64>,
-    /// The estimator reports that another line may be the fundamental.
+    /// The estimator reports that another line may be the fundamental, or that the tone moves.
     pub ambiguous: bool,
 }
 
@@ -42,13 +44,13 @@ pub struct Accuracy {
     pub windows: u32,
     /// Those with a single frequency.
     pub good: u32,
-    /// Those in which more than one line may be the fundamental.
+    /// Those that are reported as ambiguous or unsteady.
     pub ambiguous: u32,
     /// Good ones at a multiple or a fraction of the truth.
     pub octaves: u32,
     /// Good ones whose 95 % interval holds the truth.
     pub covered: u32,
-    /// The good ones' error, if there are any.
+    /// The good ones' error, that of all answers if less than half of the windows are good. None without any.
     pub error: Option<Error>,
 }
 
@@ -69,15 +71,17 @@ impl Accuracy {
         let count = |what: &dyn Fn(&Sample, &Answer) -> bool| {
             good.iter().filter(|(sample, answer)| what(sample, answer)).count() as u32
         };
+        let all: Vec<(&Sample, Answer)> = answered().collect();
+        let judged = if good.len() as f64 >= GOOD * samples.len() as f64 { &good } else { &all };
         Self {
             windows: samples.len() as u32,
             good: good.len() as u32,
-            ambiguous: (answered().count() - good.len()) as u32,
+            ambiguous: (all.len() - good.len()) as u32,
             octaves: count(&|sample, answer| is_octave(answer.hz / sample.true_hz)),
             covered: count(&|sample, answer| {
                 answer.sigma_hz.is_some_and(|sigma_hz| (answer.hz - sample.true_hz).abs() <= NINETY_FIVE * sigma_hz)
             }),
-            error: error(&good, good.len() as f64 >= ANSWERED * samples.len() as f64),
+            error: error(judged, judged.len() as f64 >= ANSWERED * samples.len() as f64),
         }
     }
 }
@@ -179,5 +183,8 @@ mod tests {
         let Accuracy { windows, good, ambiguous, octaves, covered, .. } = accuracy;
         assert_eq!((windows, good, ambiguous, octaves, covered), (7, 5, 1, 2, 2));
         assert_eq!(Accuracy::new(&[]).error, None);
+        // Where most are ambiguous their error counts too.
+        let few = Accuracy::new(&[samples[0], open, open]);
+        assert!(few.good == 1 && few.octaves == 0 && few.error.is_some_and(|error| error.rms_hz > 5.0), "{few:?}");
     }
 }

@@ -1,0 +1,69 @@
+//! What people read about an estimate besides its frequency: what to do about its status, and what is significant of its
+//! movement and beside it.
+
+use crate::digits::{decimals, significant};
+use crate::tone::Beside;
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Movement, OtherTone, Status};
+
+/// Standard deviations from which on a movement is shown.
+const SIGNIFICANT: f32 = 3.0;
+
+/// What to do about a status that depends on the window; few words, for a narrow box.
+pub const fn remedy(status: Status) -> Option<&'static str> {
+    match status {
+        Status::Unsteady => Some("shorten the window, give the speed, or add one harmonic"),
+        Status::Ambiguous => Some("use a longer window"),
+        _ => None,
+    }
+}
+
+/// What is significant of the movement and beside the tone: names and values.
+pub fn remarks(abscissa: Abscissa, beside: &Beside) -> Vec<(&'static str, String)> {
+    let (unit, chirp_unit) = match abscissa {
+        Abscissa::Time => ("Hz", "Hz/s"),
+        Abscissa::Place => ("/mm", "/mm2"),
+    };
+    let mut remarks = Vec::new();
+    let Movement { wander, wander_sigma, chirp, chirp_sigma, .. } = beside.movement.unwrap_or_default();
+    if wander > SIGNIFICANT * wander_sigma {
+        remarks.push(("wander", format!("{} %", significant(100.0 * f64::from(wander), 2))));
+    }
+    if chirp.abs() > SIGNIFICANT * chirp_sigma {
+        let places = decimals(chirp_sigma.into(), 2);
+        remarks.push(("chirp", format!("{chirp:.places$} +- {chirp_sigma:.places$} {chirp_unit}")));
+    }
+    if let Some(OtherTone { frequency, share }) = beside.other_tone {
+        let frequency = significant(frequency.into(), 4);
+        remarks.push(("other tone", format!("{frequency} {unit}, {:.0} % of the power", 100.0 * share)));
+    }
+    remarks
+}
+
+/// The same as phrases.
+pub fn phrases(estimate: &Estimate) -> Vec<String> {
+    let remarks = remarks(estimate.abscissa, &estimate.into()).into_iter();
+    remarks.map(|(name, value)| format!("{name} {value}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_significant_is_shown() {
+        let movement =
+            Movement { wander: 0.021, wander_sigma: 0.001, sigma_mean: 0.1, chirp: -0.31, chirp_sigma: 0.05 };
+        let other_tone = Some(OtherTone { frequency: 12.3063, share: 0.42 });
+        let moving = Beside { movement: Some(movement), other_tone, interferer_hz: Some(50.0) };
+        let shown =
+            |abscissa, beside| remarks(abscissa, beside).into_iter().map(|(_, value)| value).collect::<Vec<_>>();
+        let in_time = ["2.1 %", "-0.31 +- 0.05 Hz/s", "12.31 Hz, 42 % of the power"];
+        assert_eq!(shown(Abscissa::Time, &moving), in_time);
+        let by_place = ["2.1 %", "-0.31 +- 0.05 /mm2", "12.31 /mm, 42 % of the power"];
+        assert_eq!(shown(Abscissa::Place, &moving), by_place);
+        let steady = Movement { wander_sigma: 0.01, chirp_sigma: 0.2, ..movement };
+        for movement in [Some(steady), Some(Movement::default()), None] {
+            assert_eq!(remarks(Abscissa::Time, &Beside { movement, ..Beside::default() }), []);
+        }
+    }
+}

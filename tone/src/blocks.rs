@@ -1,0 +1,430 @@
+//! The second pass: the window in at most [`BLOCKS_MAX`] blocks, each as the sums of its frames times a local basis: 1, `v`
+//! (`u` from the block's centre), and cosine and sine of each line with their phases at the block's centre.
+//!
+//! Whatever follows needs the frames no more: lines that are off by a small part of a cycle a window, baselines that are
+//! smooth, and how amplitude and phase move from block to block.
+
+use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX};
+use crate::phase::{cos_sin, from_turns};
+use crate::source::{Overwritten, Values};
+use crate::spectrum::POINTS_MAX;
+use crate::statistics::{Channels, Statistics};
+
+/// Functions of the local basis.
+pub const LOCAL: usize = 2 + 2 * LINES_MAX;
+/// Their products with each other: the lower triangle, row by row.
+pub const PRODUCTS: usize = LOCAL * (LOCAL + 1) / 2;
+
+/// Index of a product, `row` not less than `column`; never beyond the last, which spares a check.
+#[inline(always)]
+pub const fn product(row: usize, column: usize) -> usize {
+    let index = row * (row + 1) / 2 + column;
+    if index < PRODUCTS { index } else { PRODUCTS - 1 }
+}
+
+/// The lines of a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// The fundamental's cycles per half window.
+    pub nu: f32,
+    pub harmonics: usize,
+    /// An interferer's, behind the harmonics.
+    pub interferer: Option<f32>,
+}
+
+impl Lines {
+    /// Cycles per half window of each line, and how many there are.
+    pub fn all(&self) -> ([f32; LINES_MAX], usize) {
+        let mut all = [0.0; LINES_MAX];
+        let harmonics = self.harmonics.min(LINES_MAX - self.interferer.is_some() as usize);
+        for (h, nu) in all.iter_mut().enumerate().take(harmonics) {
+            *nu = (h + 1) as f32 * self.nu;
+        }
+        match (self.interferer, all.get_mut(harmonics)) {
+            (Some(interferer), Some(nu)) => {
+                *nu = interferer;
+                (all, harmonics + 1)
+            }
+            _ => (all, harmonics),
+        }
+    }
+}
+
+/// One block.
+struct Sums<'b> {
+    rows: &'b mut [Values; LOCAL],
+}
+
+/// The blocks of a window.
+#[derive(Clone, Debug)]
+pub struct Blocks {
+    /// `u` of each block's centre.
+    pub u: [f32; BLOCKS_MAX],
+    /// Products of the basis with itself.
+    pub products: [[f32; PRODUCTS]; BLOCKS_MAX],
+    /// With the channels, which are in the order of the pass and in units of their scale, less their lines. Before there are
+    /// blocks, other steps have their memory here.
+    pub rows: [[Values; LOCAL]; BLOCKS_MAX],
+    /// How many there are.
+    pub count: usize,
+    /// Channels of the pass, and their number.
+    pub order: [u8; CHANNELS_MAX],
+    pub width: usize,
+    /// Sums of squares of the channels.
+    pub squares: Values,
+    pub lines: Lines,
+    #[cfg(feature = "long-windows")]
+    long: [f32; POINTS_MAX + POINTS_MAX / 2],
+}
+
+/// Frames about a chunk's centre: cosine and sine of each line at half of them, the other half is their mirror image.
+struct Centred<const HALF: usize> {
+    distance: [f32; HALF],
+    cos: [[f32; HALF]; LINES_MAX],
+    sin: [[f32; HALF]; LINES_MAX],
+    products: [f32; PRODUCTS],
+    /// Products of each line's cosine with 1, and of its sine with the distance.
+    lines: [[f32; 2]; LINES_MAX],
+}
+
+impl<const HALF: usize> Centred<HALF> {
+    #[inline(never)]
+    fn new(nu: &[f32; LINES_MAX], lines: usize, step: f32) -> Self {
+        let none = [[0.0; HALF]; LINES_MAX];
+        let mut out = Self {
+            distance: [0.0; HALF],
+            cos: none,
+            sin: none,
+            products: [0.0; PRODUCTS],
+            lines: [[0.0; 2]; LINES_MAX],
+        };
+        for (i, distance) in out.distance.iter_mut().enumerate() {
+            *distance = (i as f32 + 0.5) * step;
+        }
+        for l in 0..lines.min(LINES_MAX) {
+            for i in 0..HALF {
+                (out.cos[l][i], out.sin[l][i]) = cos_sin(from_turns(nu[l] * out.distance[i]));
+            }
+        }
+        let twice = |a: &[f32; HALF], b: &[f32; HALF]| a.iter().zip(b).map(|(a, b)| 2.0 * a * b).sum::<f32>();
+        let ones = [1.0; HALF];
+        out.products[product(0, 0)] = 2.0 * HALF as f32;
+        out.products[product(1, 1)] = twice(&out.distance, &out.distance);
+        for l in 0..lines.min(LINES_MAX) {
+            let row = 2 + 2 * l;
+            out.lines[l] = [twice(&ones, &out.cos[l]), twice(&out.distance, &out.sin[l])];
+            [out.products[product(row, 0)], out.products[product(row + 1, 1)]] = out.lines[l];
+            for m in 0..=l {
+                out.products[product(row, 2 + 2 * m)] = twice(&out.cos[l], &out.cos[m]);
+                out.products[product(row + 1, 3 + 2 * m)] = twice(&out.sin[l], &out.sin[m]);
+            }
+        }
+        out
+    }
+}
+
+/// How a chunk's centre lies to its block's: its distance, and cosine and sine of each line there.
+#[derive(Clone, Copy)]
+struct Shift {
+    distance: f32,
+    turns: [(f32, f32); LINES_MAX],
+}
+
+impl Shift {
+    fn new(nu: &[f32; LINES_MAX], distance: f32) -> Self {
+        Self { distance, turns: nu.map(|nu| cos_sin(from_turns(nu * distance))) }
+    }
+
+    /// That of the next chunk, where `step` is from one to the next.
+    fn next(&self, step: &Self) -> Self {
+        let mut next = Self { distance: self.distance + step.distance, turns: self.turns };
+        for ((cos, sin), (by_cos, by_sin)) in next.turns.iter_mut().zip(&step.turns) {
+            (*cos, *sin) = (*cos * by_cos - *sin * by_sin, *sin * by_cos + *cos * by_sin);
+        }
+        next
+    }
+}
+
+/// The block of a place along a path.
+fn neighbours(u: f32, count: usize) -> usize {
+    ((0.5 * (u + 1.0) * count as f32) as usize).min(count.saturating_sub(1))
+}
+
+/// What a pass knows of its window.
+struct Pass<'p> {
+    statistics: &'p Statistics,
+    nu: [f32; LINES_MAX],
+    lines: usize,
+    step: f32,
+    frames_per_block: u32,
+    /// `u` of frame 0.
+    start: f32,
+}
+
+impl Blocks {
+    /// No blocks yet; `const`, so that they can live in a static.
+    pub const fn new() -> Self {
+        Self {
+            u: [0.0; BLOCKS_MAX],
+            products: [[0.0; PRODUCTS]; BLOCKS_MAX],
+            rows: [[[0.0; CHANNELS_MAX]; LOCAL]; BLOCKS_MAX],
+            count: 0,
+            order: [0; CHANNELS_MAX],
+            width: 0,
+            squares: [0.0; CHANNELS_MAX],
+            lines: Lines { nu: 0.0, harmonics: 0, interferer: None },
+            #[cfg(feature = "long-windows")]
+            long: [0.0; POINTS_MAX + POINTS_MAX / 2],
+        }
+    }
+
+    /// The pieces' memory, before there are blocks: behind that of a periodogram.
+    pub fn pieces_mut(&mut self) -> &mut [Values] {
+        self.rows.as_flattened_mut().split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX).1
+    }
+
+    /// The first pieces.
+    pub fn pieces(&self, count: usize) -> &[Values] {
+        let rows = self.rows.as_flattened();
+        rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default()
+    }
+
+    /// Memory for a periodogram: its powers, and a transform. It leaves the pieces as they are.
+    pub fn transform_memory(&mut self) -> (&mut [f32], &mut [f32]) {
+        #[cfg(feature = "long-windows")]
+        let memory = &mut self.long[..];
+        #[cfg(not(feature = "long-windows"))]
+        let memory = self.rows.as_flattened_mut().as_flattened_mut();
+        let (power, points) = memory.split_at_mut(POINTS_MAX / 2);
+        (power, points.get_mut(..POINTS_MAX).unwrap_or_default())
+    }
+
+    /// Collects at most `most` blocks of some channels and lines.
+    #[inline(never)]
+    pub fn collect(
+        &mut self,
+        span: &mut FrameSpan,
+        statistics: &Statistics,
+        channels: &Channels,
+        lines: Lines,
+        most: usize,
+    ) -> Result<(), Overwritten> {
+        (self.order, self.width) = (channels.order, channels.width.min(CHANNELS_MAX));
+        (self.lines, self.squares) = (lines, [0.0; CHANNELS_MAX]);
+        let (nu, line_count) = lines.all();
+        let mut chunk = 2;
+        let most = most.clamp(1, BLOCKS_MAX);
+        while chunk < BLOCK && chunk * most < span.frames as usize {
+            chunk *= 2;
+        }
+        let frames_per_block = (chunk as u32 * span.frames.div_ceil(((most * chunk) as u32).max(1))).max(1);
+        let abscissa = span.abscissa();
+        // Along a path, which may turn back, a block is not of frames that follow each other but of neighbours.
+        self.count = if span.is_in_time() { span.frames.div_ceil(frames_per_block) as usize } else { most };
+        let pass = Pass {
+            statistics,
+            nu,
+            lines: line_count,
+            step: abscissa.step().unwrap_or(0.0),
+            frames_per_block,
+            start: abscissa.u(0),
+        };
+        let mut sums = [(0.0, 0.0); BLOCKS_MAX];
+        if !span.is_in_time() {
+            for frame in 0..span.frames {
+                let u = abscissa.u(frame);
+                if let Some((count, sum)) = sums.get_mut(neighbours(u, self.count)) {
+                    (*count, *sum) = (*count + 1.0, *sum + u);
+                }
+            }
+        }
+        for b in 0..self.count.min(BLOCKS_MAX) {
+            self.products[b] = [0.0; PRODUCTS];
+            self.rows[b].iter_mut().take(2 + 2 * line_count).for_each(|row| *row = [0.0; CHANNELS_MAX]);
+            let first = b as u32 * frames_per_block;
+            self.u[b] = match (abscissa.step(), sums[b]) {
+                (Some(step), _) => pass.start + step * (first as f32 + 0.5 * (frames_per_block - 1) as f32),
+                (None, (count, sum)) => sum / f32::max(count, 1.0),
+            };
+        }
+        match chunk {
+            2 => self.pass::<1>(span, &pass),
+            4 => self.pass::<2>(span, &pass),
+            8 => self.pass::<4>(span, &pass),
+            _ => self.pass::<8>(span, &pass),
+        }
+    }
+
+    fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
+        let centred = Centred::<HALF>::new(&pass.nu, pass.lines, pass.step);
+        let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
+        let chunk = 2 * HALF as u32;
+        let step = Shift::new(&pass.nu, pass.step * chunk as f32);
+        let first = Shift::new(&pass.nu, -0.5 * pass.step * (pass.frames_per_block - chunk) as f32);
+        let mut shift = first;
+        let whole_blocks = (frames / pass.frames_per_block.max(1)) as usize;
+        if in_time {
+            // Of a block whose frames are all there the products are those of any other.
+            let (mut whole, mut shift) = ([0.0; PRODUCTS], first);
+            for _ in 0..pass.frames_per_block / chunk {
+                add_products(&mut whole, &centred.products, &shift, pass.lines);
+                shift = shift.next(&step);
+            }
+            self.products.iter_mut().take(whole_blocks).for_each(|products| *products = whole);
+        }
+        span.blocks(&pass.statistics.offset, &mut |block| {
+            let chunks = block.values.as_chunks::<HALF>().0.as_chunks::<2>().0;
+            for (start, halves) in (0..BLOCK).step_by(2 * HALF).zip(chunks) {
+                let first_frame = block.first + start as u32;
+                let number = if in_time { (first_frame / pass.frames_per_block.max(1)) as usize } else { 0 };
+                if number >= BLOCKS_MAX {
+                    continue;
+                }
+                let frame = first_frame % pass.frames_per_block.max(1);
+                shift = if frame == 0 { first } else { shift.next(&step) };
+                let is_whole = in_time && number < whole_blocks;
+                let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
+                let missing = valid.iter().filter(|valid| **valid == 0).count();
+                // Along a path, and where most are missing, frame by frame; else a frame that is missing has a value as any
+                // other, and is taken out again.
+                let is_sparse = !in_time || !is_whole && missing > HALF;
+                if is_sparse || missing > 0 {
+                    let weight = if is_sparse { 1.0 } else { -1.0 };
+                    let u = abscissa.block(block.first, frames);
+                    for i in (start..start + chunk as usize).map(|i| i % BLOCK) {
+                        if (block.valid[i] != 0) == is_sparse {
+                            self.add_frame(&block, i, number, in_time, (u[i], weight), pass);
+                        }
+                    }
+                }
+                if is_sparse {
+                    continue;
+                }
+                if !is_whole {
+                    add_products(&mut self.products[number], &centred.products, &shift, pass.lines);
+                }
+                let u = self.u[number] + shift.distance;
+                let mut sums = Sums { rows: &mut self.rows[number] };
+                for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+                    *squares += sums.add_channel(halves, k, *channel, u, &shift, &centred, pass);
+                }
+            }
+        })
+    }
+
+    /// Adds one frame with a weight to block `number`, or along a path to that of its place.
+    #[inline(never)]
+    fn add_frame(
+        &mut self,
+        block: &Block,
+        i: usize,
+        number: usize,
+        in_time: bool,
+        (u, weight): (f32, f32),
+        pass: &Pass,
+    ) {
+        let (i, number) = (i % BLOCK, if in_time { number } else { neighbours(u, self.count) } % BLOCKS_MAX);
+        let (mut basis, distance, size) = ([0.0; LOCAL], u - self.u[number], 2 + 2 * pass.lines);
+        (basis[0], basis[1]) = (1.0, distance);
+        for ([cos, sin], nu) in basis.as_chunks_mut::<2>().0.iter_mut().skip(1).zip(&pass.nu).take(pass.lines) {
+            (*cos, *sin) = cos_sin(from_turns(nu * distance));
+        }
+        let mut products = self.products[number].iter_mut();
+        for (row, factor) in basis.iter().enumerate().take(size) {
+            let factor = weight * factor;
+            for (column, product) in basis.iter().take(row + 1).zip(products.by_ref()) {
+                *product += factor * column;
+            }
+        }
+        let Statistics { offset, slope, scale, .. } = pass.statistics;
+        for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+            let c = *channel as usize % CHANNELS_MAX;
+            let value = (block.values[i][c] - offset[c] - slope[c] * u) * scale[c];
+            *squares += weight * value * value;
+            let value = weight * value;
+            for (row, factor) in self.rows[number].iter_mut().zip(&basis).take(size) {
+                row[k] += factor * value;
+            }
+        }
+    }
+}
+
+/// Adds the products of a complete chunk.
+#[inline(never)]
+fn add_products(to: &mut [f32; PRODUCTS], of: &[f32; PRODUCTS], shift: &Shift, lines: usize) {
+    let (at, du) = (product, shift.distance);
+    let n = of[at(0, 0)];
+    to[at(0, 0)] += n;
+    to[at(1, 0)] += n * du;
+    to[at(1, 1)] += of[at(1, 1)] + n * du * du;
+    for l in 0..lines.min(LINES_MAX) {
+        let (row, (cos, sin)) = (2 + 2 * l, shift.turns[l]);
+        let (even, odd) = (of[at(row, 0)], of[at(row + 1, 1)]);
+        to[at(row, 0)] += cos * even;
+        to[at(row + 1, 0)] += sin * even;
+        to[at(row, 1)] += du * cos * even - sin * odd;
+        to[at(row + 1, 1)] += du * sin * even + cos * odd;
+        for m in 0..=l {
+            let (column, (other_cos, other_sin)) = (2 + 2 * m, shift.turns[m]);
+            let (cosines, sines) = (of[at(row, column)], of[at(row + 1, column + 1)]);
+            to[at(row, column)] += cos * other_cos * cosines + sin * other_sin * sines;
+            to[at(row + 1, column)] += sin * other_cos * cosines - cos * other_sin * sines;
+            to[at(row + 1, column + 1)] += sin * other_sin * cosines + cos * other_cos * sines;
+            if m < l {
+                to[at(row, column + 1)] += cos * other_sin * cosines - sin * other_cos * sines;
+            }
+        }
+    }
+}
+
+impl Sums<'_> {
+    /// Adds one channel of a complete chunk; returns its sum of squares.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "the innermost loop")]
+    fn add_channel<const HALF: usize>(
+        &mut self,
+        [before, after]: &[[Values; HALF]; 2],
+        k: usize,
+        channel: u8,
+        u: f32,
+        shift: &Shift,
+        centred: &Centred<HALF>,
+        pass: &Pass,
+    ) -> f32 {
+        let c = channel as usize % CHANNELS_MAX;
+        let Statistics { offset, slope, scale, .. } = pass.statistics;
+        let (offset, scale) = (offset[c], scale[c]);
+        // The line at the chunk's centre as f32 holds it is subtracted frame by frame, and what it lacks from the sums.
+        let zero = offset + slope[c] * u;
+        let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
+        let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
+        let (mut sum, mut along, mut squares) = (0.0, 0.0, 0.0);
+        for i in 0..HALF {
+            let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
+            (even[i], odd[i]) = (after + before, after - before);
+            sum += even[i];
+            along += odd[i] * centred.distance[i];
+            // Of the sum and the difference, which are in registers anyway: twice those of both values.
+            squares += even[i] * even[i] + odd[i] * odd[i];
+        }
+        squares *= 0.5;
+        let (count, spread) = (2.0 * HALF as f32, centred.products[product(1, 1)]);
+        squares += rest * (count * rest - 2.0 * sum) + slope * (slope * spread - 2.0 * along);
+        (sum, along) = (sum - count * rest, along - slope * spread);
+        self.rows[0][k] += sum;
+        self.rows[1][k] += along + shift.distance * sum;
+        for l in 0..pass.lines.min(LINES_MAX) {
+            let (row, (cos, sin)) = (2 + 2 * l, shift.turns[l]);
+            let [with_ones, with_distances] = centred.lines[l];
+            let (mut with_cos, mut with_sin) = (-rest * with_ones, -slope * with_distances);
+            for i in 0..HALF {
+                with_cos += even[i] * centred.cos[l][i];
+                with_sin += odd[i] * centred.sin[l][i];
+            }
+            self.rows[row][k] += cos * with_cos - sin * with_sin;
+            self.rows[row + 1][k] += sin * with_cos + cos * with_sin;
+        }
+        squares
+    }
+}

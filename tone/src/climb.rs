@@ -1,0 +1,285 @@
+//! From a candidate to the maximum of its likelihood, and the shape of its model: how many harmonics, and how curved a
+//! baseline.
+
+use crate::blocks::{Blocks, Lines};
+use crate::frame_span::FrameSpan;
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX};
+use crate::significance::ln;
+use crate::solve::{Equations, Shape, Solution};
+use crate::source::{Overwritten, Values};
+use crate::statistics::{Channels, Statistics};
+use core::f32::consts::PI;
+
+/// Longest step in `nu`, half a bin of a periodogram: further away the slope of the likelihood misleads.
+const STEP_MAX: f32 = 0.25;
+/// Most of the residuals that may come from a climb's distance to where its blocks were collected.
+const MOVED_SHARE: f32 = 0.005;
+/// A step of the highest harmonic in `nu` behind which the shape is chosen anew.
+const LONG_STEP: f32 = 0.1;
+/// The same in fewer cycles than this, where harmonics and curves take each other's place.
+const LONG_STEP_FEW: f32 = 0.004;
+const CYCLES_FEW: f32 = 3.0;
+const STEPS_FEW: usize = 2;
+/// Cycles from which a step's error grows with its cube alone: below, the waves correlate with the baseline.
+const CYCLES_CUBIC: f32 = 2.0;
+/// Normal deviate within which residuals are noise alone.
+const NOISE_DEVIATE: f32 = 3.5;
+/// A step takes no more than this share of the residuals: 60 dB.
+const TAKEN_MAX: f32 = 1.0 - 1e-6;
+/// What a climb gains is within this many times what its first step promises, and so much.
+const SURE_GAINS: f32 = 2.0;
+const SURE_SCORE: f32 = 30.0;
+/// As much of a step the next one takes back.
+const SLOPE_MIN: f32 = 0.25;
+const SLOPE_MAX: f32 = 3.0;
+/// Smallest change of `nu` that f32 resolves well, as a share of it.
+const STEP_SHARE_MIN: f32 = 1e-6;
+
+/// A model of a window's content.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    pub shape: Shape,
+    /// Log-likelihood less a penalty for each unknown (Schwarz's criterion).
+    pub score: f32,
+}
+
+/// Smallest sums of squares of residuals: a rounding's, by channel of the pass.
+pub fn least_squares(statistics: &Statistics, channels: &Channels) -> Values {
+    let step = statistics.quantization_step;
+    let mut least = [0.0; CHANNELS_MAX];
+    for (least, c) in least.iter_mut().zip(channels.list()) {
+        let step = step * statistics.scale[*c as usize % CHANNELS_MAX];
+        *least = step * step / 12.0 * statistics.frames as f32;
+    }
+    least
+}
+
+/// The log-likelihood of so many channels, by the product of their residuals' shares of the squares, less the penalty for
+/// the unknowns of each.
+pub fn likelihood(frames: f32, width: usize, product: f32, unknowns: usize) -> f32 {
+    -0.5 * (frames - unknowns as f32).max(0.0) * ln(product) - 0.5 * ln(frames) * unknowns as f32 * width as f32
+}
+
+/// The same of residuals.
+fn score(equations: &Equations, residuals: &Values, least: &Values, unknowns: usize) -> f32 {
+    let (frames, width) = (equations.frames, equations.width());
+    let mut sum = 0.0;
+    // One logarithm for four: a residual is no less than a millionth of its squares, so f32 holds their product.
+    for first in (0..width).step_by(4) {
+        let last = (first + 4).min(width);
+        let mut product = 1.0;
+        for c in first..last {
+            let residual = if residuals[c] > least[c] { residuals[c] } else { least[c] };
+            product *= residual / equations.squares()[c];
+        }
+        sum += likelihood(frames, last - first, product, unknowns);
+    }
+    sum
+}
+
+/// The likeliest model at a frequency, and the likeliest without a tone.
+#[inline(never)]
+fn choose(equations: &mut Equations, least: &Values, lines: &Lines, curved: bool) -> (Option<Model>, Model) {
+    let none = Model { shape: Shape::default(), score: f32::NEG_INFINITY };
+    let (mut best, mut baseline) = (None, none);
+    let curves = if curved { CURVES_MAX } else { 0 };
+    let shape = Shape { harmonics: lines.harmonics, curves, interferer: lines.interferer.is_some() };
+    equations.residuals(shape, &mut |equations, shape, residuals| {
+        let model = Model { shape, score: score(equations, residuals, least, shape.unknowns()) };
+        if shape.harmonics == 0 {
+            if model.score > baseline.score {
+                baseline = model;
+            }
+        } else if best.is_none_or(|best: Model| model.score > best.score) {
+            best = Some(model);
+        }
+    });
+    (best, baseline)
+}
+
+/// Where a climb ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Summit {
+    pub nu: f32,
+    pub model: Model,
+    /// The likeliest model without a tone.
+    pub baseline: Model,
+    /// The strongest harmonic, 1 the fundamental.
+    pub strongest: usize,
+    /// The part of its score that its unknowns take.
+    pub penalty: f32,
+    /// Power of the residuals over the noise of the frames' third differences, in most channels.
+    pub noise_ratio: f32,
+    /// The residuals are no more than that noise.
+    pub explains_all: bool,
+    /// Power of the residuals over the tone's.
+    pub remainder: f32,
+}
+
+/// Share of the residuals that the solution's step takes.
+fn taken(solution: &Solution) -> f32 {
+    let samples = solution.frames * solution.width as f32;
+    (solution.step * solution.step * solution.information / samples).min(TAKEN_MAX)
+}
+
+/// Power of the residuals over the noise in most channels, and whether they are noise alone in all.
+fn noise_ratio(statistics: &Statistics, channels: &Channels, solution: &Solution) -> (f32, bool) {
+    let (ratio, of_most, known) = solution.noise_ratio(statistics, channels);
+    // Of the residuals and of third differences, a quarter as many but each of four frames.
+    let sigma = libm::sqrtf(4.0 / (solution.frames * known));
+    (of_most, known > 0.0 && ratio * (1.0 - taken(solution)) < 1.0 + NOISE_DEVIATE * sigma)
+}
+
+/// How far to climb.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Most blocks.
+    pub blocks: usize,
+    /// Gauss-Newton steps.
+    pub steps: usize,
+    /// Error that may be left, standard deviations.
+    pub sigmas: f32,
+    /// A climb that will not come to this score is given up.
+    pub score: f32,
+    /// Without curves.
+    pub is_straight: bool,
+}
+
+impl Limits {
+    /// Of a candidate; so few blocks leave the pieces as they are.
+    pub const CANDIDATE: Self = Self { blocks: 8, steps: 5, sigmas: 0.5, score: f32::NEG_INFINITY, is_straight: false };
+    /// Of the result.
+    pub const RESULT: Self =
+        Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false };
+}
+
+/// The error of a step: it grows with the cube of the angle by which it turns the ends of the window (the waves' third-order
+/// terms), and a secant's with how far the slope is from 1. The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.
+fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) -> f32 {
+    let harmonics = solution.shape.harmonics as f32;
+    let angle = 2.0 * PI * harmonics * step;
+    // As close to half the frame rate the waves correlate with their own images.
+    let is_close = 2.0 * solution.nu < CYCLES_CUBIC || 2.0 * (nu_max - harmonics * solution.nu) < CYCLES_CUBIC;
+    if is_close || angle.abs() > 1.0 {
+        return match slope {
+            Some(slope) => step.abs() * (0.1 + (1.0 - slope).abs()),
+            None => step.abs(),
+        };
+    }
+    let freedom = (solution.frames - solution.shape.unknowns() as f32 - 8.0).max(1.0);
+    step.abs() * (0.1 * angle * angle + 2.5 / freedom)
+}
+
+/// As far the highest harmonic may move from where its blocks were collected, in `nu`: their own phase is off by that times
+/// their half length, which leaves a third of its square of the tone's power.
+fn move_max(solution: &Solution, blocks: usize) -> f32 {
+    let samples = solution.frames * solution.width as f32;
+    let power = solution.power.iter().sum::<f32>() / samples;
+    blocks as f32 / (2.0 * PI) * libm::sqrtf(3.0 * MOVED_SHARE / power.max(1.0))
+}
+
+/// A window, and memory.
+pub struct Climber<'c, 's> {
+    pub span: &'c mut FrameSpan<'s>,
+    pub statistics: &'c Statistics,
+    pub blocks: &'c mut Blocks,
+    pub equations: &'c mut Equations,
+}
+
+impl Climber<'_, '_> {
+    fn collect(&mut self, channels: &Channels, lines: &Lines, nu: f32, limits: &Limits) -> Result<(), Overwritten> {
+        let harmonics = self.span.harmonics_below_nyquist(nu, lines.harmonics);
+        let lines = Lines { nu, harmonics, ..*lines };
+        self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
+    }
+
+    /// The solution at the end of the latest climb: it is one step behind.
+    pub fn settle(&mut self, channels: &Channels, summit: &Summit) {
+        let shape = summit.model.shape;
+        self.equations.collect(self.blocks, summit.nu, shape.curves > 0);
+        // It had one a small step before.
+        let _ = self.equations.solve(shape, &least_squares(self.statistics, channels));
+    }
+
+    /// Gauss-Newton steps from the fundamental of `lines`. Leaves the solution. None if there is no tone that can be
+    /// separated from the baseline, or none that is likely enough.
+    #[inline(never)]
+    pub fn climb(
+        &mut self,
+        channels: &Channels,
+        lines: &Lines,
+        limits: &Limits,
+    ) -> Result<Option<Summit>, Overwritten> {
+        let least = least_squares(self.statistics, channels);
+        let nu_max = self.span.nu_max();
+        let mut nu = lines.nu;
+        self.collect(channels, lines, nu, limits)?;
+        let mut chosen: Option<(Shape, Model)> = None;
+        let (mut most, mut last) = (0.0, None);
+        for step in 0..limits.steps {
+            if (nu - self.blocks.lines.nu).abs() * self.blocks.lines.harmonics as f32 > most {
+                self.collect(channels, lines, nu, limits)?;
+            }
+            // The shape is chosen where the climb begins, and anew behind a long step.
+            let curved =
+                !limits.is_straight && self.span.is_in_time() && chosen.is_none_or(|(shape, _)| shape.curves > 0);
+            let equations = &mut *self.equations;
+            equations.collect(self.blocks, nu, curved);
+            let (shape, baseline) = match chosen {
+                Some(chosen) => chosen,
+                None => match choose(equations, &least, &self.blocks.lines, curved) {
+                    (Some(model), baseline) => (model.shape, baseline),
+                    (None, _) => return Ok(None),
+                },
+            };
+            if equations.solve(shape, &least).is_none() {
+                return Ok(None);
+            }
+            let solution = &equations.solution;
+            let score = score(equations, &solution.residual_squares, &least, shape.unknowns());
+            let expected = -0.5 * solution.frames * solution.width as f32 * ln(1.0 - taken(solution));
+            // Where the shape changes on the way, the first steps promise too little.
+            let is_known = 2.0 * nu >= CYCLES_FEW || step >= STEPS_FEW;
+            if is_known && score + SURE_GAINS * expected + SURE_SCORE < limits.score {
+                return Ok(None);
+            }
+            // Along a path a block's frames are not spread evenly about its centre.
+            most = if self.span.is_in_time() { move_max(solution, self.blocks.count) } else { 0.0 };
+            // A step should take itself back: where it does less, as in few cycles, the secant leads further.
+            let slope = match last {
+                Some((at, step, of)) if of == shape => Some((step - solution.step) / (nu - at)),
+                _ => None,
+            };
+            let slope = slope.map(|slope: f32| slope.clamp(SLOPE_MIN, SLOPE_MAX));
+            last = Some((nu, solution.step, shape));
+            let change = (solution.step / slope.unwrap_or(1.0)).clamp(-STEP_MAX, STEP_MAX);
+            let next = (nu + change).min(nu_max).max(0.15);
+            let tolerance = limits.sigmas / libm::sqrtf(solution.information);
+            let is_tiny = change.abs() < STEP_SHARE_MIN * nu;
+            if step + 1 < limits.steps && !is_tiny && remainder(solution, change, slope, nu_max) > tolerance {
+                let long = if 2.0 * nu < CYCLES_FEW { LONG_STEP_FEW } else { LONG_STEP };
+                let is_long = change.abs() * shape.harmonics as f32 > long;
+                chosen = if is_long { None } else { Some((shape, baseline)) };
+                nu = next;
+                continue;
+            }
+            // What remains is less than the tolerance: the solution is that at `nu`, its frequency one step ahead.
+            equations.solution.nu = next;
+            let power = &equations.solution.power;
+            let strongest = (0..power.len()).fold(0, |most, h| if power[h] > power[most] { h } else { most }) + 1;
+            let (noise_ratio, explains_all) = noise_ratio(self.statistics, channels, &equations.solution);
+            let unknowns = shape.unknowns() as f32 * equations.width() as f32;
+            return Ok(Some(Summit {
+                nu: next,
+                model: Model { shape, score: score + expected },
+                baseline,
+                strongest,
+                penalty: 0.5 * ln(equations.frames) * unknowns,
+                noise_ratio,
+                explains_all,
+                remainder: equations.solution.remainder(),
+            }));
+        }
+        Ok(None)
+    }
+}

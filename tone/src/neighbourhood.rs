@@ -1,0 +1,280 @@
+//! What the residuals about a line say of the noise there, and of how the tone moves.
+//!
+//! The solution takes noise as white and independent in each channel. Touch is neither. What counts for the frequency is
+//! one series: each channel's residual times the derivative of its model by the frequency, weighted and summed over channels
+//! (the score's density). Its slow part, a few cycles a window, is the noise next to the lines as the frequency meets it:
+//! coloured, and with all that the channels share. Noise that is white and independent gives a known power there. A tone
+//! that moves has its movement there.
+
+use crate::blocks::{Blocks, Lines, product};
+use crate::curves::curves;
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
+use crate::normal::dot;
+use crate::phase::{cos_sin, from_turns};
+use crate::solve::{Solution, WAVES};
+use crate::source::Values;
+
+/// Cycles a window up to which the slow part goes.
+pub const SLOW_CYCLES: usize = 5;
+/// Lags of the residuals' correlation.
+const LAGS: usize = 3;
+/// Least share of the information of the strongest harmonic.
+const INFORMATION_SHARE_MIN: f32 = 0.3;
+/// Least share of the noise that the autoregression leaves unexplained.
+const INNOVATION_MIN: f32 = 1e-3;
+
+/// The noise next to a solution's lines, as ratios to what noise that is white and independent gives.
+#[derive(Clone, Copy, Debug)]
+pub struct Neighbourhood {
+    /// Power of the slow part of the score's density, with about ten degrees of freedom.
+    pub slow_power: f32,
+    /// Power of the density, over that of as much noise that is independent: above 1 if channels share their noise with the
+    /// signs of their tone.
+    pub coherence: f32,
+    /// Spectral density of the noise at the lines, by an autoregression of the second order of the residuals there.
+    pub colour: f32,
+    /// Power of the residuals in the blocks' band about the lines.
+    pub band: f32,
+    /// The phase's deviation, cycles, as cosines and sines of 1, 2, ... cycles a window.
+    pub phase: [[f32; 2]; SLOW_CYCLES],
+    /// Variance of each of them in noise that is white and independent.
+    pub phase_variance: f32,
+    /// Change of the frequency from the window's centre to its end, in `nu`, and its variance in such noise.
+    pub chirp: f32,
+    pub chirp_variance: f32,
+}
+
+/// The series of the blocks.
+struct Series {
+    density: [f32; BLOCKS_MAX],
+    expected: [f32; BLOCKS_MAX],
+    /// The derivative of each wave by the frequency, times the channels' weights.
+    weighted: [Values; WAVES],
+    /// Its products with each unknown.
+    products: [[f32; WAVES]; UNKNOWNS_MAX],
+    /// Of each harmonic what white noise of unit weight adds to the score's variance; 0 where it is left out.
+    powers: [f32; HARMONICS_MAX],
+    /// The harmonic of which the residuals' correlation is taken: it says most of the frequency.
+    main: usize,
+    lags: [f32; LAGS],
+    /// Residuals of the latest two blocks: by channel, and wave.
+    latest: [[[f32; LAGS - 1]; 2]; CHANNELS_MAX],
+}
+
+/// The neighbourhood of a window's solution.
+#[inline(never)]
+pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
+    let mut series = Series {
+        density: [0.0; BLOCKS_MAX],
+        expected: [0.0; BLOCKS_MAX],
+        weighted: [[0.0; CHANNELS_MAX]; WAVES],
+        products: [[0.0; WAVES]; UNKNOWNS_MAX],
+        powers: [0.0; HARMONICS_MAX],
+        main: 0,
+        lags: [0.0; LAGS],
+        latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
+    };
+    series.begin(solution);
+    for b in 0..blocks.count.min(BLOCKS_MAX) {
+        series.add(blocks, b, solution);
+    }
+    series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
+}
+
+impl Series {
+    #[inline(never)]
+    fn begin(&mut self, solution: &Solution) {
+        let information = &solution.line_information;
+        let lines = solution.shape.harmonics.min(HARMONICS_MAX);
+        let mut most = 0.0;
+        for (h, information) in information.iter().enumerate().take(lines) {
+            if *information > most {
+                (self.main, most) = (h, *information);
+            }
+        }
+        // Harmonics that say little of the frequency are left out.
+        let least = INFORMATION_SHARE_MIN * information[self.main % HARMONICS_MAX];
+        for wave in 0..2 * lines {
+            let h = wave / 2 % HARMONICS_MAX;
+            if information[h] <= least && h != self.main {
+                continue;
+            }
+            let (factor, amplitudes) = solution.derivative(wave);
+            let weighted = &mut self.weighted[wave % WAVES];
+            for (c, (weighted, amplitude)) in weighted.iter_mut().zip(amplitudes).enumerate().take(solution.width) {
+                let derivative = factor * amplitude;
+                *weighted = solution.weights[c] * derivative;
+                self.powers[h] += *weighted * derivative;
+            }
+            for (products, unknown) in self.products.iter_mut().zip(&solution.unknowns).take(solution.shape.unknowns())
+            {
+                products[wave % WAVES] = dot(weighted, unknown);
+            }
+        }
+    }
+
+    /// Adds block `b`: the residuals about its lines, turned to the window's centre.
+    #[inline(never)]
+    fn add(&mut self, blocks: &Blocks, b: usize, solution: &Solution) {
+        let (shape, b) = (&solution.shape, b % BLOCKS_MAX);
+        let (u, products, waves) = (blocks.u[b], &blocks.products[b], blocks.rows[b].as_chunks::<2>().0);
+        let (nu, count) = Lines { nu: solution.nu, ..blocks.lines }.all();
+        let mut turns = [(1.0, 0.0); LINES_MAX];
+        for (turn, nu) in turns.iter_mut().zip(nu).take(count) {
+            *turn = cos_sin(from_turns(nu * u));
+        }
+        let curves = if shape.curves > 0 { curves(u) } else { [[0.0; 2]; CURVES_MAX] };
+        let (mut density, mut expected) = (0.0, 0.0);
+        let powers = self.powers;
+        for (h, ((rows, (cos, sin)), power)) in waves.iter().skip(1).zip(&turns).zip(&powers).enumerate() {
+            if !(*power > 0.0) {
+                continue;
+            }
+            // What each unknown contributes to the block's sums with the line's cosine and sine.
+            let mut factors = [[0.0; 2]; UNKNOWNS_MAX];
+            for p in 0..2 {
+                let wave = 2 + 2 * h + p;
+                let own = |column: usize| products[product(wave.max(column), wave.min(column))];
+                (factors[0][p], factors[1][p]) = (own(0), u * own(0) + own(1));
+                for (line, (cos, sin)) in turns.iter().enumerate().take(count) {
+                    let first = match line {
+                        _ if line < shape.harmonics => shape.first_wave() + 2 * line,
+                        _ if line >= blocks.lines.harmonics && shape.interferer => 2,
+                        _ => continue,
+                    };
+                    let (with_cos, with_sin) = (own(2 + 2 * line), own(3 + 2 * line));
+                    if let Some([of_cos, of_sin, ..]) = factors.get_mut(first..) {
+                        (of_cos[p], of_sin[p]) = (cos * with_cos - sin * with_sin, sin * with_cos + cos * with_sin);
+                    }
+                }
+                let of_curves = factors.iter_mut().skip(shape.first_curve()).zip(&curves);
+                for (factor, [value, along]) in of_curves.take(shape.curves) {
+                    factor[p] = value * own(0) + along * own(1);
+                }
+            }
+            // Of the derivative by either wave with the rests of both.
+            let mut rests = [[0.0; 2]; 2];
+            for (p, rests) in rests.iter_mut().enumerate() {
+                let weighted = &self.weighted[(2 * h + p) % WAVES];
+                *rests = [dot(weighted, &rows[0]), dot(weighted, &rows[1])];
+                for (products, [of_cos, of_sin]) in self.products.iter().zip(&factors).take(shape.unknowns()) {
+                    let product = products[(2 * h + p) % WAVES];
+                    *rests = [rests[0] - of_cos * product, rests[1] - of_sin * product];
+                }
+            }
+            let [of_cos, of_sin] = rests;
+            density += cos * (of_cos[0] + of_sin[1]) + sin * (of_sin[0] - of_cos[1]);
+            expected += power;
+            if h == self.main {
+                // Blocks of fewer frames have as much noise by frame.
+                let unit = 1.0 / libm::sqrtf(products[product(0, 0)].max(1.0));
+                self.correlate(rows, (unit * cos, unit * sin), &factors, solution);
+            }
+        }
+        // Half the frames for a cosine or a sine.
+        (self.density[b], self.expected[b]) = (density, expected * 0.5 * products[product(0, 0)]);
+    }
+
+    /// Adds a block to the correlation of the residuals about a line.
+    fn correlate(
+        &mut self,
+        [cosines, sines]: &[Values; 2],
+        (cos, sin): (f32, f32),
+        factors: &[[f32; 2]; UNKNOWNS_MAX],
+        solution: &Solution,
+    ) {
+        let (mut with_cos, mut with_sin) = (*cosines, *sines);
+        for (row, [of_cos, of_sin]) in solution.unknowns.iter().zip(factors).take(solution.shape.unknowns()) {
+            for ((with_cos, with_sin), unknown) in with_cos.iter_mut().zip(&mut with_sin).zip(row) {
+                *with_cos -= of_cos * unknown;
+                *with_sin -= of_sin * unknown;
+            }
+        }
+        let [mut zero_lag, mut one_lag, mut two_lags] = self.lags;
+        for (c, latest) in self.latest.iter_mut().enumerate().take(solution.width) {
+            let (with_cos, with_sin) = (with_cos[c], with_sin[c]);
+            let both = [cos * with_cos - sin * with_sin, sin * with_cos + cos * with_sin];
+            for (residual, latest) in both.into_iter().zip(latest) {
+                let [one, two] = *latest;
+                let weighted = solution.weights[c] * residual;
+                zero_lag += weighted * residual;
+                one_lag += weighted * one;
+                two_lags += weighted * two;
+                *latest = [residual, one];
+            }
+        }
+        self.lags = [zero_lag, one_lag, two_lags];
+    }
+
+    fn end(&self, u: &[f32], solution: &Solution) -> Neighbourhood {
+        let blocks = u.len() as f32;
+        let unknowns = solution.shape.unknowns() as f32;
+        let freedom = solution.frames / (solution.frames - unknowns).max(1.0);
+        let all = self.expected.iter().sum::<f32>().max(f32::MIN_POSITIVE);
+        let (mut slow, mut share, mut phase) = (0.0, 0.0, [[0.0; 2]; SLOW_CYCLES]);
+        for (k, phase) in phase.iter_mut().enumerate() {
+            let cycles = (k + 1) as f32;
+            if 2.0 * cycles > blocks - 2.0 {
+                break;
+            }
+            let [mut cos, mut sin] = [[0.0; BLOCKS_MAX]; 2];
+            for ((cos, sin), u) in cos.iter_mut().zip(&mut sin).zip(u) {
+                (*cos, *sin) = cos_sin(from_turns(0.5 * cycles * u));
+            }
+            let [(with_cos, of_cos), (with_sin, of_sin)] = [self.product(&cos, u), self.product(&sin, u)];
+            slow += with_cos * with_cos + with_sin * with_sin;
+            share += of_cos + of_sin;
+            *phase = [2.0 * with_cos / all, 2.0 * with_sin / all];
+        }
+        let (colour, band) = self.line(solution, blocks);
+        let (colour, band) = (freedom * colour, freedom * band);
+        let squares = self.density.iter().map(|density| density * density).sum::<f32>();
+        // The phase of a frequency that grows by 1 over half the window, cycles.
+        let mut bend = [0.0; BLOCKS_MAX];
+        bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
+        let (bent, bends) = self.product(&bend, u);
+        Neighbourhood {
+            slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
+            coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
+            colour,
+            band,
+            phase,
+            phase_variance: 2.0 / all,
+            chirp: bent / bends.max(f32::MIN_POSITIVE),
+            chirp_variance: 1.0 / bends.max(f32::MIN_POSITIVE),
+        }
+    }
+
+    /// The density's product with a function, and its variance in white noise. Frequency and phase are fitted: the density's
+    /// sum is zero, and its product with `u`, and of a function only what a line does not describe counts.
+    #[inline(never)]
+    fn product(&self, function: &[f32; BLOCKS_MAX], u: &[f32]) -> (f32, f32) {
+        let (mut n, mut x, mut xx, mut y, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for ((f, e), u) in function.iter().zip(&self.expected).zip(u) {
+            (n, x, xx, y, xy) = (n + e, x + e * u, xx + e * u * u, y + e * f, xy + e * u * f);
+        }
+        let spread = (n * xx - x * x).max(f32::MIN_POSITIVE);
+        let (slope, level) = ((n * xy - x * y) / spread, (xx * y - x * xy) / spread);
+        let (mut with, mut variance) = (0.0, 0.0);
+        for (((f, e), g), u) in function.iter().zip(&self.expected).zip(&self.density).zip(u) {
+            let rest = f - level - slope * u;
+            (with, variance) = (with + g * rest, variance + e * rest * rest);
+        }
+        (with, variance)
+    }
+
+    /// Spectral density of the noise at the main harmonic, and its power in the blocks' band, over those of white noise.
+    fn line(&self, solution: &Solution, blocks: f32) -> (f32, f32) {
+        let lags = &self.lags;
+        // Of cosine and sine together, for each channel; the solution has taken one block's worth.
+        let white = solution.width as f32;
+        let correlation = |lag: usize| lags[lag % LAGS] / ((blocks - lag as f32).max(1.0) * white) + 1.0 / blocks;
+        let power = correlation(0).max(f32::MIN_POSITIVE);
+        let (one, two) = (correlation(1) / power, correlation(2) / power);
+        let spread = (1.0 - one * one).max(INNOVATION_MIN);
+        let (first, second) = (one * (1.0 - two) / spread, (two - one * one) / spread);
+        let unexplained = (1.0 - first * one - second * two).max(INNOVATION_MIN);
+        let gain = (1.0 - first - second).max(0.1);
+        (power * unexplained / (gain * gain), power)
+    }
+}

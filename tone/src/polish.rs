@@ -1,0 +1,60 @@
+//! The last pass: residuals and the Gauss-Newton step from the frames themselves.
+//!
+//! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
+//! information. And the difference of two sums of squares loses a small residual in rounding.
+
+use crate::frame_span::FrameSpan;
+use crate::limits::CHANNELS_MAX;
+use crate::solve::Solution;
+use crate::source::{Overwritten, Values};
+use crate::statistics::{Channels, Statistics};
+use crate::waves::Waves;
+use core::f32::consts::PI;
+
+/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals.
+#[inline(never)]
+pub fn polish(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    least: &Values,
+    (nu, interferer): (f32, Option<f32>),
+    solution: &mut Solution,
+) -> Result<(), Overwritten> {
+    let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
+    let (abscissa, frames) = (span.abscissa(), span.frames);
+    let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
+    span.blocks(&statistics.offset, &mut |block| {
+        waves.go(abscissa.block(block.first, frames));
+        for (k, c) in channels.list().iter().enumerate().take(CHANNELS_MAX) {
+            let (residuals, derivatives) = (waves.residuals(block.values, *c as usize, k), waves.derivatives(k));
+            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(block.valid);
+            for ((residual, (derivative, u)), _) in values.filter(|(_, valid)| **valid != 0) {
+                squares[k] += residual * residual;
+                scores[k] += residual * derivative * u;
+            }
+        }
+    })?;
+    let freedom = (solution.frames - solution.shape.unknowns() as f32).max(1.0);
+    let (mut score, mut before, mut after) = (0.0, 0.0, 0.0);
+    let (cos, sin) = solution.harmonic(0);
+    let (cos, sin) = (*cos, *sin);
+    for k in 0..solution.width.min(CHANNELS_MAX) {
+        let square: f32 = squares[k];
+        let residual = square.max(least[k]);
+        if !(residual > 0.0) || !(solution.weights[k] > 0.0) {
+            continue;
+        }
+        let power = cos[k] * cos[k] + sin[k] * sin[k];
+        before += power * solution.weights[k];
+        (solution.residual_squares[k], solution.weights[k]) = (residual, freedom / residual);
+        after += power * solution.weights[k];
+        score += 2.0 * PI * solution.weights[k] * scores[k];
+    }
+    if before > 0.0 && after > 0.0 {
+        solution.information *= after / before;
+        solution.step = score / solution.information;
+        solution.nu = nu + solution.step;
+    }
+    Ok(())
+}

@@ -1,0 +1,135 @@
+//! Lines that a solution leaves: another tone, or one between the harmonics that says that the fundamental is lower.
+
+use crate::blocks::Blocks;
+use crate::frame_span::{BLOCK, FrameSpan};
+use crate::limits::HARMONICS_MAX;
+use crate::phase::{cos_sin, from_turns};
+use crate::significance::chi_square_point;
+use crate::solve::Solution;
+use crate::source::Overwritten;
+use crate::spectrum::{CHANNELS, Periodogram};
+use crate::statistics::{Channels, Statistics};
+use crate::waves::Waves;
+
+/// Fewest cycles in the window of a line: below, it is a baseline.
+const CYCLES_MIN: f32 = 1.0;
+
+/// The strongest line of the residuals.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    /// Cycles in the window.
+    pub cycles: f32,
+    /// Its power over that of the tone's strongest harmonic.
+    pub share: f32,
+    /// Its power over the residuals' mean in as wide a part of the spectrum.
+    pub contrast: f32,
+}
+
+/// The strongest line of the residuals of the channels with the least noise; None if there are too many frames to transform.
+/// It uses the blocks' memory.
+#[inline(never)]
+pub fn rest(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    solution: &Solution,
+    blocks: &mut Blocks,
+) -> Result<Option<Rest>, Overwritten> {
+    let list = Periodogram::channels(span, channels);
+    let at = (solution.nu, blocks.lines.interferer);
+    let (power, points) = blocks.transform_memory();
+    let mut waves = Waves::new(span, statistics, solution, at);
+    let periodogram = Periodogram::new(span, statistics, list, Some(&mut waves), points, power)?;
+    let Some(peak) = periodogram.strongest(CYCLES_MIN) else { return Ok(None) };
+    // In the units of the periodogram.
+    let (mut strongest, count) = (f32::MIN_POSITIVE, list.len() as f32);
+    for h in 0..solution.shape.harmonics.min(HARMONICS_MAX) {
+        let (cos, sin) = solution.harmonic(h);
+        let waves = cos.iter().zip(sin).map(|(cos, sin)| cos * cos + sin * sin);
+        let power = waves.zip(&solution.weights).take(list.len()).map(|(power, weight)| power * weight).sum::<f32>();
+        strongest = strongest.max(0.5 * solution.frames * power / count);
+    }
+    let mean = periodogram.power.iter().sum::<f32>() / periodogram.power.len().max(1) as f32;
+    Ok(Some(Rest { cycles: peak.cycles, share: peak.power / strongest, contrast: peak.power / mean }))
+}
+
+/// Shares of a line's frequency at which a comb has lines of which it is the second or third.
+const BETWEEN: [f32; 5] = [1.0 / 2.0, 3.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0, 4.0 / 3.0];
+/// How many of them are those of the second.
+const OF_SECOND: usize = 2;
+/// Fewest cycles in the window of such a line, and beside a curved baseline.
+const BETWEEN_CYCLES: f32 = 2.5;
+const BETWEEN_CYCLES_CURVED: f32 = 4.0;
+/// Frames that are examined, of all channels together.
+const BETWEEN_FRAMES: u32 = 384;
+/// Their least power, as a share of the tone's, and the normal deviate that noise does not reach.
+const BETWEEN_SHARE: f32 = 5e-4;
+const BETWEEN_DEVIATE: f32 = 4.0;
+
+/// Whether the residuals of a solution, which are otherwise noise, have lines that say that its fundamental is an overtone.
+#[inline(never)]
+pub fn lines_between(
+    span: &mut FrameSpan,
+    statistics: &Statistics,
+    channels: &Channels,
+    solution: &Solution,
+    interferer: Option<f32>,
+) -> Result<bool, Overwritten> {
+    let (abscissa, frames, nu) = (span.abscissa(), span.frames, solution.nu);
+    let list = channels.list();
+    let list = list.get(..(BETWEEN_FRAMES / frames.max(1)).clamp(1, CHANNELS as u32) as usize).unwrap_or(list);
+    let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
+    let turns = abscissa.step().map(|step| BETWEEN.map(|share| cos_sin(from_turns(share * nu * step))));
+    let mut sums = [[[0.0; 2]; BETWEEN.len()]; CHANNELS];
+    span.blocks(&statistics.offset, &mut |block| {
+        if block.first >= BETWEEN_FRAMES {
+            return;
+        }
+        waves.go(abscissa.block(block.first, frames));
+        let mut residuals = [[0.0; BLOCK]; CHANNELS];
+        for (k, (residuals, c)) in residuals.iter_mut().zip(list).enumerate() {
+            *residuals = waves.residuals(block.values, *c as usize, k);
+            if !block.complete {
+                residuals.iter_mut().zip(block.valid).for_each(|(rest, valid)| *rest *= (*valid != 0) as u8 as f32);
+            }
+        }
+        for (line, share) in BETWEEN.iter().enumerate() {
+            let mut wave = [cos_sin(from_turns(share * nu * waves.u[0])); BLOCK];
+            for i in 1..BLOCK {
+                let (cos, sin) = wave[i - 1];
+                wave[i] = match turns {
+                    Some(turns) => {
+                        let (by_cos, by_sin) = turns[line];
+                        (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin)
+                    }
+                    None => cos_sin(from_turns(share * nu * waves.u[i])),
+                };
+            }
+            for (sums, residuals) in sums.iter_mut().zip(&residuals).take(list.len()) {
+                let [mut with_cos, mut with_sin] = sums[line];
+                for (residual, (cos, sin)) in residuals.iter().zip(&wave) {
+                    with_cos += residual * cos;
+                    with_sin += residual * sin;
+                }
+                sums[line] = [with_cos, with_sin];
+            }
+        }
+    })?;
+    let count = solution.frames.min(BETWEEN_FRAMES as f32);
+    // A chi-square of two degrees for each line and channel; slow lines are a part of the baseline.
+    let least = if solution.shape.curves > 0 { BETWEEN_CYCLES_CURVED } else { BETWEEN_CYCLES };
+    let (mut powers, mut degrees) = ([0.0; 2], [0.0; 2]);
+    for (line, _) in BETWEEN.iter().enumerate().filter(|(_, share)| 2.0 * *share * nu >= least) {
+        let order = (line >= OF_SECOND) as usize;
+        for (sums, weight) in sums.iter().zip(&solution.weights).take(list.len()) {
+            let [cos, sin] = sums.get(line).copied().unwrap_or_default();
+            powers[order] += 2.0 * weight / count * (cos * cos + sin * sin);
+            degrees[order] += 2.0;
+        }
+    }
+    // As much of the tone's power as these channels and frames have.
+    let part = list.len() as f32 / solution.width as f32 * count / solution.frames;
+    let share = BETWEEN_SHARE * part * solution.power.iter().sum::<f32>();
+    let is_there = |(power, degrees): (f32, f32)| power > share && power > chi_square_point(degrees, BETWEEN_DEVIATE);
+    Ok(powers.into_iter().zip(degrees).filter(|(_, degrees)| *degrees > 0.0).any(is_there))
+}

@@ -1,0 +1,340 @@
+//! The first pass: level, slope, power and noise of every channel, which of them can be used, and the window in pieces,
+//! means of a few frames each.
+
+use crate::fit::{Fit, Status};
+use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::limits::{CHANNELS_MAX, PIECES_MAX};
+use crate::source::{Overwritten, Values};
+
+/// A channel without a valid value in more than this share of the frames is left out. Of the others every frame must
+/// have one: all channels share one abscissa.
+const INVALID_SHARE_MAX: f32 = 0.1;
+/// Power about a channel's line, as a share of all, below which it is rounding.
+const ROUNDING_SHARE: f32 = 1e-6;
+/// Frames of a third difference, and the sum of its squared factors: 1 + 9 + 9 + 1.
+const QUAD: usize = 4;
+const THIRD_DIFFERENCE_SQUARES: f32 = 20.0;
+
+/// Level, slope, power and noise of every channel.
+#[derive(Clone, Debug)]
+pub struct Statistics {
+    /// Frames that count.
+    pub frames: u32,
+    /// Channels that can be used: nearly all frames have a valid value of them, and they are neither constant nor a ramp.
+    pub usable: u16,
+    /// A straight line through each channel: its value at the centre, and its slope per unit of `u`.
+    pub offset: Values,
+    pub slope: Values,
+    /// Sum of squares about that line, in units of `scale`.
+    pub about_line: Values,
+    /// A power of two by which values are multiplied, so that their squares can neither overflow nor vanish.
+    pub scale: Values,
+    /// Variance of a frame's noise by the third differences of consecutive frames, in units of `scale`: a tone below a tenth
+    /// of the frame rate adds very little. 0 if it is not known.
+    pub noise_variance: Values,
+    /// Number of pieces, and from one to the next in `u`.
+    pub pieces: usize,
+    pub piece_step: f32,
+    /// Step of quantization in the frames' unit; 0: none.
+    pub quantization_step: f32,
+}
+
+/// Channels as a pass uses them: their numbers, and how many.
+#[derive(Clone, Copy, Debug)]
+pub struct Channels {
+    pub order: [u8; CHANNELS_MAX],
+    pub width: usize,
+}
+
+impl Channels {
+    pub fn list(&self) -> &[u8] {
+        self.order.get(..self.width).unwrap_or_default()
+    }
+}
+
+/// What the pass adds up, in units of `scale` and relative to the first frame that counts.
+struct Sums<'p> {
+    zero: Values,
+    scale: Values,
+    frames: u32,
+    quads: u32,
+    y: Values,
+    squares: Values,
+    third_squares: Values,
+    pieces: &'p mut [Values],
+    counts: [u16; PIECES_MAX],
+    piece_frames: usize,
+    in_time: bool,
+    u: f32,
+    uu: f32,
+}
+
+impl Statistics {
+    /// Collects them, and fills `pieces` with the means less the line, at least [`PIECES_MAX`] of them.
+    pub fn collect(span: &mut FrameSpan, pieces: &mut [Values]) -> Result<Self, Overwritten> {
+        let survey = survey(span)?;
+        span.channels = survey.reliable;
+        let mut piece_frames = 1;
+        while span.frames as usize > PIECES_MAX * piece_frames {
+            piece_frames *= 2;
+        }
+        let count = match span.is_in_time() {
+            true => span.frames as usize / piece_frames.max(1),
+            false => (span.frames as usize).min(PIECES_MAX) / 2,
+        };
+        let pieces = pieces.get_mut(..count).unwrap_or_default();
+        pieces.fill([0.0; CHANNELS_MAX]);
+        let zeros = [0.0; CHANNELS_MAX];
+        let mut sums = Sums {
+            zero: survey.first,
+            scale: survey.scale,
+            frames: 0,
+            quads: 0,
+            y: zeros,
+            squares: zeros,
+            third_squares: zeros,
+            pieces,
+            counts: [0; PIECES_MAX],
+            piece_frames,
+            in_time: span.is_in_time(),
+            u: 0.0,
+            uu: 0.0,
+        };
+        let (abscissa, frames) = (span.abscissa(), span.frames);
+        span.blocks(&survey.first, &mut |block| {
+            let u = abscissa.block(block.first, frames);
+            sums.add(&block, &u);
+        })?;
+        let step = match abscissa.step() {
+            Some(step) => step * piece_frames as f32,
+            None => 2.0 / count.max(1) as f32,
+        };
+        let first = abscissa.step().map_or(-1.0 + 0.5 * step, |one| -1.0 + 0.5 * one * piece_frames as f32);
+        Ok(sums.end(span, first, step))
+    }
+
+    /// The usable channels, those with the least share of noise first.
+    pub fn order(&self) -> Channels {
+        let shares: Values = core::array::from_fn(|c| self.noise_variance[c] / self.about_line[c]);
+        let (mut order, mut count) = ([0; CHANNELS_MAX], 0);
+        for c in (0..CHANNELS_MAX as u8).filter(|c| self.usable & 1 << c != 0) {
+            let share = |c: u8| shares[c as usize % CHANNELS_MAX];
+            let (mut moving, mut is_found) = (c, false);
+            for place in order.iter_mut().take(count) {
+                is_found |= share(*place) > share(c);
+                if is_found {
+                    core::mem::swap(place, &mut moving);
+                }
+            }
+            order[count % CHANNELS_MAX] = moving;
+            count += 1;
+        }
+        Channels { order, width: count }
+    }
+
+    /// Of a window without a tone: offsets and residuals about a straight line.
+    pub fn without_tone(&self, status: Status) -> Fit {
+        let mut fit = Fit::at_rest(self.frames);
+        for c in (0..CHANNELS_MAX).filter(|c| self.usable & 1 << c != 0) {
+            let c = c % CHANNELS_MAX;
+            let channel = &mut fit.channels[c];
+            channel.offset = self.offset[c];
+            channel.residual = libm::sqrtf(self.about_line[c] / (self.frames as f32 - 2.0)) / self.scale[c];
+        }
+        Fit { status, usable: self.usable, ..fit }
+    }
+}
+
+/// What is known before the pass.
+struct Survey {
+    reliable: u16,
+    first: Values,
+    scale: Values,
+}
+
+/// Which channels have valid values in nearly all frames that have any; values of the first frame that counts; and how
+/// large the channels' changes are.
+fn survey(span: &mut FrameSpan) -> Result<Survey, Overwritten> {
+    let (mut frames, mut invalid) = (0u32, [0u32; CHANNELS_MAX]);
+    let (mut least, mut most) = ([f32::INFINITY; CHANNELS_MAX], [f32::NEG_INFINITY; CHANNELS_MAX]);
+    span.channels = 0;
+    span.blocks(&[0.0; CHANNELS_MAX], &mut |block| {
+        // One frame of each block is enough for the order of magnitude.
+        if let Some((values, valid)) = block.values.iter().zip(block.valid).find(|(_, valid)| **valid != 0) {
+            for (c, ((value, least), most)) in values.iter().zip(&mut least).zip(&mut most).enumerate() {
+                if valid & 1 << c != 0 {
+                    // Not `f32::min`, which is a call.
+                    *least = if value < least { *value } else { *least };
+                    *most = if value > most { *value } else { *most };
+                }
+            }
+        }
+        if block.complete && block.valid.iter().all(|valid| *valid == u16::MAX) {
+            frames += BLOCK as u32;
+            return;
+        }
+        for valid in block.valid.iter().filter(|valid| **valid != 0) {
+            frames += 1;
+            for (c, invalid) in invalid.iter_mut().enumerate() {
+                *invalid += (valid & 1 << c == 0) as u32;
+            }
+        }
+    })?;
+    let (mut reliable, mut scale) = (0, [1.0; CHANNELS_MAX]);
+    for c in 0..CHANNELS_MAX {
+        reliable |= ((invalid[c] as f32 <= INVALID_SHARE_MAX * frames as f32) as u16) << c;
+        let range = most[c] - least[c];
+        if range > 0.0 && range.is_finite() {
+            // The exponent alone: a product with a power of two is exact.
+            let exponent = (range.to_bits() >> 23).clamp(1, 253);
+            scale[c] = f32::from_bits((254 - exponent) << 23);
+        }
+    }
+    span.channels = reliable;
+    let first = span.first_counted()?.unwrap_or_default();
+    Ok(Survey { reliable, first, scale })
+}
+
+impl Sums<'_> {
+    #[inline(never)]
+    fn add(&mut self, block: &Block, u: &[f32; BLOCK]) {
+        let in_time = self.in_time;
+        let quads = block.valid.as_chunks::<QUAD>().0;
+        let full: [f32; BLOCK / QUAD] =
+            core::array::from_fn(|q| quads.get(q).is_some_and(|quad| !quad.contains(&0)) as u8 as f32);
+        self.quads += full.iter().sum::<f32>() as u32;
+        if block.complete && in_time {
+            self.frames += BLOCK as u32;
+            let middle = 0.5 * (u[0] + u[BLOCK - 1]);
+            let step = u[1] - u[0];
+            self.u += BLOCK as f32 * middle;
+            self.uu += BLOCK as f32 * (middle * middle + step * step * ((BLOCK * BLOCK - 1) as f32 / 12.0));
+            let within = self.piece_frames.clamp(1, BLOCK);
+            let first = block.first as usize / self.piece_frames.max(1);
+            let counts = self.counts.get_mut(first..).unwrap_or_default();
+            counts.iter_mut().take(BLOCK / within).for_each(|count| *count += within as u16);
+            return self.add_values(block, &full);
+        }
+        for (i, ((u, values), valid)) in u.iter().zip(block.values).zip(block.valid).enumerate() {
+            if *valid == 0 {
+                continue;
+            }
+            self.frames += 1;
+            self.u += u;
+            self.uu += u * u;
+            let place = match in_time {
+                true => (block.first as usize + i) / self.piece_frames.max(1),
+                false => {
+                    ((0.5 * (u + 1.0) * self.pieces.len() as f32) as usize).min(self.pieces.len().saturating_sub(1))
+                }
+            };
+            if let Some(count) = self.counts.get_mut(place) {
+                *count += 1;
+            }
+            if let (Some(piece), false) = (self.pieces.get_mut(place), in_time) {
+                for c in 0..CHANNELS_MAX {
+                    piece[c] += (values[c] - self.zero[c]) * self.scale[c];
+                }
+            }
+        }
+        self.add_values(block, &full);
+    }
+
+    /// Adds a block's values. A frame that does not count has those of the first one: they add nothing. Third differences
+    /// count where a quad is full, and pieces are taken in time alone.
+    fn add_values(&mut self, block: &Block, full: &[f32; BLOCK / QUAD]) {
+        let first = block.first as usize / self.piece_frames.max(1);
+        let pieces = if self.in_time { self.pieces.get_mut(first..).unwrap_or_default() } else { &mut [] };
+        let within = self.piece_frames.clamp(1, BLOCK);
+        for c in 0..CHANNELS_MAX {
+            let (zero, scale) = (self.zero[c], self.scale[c]);
+            let (mut sum, mut squares, mut third_squares) = (0.0, 0.0, 0.0);
+            let mut quads = [0.0; BLOCK / QUAD];
+            let frames = block.values.as_chunks::<QUAD>().0;
+            for ((quad, full), frames) in quads.iter_mut().zip(full).zip(frames) {
+                let [a, b, c, d] = [0, 1, 2, 3].map(|i: usize| (frames[i][c] - zero) * scale);
+                *quad = (a + b) + (c + d);
+                sum += *quad;
+                squares += (a * a + b * b) + (c * c + d * d);
+                let third = (d - a) - 3.0 * (c - b);
+                third_squares += full * third * third;
+            }
+            self.y[c] += sum;
+            self.squares[c] += squares;
+            self.third_squares[c] += third_squares;
+            match within {
+                QUAD => pieces.iter_mut().zip(quads).for_each(|(piece, quad)| piece[c] = quad),
+                BLOCK => pieces.iter_mut().take(1).for_each(|piece| piece[c] += sum),
+                _ => {
+                    for (piece, frames) in pieces.iter_mut().zip(block.values.chunks_exact(within.max(1))) {
+                        piece[c] = frames.iter().map(|frame| (frame[c] - zero) * scale).sum();
+                    }
+                }
+            }
+        }
+    }
+
+    /// The line of each channel from its pieces, and the pieces less their lines.
+    fn end(self, span: &FrameSpan, first: f32, step: f32) -> Statistics {
+        let zeros = [0.0; CHANNELS_MAX];
+        let mut out = Statistics {
+            frames: self.frames,
+            usable: 0,
+            offset: zeros,
+            slope: zeros,
+            about_line: zeros,
+            scale: self.scale,
+            noise_variance: zeros,
+            pieces: self.pieces.len(),
+            piece_step: step,
+            quantization_step: span.quantization_step,
+        };
+        let count = self.frames as f32;
+        if self.frames < QUAD as u32 {
+            return out;
+        }
+        let (mut weight, mut along, mut spread, mut uy) = (0.0, 0.0, 0.0, zeros);
+        for (p, (piece, frames)) in self.pieces.iter().zip(self.counts).enumerate() {
+            let (u, frames) = (first + step * p as f32, frames as f32);
+            weight += frames;
+            along += frames * u;
+            spread += frames * u * u;
+            uy.iter_mut().zip(piece.iter()).for_each(|(uy, sum)| *uy += u * sum);
+        }
+        let spread = spread - along * along / weight;
+        let all_spread = self.uu - self.u * self.u / count;
+        for c in (0..CHANNELS_MAX).filter(|c| span.channels & 1 << c != 0) {
+            let c = c % CHANNELS_MAX;
+            let slope = (uy[c] - along * self.y[c] / weight) / spread;
+            let mean = self.y[c] / count;
+            let about = self.squares[c] - self.y[c] * mean - slope * slope * all_spread;
+            // Below this the sum is rounding: the channel is constant, or a ramp. A NaN is not above it.
+            if !(about > ROUNDING_SHARE * self.squares[c] && about > 0.0 && about.is_finite()) {
+                continue;
+            }
+            out.usable |= 1 << c;
+            let middle = mean - slope * self.u / count;
+            out.offset[c] = self.zero[c] + middle / self.scale[c];
+            out.slope[c] = slope / self.scale[c];
+            out.about_line[c] = about;
+            out.noise_variance[c] = self.third_squares[c] / (THIRD_DIFFERENCE_SQUARES * self.quads.max(1) as f32);
+        }
+        let levels: Values = core::array::from_fn(|c| (out.offset[c] - self.zero[c]) * self.scale[c]);
+        let slopes: Values = core::array::from_fn(|c| out.slope[c] * self.scale[c]);
+        let mut before = zeros;
+        for (p, (piece, frames)) in self.pieces.iter_mut().zip(self.counts).enumerate() {
+            let u = first + step * p as f32;
+            if frames == 0 {
+                // Not seen: as the one before it.
+                *piece = before;
+                continue;
+            }
+            let share = 1.0 / frames as f32;
+            for c in 0..CHANNELS_MAX {
+                piece[c] = piece[c] * share - (levels[c] + slopes[c] * u);
+            }
+            before = *piece;
+        }
+        out
+    }
+}
