@@ -1,0 +1,171 @@
+//! Uncertainties beside what many runs scatter by, on seeded noise.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use ridgetone_feel::{
+    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, amplitude_at, amplitude_spectrum,
+};
+use std::f64::consts::TAU;
+
+const RATE_HZ: f64 = 2048.0;
+const UNIT: Conversion = Conversion { log_per_um: 0.0, log_sigma: 0.0 };
+
+struct Noise(ChaCha8Rng);
+
+impl Noise {
+    fn normal(&mut self) -> f64 {
+        let mut uniform = || (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        (-2.0 * (1.0 - uniform()).ln()).sqrt() * (TAU * uniform()).cos()
+    }
+
+    /// A tone of `amplitude` at `hz` in white noise of `sigma`.
+    fn samples(&mut self, count: usize, (amplitude, hz): (f64, f64), sigma: f64) -> Vec<f32> {
+        let phase = TAU * self.normal();
+        let tone = |i: usize| amplitude * (TAU * hz * i as f64 / RATE_HZ + phase).cos();
+        (0..count).map(|i| (tone(i) + sigma * self.normal()) as f32).collect()
+    }
+}
+
+fn noise(seed: u64) -> Noise {
+    Noise(ChaCha8Rng::seed_from_u64(seed))
+}
+
+fn firing(mut samples: Vec<f32>, conversion: &Conversion) -> Firing {
+    let bin_hz = (RATE_HZ / samples.len() as f64) as f32;
+    Firing::new(amplitude_spectrum(&mut samples).expect("a power of two"), bin_hz, conversion)
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> (f64, f64) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
+    (mean, variance.sqrt())
+}
+
+fn variance(covariance: &[[f32; 4]; 4], receptor: Receptor) -> f64 {
+    covariance[receptor as usize][receptor as usize].into()
+}
+
+/// One window has only the closed form. It holds for noise far above the thresholds and for the covariance of receptors that
+/// share bins, and is more than the scatter of noise near the thresholds and of a tone.
+#[test]
+fn the_closed_form_of_one_window() {
+    let runs = |sigma: f64, tone: (f64, f64), seed: u64| -> Vec<MeanFiring> {
+        let mut noise = noise(seed);
+        let run = |_| {
+            let mut mean = MeanFiring::default();
+            mean.push(&firing(noise.samples(1024, tone, sigma), &UNIT));
+            mean
+        };
+        (0..600).map(run).collect()
+    };
+    let (sa1, fa1, fa2) = (Receptor::Sa1 as usize, Receptor::Fa1 as usize, Receptor::Fa2 as usize);
+    let value = |run: &MeanFiring, m: usize| f64::from(run.mean().intensity[m].expect("an intensity"));
+    let ratio = |runs: &[MeanFiring], m: usize| {
+        let (_, scatter) = spread(&runs.iter().map(|run| value(run, m)).collect::<Vec<_>>());
+        let given = runs.iter().map(|run| variance(&run.covariance(0.0), Receptor::ALL[m])).sum::<f64>();
+        scatter / (given / runs.len() as f64).sqrt()
+    };
+    // Amplitudes in a bin of some 5000 um, above all thresholds.
+    let loud = runs(1e5, (0.0, 0.0), 1);
+    for m in 0..4 {
+        let ratio = ratio(&loud, m);
+        assert!((0.92..1.08).contains(&ratio), "{:?}: {ratio}", Receptor::ALL[m]);
+    }
+    let sums: Vec<f64> = loud.iter().map(|run| value(run, sa1) - value(run, fa1)).collect();
+    let given = loud.iter().map(|run| {
+        let covariance = run.covariance(0.0);
+        f64::from(covariance[sa1][sa1] + covariance[fa1][fa1] - 2.0 * covariance[sa1][fa1])
+    });
+    let ratio_of_difference = spread(&sums).1 / (given.sum::<f64>() / loud.len() as f64).sqrt();
+    assert!((0.92..1.08).contains(&ratio_of_difference), "{ratio_of_difference}");
+    // About at SA I's threshold of some 10 um.
+    let near = ratio(&runs(200.0, (0.0, 0.0), 2), sa1);
+    assert!((0.5..1.05).contains(&near), "{near}");
+    // A tone 40 dB above the noise is steady: the closed form is a bound.
+    let tone = ratio(&runs(0.001, (1.0, 250.0), 3), fa2);
+    assert!(tone < 0.3, "{tone}");
+}
+
+/// From eight windows on their scatter counts; windows that overlap by half are all but independent.
+#[test]
+fn the_scatter_of_several_windows() {
+    let mut noise = noise(4);
+    let (mut means, mut given) = (Vec::new(), Vec::new());
+    for _ in 0..150 {
+        let samples = noise.samples(256 * 9, (0.0, 0.0), 1e5);
+        let mut mean = MeanFiring::default();
+        for window in 0..17 {
+            mean.push(&firing(samples[128 * window..][..256].to_vec(), &UNIT));
+        }
+        means.push(f64::from(mean.mean().intensity[1].expect("an intensity")));
+        given.push(variance(&mean.covariance(0.0), Receptor::Fa2));
+    }
+    let ratio = spread(&means).1 / spread(&given).0.sqrt();
+    assert!((0.9..1.2).contains(&ratio), "{ratio}");
+}
+
+/// The reference's amplitude is uncertain, and moves all bins at once.
+#[test]
+fn the_conversion_and_the_scores_uncertainty() {
+    let reference = Reference { ra_um: 0.5, ra_sigma_um: 0.0, rsm_mm: 0.1, speed_mm_s: 10.0 };
+    let score = Score { residual_sigma: 0.3, ..Score::exact([1.0, 0.0, 0.002, -0.004, 0.0, 0.5]) };
+    for (tone, sigma) in [(1.0, 4.0), (0.0, 1.0)] {
+        let mut noise = noise(5);
+        let (mut logs, mut log_sigmas, mut scores, mut score_variances) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for _ in 0..600 {
+            let mut samples = noise.samples(1024, (tone, 100.0), sigma);
+            let amplitude = amplitude_at(&samples, 50.0);
+            let floor = Reference::sigma(amplitude_spectrum(&mut samples).expect("a power of two"), 50.0);
+            let conversion = reference.conversion(amplitude, floor).expect("an amplitude");
+            logs.push(f64::from(conversion.log_per_um));
+            log_sigmas.push(f64::from(conversion.log_sigma).powi(2));
+            let mut mean = MeanFiring::default();
+            mean.push(&firing(noise.samples(1024, (0.0, 0.0), 1e5), &conversion));
+            let m = (1.2 + 0.1 * noise.normal()) as f32;
+            let indices = Indices::new(&mean, conversion.log_sigma, (0.5, 0.5), Some((m, 0.1)));
+            let (value, sigma) = score.of(&indices).expect("a score");
+            scores.push(f64::from(value) + 0.3 * noise.normal());
+            score_variances.push(f64::from(sigma).powi(2));
+        }
+        // In noise alone an amplitude may come close to zero, and its logarithm anywhere: sigma is that of the bulk.
+        let middle = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            (values[values.len() * 84 / 100] - values[values.len() * 16 / 100]) / 2.0
+        };
+        let conversion = middle(logs) / {
+            log_sigmas.sort_by(f64::total_cmp);
+            log_sigmas[300].sqrt()
+        };
+        let range = if tone > 0.0 { 0.9..1.1 } else { 0.6..1.0 };
+        assert!(range.contains(&conversion), "{tone}: {conversion}");
+        let score = middle(scores) / {
+            score_variances.sort_by(f64::total_cmp);
+            score_variances[300].sqrt()
+        };
+        let range = if tone > 0.0 { 0.9..1.1 } else { 0.6..1.05 };
+        assert!(range.contains(&score), "{tone}: {score}");
+    }
+}
+
+/// A sum with one term a hertz is the same in windows of any length, if the reference has been measured in such windows.
+#[test]
+fn per_hertz_the_window_does_not_matter() {
+    let reference = Reference { ra_um: 0.5, ra_sigma_um: 0.0, rsm_mm: 0.1, speed_mm_s: 10.0 };
+    let found = [256, 1024].map(|count: usize| {
+        let mut noise = noise(6);
+        let (bin_hz, mut amplitude, mut mean) = (RATE_HZ as f32 / count as f32, 0.0, MeanFiring::default());
+        for _ in 0..100 {
+            amplitude += amplitude_at(&noise.samples(count, (0.0, 0.0), 1.0), 100.0 / bin_hz) / 100.0;
+        }
+        let conversion = reference.conversion(amplitude, 0.0).expect("an amplitude");
+        for _ in 0..100 {
+            mean.push(&firing(noise.samples(count, (0.0, 0.0), 100.0), &conversion));
+        }
+        mean.mean().intensity[Receptor::Fa2 as usize].expect("an intensity")
+    });
+    let (sums, per_hertz) = (found[1] / found[0], found[1] / 4.0 / found[0]);
+    assert!((0.97..1.03).contains(&per_hertz), "{per_hertz}");
+    assert!((3.88..4.12).contains(&sums), "{sums}");
+}
