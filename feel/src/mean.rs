@@ -4,7 +4,7 @@ use crate::firing::Firing;
 use crate::receptor::RECEPTORS;
 
 /// Windows from which on their scatter says more of the uncertainty than the closed form.
-const SCATTER_FROM: f32 = 8.0;
+pub(crate) const SCATTER_FROM: f32 = 8.0;
 
 /// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared decades a bin.
 ///

@@ -1,10 +1,16 @@
 //! From the sensor's unit to displacement, by a surface whose roughness is known.
 
+use crate::mean::SCATTER_FROM;
+use crate::spectrum::{amplitude_at, amplitude_spectrum};
 use core::f32::consts::{FRAC_1_SQRT_2, LN_10};
+use core::ops::Range;
 
-/// Bins on each side of the reference's line that show its noise: the nearest ones outside Hamming's main lobe.
-const FLOOR_FROM: usize = 3;
-const FLOOR_BINS: usize = 4;
+/// Distance from the reference's line of the bins that show its noise: the nearest ones outside Hamming's main lobe.
+const BESIDE: Range<f32> = 2.5..6.5;
+
+/// What a line leaks through Hamming's window, by its amplitude over the distance in bins: the window's step of 0.08 at its
+/// ends over pi and over its mean.
+const LEAKAGE: f32 = 0.08 / (core::f32::consts::PI * 0.54);
 
 /// A surface whose roughness is known, and how fast the finger runs over it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +23,18 @@ pub struct Reference {
     pub rsm_mm: f32,
     /// Speed, mm/s.
     pub speed_mm_s: f32,
+}
+
+/// The amplitude at a frequency in one window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// In the samples' unit.
+    pub amplitude: f32,
+    /// Its standard deviation, by what is beside it in the spectrum: noise as strong as there turns the amplitude by that much,
+    /// and for a surface without a period it is a little more than the amplitude's own scatter.
+    pub sigma: f32,
+    /// What reaches it from all that is further away, because a window is finite.
+    pub leaked: f32,
 }
 
 /// The recording of the reference has no amplitude at the reference's frequency.
@@ -44,20 +62,41 @@ impl Reference {
         let share = libm::hypotf(sigma / amplitude, self.ra_sigma_um / self.ra_um);
         if log_per_um.is_finite() { Ok(Conversion { log_per_um, log_sigma: share / LN_10 }) } else { Err(NoAmplitude) }
     }
+}
 
-    /// Standard deviation of an amplitude at so many cycles in a window, by what is beside it in the window's spectrum: noise
-    /// as strong as there turns the amplitude by that much, and of a surface without a period it is a little more than the
-    /// amplitude's own scatter.
-    pub fn sigma(amplitudes: &[f32], cycles: f32) -> f32 {
-        let centre = libm::roundf(cycles) as usize;
-        let bins = FLOOR_FROM..FLOOR_FROM + FLOOR_BINS;
-        let beside = bins.flat_map(|off| [centre.checked_sub(off).filter(|bin| *bin > 0), Some(centre + off)]);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for amplitude in beside.flatten().filter_map(|bin| amplitudes.get(bin)) {
-            sum += amplitude * amplitude;
-            count += 1.0;
+impl Line {
+    /// Measures the amplitude at so many cycles in a window of [`amplitude_spectrum`]'s lengths, whose memory is used; none
+    /// for another length.
+    pub fn measure(samples: &mut [f32], cycles: f32) -> Option<Self> {
+        let amplitude = amplitude_at(samples, cycles);
+        let (mut beside, mut count, mut leaked) = (0.0, 0.0, 0.0);
+        for (bin, other) in amplitude_spectrum(samples)?.iter().enumerate().skip(1) {
+            let distance = libm::fabsf(bin as f32 - cycles);
+            let power = other * other;
+            if BESIDE.contains(&distance) {
+                beside += power;
+                count += 1.0;
+            } else if distance >= BESIDE.end {
+                leaked += power * (LEAKAGE / distance) * (LEAKAGE / distance);
+            }
         }
-        FRAC_1_SQRT_2 * libm::sqrtf(sum / f32::max(count, 1.0))
+        let sigma = FRAC_1_SQRT_2 * libm::sqrtf(beside / f32::max(count, 1.0));
+        Some(Self { amplitude, sigma, leaked: libm::sqrtf(leaked) })
+    }
+
+    /// The mean of several windows with its standard deviation: from eight windows on by their scatter, of fewer by what is
+    /// beside the line. None without a window, and where the amplitude is not more than twice what leaks.
+    pub fn mean(lines: impl Iterator<Item = Self> + Clone) -> Option<(f32, f32)> {
+        let count = lines.clone().count() as f32;
+        let mean_of = |value: fn(&Self) -> f32| lines.clone().map(|line| value(&line)).sum::<f32>() / count;
+        let mean = mean_of(|line| line.amplitude);
+        let variance = match count >= SCATTER_FROM {
+            true => {
+                lines.clone().map(|line| (line.amplitude - mean) * (line.amplitude - mean)).sum::<f32>() / (count - 1.0)
+            }
+            false => mean_of(|line| line.sigma * line.sigma),
+        };
+        (mean > 2.0 * mean_of(|line| line.leaked)).then(|| (mean, libm::sqrtf(variance / count)))
     }
 }
 
@@ -65,5 +104,10 @@ impl Conversion {
     /// D: amplitude in the sensor's unit per um from peak to peak.
     pub fn per_um(&self) -> f32 {
         libm::exp10f(self.log_per_um)
+    }
+
+    /// Its standard deviation.
+    pub fn per_um_sigma(&self) -> f32 {
+        self.per_um() * self.log_sigma * LN_10
     }
 }

@@ -3,7 +3,7 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone_feel::{
-    Conversion, Firing, Indices, MeanFiring, Receptor, Reference, Score, amplitude_at, amplitude_spectrum,
+    Conversion, Firing, Indices, Line, MeanFiring, Receptor, Reference, Score, amplitude_at, amplitude_spectrum,
 };
 use std::f64::consts::TAU;
 
@@ -116,9 +116,8 @@ fn the_conversion_and_the_scores_uncertainty() {
             (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for _ in 0..600 {
             let mut samples = noise.samples(1024, (tone, 100.0), sigma);
-            let amplitude = amplitude_at(&samples, 50.0);
-            let floor = Reference::sigma(amplitude_spectrum(&mut samples).expect("a power of two"), 50.0);
-            let conversion = reference.conversion(amplitude, floor).expect("an amplitude");
+            let line = Line::measure(&mut samples, 50.0).expect("a power of two");
+            let conversion = reference.conversion(line.amplitude, line.sigma).expect("an amplitude");
             logs.push(f64::from(conversion.log_per_um));
             log_sigmas.push(f64::from(conversion.log_sigma).powi(2));
             let mut mean = MeanFiring::default();
@@ -168,4 +167,23 @@ fn per_hertz_the_window_does_not_matter() {
     let (sums, per_hertz) = (found[1] / found[0], found[1] / 4.0 / found[0]);
     assert!((0.97..1.03).contains(&per_hertz), "{per_hertz}");
     assert!((3.88..4.12).contains(&sums), "{sums}");
+}
+
+/// The mean of windows, by what is beside the line and by their scatter.
+#[test]
+fn the_amplitude_of_several_windows() {
+    for (windows, tone, range) in [(4, 1.0, 0.9..1.1), (4, 0.0, 0.55..0.9), (12, 1.0, 0.9..1.15), (12, 0.0, 0.9..1.15)]
+    {
+        let mut noise = noise(7);
+        let run = |_| {
+            let lines: Vec<Line> = (0..windows)
+                .map(|_| Line::measure(&mut noise.samples(256, (tone, 100.0), 1.0), 12.5).expect("a power of two"))
+                .collect();
+            Line::mean(lines.into_iter()).expect("an amplitude")
+        };
+        let (means, sigmas): (Vec<f64>, Vec<f64>) =
+            (0..400).map(run).map(|(mean, sigma)| (f64::from(mean), f64::from(sigma).powi(2))).unzip();
+        let ratio = spread(&means).1 / spread(&sigmas).0.sqrt();
+        assert!(range.contains(&ratio), "{windows} {tone}: {ratio}");
+    }
 }

@@ -3,6 +3,7 @@
 //! | concept | where |
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
+//! | how receptors fire over a recording, and scores | `feel` |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | calibration of the array with gratings of known period | `calibrate` |
@@ -34,6 +35,7 @@ pub mod emulator;
 pub mod events;
 mod export;
 pub mod feed;
+mod feel;
 mod fit_report;
 mod grid;
 pub mod input;

@@ -1,9 +1,8 @@
-//! The part of a table that is fitted: its rows are read up to the part's end, and only those of the part are kept.
+//! The part of a table that is used: its rows are read up to the part's end, and only those of the part are kept.
 
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{PROGRESS_ROWS, Rows};
-use ridgetone_tone::FRAMES_MAX;
 use std::io::BufRead;
 
 #[derive(Clone, Debug, Default)]
@@ -18,8 +17,13 @@ pub struct Part {
 }
 
 impl Part {
-    /// Reads it. `progress` takes the rows that have been read.
-    pub fn read<R: BufRead>(rows: &mut Rows<R>, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
+    /// Reads it, at most so many rows. `progress` takes the rows that have been read.
+    pub fn read<R: BufRead>(
+        rows: &mut Rows<R>,
+        selection: &Selection,
+        most: usize,
+        progress: &mut dyn FnMut(u64),
+    ) -> Result<Self> {
         let file = rows.file().to_owned();
         let (from_s, to_s) = (selection.from_s.unwrap_or(f64::NEG_INFINITY), selection.to_s.unwrap_or(f64::INFINITY));
         ensure!(from_s < to_s, "{file}: --from {from_s} s is not before --to {to_s} s");
@@ -50,9 +54,9 @@ impl Part {
                 continue;
             }
             ensure!(
-                part.rows.len() < FRAMES_MAX,
-                "{file}: {} rows or more in the window, at most {FRAMES_MAX} can be fitted: choose a part with --from and --to",
-                FRAMES_MAX + 1
+                part.rows.len() < most,
+                "{file}: {} rows or more in the window, at most {most} can be taken: choose a part with --from and --to",
+                most + 1
             );
             let mut values = Vec::with_capacity(rows.names().len());
             rows.values(&mut values)?;

@@ -76,7 +76,7 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
     let columns = columns(&rows, selection)?;
-    let part = Part::read(&mut rows, selection, progress)?;
+    let part = Part::read(&mut rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();
     let grid = match part.is_stamped {
         true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
@@ -167,7 +167,8 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
     })
 }
 
-fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
+/// The place of a column.
+pub fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
         Some(at) => Ok(at),
@@ -175,7 +176,8 @@ fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
     }
 }
 
-fn columns<R: BufRead>(rows: &Rows<R>, selection: &Selection) -> Result<Vec<usize>> {
+/// The places of the columns to use, at most 16.
+pub fn columns<R: BufRead>(rows: &Rows<R>, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
     for name in &selection.columns {
@@ -188,7 +190,7 @@ fn columns<R: BufRead>(rows: &Rows<R>, selection: &Selection) -> Result<Vec<usiz
         columns = (0..rows.names().len()).filter(|at| Some(rows.names()[*at].as_str()) != place).collect();
     }
     let count = columns.len();
-    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are fitted together: choose with --columns");
+    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns");
     Ok(columns)
 }
 

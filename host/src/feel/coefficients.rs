@@ -1,0 +1,133 @@
+//! The coefficients of scores, as a settings file.
+//!
+//! ```toml
+//! window_s = 3.0 # intensities are those of such a window
+//!
+//! [soft]
+//! constant = 5.59
+//! sa1 = -0.002 # fa1, fa2, sa1, sa2, m; those left out are 0
+//! ```
+
+use super::NAMES;
+use anyhow::{Context, Result, ensure};
+use ridgetone_feel::{INDICES, PAPER_WINDOW_S, ROUGH, SOFT, Score};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// How scores follow from the indices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Coefficients {
+    /// Window of the intensities that the coefficients belong to, seconds.
+    pub window_s: f64,
+    #[serde(flatten)]
+    scores: BTreeMap<String, Terms>,
+}
+
+/// A score's coefficients, `sigma` of people around the line, and the covariance of the coefficients, the constant first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct Terms {
+    constant: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    fa1: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    fa2: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    sa1: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    sa2: f64,
+    #[serde(skip_serializing_if = "is_zero")]
+    m: f64,
+    sigma: f64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    covariance: Vec<Vec<f64>>,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl Coefficients {
+    /// Those of the paper, equations 11 and 12.
+    pub fn paper() -> Self {
+        Self::new(PAPER_WINDOW_S.into(), [("soft".to_owned(), SOFT), ("rough".to_owned(), ROUGH)])
+    }
+
+    pub fn new(window_s: f64, scores: impl IntoIterator<Item = (String, Score)>) -> Self {
+        let terms = |score: Score| {
+            // As short as they are in f32.
+            let short = |value: f32| value.to_string().parse().unwrap_or(f64::from(value));
+            let [constant, fa1, fa2, sa1, sa2, m] = score.coefficients.map(short);
+            let is_known = score.covariance.iter().flatten().any(|value| *value != 0.0);
+            let covariance = score.covariance.iter().filter(|_| is_known).map(|row| row.map(short).to_vec()).collect();
+            Terms { constant, fa1, fa2, sa1, sa2, m, sigma: short(score.residual_sigma), covariance }
+        };
+        Self { window_s, scores: scores.into_iter().map(|(name, score)| (name, terms(score))).collect() }
+    }
+
+    pub fn load(path: &Path) -> Result<Self> {
+        let named = || path.display().to_string();
+        let text = std::fs::read_to_string(path).with_context(named)?;
+        let found: Self = toml::from_str(&text).with_context(named)?;
+        ensure!(found.window_s > 0.0 && found.window_s.is_finite(), "{}: window_s must be greater than 0", named());
+        ensure!(!found.scores.is_empty(), "{}: no score: write for example [soft]", named());
+        for (name, Terms { covariance, .. }) in &found.scores {
+            let is_square = covariance.len() == INDICES + 1 && covariance.iter().all(|row| row.len() == INDICES + 1);
+            let order = NAMES.join(", ");
+            ensure!(
+                covariance.is_empty() || is_square,
+                "{}: [{name}] covariance: write six rows of six: constant, {order}",
+                named()
+            );
+        }
+        Ok(found)
+    }
+
+    pub fn toml(&self) -> Result<String> {
+        let head = "# Coefficients for `ridgetone feel --coefficients`. Intensities are those of a window of window_s seconds.\n";
+        Ok(head.to_owned() + &toml::to_string(self)?)
+    }
+
+    /// The scores by name.
+    pub fn scores(&self) -> impl Iterator<Item = (&str, Score)> {
+        self.scores.iter().map(|(name, terms)| {
+            let Terms { constant, fa1, fa2, sa1, sa2, m, sigma, covariance } = terms;
+            let coefficients = [*constant, *fa1, *fa2, *sa1, *sa2, *m].map(|value| value as f32);
+            let at =
+                |a: usize, b: usize| covariance.get(a).and_then(|row| row.get(b)).map_or(0.0, |value| *value as f32);
+            let covariance = std::array::from_fn(|a| std::array::from_fn(|b| at(a, b)));
+            (name.as_str(), Score { coefficients, covariance, residual_sigma: *sigma as f32 })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coefficients_written_and_read_are_the_same() {
+        let mut covariance = [[0.0; INDICES + 1]; INDICES + 1];
+        covariance[0][3] = 0.125;
+        let other = Score { residual_sigma: 0.25, covariance, ..SOFT };
+        let written = Coefficients::new(1.0, [("even".to_owned(), other), ("rough".to_owned(), ROUGH)]);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("coefficients.toml");
+        std::fs::write(&path, written.toml().expect("TOML")).expect("written");
+        let read = Coefficients::load(&path).expect("read");
+        assert_eq!(read, written);
+        assert_eq!(read.scores().collect::<Vec<_>>(), [("even", other), ("rough", ROUGH)]);
+        for (text, part) in [
+            ("window_s = 1", "no score"),
+            ("[soft]\nconstant = 1", "window_s"),
+            ("window_s = 0\n[soft]", "greater than 0"),
+            ("window_s = 1\n[soft]\nfa3 = 1", "fa3"),
+            ("window_s = 1\n[soft]\ncovariance = [[1.0]]", "six rows"),
+        ] {
+            std::fs::write(&path, text).expect("written");
+            let error = format!("{:#}", Coefficients::load(&path).expect_err("refused"));
+            assert!(error.contains("coefficients.toml") && error.contains(part), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! The output of `feel`: a table for people, one JSON object for programs.
+
+use super::{Channel, Coefficients, Felt, NAMES};
+use crate::digits::{decimals, significant};
+use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor};
+use serde::Serialize;
+use std::fmt::Write;
+
+#[derive(Serialize)]
+struct Json<'a> {
+    r#type: &'static str,
+    file: &'a str,
+    rate_hz: f64,
+    window_s: f64,
+    windows: u32,
+    rows: usize,
+    rows_missing: usize,
+    readings_missing: usize,
+    reference_hz: f32,
+    m: Option<f32>,
+    m_sigma: Option<f32>,
+    receptors: Vec<JsonReceptor>,
+    scores: Vec<JsonScore<'a>>,
+    channels: Vec<JsonChannel<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonReceptor {
+    receptor: &'static str,
+    /// Sum over the window's bins.
+    intensity: Option<f32>,
+    intensity_sigma: Option<f32>,
+    /// The same with one term a hertz.
+    intensity_per_hz: Option<f32>,
+    intensity_per_hz_sigma: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absent: Option<String>,
+}
+
+#[derive(Serialize)]
+struct JsonScore<'a> {
+    name: &'a str,
+    score: Option<f32>,
+    score_sigma: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    absent: Option<String>,
+}
+
+#[derive(Serialize)]
+struct JsonChannel<'a> {
+    name: &'a str,
+    /// False where the reference has no amplitude.
+    usable: bool,
+    per_um: Option<f32>,
+    per_um_sigma: Option<f32>,
+    receptors: Option<Vec<JsonReceptor>>,
+}
+
+/// One JSON object on one line, without the line's end.
+pub fn json(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> serde_json::Result<String> {
+    serde_json::to_string(&Json {
+        r#type: "feel",
+        file: &felt.file,
+        rate_hz: felt.rate_hz,
+        window_s: felt.window_s,
+        windows: felt.firing.windows(),
+        rows: felt.rows,
+        rows_missing: felt.rows_missing,
+        readings_missing: felt.readings_missing,
+        reference_hz: felt.reference.frequency_hz(),
+        m: m.map(|(value, _)| value),
+        m_sigma: m.map(|(_, sigma)| sigma),
+        receptors: receptors(felt, &felt.firing, felt.log_sigma),
+        scores: scores(felt, coefficients, m),
+        channels: felt.channels.iter().map(|channel| json_channel(felt, channel)).collect(),
+    })
+}
+
+fn json_channel<'a>(felt: &Felt, Channel { name, conversion, firing }: &'a Channel) -> JsonChannel<'a> {
+    JsonChannel {
+        name,
+        usable: conversion.is_some(),
+        per_um: conversion.map(|conversion| conversion.per_um()),
+        per_um_sigma: conversion.map(|conversion| conversion.per_um_sigma()),
+        receptors: conversion.map(|conversion| receptors(felt, firing, conversion.log_sigma)),
+    }
+}
+
+fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonReceptor> {
+    let as_window = |as_s: f64| Indices::new(firing, log_sigma, (felt.window_s as f32, as_s as f32), None);
+    let (window, second) = (as_window(felt.window_s), as_window(1.0));
+    let receptor = |receptor: Receptor| {
+        let (window, second) = (window.get(receptor as usize), second.get(receptor as usize));
+        JsonReceptor {
+            receptor: NAMES[receptor as usize],
+            intensity: window.map(|(value, _)| value),
+            intensity_sigma: window.map(|(_, sigma)| sigma),
+            intensity_per_hz: second.map(|(value, _)| value),
+            intensity_per_hz_sigma: second.map(|(_, sigma)| sigma),
+            absent: absent(felt, receptor),
+        }
+    };
+    Receptor::ALL.map(receptor).into()
+}
+
+/// Why a receptor has no intensity.
+fn absent(felt: &Felt, receptor: Receptor) -> Option<String> {
+    let why = Firing::absent(receptor, felt.bins(), felt.bin_hz() as f32)?;
+    Some(match why {
+        Absent::RateTooLow(hz) => {
+            format!("{} needs more than {hz} rows a second, here are {}", receptor.name(), significant(felt.rate_hz, 5))
+        }
+        Absent::WindowTooShort => {
+            let seconds = significant(felt.window_s, 2);
+            format!(
+                "{} listens below {} Hz: no cycle of that is in a window of {seconds} s",
+                receptor.name(),
+                receptor.corners_hz()[2]
+            )
+        }
+    })
+}
+
+fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>) -> Vec<JsonScore<'c>> {
+    let indices = felt.indices(coefficients.window_s, m);
+    let score = |(name, score): (&'c str, ridgetone_feel::Score)| {
+        let missing = score.missing(&indices).map(|index| match Receptor::ALL.get(index) {
+            Some(receptor) => format!("needs the intensity of {}", receptor.name()),
+            None => "needs M: give --m or --image".to_owned(),
+        });
+        let found = score.of(&indices);
+        let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
+        JsonScore { name, score: value, score_sigma: sigma, absent: missing }
+    };
+    coefficients.scores().map(score).collect()
+}
+
+pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> String {
+    let mut out = String::new();
+    // Writing to a string cannot fail, here and below.
+    let _ = writeln!(out, "{:<10}{:>22}{:>22}", "receptor", "intensity", "per hertz");
+    for (found, receptor) in receptors(felt, &felt.firing, felt.log_sigma).into_iter().zip(Receptor::ALL) {
+        let JsonReceptor { intensity, intensity_sigma, intensity_per_hz, intensity_per_hz_sigma, absent, .. } = found;
+        let _ = match absent {
+            Some(why) => writeln!(out, "{:<10}{:>22}  {why}", receptor.name(), "-"),
+            None => writeln!(
+                out,
+                "{:<10}{:>22}{:>22}",
+                receptor.name(),
+                with_sigma(intensity, intensity_sigma),
+                with_sigma(intensity_per_hz, intensity_per_hz_sigma)
+            ),
+        };
+    }
+    for JsonScore { name, score, score_sigma, absent } in scores(felt, coefficients, m) {
+        let value = if absent.is_some() { "-".to_owned() } else { with_sigma(score, score_sigma) };
+        let _ = writeln!(out, "{name:<10}{value:>22}  {}", absent.unwrap_or_default());
+    }
+    let m = with_sigma(m.map(|(value, _)| value), m.map(|(_, sigma)| sigma));
+    let _ = writeln!(out, "{:<10}{m:>22}", "M = F/N");
+    let _ = writeln!(
+        out,
+        "reference at {} Hz; {} windows of {} s, {} rows at {} Hz, {} rows and {} readings missing",
+        significant(felt.reference.frequency_hz().into(), 4),
+        felt.firing.windows(),
+        significant(felt.window_s, 4),
+        felt.rows,
+        significant(felt.rate_hz, 6),
+        felt.rows_missing,
+        felt.readings_missing
+    );
+    for Channel { name, conversion, .. } in &felt.channels {
+        let _ = match conversion {
+            Some(conversion) => {
+                let (value, sigma) = (conversion.per_um().into(), conversion.per_um_sigma().into());
+                writeln!(out, "{name}: {} +- {} a micrometre", significant(value, 4), significant(sigma, 2))
+            }
+            None => writeln!(out, "{name}: not used: the reference has no amplitude in it"),
+        };
+    }
+    out.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}
+
+fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
+    let (Some(value), Some(sigma)) = (value, sigma) else { return "-".to_owned() };
+    let places = decimals(sigma.into(), 1);
+    format!("{value:.places$} +- {sigma:.places$}")
+}
