@@ -8,12 +8,14 @@
 //! sa1 = -0.002 # fa1, fa2, sa1, sa2, m; those left out are 0
 //! ```
 
-use super::NAMES;
 use anyhow::{Context, Result, ensure};
 use ridgetone_feel::{INDICES, PAPER_WINDOW_S, ROUGH, SOFT, Score};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Short names of the indices, in files and in JSON.
+pub const NAMES: [&str; INDICES] = ["fa1", "fa2", "sa1", "sa2", "m"];
 
 /// How scores follow from the indices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

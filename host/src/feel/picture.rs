@@ -1,6 +1,6 @@
 //! The picture of `feel`: the spectrum under its thresholds.
 
-use super::Felt;
+use super::measure::Felt;
 use crate::digits::significant;
 use crate::picture::layout::thinned;
 use crate::svg::{Anchor, Svg};

@@ -1,6 +1,7 @@
 //! The output of `feel`: a table for people, one JSON object for programs.
 
-use super::{Channel, Coefficients, Felt, NAMES};
+use super::coefficients::{Coefficients, NAMES};
+use super::measure::{Channel, Felt};
 use crate::digits::{decimals, significant};
 use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor};
 use serde::Serialize;
@@ -183,6 +184,9 @@ pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> 
 
 fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
     let (Some(value), Some(sigma)) = (value, sigma) else { return "-".to_owned() };
+    if sigma == 0.0 {
+        return significant(value.into(), 4);
+    }
     let places = decimals(sigma.into(), 1);
     format!("{value:.places$} +- {sigma:.places$}")
 }

@@ -1,7 +1,8 @@
 //! `feel train`: coefficients of scores, by stepwise regression of what people said on what was measured.
 
+use super::coefficients::{Coefficients, NAMES};
+use super::measure::{Options, RATES_DIFFER, measure};
 use super::stepwise::{Model, stepwise};
-use super::{Coefficients, NAMES, Options, measure};
 use crate::digits::significant;
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{INDICES, PAPER_WINDOW_S, Score};
@@ -66,7 +67,7 @@ pub fn train(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> R
         let felt = measure(recording, options, progress)?;
         let same = *window_s.get_or_insert(felt.window_s);
         ensure!(
-            (felt.window_s / same - 1.0).abs() < super::RATES_DIFFER,
+            (felt.window_s / same - 1.0).abs() < RATES_DIFFER,
             "{}: windows of {:.4} s, and of {same:.4} s in the recordings before: choose a shorter --window",
             felt.file,
             felt.window_s

@@ -1,0 +1,248 @@
+//! A recording to what is felt over it: windows, the reference, the receptors of each channel and of all together.
+
+use crate::grid::Grid;
+use crate::part::{Part, given_rate_hz};
+use crate::table_fit::{Selection, columns};
+use anyhow::{Context, Result, bail, ensure};
+use hal_mock::Rows;
+use ridgetone_feel::{
+    Conversion, Firing, Indices, Line, MeanFiring, POINTS_MAX, Reference, amplitude_spectrum, points,
+};
+use std::path::{Path, PathBuf};
+
+/// Most rows of a recording: seven minutes at 10 kHz, half a gigabyte of sixteen channels.
+const ROWS_MAX: usize = 1 << 22;
+
+/// Share by which the rates of a recording and of its reference may differ: in a bin of another width a surface without a
+/// period has another amplitude.
+pub const RATES_DIFFER: f64 = 0.01;
+
+/// What is known of the surface that makes the sensor's unit micrometres.
+#[derive(Clone, Debug)]
+pub struct KnownSurface {
+    pub surface: Reference,
+    /// Its recording; the recording itself if none.
+    pub file: Option<PathBuf>,
+}
+
+/// What to take of a recording.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub selection: Selection,
+    /// Longest window, seconds.
+    pub window_s: Option<f64>,
+    pub reference: KnownSurface,
+}
+
+#[derive(Clone, Debug)]
+pub struct Channel {
+    pub name: String,
+    /// None of a channel in which the reference has no amplitude: it does not count.
+    pub conversion: Option<Conversion>,
+    pub firing: MeanFiring,
+}
+
+/// What is felt over a recording.
+#[derive(Clone, Debug)]
+pub struct Felt {
+    pub file: String,
+    pub rate_hz: f64,
+    pub rows: usize,
+    pub rows_missing: usize,
+    pub readings_missing: usize,
+    pub window_s: f64,
+    pub reference: Reference,
+    pub channels: Vec<Channel>,
+    /// The mean of the channels that count, and the standard deviation of their conversion, decades.
+    pub firing: MeanFiring,
+    pub log_sigma: f32,
+    /// Mean amplitudes of these channels from bin 0 on, um from peak to peak.
+    pub spectrum_um: Vec<f64>,
+}
+
+impl Felt {
+    /// The indices as a window of `as_window_s` would have them; one of a second has a bin each hertz.
+    pub fn indices(&self, as_window_s: f64, m: Option<(f32, f32)>) -> Indices {
+        Indices::new(&self.firing, self.log_sigma, (self.window_s as f32, as_window_s as f32), m)
+    }
+
+    pub fn bins(&self) -> usize {
+        self.spectrum_um.len()
+    }
+
+    pub fn bin_hz(&self) -> f64 {
+        self.window_s.recip()
+    }
+}
+
+/// The samples of a part of a recording, channel by channel.
+struct Samples {
+    file: String,
+    rate_hz: f64,
+    rows: usize,
+    rows_missing: usize,
+    readings_missing: usize,
+    channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Measures what is felt. `progress` takes the rows that have been read.
+pub fn measure(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> Result<Felt> {
+    let samples = Samples::read(path, &options.selection, progress)?;
+    let other = options.reference.file.as_deref().map(|file| Samples::read(file, &options.selection, progress));
+    let other = other.transpose()?;
+    let reference = other.as_ref().unwrap_or(&samples);
+    ensure!(
+        (reference.rate_hz / samples.rate_hz - 1.0).abs() < RATES_DIFFER,
+        "{}: {:.6} rows a second, and the reference has {:.6}: both need one rate",
+        samples.file,
+        samples.rate_hz,
+        reference.rate_hz
+    );
+    let wanted = options.window_s.map_or(POINTS_MAX, |window_s| (window_s * samples.rate_hz).round() as usize);
+    let rows = samples.slots().min(reference.slots()).min(wanted);
+    let Some(window) = points(rows) else { bail!("{}: {rows} rows in a window, at least 64 are needed", samples.file) };
+    let (window_s, bin_hz) = (window as f64 / samples.rate_hz, (samples.rate_hz / window as f64) as f32);
+
+    let surface = options.reference.surface;
+    let hz = surface.frequency_hz();
+    let half = window as f32 / 2.0 * bin_hz;
+    ensure!(
+        (bin_hz..half).contains(&hz),
+        "--reference: {hz} Hz (speed_mm_s over rsm_mm) is not between {bin_hz} Hz, a cycle a window, and {half} Hz, half the rate"
+    );
+    let mut channels = Vec::new();
+    for (name, _) in &samples.channels {
+        let Some((_, values)) = reference.channels.iter().find(|(known, _)| known == name) else {
+            bail!("{}: no column {name}", reference.file)
+        };
+        let conversion = conversion(&surface, values, window, hz / bin_hz);
+        channels.push(Channel { name: name.clone(), conversion, firing: MeanFiring::default() });
+    }
+    let used: Vec<f32> = channels.iter().filter_map(|channel| Some(channel.conversion?.log_sigma)).collect();
+    ensure!(
+        !used.is_empty(),
+        "{}: the reference has no amplitude at {hz} Hz (speed_mm_s over rsm_mm) in any column: choose a recording in \
+         which the finger slides over it",
+        reference.file
+    );
+
+    let (mut firing, mut log_um) = (MeanFiring::default(), vec![0.0; window / 2]);
+    let starts = starts(samples.slots(), window);
+    for start in &starts {
+        let mut together = Vec::new();
+        for (channel, (_, values)) in channels.iter_mut().zip(&samples.channels) {
+            let (Some(conversion), Some(values)) = (channel.conversion, values.get(*start..start + window)) else {
+                continue;
+            };
+            let mut values = values.to_vec();
+            let Some(amplitudes) = amplitude_spectrum(&mut values) else { continue };
+            let found = Firing::new(amplitudes, bin_hz, &conversion);
+            channel.firing.push(&found);
+            together.push(found);
+            for (log_um, amplitude) in log_um.iter_mut().zip(amplitudes) {
+                *log_um += f64::from(amplitude.log10() - conversion.log_per_um);
+            }
+        }
+        firing.push(&Firing::mean(together.iter()));
+    }
+    let count = (starts.len() * used.len()) as f64;
+    Ok(Felt {
+        file: samples.file,
+        rate_hz: samples.rate_hz,
+        rows: samples.rows,
+        rows_missing: samples.rows_missing,
+        readings_missing: samples.readings_missing,
+        window_s,
+        reference: surface,
+        channels,
+        firing,
+        log_sigma: used.iter().sum::<f32>() / used.len() as f32,
+        spectrum_um: log_um.into_iter().map(|sum| 10f64.powf(sum / count)).collect(),
+    })
+}
+
+/// Starts of windows that overlap by half or a little more and use all rows.
+fn starts(rows: usize, window: usize) -> Vec<usize> {
+    let steps = (rows - window).div_ceil(window / 2);
+    (0..=steps).map(|step| (step * (rows - window)).checked_div(steps).unwrap_or(0)).collect()
+}
+
+/// D by the mean amplitude over the windows; none without one.
+fn conversion(surface: &Reference, values: &[f32], window: usize, cycles: f32) -> Option<Conversion> {
+    let line = |start| Line::measure(&mut values.get(start..start + window)?.to_vec(), cycles);
+    let lines: Option<Vec<Line>> = starts(values.len(), window).into_iter().map(line).collect();
+    let (amplitude, sigma) = Line::mean(lines?.into_iter())?;
+    surface.conversion(amplitude, sigma).ok()
+}
+
+impl Samples {
+    fn read(path: &Path, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
+        let mut rows = Rows::open(path)?;
+        let columns = columns(&rows, selection)?;
+        let part = Part::read(&mut rows, selection, ROWS_MAX, progress)?;
+        let file = rows.file().to_owned();
+        let grid = match part.is_stamped {
+            true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
+                format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
+            })
+            .with_context(|| file.clone())?,
+            false => Grid::even(part.rows.len(), given_rate_hz(&file, selection)?),
+        };
+        let mut readings_missing = 0;
+        let mut channel = |column: &usize| {
+            let readings = grid.places.iter().zip(&part.rows).map(|(place, row)| (*place, row[*column]));
+            let known: Vec<(usize, f64)> = readings.filter(|(_, value)| !value.is_nan()).collect();
+            readings_missing += part.rows.len() - known.len();
+            let values = bridged(&known, grid.slots());
+            let name = rows.names()[*column].clone();
+            ensure!(
+                values.iter().all(|value| value.abs() < 1e15),
+                "{file}: column {name}: its values are too far apart"
+            );
+            Ok((name, values))
+        };
+        let channels = columns.iter().map(&mut channel).collect::<Result<_>>()?;
+        let (rate_hz, rows_missing) = (grid.rate_hz, grid.missing());
+        Ok(Self { file, rate_hz, rows: part.rows.len(), rows_missing, readings_missing, channels })
+    }
+
+    /// Samples of a channel, missing rows included.
+    fn slots(&self) -> usize {
+        self.rows + self.rows_missing
+    }
+}
+
+/// Readings at their places, less the first one; straight lines where readings are missing. Zeros without any reading.
+fn bridged(known: &[(usize, f64)], slots: usize) -> Vec<f32> {
+    let mut values = vec![0.0; slots];
+    let Some((_, first)) = known.first().copied() else { return values };
+    for pair in known.windows(2) {
+        let [(from, a), (to, b)] = [pair[0], pair[1]];
+        for (step, value) in values[from..to].iter_mut().enumerate() {
+            *value = (a - first + (b - a) * step as f64 / (to - from) as f64) as f32;
+        }
+    }
+    if let Some((last, value)) = known.last() {
+        values[*last..].fill((value - first) as f32);
+    }
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_use_all_rows() {
+        assert_eq!(starts(64, 64), [0]);
+        assert_eq!(starts(65, 64), [0, 1]);
+        assert_eq!(starts(160, 64), [0, 32, 64, 96]);
+        assert_eq!(starts(150, 64), [0, 28, 57, 86]);
+    }
+
+    #[test]
+    fn missing_readings_are_bridged() {
+        assert_eq!(bridged(&[(1, 10.0), (2, 12.0), (4, 16.0)], 6), [0.0, 0.0, 2.0, 4.0, 6.0, 6.0]);
+        assert_eq!(bridged(&[], 2), [0.0, 0.0]);
+    }
+}
