@@ -142,6 +142,11 @@ fn a_reference_without_amplitude_and_other_bad_input() {
     assert_one_line(&feel(&good, "ra_um=1,rsm_mm=0.001,speed_mm_s=10", &[]), 1, &["10000 Hz", "half the rate"]);
     assert_one_line(&feel(&good, REFERENCE, &["--window", "0.01"]), 1, &["good.csv", "20 rows", "64"]);
     assert_one_line(&run(&["feel", text(&good), "--reference", REFERENCE]), 1, &["good.csv", "--rate"]);
+    for (factor, part) in [(1e300, "inf"), (1e-25, "e-25")] {
+        let rows = format!("{factor:e}\n{:e}\n", -factor).repeat(64);
+        let path = file(folder.path(), "scale.csv", &format!("a\n{rows}"));
+        assert_one_line(&feel(&path, REFERENCE, &[]), 1, &["scale.csv", "column a", part, "scale them"]);
+    }
     let short = table(folder.path(), "short.csv", 50, |t_s| [t_s]);
     assert_one_line(&feel(&short, REFERENCE, &[]), 1, &["short.csv", "50 rows", "64"]);
     let with_file = |path: &Path| format!("{REFERENCE},file={}", text(path));
@@ -268,6 +273,30 @@ fn eight_plates_give_the_papers_coefficients_back() {
             assert!(printed.contains(part), "{part}: {printed}");
         }
     }
+}
+
+/// A receptor that one recording cannot show is no variable; a score that nothing explains has no coefficients.
+#[test]
+fn what_is_absent_or_explains_nothing_is_excluded() {
+    let folder = directory();
+    let mut csv = String::from("file,soft,odd,m\n");
+    for plate in 0..6 {
+        table(folder.path(), &format!("p{plate}.csv"), 500, |t_s| [sine(1.0, 204.8, t_s)]);
+        let _ = writeln!(csv, "p{plate}.csv,{},{},{plate}", 6 - plate, plate % 2);
+    }
+    let scores = file(folder.path(), "scores.csv", &csv);
+    let train = ["feel", "train", text(&scores), "--rate", "1000", "--reference", REFERENCE];
+    let toml = folder.path().join("mine.toml");
+    let found = json_lines(&run(&[&train[..], &["--json", "-o", text(&toml)]].concat())).remove(0);
+    let [soft, odd] = [0, 1].map(|at| &found["scores"][at]);
+    assert!((number(&soft["coefficients"]["m"], "value") + 1.0).abs() < 1e-9, "{soft}");
+    assert!(soft["excluded"]["fa2"].as_str().is_some_and(|why| why.contains("absent in") && why.contains("p0.csv")));
+    assert!(soft["excluded"]["sa1"].as_str().is_some_and(|why| why.contains("constant")));
+    assert!(odd["coefficients"].as_object().is_some_and(|model| model.is_empty()));
+    let written = std::fs::read_to_string(&toml).expect("coefficients");
+    assert!(written.contains("[soft]") && !written.contains("[odd]"), "{written}");
+    file(folder.path(), "scores.csv", "file,odd\np0.csv,1\np1.csv,0\np2.csv,1\np3.csv,1\n");
+    assert_one_line(&run(&train), 1, &["scores.csv", "odd", "constant"]);
 }
 
 #[test]

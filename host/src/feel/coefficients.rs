@@ -109,6 +109,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_book_has_the_papers_coefficients() {
+        let page = include_str!("../../../docs/book/11-what-a-finger-feels.md");
+        let text = page.split("```").find_map(|block| block.strip_prefix("toml\n")).expect("a block of TOML");
+        assert_eq!(toml::from_str::<Coefficients>(text).expect("coefficients"), Coefficients::paper());
+    }
+
+    #[test]
     fn coefficients_written_and_read_are_the_same() {
         let mut covariance = [[0.0; INDICES + 1]; INDICES + 1];
         covariance[0][3] = 0.125;

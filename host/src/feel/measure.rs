@@ -8,6 +8,7 @@ use hal_mock::Rows;
 use ridgetone_feel::{
     Conversion, Firing, Indices, Line, MeanFiring, POINTS_MAX, Reference, amplitude_spectrum, points,
 };
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Most rows of a recording: seven minutes at 10 kHz, half a gigabyte of sixteen channels.
@@ -16,6 +17,9 @@ const ROWS_MAX: usize = 1 << 22;
 /// Share by which the rates of a recording and of its reference may differ: in a bin of another width a surface without a
 /// period has another amplitude.
 pub const RATES_DIFFER: f64 = 0.01;
+
+/// What f32 can square, and the noise beside it.
+const SQUARED: Range<f32> = 1e-15..1e15;
 
 /// What is known of the surface that makes the sensor's unit micrometres.
 #[derive(Clone, Debug)]
@@ -195,9 +199,10 @@ impl Samples {
             readings_missing += part.rows.len() - known.len();
             let values = bridged(&known, grid.slots());
             let name = rows.names()[*column].clone();
+            let greatest = values.iter().fold(0.0, |greatest: f32, value| greatest.max(value.abs()));
             ensure!(
-                values.iter().all(|value| value.abs() < 1e15),
-                "{file}: column {name}: its values are too far apart"
+                greatest == 0.0 || SQUARED.contains(&greatest),
+                "{file}: column {name}: its values differ by {greatest:e}, which f32 cannot square: scale them"
             );
             Ok((name, values))
         };
