@@ -103,7 +103,7 @@ fn the_stack_s_depth_is_reported_once_a_second() {
     let message = outcome.messages.lines().find_map(|line| line.strip_prefix("stack: ")).expect("the stack's depth");
     let (deepest, size) = message.split_once(" of ").expect("two numbers");
     let deepest: u32 = deepest.parse().expect("a number");
-    assert!(size.starts_with("32768 bytes"), "{message}");
+    assert!(size.starts_with("16384 bytes"), "{message}");
     let reported: Vec<u32> = healths.iter().map(|health| health.stack_used_bytes).collect();
     assert!(reported.is_sorted() && reported[0] > 0, "{reported:?}");
     assert!(healths.iter().all(|health| health.stack_bytes == 32768));
