@@ -106,7 +106,7 @@ fn the_stack_s_depth_is_reported_once_a_second() {
     assert!(size.starts_with("16384 bytes"), "{message}");
     let reported: Vec<u32> = healths.iter().map(|health| health.stack_used_bytes).collect();
     assert!(reported.is_sorted() && reported[0] > 0, "{reported:?}");
-    assert!(healths.iter().all(|health| health.stack_bytes == 32768));
+    assert!(healths.iter().all(|health| health.stack_bytes == 16384));
     // The last is sent with the end of the slide, before its fit; but windows like it were fitted before.
     let last = reported[reported.len() - 1];
     assert!(last <= deepest && last + 1024 > deepest, "{last} reported, {deepest} at the end");
