@@ -102,7 +102,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
         .skip(1)
         .map(|row| row.split(',').next().unwrap().parse().unwrap())
         .collect();
-    assert!((150..260).contains(&zoomed.len()) && zoomed[0] > 15.0 && zoomed[zoomed.len() - 1] < 80.0, "{zoomed:?}");
+    assert!((37..65).contains(&zoomed.len()) && zoomed[0] > 15.0 && zoomed[zoomed.len() - 1] < 80.0, "{zoomed:?}");
     assert_quiet(&browser, &view);
 }
 
