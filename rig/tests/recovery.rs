@@ -74,13 +74,13 @@ fn a_hard_fault_leaves_a_record() {
 fn a_stack_overflow_leaves_a_record() {
     for board in BOARDS {
         let mut run = Run::at_rest(board);
-        run.rig.inject(ProcessorFault::StackPointer(image(board).symbol("_stack_end").expect("memory.x") + 8));
+        // Already below: from a little above it the next instruction may as well pop as push.
+        run.rig.inject(ProcessorFault::StackPointer(image(board).symbol("_stack_end").expect("memory.x") - 8));
         let greeting = run.run_to(2.0, hello);
         assert_eq!(greeting.boot.cause, ResetCause::Software, "{board:?}");
         let record = greeting.boot.record.expect("a record");
-        // A store below the end may fault before the pointer has moved: then there is no finding of it.
         assert_eq!(record.death, Death::HardFault, "{record:?}");
-        assert!(run.rig.findings().iter().all(|finding| finding.rule == Rule::StackEnd), "{:?}", run.rig.findings());
+        assert!(run.rig.findings().iter().any(|finding| finding.rule == Rule::StackEnd), "{:?}", run.rig.findings());
     }
 }
 
