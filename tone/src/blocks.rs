@@ -51,11 +51,6 @@ impl Lines {
     }
 }
 
-/// One block.
-struct Sums<'b> {
-    rows: &'b mut [Values; LOCAL],
-}
-
 /// The blocks of a window.
 #[derive(Clone, Debug)]
 pub struct Blocks {
@@ -305,9 +300,9 @@ impl Blocks {
                     add_products(&mut self.products[number], &centred.products, &shift, pass.lines);
                 }
                 let u = self.u[number] + shift.distance;
-                let mut sums = Sums { rows: &mut self.rows[number] };
+                let rows = &mut self.rows[number];
                 for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
-                    *squares += sums.add_channel(halves, k, *channel, u, &shift, &centred, pass);
+                    *squares += add_channel(rows, halves, k, *channel, u, &shift, &centred, pass);
                 }
             }
         })
@@ -378,53 +373,51 @@ fn add_products(to: &mut [f32; PRODUCTS], of: &[f32; PRODUCTS], shift: &Shift, l
     }
 }
 
-impl Sums<'_> {
-    /// Adds one channel of a complete chunk; returns its sum of squares.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "the innermost loop")]
-    fn add_channel<const HALF: usize>(
-        &mut self,
-        [before, after]: &[[Values; HALF]; 2],
-        k: usize,
-        channel: u8,
-        u: f32,
-        shift: &Shift,
-        centred: &Centred<HALF>,
-        pass: &Pass,
-    ) -> f32 {
-        let c = channel as usize % CHANNELS_MAX;
-        let Statistics { offset, slope, scale, .. } = pass.statistics;
-        let (offset, scale) = (offset[c], scale[c]);
-        // The line at the chunk's centre as f32 holds it is subtracted frame by frame, and what it lacks from the sums.
-        let zero = offset + slope[c] * u;
-        let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
-        let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
-        let (mut sum, mut along, mut squares) = (0.0, 0.0, 0.0);
-        for i in 0..HALF {
-            let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
-            (even[i], odd[i]) = (after + before, after - before);
-            sum += even[i];
-            along += odd[i] * centred.distance[i];
-            // Of the sum and the difference, which are in registers anyway: twice those of both values.
-            squares += even[i] * even[i] + odd[i] * odd[i];
-        }
-        squares *= 0.5;
-        let (count, spread) = (2.0 * HALF as f32, centred.products[product(1, 1)]);
-        squares += rest * (count * rest - 2.0 * sum) + slope * (slope * spread - 2.0 * along);
-        (sum, along) = (sum - count * rest, along - slope * spread);
-        self.rows[0][k] += sum;
-        self.rows[1][k] += along + shift.distance * sum;
-        for l in 0..pass.lines.min(LINES_MAX) {
-            let (row, (cos, sin)) = (2 + 2 * l, shift.turns[l]);
-            let [with_ones, with_distances] = centred.lines[l];
-            let (mut with_cos, mut with_sin) = (-rest * with_ones, -slope * with_distances);
-            for i in 0..HALF {
-                with_cos += even[i] * centred.cos[l][i];
-                with_sin += odd[i] * centred.sin[l][i];
-            }
-            self.rows[row][k] += cos * with_cos - sin * with_sin;
-            self.rows[row + 1][k] += sin * with_cos + cos * with_sin;
-        }
-        squares
+/// Adds one channel of a complete chunk; returns its sum of squares.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "the innermost loop")]
+fn add_channel<const HALF: usize>(
+    rows: &mut [Values; LOCAL],
+    [before, after]: &[[Values; HALF]; 2],
+    k: usize,
+    channel: u8,
+    u: f32,
+    shift: &Shift,
+    centred: &Centred<HALF>,
+    pass: &Pass,
+) -> f32 {
+    let c = channel as usize % CHANNELS_MAX;
+    let Statistics { offset, slope, scale, .. } = pass.statistics;
+    let (offset, scale) = (offset[c], scale[c]);
+    // The line at the chunk's centre as f32 holds it is subtracted frame by frame, and what it lacks from the sums.
+    let zero = offset + slope[c] * u;
+    let (rest, slope) = ((slope[c] * u - (zero - offset)) * scale, slope[c] * scale);
+    let (mut even, mut odd) = ([0.0; HALF], [0.0; HALF]);
+    let (mut sum, mut along, mut squares) = (0.0, 0.0, 0.0);
+    for i in 0..HALF {
+        let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
+        (even[i], odd[i]) = (after + before, after - before);
+        sum += even[i];
+        along += odd[i] * centred.distance[i];
+        // Of the sum and the difference, which are in registers anyway: twice those of both values.
+        squares += even[i] * even[i] + odd[i] * odd[i];
     }
+    squares *= 0.5;
+    let (count, spread) = (2.0 * HALF as f32, centred.products[product(1, 1)]);
+    squares += rest * (count * rest - 2.0 * sum) + slope * (slope * spread - 2.0 * along);
+    (sum, along) = (sum - count * rest, along - slope * spread);
+    rows[0][k] += sum;
+    rows[1][k] += along + shift.distance * sum;
+    for l in 0..pass.lines.min(LINES_MAX) {
+        let (row, (cos, sin)) = (2 + 2 * l, shift.turns[l]);
+        let [with_ones, with_distances] = centred.lines[l];
+        let (mut with_cos, mut with_sin) = (-rest * with_ones, -slope * with_distances);
+        for i in 0..HALF {
+            with_cos += even[i] * centred.cos[l][i];
+            with_sin += odd[i] * centred.sin[l][i];
+        }
+        rows[row][k] += cos * with_cos - sin * with_sin;
+        rows[row + 1][k] += sin * with_cos + cos * with_sin;
+    }
+    squares
 }

@@ -153,8 +153,9 @@ impl Limits {
         Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false };
 }
 
-/// The error of a step: it grows with the cube of the angle by which it turns the ends of the window (the waves' third-order
-/// terms), and a secant's with how far the slope is from 1. The weights follow the residuals: that moves the maximum by a step's share in the degrees of freedom.
+/// The error of a step. It grows with the cube of the angle by which the step turns the ends of the window (the waves'
+/// third-order terms); that of a secant grows with the slope's distance from 1. The weights follow the residuals: that moves
+/// the maximum by the step's share in the degrees of freedom.
 fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) -> f32 {
     let harmonics = solution.shape.harmonics as f32;
     let angle = 2.0 * PI * harmonics * step;

@@ -19,8 +19,8 @@ use crate::statistics::{Channels, Statistics};
 
 /// Fewest frames that are fitted.
 pub const FRAMES_MIN: u32 = 16;
-/// Steps of a rival of the best one, by all channels.
-const RIVAL_STEPS: usize = 3;
+/// Steps of the next likely one beside the best, by all channels.
+const NEXT_STEPS: usize = 3;
 /// In fewer cycles a straight baseline is tried where a curved one is likelier.
 const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
@@ -136,18 +136,18 @@ impl Fitter {
         let is_bent = 2.0 * best.nu < CYCLES_BENT && best.model.shape.curves > 0;
         let other = found.other.map(|other| (at(&other), limits));
         let straight = is_bent.then(|| (at(&best), Limits { is_straight: true, ..limits }));
-        let mut rival: Option<(Lines, Limits, Summit)> = None;
+        let mut next: Option<(Lines, Limits, Summit)> = None;
         for (lines, limits) in [other, straight].into_iter().flatten() {
-            let rough = Limits { blocks: Limits::CANDIDATE.blocks, steps: RIVAL_STEPS, ..limits };
+            let rough = Limits { blocks: Limits::CANDIDATE.blocks, steps: NEXT_STEPS, ..limits };
             if let Some(summit) = climber.climb(&all, &lines, &rough)?
-                && rival.is_none_or(|(.., rival)| summit.lead(&rival) > 0.0)
+                && next.is_none_or(|(.., next)| summit.lead(&next) > 0.0)
             {
-                rival = Some((Lines { nu: summit.nu, ..lines }, limits, summit));
+                next = Some((Lines { nu: summit.nu, ..lines }, limits, summit));
             }
         }
         let mut summit = climber.climb(&all, &at(&best), &limits)?;
-        if let Some((lines, limits, rival)) = rival
-            && summit.is_none_or(|summit| rival.lead(&summit) > 0.0)
+        if let Some((lines, limits, next)) = next
+            && summit.is_none_or(|summit| next.lead(&summit) > 0.0)
         {
             let baseline = summit.map(|summit| summit.baseline);
             summit = climber.climb(&all, &lines, &limits)?;

@@ -25,8 +25,8 @@ impl Summit {
         (self.model.score - over.model.score + penalties) / frames - penalties
     }
 
-    /// Residuals far above the noise are no noise: they change little from frame to frame, and as many frames say no more
-    /// than one. On real touch the density of their noise at the lines goes with this power of the ratio.
+    /// Residuals far above the noise are no noise. They change little from frame to frame: this many frames say no more than
+    /// one. The power is that of a few recordings of a ridged board, and of no theory.
     fn frames_of_one(&self) -> f32 {
         let ratio = self.noise_ratio.max(1.0);
         libm::sqrtf(ratio * libm::sqrtf(ratio))

@@ -1,5 +1,5 @@
 //! How far a tone is to be trusted, by the noise next to its lines. The limits were chosen on other seeds than those of
-//! docs/noise.md.
+//! docs/noise.md, and on recordings of touch without a grating: what those recordings give is no independent figure.
 
 use crate::fit::Status;
 use crate::neighbourhood::Neighbourhood;

@@ -172,7 +172,7 @@ impl Window {
         at
     }
 
-    /// None where the waves cannot be told apart.
+    /// None where the waves cannot be separated.
     fn solve(&self, frequency: f64, harmonics: usize) -> Option<Solution> {
         // Waves, and behind them the waves times place: the derivative by the frequency is a sum of the latter.
         let mut columns: Vec<Vec<f64>> =
