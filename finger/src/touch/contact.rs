@@ -9,11 +9,11 @@ use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
 use crate::touch::chi_square::limit;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, approach};
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, approach, greater};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
-use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
@@ -240,7 +240,8 @@ impl ContactDetector {
         let is_released = match ended {
             Ended::Spike => {
                 let height = self.spike.height(self.motion.weights());
-                let is_released = off < BACK_AT_IDLE * height;
+                // A spike may be many times as high as the hold: only what is next to idle is in the air.
+                let is_released = off < greater(TOUCHED / (4.0 * BLOCK_FRAMES as f32), BACK_FROM_SPIKE * height);
                 if is_released && height < TAP {
                     self.enter(Phase::Idle);
                     return;

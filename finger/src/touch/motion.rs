@@ -14,14 +14,28 @@ pub const BLOCK_FRAMES: u32 = 4;
 const HISTORY: usize = 32;
 /// Most blocks that [`Past::mean_of_four`] can leave out.
 pub const SKIP_MAX: usize = HISTORY - 5;
+/// Blocks of [`Motion::recent_mean`]: 267 ms.
+const RECENT: usize = 16;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
-/// Distance of the long second difference, blocks: 133 ms.
-const LONG: usize = 8;
+/// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
+const LONG: usize = 6;
 /// Blocks that the short comparison reaches back: 66 ms.
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
-/// Blocks that the long comparison reaches back: 267 ms.
-pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
+/// Blocks that the long comparison reaches back: 250 ms.
+pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
+/// Blocks after which little is left of one in the averages of the quick comparisons: 100 ms.
+pub const FAINT_BLOCKS: u32 = 6;
+/// Share of the latest block in these averages.
+const FAINT_SHARE: f32 = 0.25;
+/// An average above this is motion. It has the share of 1/7 of a block's variance, more where neighbours share frames: the
+/// mean and eight standard deviations. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean
+/// of four frames has none of it.
+const FAINT: [f32; 3] = [limit(8.0, 84.0), limit(1.0, 21.0), limit(1.0, 28.0)];
+/// The same in noise that is not white. An average varies less than a block.
+const FAINT_OVER_TYPICAL: f32 = 2.0;
+/// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
+const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
 /// 5.7. A day has 5 million blocks.
 const MOVING: f32 = limit(1.0, 45.0);
@@ -43,12 +57,14 @@ pub struct Block {
     pub quick: bool,
     /// It differs from the course of the last [`LONG_BLOCKS`].
     pub slow: bool,
+    /// The latest blocks differ among each other, if only on the average.
+    pub faint: bool,
 }
 
 impl Block {
     /// Whether it shows any change.
     pub const fn moves(&self) -> bool {
-        self.quick || self.slow
+        self.quick || self.slow || self.faint
     }
 }
 
@@ -57,7 +73,7 @@ impl Block {
 pub struct Motion {
     noise: Noise,
     past: Past,
-    /// Sum of the latest blocks since the last restart, at most [`LONG_BLOCKS`].
+    /// Sum of the latest blocks since the last restart, at most [`RECENT`].
     recent_sum: Values,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
@@ -70,6 +86,8 @@ pub struct Motion {
     compared: [f32; 4],
     /// Those of still blocks.
     typical: [f32; 4],
+    /// Averages of the first three over the latest blocks.
+    faint: [f32; 3],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any.
@@ -89,6 +107,7 @@ impl Motion {
             squares: [0.0; TAXELS],
             compared: [0.0; 4],
             typical: [0.0; 4],
+            faint: [0.0; 3],
             still_quick: 0,
             still: 0,
         }
@@ -99,6 +118,7 @@ impl Motion {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
+        self.faint = [0.0; 3];
     }
 
     /// Takes the next frame. Gives what the block shows that it ends.
@@ -135,13 +155,25 @@ impl Motion {
             within,
             if known > 0 { self.distance(&mean, self.past.back(0)) * (frames / 2.0) } else { 0.0 },
             if known >= 2 * SHORT { self.bend(&mean, SHORT) * (frames / 6.0) } else { 0.0 },
-            if known >= 2 * LONG { self.bend(&mean, LONG) * (frames / 6.0) } else { 0.0 },
+            0.0,
         ];
         self.add_recent(&mean);
         self.past.push(mean);
-        let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
-        let now = over(0, JUMPING) || over(1, MOVING);
-        let block = Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING) };
+        if known >= LONG_BLOCKS as usize {
+            self.compared[3] = self.long_bend() * (4.0 * frames / 6.0);
+        }
+        let limits = [JUMPING, MOVING, MOVING, MOVING];
+        let limit = |which: usize| greater(limits[which], OVER_TYPICAL * self.typical[which]);
+        let over = |which: usize| self.compared[which] > limit(which);
+        let mut faint = false;
+        for which in 0..FAINT.len() {
+            // One block counts no more than a motion that it shows alone.
+            let (block, limit) = (self.compared[which], limit(which));
+            self.faint[which] += FAINT_SHARE * (if block > limit { limit } else { block } - self.faint[which]);
+            faint |= self.faint[which] > greater(FAINT[which], FAINT_OVER_TYPICAL * self.typical[which]);
+        }
+        let now = over(0) || over(1);
+        let block = Block { now, quick: now || over(2), slow: over(3), faint };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
         block
@@ -159,6 +191,19 @@ impl Motion {
         sum
     }
 
+    /// The same for means of four blocks, of which the latest is one, at a distance of [`LONG`].
+    #[inline]
+    fn long_bend(&self) -> f32 {
+        let [near, middle, far] = [0, LONG, 2 * LONG].map(|skip| [0, 1, 2, 3].map(|back| self.past.back(skip + back)));
+        let mut sum = 0.0;
+        for c in 0..TAXELS {
+            let four = |blocks: &[&Values; 4]| blocks[0][c] + blocks[1][c] + blocks[2][c] + blocks[3][c];
+            let off = four(&near) + four(&far) - 2.0 * four(&middle);
+            sum += off * off * self.noise.weights[c];
+        }
+        sum * (1.0 / 16.0)
+    }
+
     /// Adds the next block to the sum of the latest ones, and takes the oldest out.
     #[inline]
     fn add_recent(&mut self, mean: &Values) {
@@ -168,8 +213,8 @@ impl Motion {
         for c in 0..TAXELS {
             self.recent_sum[c] += mean[c];
         }
-        if self.past.count >= 2 * LONG {
-            let oldest = self.past.back(2 * LONG - 1);
+        if self.past.count >= RECENT {
+            let oldest = self.past.back(RECENT - 1);
             for c in 0..TAXELS {
                 self.recent_sum[c] -= oldest[c];
             }
@@ -179,6 +224,9 @@ impl Motion {
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
         let share = self.noise.learn(&self.past, &self.squares);
+        if self.noise.learned < KNOWN_BLOCKS {
+            return;
+        }
         for (typical, compared) in self.typical.iter_mut().zip(self.compared) {
             *typical += share * (compared - *typical);
         }
@@ -189,9 +237,9 @@ impl Motion {
         &self.past
     }
 
-    /// Mean of the last [`LONG_BLOCKS`], or of those since a restart.
+    /// Mean of the last [`RECENT`] blocks, or of those since a restart.
     pub fn recent_mean(&self) -> Values {
-        let share = 1.0 / self.past.count.clamp(1, 2 * LONG) as f32;
+        let share = 1.0 / self.past.count.clamp(1, RECENT) as f32;
         self.recent_sum.map(|sum| sum * share)
     }
 

@@ -1,6 +1,6 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
-use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
 use crate::touch::onset::Frames;
 use ridgetone_proto::scan::frames_in;
 use ridgetone_proto::settings::SlideRule;
@@ -10,6 +10,8 @@ use ridgetone_tone::Values;
 const LASTING_BLOCKS: u32 = 11;
 /// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with these or faint changes after which it is one.
+const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 /// Blocks with any changes after which it is one.
 const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
@@ -23,25 +25,31 @@ const CREEP_BLOCKS: usize = 4;
 pub struct Moving {
     /// First frame of its first block.
     pub since: u32,
-    /// Blocks with quick changes, and with any.
+    /// Blocks with quick changes, with those or faint ones, and with any.
     quick: u32,
+    faint: u32,
     any: u32,
 }
 
 impl Moving {
     /// Before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
-        Self { since, quick: 0, any: 0 }
+        Self { since, quick: 0, faint: 0, any: 0 }
     }
 
     /// One block further.
     pub const fn with(self, block: Block) -> Self {
-        Self { quick: self.quick + block.quick as u32, any: self.any + block.moves() as u32, ..self }
+        Self {
+            quick: self.quick + block.quick as u32,
+            faint: self.faint + (block.quick || block.faint) as u32,
+            any: self.any + block.moves() as u32,
+            ..self
+        }
     }
 
     /// Whether it has lasted long enough.
     pub const fn is_slide(&self) -> bool {
-        self.quick >= SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
+        self.quick >= SLIDE_BLOCKS || self.faint >= FAINT_SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
     }
 }
 
@@ -51,6 +59,7 @@ pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
     let reach = match block {
         Block { now: true, .. } => 0,
         Block { quick: true, .. } => SHORT_BLOCKS,
+        Block { faint: true, .. } => FAINT_BLOCKS,
         Block { slow: true, .. } => LONG_BLOCKS,
         _ => return None,
     };

@@ -17,6 +17,8 @@ const LOOK_BACK: u32 = 4;
 pub const SPIKE_FRAMES: u32 = 72;
 /// Blocks in a row without a quick change after which the spike is over: 100 ms.
 pub const SPIKE_STILL_BLOCKS: u32 = 6;
+/// Within this share of the way to a spike's peak, squared, the skin that it left is creeping back: a twentieth.
+pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
 /// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
 /// deviations in every taxel. Less is a vibration.
 pub const TAP: f32 = limit(900.0, 0.0);
