@@ -193,6 +193,8 @@ impl Trace {
     pub fn code(&mut self, channel: usize, frame: u32, t_s: f64) -> i32 {
         let t_s = self.from_s + t_s;
         let volts = self.scene.volts(channel as u8, t_s) + self.extras.volts(channel, frame, t_s);
+        let pressed_v = self.scene.clean_volts(channel as u8, t_s) - self.scene.channels()[channel].offset_v;
+        let volts = volts + self.extras.press(t_s) * pressed_v;
         let volts = volts + CONVERTER_V * self.draw.normal();
         (volts / CODE_V).round() as i32
     }
@@ -202,7 +204,6 @@ impl Extras {
     fn volts(&self, c: usize, frame: u32, t_s: f64) -> f64 {
         let recipe = &self.recipe;
         let (held_s, gone_s) = (t_s - self.contact_s, t_s - self.release_s);
-        let is_held = held_s > 0.0 && gone_s < 0.0;
         let mut volts = recipe.drift_v_s * self.signs[c] * t_s;
         if self.spike > 0.0 {
             let decay = if held_s < 0.0 { 1.0 + held_s / 0.01 } else { (-held_s / SPIKE_S).exp() };
@@ -218,13 +219,15 @@ impl Extras {
             let (amplitude_v, phase) = self.hum[c];
             volts += amplitude_v * (TAU * self.hum_hz * t_s + phase).sin();
         }
-        if recipe.press > 0.0 && is_held {
-            let (hz, phase) = self.press;
-            // It begins and ends gently.
-            let edge = (held_s.min(-gone_s) / 0.1).min(1.0);
-            volts += edge * recipe.press * self.loads_v[c] * (TAU * hz * t_s + phase).sin();
-        }
         volts + self.pink.get(frame as usize).map_or(0.0, |noise| self.pink_v * noise[c])
+    }
+
+    /// Share by which the load is more than it should be.
+    fn press(&self, t_s: f64) -> f64 {
+        let (hz, phase) = self.press;
+        // It begins and ends gently.
+        let edge = ((t_s - self.contact_s).min(self.release_s - t_s) / 0.1).clamp(0.0, 1.0);
+        edge * self.recipe.press * (TAU * hz * t_s + phase).sin()
     }
 
     fn rms_load_v(&self) -> f64 {

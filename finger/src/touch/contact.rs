@@ -252,15 +252,19 @@ impl ContactDetector {
             Ended::Hold => true,
             Ended::Slide(start) => {
                 // Of a finger that is shaken in the air only that is known.
-                let end = if self.motion.still_quick >= STILL_BLOCKS {
-                    let end = slide_end(&self.frames(ring), &self.motion, &level, self.moving_until, over);
-                    arrived = Some(end);
-                    end
-                } else {
+                let frames = self.frames(ring);
+                let is_released = off < BACK_AT_IDLE * self.load;
+                let end = if self.motion.still_quick < STILL_BLOCKS {
                     self.moving_until
+                } else if is_released {
+                    let lifted = frames.arrival(&level, over);
+                    arrived = Some(lifted);
+                    frames.hold_before(lifted, start)
+                } else {
+                    slide_end(&frames, &self.motion, &level, self.moving_until, over)
                 };
                 report(Change::SlideEnd(start, end));
-                off < BACK_AT_IDLE * self.load
+                is_released
             }
         };
         if is_released {
@@ -268,12 +272,15 @@ impl ContactDetector {
             self.idle_before = Some(self.idle);
             self.idle = level;
             self.planned = None;
+            self.motion.ignore([0.0; TAXELS]);
             self.enter(Phase::Idle);
             return;
         }
         if ended == Ended::Spike || off > IS_LOAD * self.load {
             (self.held.level, self.load) = (level, off);
         }
+        let load = core::array::from_fn(|c| self.held.level[c] - self.idle[c]);
+        self.motion.ignore(load);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
     }
 
@@ -320,7 +327,7 @@ impl ContactDetector {
     }
 
     fn frames<'a>(&'a self, ring: &'a Ring) -> Frames<'a> {
-        Frames { ring, weights: self.motion.weights() }
+        Frames { ring, weights: self.motion.weights(), pull: self.motion.pull() }
     }
 
     fn enter(&mut self, phase: Phase) {

@@ -73,6 +73,10 @@ impl Block {
 pub struct Motion {
     noise: Noise,
     past: Past,
+    /// Direction that is ignored, codes.
+    load: Values,
+    /// The same, times the weights, so that a product with it is the length along it.
+    pull: Values,
     /// Sum of the latest blocks since the last restart, at most [`RECENT`].
     recent_sum: Values,
     /// Frames of the block under way.
@@ -86,6 +90,8 @@ pub struct Motion {
     compared: [f32; 4],
     /// Those of still blocks.
     typical: [f32; 4],
+    /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
+    learned: [f32; 4],
     /// Averages of the first three over the latest blocks.
     faint: [f32; 3],
     /// Blocks in a row without a quick change, since the last restart.
@@ -100,6 +106,8 @@ impl Motion {
         Self {
             noise: Noise::new(),
             past: Past::new(),
+            load: [0.0; TAXELS],
+            pull: [0.0; TAXELS],
             recent_sum: [0.0; TAXELS],
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
             count: 0,
@@ -107,6 +115,7 @@ impl Motion {
             squares: [0.0; TAXELS],
             compared: [0.0; 4],
             typical: [0.0; 4],
+            learned: [0.0; 4],
             faint: [0.0; 3],
             still_quick: 0,
             still: 0,
@@ -153,7 +162,7 @@ impl Motion {
         let frames = BLOCK_FRAMES as f32;
         self.compared = [
             within,
-            if known > 0 { self.distance(&mean, self.past.back(0)) * (frames / 2.0) } else { 0.0 },
+            if known > 0 { self.apart(|c| mean[c] - self.past.back(0)[c]) * (frames / 2.0) } else { 0.0 },
             if known >= 2 * SHORT { self.bend(&mean, SHORT) * (frames / 6.0) } else { 0.0 },
             0.0,
         ];
@@ -183,25 +192,29 @@ impl Motion {
     #[inline]
     fn bend(&self, mean: &Values, distance_blocks: usize) -> f32 {
         let (near, far) = (self.past.back(distance_blocks - 1), self.past.back(2 * distance_blocks - 1));
-        let mut sum = 0.0;
+        self.apart(|c| mean[c] + far[c] - 2.0 * near[c])
+    }
+
+    /// Squared length of a difference, in units of the noise, less what it has along the direction that is ignored.
+    #[inline(always)]
+    fn apart(&self, off: impl Fn(usize) -> f32) -> f32 {
+        let (mut sum, mut along) = (0.0, 0.0);
         for c in 0..TAXELS {
-            let off = mean[c] + far[c] - 2.0 * near[c];
+            let off = off(c);
             sum += off * off * self.noise.weights[c];
+            along += off * self.pull[c];
         }
-        sum
+        sum - along * along
     }
 
     /// The same for means of four blocks, of which the latest is one, at a distance of [`LONG`].
     #[inline]
     fn long_bend(&self) -> f32 {
         let [near, middle, far] = [0, LONG, 2 * LONG].map(|skip| [0, 1, 2, 3].map(|back| self.past.back(skip + back)));
-        let mut sum = 0.0;
-        for c in 0..TAXELS {
+        self.apart(|c| {
             let four = |blocks: &[&Values; 4]| blocks[0][c] + blocks[1][c] + blocks[2][c] + blocks[3][c];
-            let off = four(&near) + four(&far) - 2.0 * four(&middle);
-            sum += off * off * self.noise.weights[c];
-        }
-        sum * (1.0 / 16.0)
+            four(&near) + four(&far) - 2.0 * four(&middle)
+        }) * (1.0 / 16.0)
     }
 
     /// Adds the next block to the sum of the latest ones, and takes the oldest out.
@@ -223,12 +236,32 @@ impl Motion {
 
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
-        let share = self.noise.learn(&self.past, &self.squares);
+        self.noise.learn(&self.past, &self.squares);
+        self.aim();
         if self.noise.learned < KNOWN_BLOCKS {
             return;
         }
-        for (typical, compared) in self.typical.iter_mut().zip(self.compared) {
-            *typical += share * (compared - *typical);
+        // A comparison with nothing says nothing.
+        for which in (0..self.compared.len()).filter(|which| self.compared[*which] > 0.0) {
+            let learned = &mut self.learned[which];
+            *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
+            self.typical[which] += (self.compared[which] - self.typical[which]) / *learned;
+        }
+    }
+
+    /// Changes along this direction are no motion from now on: the finger presses more or less, or its skin creeps.
+    pub fn ignore(&mut self, load: Values) {
+        self.load = load;
+        self.aim();
+    }
+
+    /// Brings the direction that is ignored to length one, in units of the noise.
+    fn aim(&mut self) {
+        let (weights, load) = (&self.noise.weights, &self.load);
+        let square = (0..TAXELS).fold(0.0, |sum, c| sum + load[c] * load[c] * weights[c]);
+        let share = if square > 0.0 { 1.0 / libm::sqrtf(square) } else { 0.0 };
+        for c in 0..TAXELS {
+            self.pull[c] = load[c] * weights[c] * share;
         }
     }
 
@@ -246,6 +279,11 @@ impl Motion {
     /// Squared distance of two levels, in units of one frame's noise.
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.noise.weights, a, b)
+    }
+
+    /// What a product with a difference gives its length along the direction that is ignored.
+    pub const fn pull(&self) -> &Values {
+        &self.pull
     }
 
     /// One over the variance of each taxel's frames.
@@ -281,9 +319,8 @@ impl Noise {
         Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
     }
 
-    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`. Gives the share
-    /// that it has in the average.
-    pub fn learn(&mut self, past: &Past, squares: &Values) -> f32 {
+    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`.
+    pub fn learn(&mut self, past: &Past, squares: &Values) {
         if self.learned < NOISE_BLOCKS {
             self.learned += 1.0;
         }
@@ -301,7 +338,6 @@ impl Noise {
             *slow += share * (slow_now - *slow);
             self.weights[c] = 1.0 / greater(*quick, *slow);
         }
-        share
     }
 }
 

@@ -10,10 +10,21 @@ use ridgetone_tone::Values;
 /// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16 and 4.5 times its
 /// standard deviation of 5.7.
 const DEPARTED: f32 = limit(1.0, 26.0);
-/// Frames that are searched for the moment when a motion began or ended: 0.66 s.
+/// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of noise and a tone as strong
+/// as it, whose mean is 32: where both are as likely.
+const BETWEEN: f32 = limit(1.0, 7.0);
+/// One frame counts no more than this: a knock is no motion that goes on.
+const MOST: f32 = limit(3.0, 24.0);
+/// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
-/// Parts of the taxels: a level that creeps is moved for one part with each frame, by the creep of so many frames.
-const PARTS: usize = 4;
+/// Frames that are searched for the start of a motion before the block that showed it, and behind.
+const START_FRAMES: (u32, u32) = (64, 32);
+/// Most frames that are searched for its end: 0.4 s.
+const END_FRAMES: u32 = 96;
+/// Frames of a hold between a slide and the release that show its level: 33 ms.
+const PLATEAU_FRAMES: u32 = 8;
+/// Frames before a release that may belong to it.
+const LIFTING_FRAMES: u32 = 4;
 
 /// The frames in the ring, and what a distance is measured in.
 #[derive(Clone, Copy, Debug)]
@@ -21,6 +32,8 @@ pub struct Frames<'a> {
     pub ring: &'a Ring,
     /// One over the variance of each taxel's frames.
     pub weights: &'a Values,
+    /// See [`Motion::pull`](crate::touch::motion::Motion::pull).
+    pub pull: &'a Values,
 }
 
 impl Frames<'_> {
@@ -28,53 +41,78 @@ impl Frames<'_> {
         self.ring.frame(frame).is_some_and(|(values, _)| distance(self.weights, values, level) > DEPARTED)
     }
 
-    /// The first frame off `level` of those that are off it around frame `from`: back from there as long as frames are off
-    /// the level, as far as frame `earliest`; if that frame is not off, forward to the first that is, or `from` if none is.
-    pub fn departure(&self, level: &Values, from: u32, earliest: u32) -> u32 {
-        if self.is_off(level, from) {
-            let back = SEARCH_FRAMES.min(from.wrapping_sub(earliest));
-            let found = self.behind_pair(false, *level, &[0.0; TAXELS], from.wrapping_sub(1), back + 1);
-            return found.unwrap_or(from.wrapping_sub(back));
-        }
-        let later = (1..SEARCH_FRAMES).map(|frames| from.wrapping_add(frames));
-        later
-            .take_while(|frame| !reached(*frame, self.ring.next()))
-            .find(|frame| self.is_off(level, *frame))
-            .unwrap_or(from)
-    }
-
-    /// The first of the frames up to `last` that are at `level` without a break.
-    pub fn arrival(&self, level: &Values, last: u32) -> u32 {
-        // One more than is searched: a border is known by the frame before it.
-        self.behind_pair(true, *level, &[0.0; TAXELS], last, SEARCH_FRAMES + 1).unwrap_or(last)
-    }
-
-    /// The same for taxels that are at `level` in frame `last` and rise by `creep` in [`PARTS`] frames. They arrived no
-    /// earlier than in frame `earliest`.
-    pub fn arrival_creeping(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
-        // Two more than are searched: a border is known by two frames off the level.
-        let frames = last.wrapping_sub(earliest).min(SEARCH_FRAMES) + 2;
-        self.behind_pair(true, *level, creep, last, frames).unwrap_or(earliest)
-    }
-
-    /// Looks back from frame `last`, at so many frames, for two in a row that are off the level, or at it. Gives the frame
-    /// behind them. One alone may be a wave that passes through the level, or noise.
+    /// How much a frame speaks for motion away from `level`, which rises by `creep` in each frame that is passed: more than
+    /// zero for it. What is along the direction of the load is none.
     #[inline(never)]
-    fn behind_pair(&self, off: bool, mut level: Values, creep: &Values, last: u32, frames: u32) -> Option<u32> {
-        let mut found_before = false;
-        for back in 0..frames {
-            let frame = last.wrapping_sub(back);
-            let found = self.is_off(&level, frame) == off;
-            if found && found_before {
-                return Some(frame.wrapping_add(2));
-            }
-            found_before = found;
-            let left = frames - 1 - back;
-            let first = left as usize % PARTS * (TAXELS / PARTS);
-            for c in first..first + TAXELS / PARTS {
-                level[c] -= creep[c];
+    fn moves(&self, level: &Values, creep: &Values, passed: f32, frame: u32) -> f32 {
+        let Some((values, _)) = self.ring.frame(frame) else { return 0.0 };
+        let (mut sum, mut along) = (0.0, 0.0);
+        for c in 0..TAXELS {
+            let off = values[c] - level[c] - creep[c] * passed;
+            sum += off * off * self.weights[c];
+            along += off * self.pull[c];
+        }
+        let apart = sum - along * along;
+        (if apart > MOST { MOST } else { apart }) - BETWEEN
+    }
+
+    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later: the frames from there on
+    /// speak most for motion, all together.
+    pub fn departure(&self, level: &Values, since: u32, earliest: u32) -> u32 {
+        let (before, behind) = START_FRAMES;
+        let last = since.wrapping_add(behind);
+        let last = if reached(last, self.ring.next()) { self.ring.next().wrapping_sub(1) } else { last };
+        let frames = last.wrapping_sub(earliest).min(before + behind);
+        let (mut sum, mut most, mut start) = (0.0, 0.0, since);
+        for frame in (0..=frames).map(|back| last.wrapping_sub(back)) {
+            sum += self.moves(level, &[0.0; TAXELS], 0.0, frame);
+            if sum > most {
+                (most, start) = (sum, frame);
             }
         }
-        None
+        start
+    }
+
+    /// The first of the frames up to `last` that are at `level` without a break. One frame alone off it may be noise.
+    #[inline(never)]
+    pub fn arrival(&self, level: &Values, last: u32) -> u32 {
+        let mut was_off = false;
+        // One more than is searched: a border is known by the frame before it.
+        for frame in (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back)) {
+            let is_off = self.is_off(level, frame);
+            if is_off && was_off {
+                return frame.wrapping_add(2);
+            }
+            was_off = is_off;
+        }
+        last
+    }
+
+    /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
+    /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
+    pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
+        let frames = last.wrapping_sub(earliest).min(END_FRAMES);
+        let (mut sum, mut least, mut end) = (0.0, 0.0, last);
+        for back in 0..=frames {
+            let frame = last.wrapping_sub(back);
+            sum += self.moves(level, creep, -(back as f32), frame);
+            if sum < least {
+                (least, end) = (sum, frame);
+            }
+        }
+        end
+    }
+
+    /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
+    pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
+        let last = lifted.wrapping_sub(LIFTING_FRAMES);
+        let mut level = [0.0; TAXELS];
+        for back in 0..PLATEAU_FRAMES {
+            if let Some((values, _)) = self.ring.frame(last.wrapping_sub(back)) {
+                (0..TAXELS).for_each(|c| level[c] += values[c] * (1.0 / PLATEAU_FRAMES as f32));
+            }
+        }
+        let held = self.rest(&level, &[0.0; TAXELS], last, earliest);
+        if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }
 }

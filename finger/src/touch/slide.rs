@@ -17,6 +17,8 @@ const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
 /// soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
+/// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
+const UNSURE_FRAMES: u32 = 24;
 /// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
 const CREEP_BLOCKS: usize = 4;
 
@@ -82,9 +84,8 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
     let skip = (still.saturating_sub(SOON_BLOCKS + 4) as usize).min(SKIP_MAX);
     let soon = motion.past().mean_of_four(skip);
-    let per_block = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / skip as f32 };
-    let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_block);
+    let per_frame = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / (skip as u32 * BLOCK_FRAMES) as f32 };
+    let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
     let middle = over.wrapping_sub(skip as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    // The block that moved last differs from the one before it, where the change may have been.
-    frames.arrival_creeping(&soon, &creep, middle, moving_until.wrapping_sub(BLOCK_FRAMES))
+    frames.rest(&soon, &creep, middle, moving_until.wrapping_sub(UNSURE_FRAMES))
 }
