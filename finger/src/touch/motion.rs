@@ -5,6 +5,7 @@
 //! but not the straight creep of a skin that was just loaded.
 
 use crate::touch::chi_square::{distance, limit};
+use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -28,12 +29,15 @@ pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
 pub const FAINT_BLOCKS: u32 = 6;
 /// Share of the latest block in these averages.
 const FAINT_SHARE: f32 = 0.25;
-/// An average above this is motion. It has the share of 1/7 of a block's variance, more where neighbours share frames: the
-/// mean and eight standard deviations. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean
-/// of four frames has none of it.
-const FAINT: [f32; 3] = [limit(8.0, 84.0), limit(1.0, 21.0), limit(1.0, 28.0)];
+/// Weight of the comparison with the block before, beside that within a block: they have the same standard deviation then.
+/// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
+const BESIDE: f32 = 5.0;
+/// An average above this is motion: of the two quickest comparisons together, and of the short one. An average has the share
+/// of 1/7 of a block's variance, more where neighbours share frames: the mean and six standard deviations. It finds what is
+/// too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none of it.
+const FAINT: [f32; 2] = [limit(13.0, 93.0), limit(1.0, 22.0)];
 /// The same in noise that is not white. An average varies less than a block.
-const FAINT_OVER_TYPICAL: f32 = 2.0;
+const FAINT_OVER_TYPICAL: f32 = 1.45;
 /// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
 const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
@@ -92,8 +96,8 @@ pub struct Motion {
     typical: [f32; 4],
     /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
     learned: [f32; 4],
-    /// Averages of the first three over the latest blocks.
-    faint: [f32; 3],
+    /// Averages over the latest blocks: of the first two together, and of the third.
+    faint: [f32; 2],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any.
@@ -116,7 +120,7 @@ impl Motion {
             compared: [0.0; 4],
             typical: [0.0; 4],
             learned: [0.0; 4],
-            faint: [0.0; 3],
+            faint: [0.0; 2],
             still_quick: 0,
             still: 0,
         }
@@ -127,7 +131,7 @@ impl Motion {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
-        self.faint = [0.0; 3];
+        self.faint = [0.0; 2];
     }
 
     /// Takes the next frame. Gives what the block shows that it ends.
@@ -174,12 +178,14 @@ impl Motion {
         let limits = [JUMPING, MOVING, MOVING, MOVING];
         let limit = |which: usize| greater(limits[which], OVER_TYPICAL * self.typical[which]);
         let over = |which: usize| self.compared[which] > limit(which);
+        // One block counts no more than a motion that it shows alone.
+        let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
+        let latest = [most(0) + BESIDE * most(1), most(2)];
+        let typical = [self.typical[0] + BESIDE * self.typical[1], self.typical[2]];
         let mut faint = false;
         for which in 0..FAINT.len() {
-            // One block counts no more than a motion that it shows alone.
-            let (block, limit) = (self.compared[which], limit(which));
-            self.faint[which] += FAINT_SHARE * (if block > limit { limit } else { block } - self.faint[which]);
-            faint |= self.faint[which] > greater(FAINT[which], FAINT_OVER_TYPICAL * self.typical[which]);
+            self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
+            faint |= self.faint[which] > greater(FAINT[which], FAINT_OVER_TYPICAL * typical[which]);
         }
         let now = over(0) || over(1);
         let block = Block { now, quick: now || over(2), slow: over(3), faint };
@@ -279,6 +285,11 @@ impl Motion {
     /// Squared distance of two levels, in units of one frame's noise.
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.noise.weights, a, b)
+    }
+
+    /// How much more slow comparisons are than in white noise, at least one.
+    pub fn wander(&self) -> f32 {
+        greater(1.0, greater(self.typical[1], self.typical[3]) * (1.0 / INPUTS as f32))
     }
 
     /// What a product with a difference gives its length along the direction that is ignored.

@@ -4,6 +4,8 @@
 
 use crate::ring::{Ring, reached};
 use crate::touch::chi_square::{distance, limit};
+use crate::touch::condition::Condition;
+use crate::touch::motion::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -13,6 +15,8 @@ const DEPARTED: f32 = limit(1.0, 26.0);
 /// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of noise and a tone as strong
 /// as it, whose mean is 32: where both are as likely.
 const BETWEEN: f32 = limit(1.0, 7.0);
+/// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
+const BETWEEN_MEANS: f32 = limit(1.25, 12.0);
 /// One frame counts no more than this: a knock is no motion that goes on.
 const MOST: f32 = limit(3.0, 24.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
@@ -30,47 +34,93 @@ const LIFTING_FRAMES: u32 = 4;
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     pub ring: &'a Ring,
+    pub condition: &'a Condition,
     /// One over the variance of each taxel's frames.
     pub weights: &'a Values,
+    /// See [`Motion::wander`](crate::touch::motion::Motion::wander).
+    pub wander: f32,
     /// See [`Motion::pull`](crate::touch::motion::Motion::pull).
     pub pull: &'a Values,
 }
 
+/// A sum over frames, latest first, and where it was the most and the least.
+struct Extremes {
+    sum: f32,
+    most: f32,
+    most_from: u32,
+    least: f32,
+    least_from: u32,
+}
+
+impl Extremes {
+    const fn at(last: u32) -> Self {
+        Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last }
+    }
+
+    /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
+    fn add(&mut self, apart: f32, between: f32, frame: u32) {
+        self.sum += if apart > MOST { MOST } else { apart } - between;
+        if self.sum > self.most {
+            (self.most, self.most_from) = (self.sum, frame);
+        }
+        if self.sum < self.least {
+            (self.least, self.least_from) = (self.sum, frame);
+        }
+    }
+}
+
 impl Frames<'_> {
     fn is_off(&self, level: &Values, frame: u32) -> bool {
-        self.ring.frame(frame).is_some_and(|(values, _)| distance(self.weights, values, level) > DEPARTED)
+        self.condition.frame(self.ring, frame).is_some_and(|values| distance(self.weights, &values, level) > DEPARTED)
     }
 
-    /// How much a frame speaks for motion away from `level`, which rises by `creep` in each frame that is passed: more than
-    /// zero for it. What is along the direction of the load is none.
+    /// Looks back from frame `last`, at so many frames, and adds up how much they speak for motion away from `level`, which
+    /// rises by `creep` in a frame. What is along the load is none. Gives the frame from which on they speak most for it,
+    /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
+    /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn moves(&self, level: &Values, creep: &Values, passed: f32, frame: u32) -> f32 {
-        let Some((values, _)) = self.ring.frame(frame) else { return 0.0 };
-        let (mut sum, mut along) = (0.0, 0.0);
-        for c in 0..TAXELS {
-            let off = values[c] - level[c] - creep[c] * passed;
-            sum += off * off * self.weights[c];
-            along += off * self.pull[c];
+    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32) -> (Extremes, Extremes) {
+        let (mut single, mut mean) = (Extremes::at(last), Extremes::at(last));
+        let (mut four, share) = ([0.0; TAXELS], 1.0 / self.wander);
+        for back in 0..frames {
+            let frame = last.wrapping_sub(back);
+            let (mut sum, mut along) = (0.0, 0.0);
+            if let Some(values) = self.condition.frame(self.ring, frame) {
+                for c in 0..TAXELS {
+                    let off = values[c] - level[c] + creep[c] * back as f32;
+                    four[c] += off;
+                    sum += off * off * self.weights[c];
+                    along += off * self.pull[c];
+                }
+            }
+            single.add((sum - along * along) * share, BETWEEN, frame);
+            if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
+                (sum, along) = (0.0, 0.0);
+                for c in 0..TAXELS {
+                    let off = core::mem::take(&mut four[c]);
+                    sum += off * off * self.weights[c];
+                    along += off * self.pull[c];
+                }
+                mean.add((sum - along * along) * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
+            }
         }
-        let apart = sum - along * along;
-        (if apart > MOST { MOST } else { apart }) - BETWEEN
+        (single, mean)
     }
 
-    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later: the frames from there on
-    /// speak most for motion, all together.
+    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later.
     pub fn departure(&self, level: &Values, since: u32, earliest: u32) -> u32 {
         let (before, behind) = START_FRAMES;
         let last = since.wrapping_add(behind);
-        let last = if reached(last, self.ring.next()) { self.ring.next().wrapping_sub(1) } else { last };
+        let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let (mut sum, mut most, mut start) = (0.0, 0.0, since);
-        for frame in (0..=frames).map(|back| last.wrapping_sub(back)) {
-            sum += self.moves(level, &[0.0; TAXELS], 0.0, frame);
-            if sum > most {
-                (most, start) = (sum, frame);
-            }
+        let (single, mean) = self.speak(level, &[0.0; TAXELS], last, frames);
+        let earlier = |a: u32, b: u32| if reached(a, b) { b } else { a };
+        match (single.most > 0.0, mean.most > 0.0) {
+            (true, true) => earlier(single.most_from, mean.most_from),
+            (true, false) => single.most_from,
+            (false, true) => mean.most_from,
+            (false, false) => since,
         }
-        start
     }
 
     /// The first of the frames up to `last` that are at `level` without a break. One frame alone off it may be noise.
@@ -92,15 +142,8 @@ impl Frames<'_> {
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
     pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
         let frames = last.wrapping_sub(earliest).min(END_FRAMES);
-        let (mut sum, mut least, mut end) = (0.0, 0.0, last);
-        for back in 0..=frames {
-            let frame = last.wrapping_sub(back);
-            sum += self.moves(level, creep, -(back as f32), frame);
-            if sum < least {
-                (least, end) = (sum, frame);
-            }
-        }
-        end
+        let (single, mean) = self.speak(level, creep, last, frames);
+        if reached(single.least_from, mean.least_from) { single.least_from } else { mean.least_from }
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
@@ -108,7 +151,7 @@ impl Frames<'_> {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let mut level = [0.0; TAXELS];
         for back in 0..PLATEAU_FRAMES {
-            if let Some((values, _)) = self.ring.frame(last.wrapping_sub(back)) {
+            if let Some(values) = self.condition.frame(self.ring, last.wrapping_sub(back)) {
                 (0..TAXELS).for_each(|c| level[c] += values[c] * (1.0 / PLATEAU_FRAMES as f32));
             }
         }

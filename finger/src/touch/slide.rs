@@ -8,19 +8,21 @@ use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.
 const LASTING_BLOCKS: u32 = 11;
+/// The same for a slow motion, of which the first blocks do not show: 116 ms.
+const SLOW_LASTING_BLOCKS: u32 = 7;
 /// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
 /// Blocks with these or faint changes after which it is one.
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 /// Blocks with any changes after which it is one.
-const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
+const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
 /// soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
 /// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
 const UNSURE_FRAMES: u32 = 24;
-/// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
-const CREEP_BLOCKS: usize = 4;
+/// Least distance of two means of four blocks that shows a creep, blocks: the noise of nearer ones is as much.
+const CREEP_BLOCKS: usize = 8;
 
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
