@@ -24,6 +24,8 @@ use ridgetone_tone::Values;
 const LEARN_BLOCKS: u32 = 8;
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
+/// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
+const STILL_BACK: usize = 8;
 /// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
 const AIM_BLOCKS: u32 = 8;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
@@ -213,8 +215,10 @@ impl ContactDetector {
         let moves = block.moves();
         if moves && self.rule == SlideRule::Found {
             // Right after something else it is the level at which that ended.
-            if self.motion.past().count > HELD_BACK {
-                self.still_level = Some(self.motion.past().mean_of_four(HELD_BACK));
+            let count = self.motion.past().count;
+            if count > HELD_BACK {
+                let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
+                self.still_level = Some(self.motion.past().mean_of_four(skip));
             }
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still > HELD_BACK as u32 && off > IS_LOAD * self.load {

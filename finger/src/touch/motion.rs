@@ -25,19 +25,20 @@ const LONG: usize = 6;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 250 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
-/// Blocks after which little is left of one in the averages of the quick comparisons: 100 ms.
-pub const FAINT_BLOCKS: u32 = 6;
+/// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
+pub const FAINT_BLOCKS: u32 = 7;
 /// Share of the latest block in these averages.
-const FAINT_SHARE: f32 = 0.25;
+const FAINT_SHARE: f32 = 0.2;
 /// Weight of the comparison with the block before, beside that within a block: they have the same standard deviation then.
 /// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
 const BESIDE: f32 = 5.0;
-/// An average above this is motion: of the two quickest comparisons together, and of the short one. An average has the share
-/// of 1/7 of a block's variance, more where neighbours share frames: the mean and six standard deviations. It finds what is
-/// too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none of it.
-const FAINT: [f32; 2] = [limit(13.0, 93.0), limit(1.0, 22.0)];
+/// An average above this is motion: within blocks, that and the comparison with the block before together, and the short one.
+/// An average has the share of 1/9 of a block's variance, more where neighbours share frames: the mean and six standard
+/// deviations. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none
+/// of it.
+const FAINT: [f32; 3] = [limit(8.0, 56.0), limit(13.0, 82.0), limit(1.0, 19.0)];
 /// The same in noise that is not white. An average varies less than a block.
-const FAINT_OVER_TYPICAL: f32 = 1.45;
+const FAINT_OVER_TYPICAL: f32 = 1.4;
 /// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
 const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
@@ -96,8 +97,8 @@ pub struct Motion {
     typical: [f32; 4],
     /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
     learned: [f32; 4],
-    /// Averages over the latest blocks: of the first two together, and of the third.
-    faint: [f32; 2],
+    /// Averages over the latest blocks: of the first, of the first two together, and of the third.
+    faint: [f32; 3],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any.
@@ -120,7 +121,7 @@ impl Motion {
             compared: [0.0; 4],
             typical: [0.0; 4],
             learned: [0.0; 4],
-            faint: [0.0; 2],
+            faint: [0.0; 3],
             still_quick: 0,
             still: 0,
         }
@@ -131,7 +132,7 @@ impl Motion {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
-        self.faint = [0.0; 2];
+        self.faint = [0.0; 3];
     }
 
     /// Takes the next frame. Gives what the block shows that it ends.
@@ -180,8 +181,9 @@ impl Motion {
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
-        let latest = [most(0) + BESIDE * most(1), most(2)];
-        let typical = [self.typical[0] + BESIDE * self.typical[1], self.typical[2]];
+        let latest = [most(0), most(0) + BESIDE * most(1), most(2)];
+        let [within, beside, short, _] = self.typical;
+        let typical = [within, within + BESIDE * beside, short];
         let mut faint = false;
         for which in 0..FAINT.len() {
             self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);

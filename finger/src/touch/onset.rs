@@ -16,7 +16,7 @@ const DEPARTED: f32 = limit(1.0, 26.0);
 /// as it, whose mean is 32: where both are as likely.
 const BETWEEN: f32 = limit(1.0, 7.0);
 /// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
-const BETWEEN_MEANS: f32 = limit(1.25, 12.0);
+const BETWEEN_MEANS: f32 = limit(1.25, 16.0);
 /// One frame counts no more than this: a knock is no motion that goes on.
 const MOST: f32 = limit(3.0, 24.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
