@@ -281,8 +281,8 @@ impl ContactDetector {
                 // A spike may be many times as high as the hold: only what is next to idle is in the air.
                 // Of a finger that is shaken all the time a longer mean shows where it is.
                 let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-                let off =
-                    if is_still { off } else { self.motion.distance(&self.motion.recent_mean(), &self.idle.level) };
+                let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
+                let off = if is_still || off < of_recent { off } else { of_recent };
                 let at_idle = self.idle.touched() * (1.0 / BLOCK_FRAMES as f32);
                 let is_released = off < greater(at_idle, BACK_FROM_SPIKE * height);
                 if !is_still {

@@ -3,6 +3,7 @@
 use crate::touch::chi_square::limit;
 use crate::touch::condition::Condition;
 use crate::touch::motion::{BLOCK_FRAMES, greater};
+use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -15,8 +16,8 @@ const OVER_TYPICAL: f32 = 8.0;
 const BENT: f32 = limit(1.0, 45.0);
 /// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a gentle touch.
 const BLOCKS: (f32, f32) = (16.0, 64.0);
-/// A slope that is steeper than this by chance is as rare as [`BENT`].
-const DRIFTS: f32 = limit(1.0, 45.0);
+/// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
+const DRIFTS: f32 = limit(1.0, 84.0);
 /// Blocks of a straight course that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
 
@@ -79,8 +80,10 @@ impl Idle {
             square += self.slope[c] * self.slope[c] * weights[c];
         }
         // The slope's variance is 12 / n^3 of that of a block's mean.
-        let drifts =
-            blocks >= DRIFT_BLOCKS && square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks > DRIFTS;
+        // Noise that wanders has steeper slopes than what is typical of blocks shows.
+        let wander = greater(1.0, self.typical * (1.0 / INPUTS as f32));
+        let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
+        let drifts = times > DRIFTS * wander * wander;
         if blocks >= DRIFT_BLOCKS || is_known {
             condition.set_drift(drifts.then_some(&self.slope));
         }

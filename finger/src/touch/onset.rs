@@ -114,11 +114,12 @@ impl Frames<'_> {
         let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
         let (single, mean) = self.speak(level, &[0.0; TAXELS], last, frames);
-        let earlier = |a: u32, b: u32| if reached(a, b) { b } else { a };
+        // A mean may be off its level by its last frame alone.
+        let mean_from = mean.most_from.wrapping_add(BLOCK_FRAMES - 1);
         match (single.most > 0.0, mean.most > 0.0) {
-            (true, true) => earlier(single.most_from, mean.most_from),
             (true, false) => single.most_from,
-            (false, true) => mean.most_from,
+            (true, true) if reached(mean_from, single.most_from) => single.most_from,
+            (_, true) => mean_from,
             (false, false) => since,
         }
     }
@@ -143,7 +144,8 @@ impl Frames<'_> {
     pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
         let frames = last.wrapping_sub(earliest).min(END_FRAMES);
         let (single, mean) = self.speak(level, creep, last, frames);
-        if reached(single.least_from, mean.least_from) { single.least_from } else { mean.least_from }
+        let mean_from = mean.least_from.wrapping_sub(BLOCK_FRAMES - 1);
+        if reached(single.least_from, mean_from) { single.least_from } else { mean_from }
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
