@@ -151,7 +151,7 @@ impl ContactDetector {
         match self.phase {
             Phase::Learning(blocks) => {
                 let off = self.off_idle(&mean);
-                self.idle.follow(&mean, off, self.motion.weights(), &mut self.condition);
+                self.idle.follow(&mean, off, &mut self.motion, &mut self.condition);
                 self.phase = Phase::Learning(blocks + 1);
                 if blocks + 1 == LEARN_BLOCKS {
                     self.enter(Phase::Idle);
@@ -161,7 +161,7 @@ impl ContactDetector {
             Phase::Idle => {
                 let off = self.off_idle(&mean);
                 if off <= self.idle.touched() {
-                    self.idle.follow(&mean, off, self.motion.weights(), &mut self.condition);
+                    self.idle.follow(&mean, off, &mut self.motion, &mut self.condition);
                     return true;
                 }
                 let idle = &self.idle.level;

@@ -2,7 +2,7 @@
 
 use crate::touch::chi_square::limit;
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, greater};
+use crate::touch::motion::{BLOCK_FRAMES, Motion, greater};
 use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -20,6 +20,9 @@ const BLOCKS: (f32, f32) = (16.0, 64.0);
 const DRIFTS: f32 = limit(1.0, 84.0);
 /// Blocks of a straight course that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
+
+/// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames later.
+const AHEAD: f32 = 0.5 - 0.5 / BLOCK_FRAMES as f32;
 
 /// A line through the latest blocks: a polynomial filter with a memory that grows, of the first order (Brookner, "Tracking
 /// and Kalman Filtering Made Easy" (1998), chapter 7).
@@ -56,7 +59,8 @@ impl Idle {
 
     /// One block further in the air: its mean, and the squared distance from the level. Measures the drift.
     #[inline(never)]
-    pub fn follow(&mut self, mean: &Values, off: f32, weights: &Values, condition: &mut Condition) {
+    pub fn follow(&mut self, mean: &Values, off: f32, motion: &mut Motion, condition: &mut Condition) {
+        let weights = motion.weights();
         let (least, most) = BLOCKS;
         if self.blocks >= 4.0 {
             let share = if self.blocks < 32.0 { 1.0 / self.blocks } else { 1.0 / 32.0 };
@@ -77,6 +81,9 @@ impl Idle {
             let off = mean[c] - expected;
             self.level[c] = expected + to_level * off;
             self.slope[c] += to_slope * off;
+            if is_known {
+                self.level[c] += AHEAD * to_slope * off;
+            }
             square += self.slope[c] * self.slope[c] * weights[c];
         }
         // The slope's variance is 12 / n^3 of that of a block's mean.
@@ -86,6 +93,12 @@ impl Idle {
         let drifts = times > DRIFTS * wander * wander;
         if blocks >= DRIFT_BLOCKS || is_known {
             condition.set_drift(drifts.then_some(&self.slope));
+            if drifts != is_known {
+                // What was taken for noise was the drift.
+                motion.forget();
+                let ahead = if drifts { AHEAD } else { -AHEAD };
+                (0..TAXELS).for_each(|c| self.level[c] += ahead * self.slope[c]);
+            }
         }
     }
 }

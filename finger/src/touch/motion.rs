@@ -33,12 +33,12 @@ const FAINT_SHARE: f32 = 0.2;
 /// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
 const BESIDE: f32 = 5.0;
 /// An average above this is motion: within blocks, that and the comparison with the block before together, and the short one.
-/// An average has the share of 1/9 of a block's variance, more where neighbours share frames: the mean and six standard
-/// deviations. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none
+/// An average has the share of 1/9 of a block's variance, more where neighbours share frames: the mean and four and a
+/// half standard deviations, since a slide needs many of them. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none
 /// of it.
-const FAINT: [f32; 3] = [limit(8.0, 56.0), limit(13.0, 82.0), limit(1.0, 19.0)];
+const FAINT: [f32; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// The same in noise that is not white. An average varies less than a block.
-const FAINT_OVER_TYPICAL: f32 = 1.4;
+const FAINT_OVER_TYPICAL: f32 = 1.3;
 /// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
 const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
@@ -255,6 +255,11 @@ impl Motion {
             *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
             self.typical[which] += (self.compared[which] - self.typical[which]) / *learned;
         }
+    }
+
+    /// The noise, and what is typical, are to be learned anew.
+    pub fn forget(&mut self) {
+        (self.noise.learned, self.learned) = (0.0, [0.0; 4]);
     }
 
     /// Changes along this direction are no motion from now on: the finger presses more or less, or its skin creeps.
