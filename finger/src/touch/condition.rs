@@ -71,10 +71,20 @@ impl Condition {
         number
     }
 
-    /// A frame of the ring without hum and drift, if it is there and has a valid value.
-    #[inline]
-    pub fn frame(&self, ring: &Ring, number: u32) -> Option<Values> {
+    /// A frame of the ring without hum and drift, if it is there and has a valid value; `place` takes what is not in the
+    /// ring as it should be.
+    #[inline(always)]
+    pub fn frame<'a>(&self, ring: &'a Ring, number: u32, place: &'a mut Values) -> Option<&'a Values> {
         let (values, _) = ring.frame(number)?;
+        if self.is_plain() {
+            return Some(values);
+        }
+        *place = self.clean(ring, number, values);
+        Some(place)
+    }
+
+    #[inline(never)]
+    fn clean(&self, ring: &Ring, number: u32, values: &Values) -> Values {
         let mut values = *values;
         if let Some((middle, beside)) = self.notch {
             let neighbours = ring.frame(number.wrapping_sub(1)).zip(ring.frame(number.wrapping_add(1)));
@@ -89,7 +99,7 @@ impl Condition {
         } else if self.has_drifted {
             (0..TAXELS).for_each(|c| values[c] -= self.drifted[c]);
         }
-        Some(values)
+        values
     }
 
     /// Whether frames are what they are in the ring.

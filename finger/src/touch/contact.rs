@@ -26,8 +26,8 @@ const LEARN_BLOCKS: u32 = 8;
 const STILL_BLOCKS: u32 = 4;
 /// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
 const STILL_BACK: usize = 8;
-/// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
-const AIM_BLOCKS: u32 = 8;
+/// Blocks after which the direction that is no motion is measured anew in a slide: 66 ms.
+const AIM_BLOCKS: u32 = 4;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
 
@@ -111,13 +111,12 @@ impl ContactDetector {
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
-        let cleaned;
+        let mut place = [0.0; TAXELS];
         let values = if self.condition.is_plain() {
             values
         } else {
-            let Some(frame) = self.condition.frame(ring, number) else { return };
-            cleaned = frame;
-            &cleaned
+            let Some(values) = self.condition.frame(ring, number, &mut place) else { return };
+            values
         };
         if matches!(self.phase, Phase::Spike(_)) {
             self.spike.follow(number, values, &self.idle.level, self.motion.weights());
@@ -255,13 +254,17 @@ impl ContactDetector {
             self.moving_until = sure;
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        let recent = self.motion.recent_mean();
-        let off = self.motion.distance(&recent, &self.idle.level);
-        self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS };
-        if self.aim_in == 0 && off > IS_LOAD * self.load {
-            self.aim(&recent);
+        self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
+        let mut is_over = self.motion.still >= STILL_BLOCKS;
+        if self.aim_in == 0 {
+            let recent = self.motion.recent_mean();
+            let off = self.motion.distance(&recent, &self.idle.level);
+            is_over |= off < BACK_AT_IDLE * self.load;
+            if off > IS_LOAD * self.load {
+                self.aim(&recent);
+            }
         }
-        if self.motion.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
+        if is_over {
             self.end_phase(Ended::Slide(start), number, ring, report);
         }
     }

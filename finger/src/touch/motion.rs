@@ -11,8 +11,8 @@ use ridgetone_tone::Values;
 
 /// Frames of a block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
-/// Blocks that are remembered: 0.53 s. A power of two, because their places wrap.
-const HISTORY: usize = 32;
+/// Blocks that are remembered: 0.4 s.
+const HISTORY: usize = 24;
 /// Most blocks that [`Past::mean_of_four`] can leave out.
 pub const SKIP_MAX: usize = HISTORY - 5;
 /// Blocks of [`Motion::recent_mean`]: 267 ms.
@@ -48,8 +48,9 @@ const MOVING: f32 = limit(1.0, 45.0);
 const JUMPING: f32 = limit(8.0, 282.0);
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
-/// Blocks over which the noise is averaged: 0.5 s.
+/// Blocks over which the noise is averaged: 0.5 s, and of 2 s one of four once it is known.
 const NOISE_BLOCKS: f32 = 32.0;
+const LEARN_EVERY: u32 = 4;
 /// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
 const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
@@ -73,6 +74,30 @@ impl Block {
     }
 }
 
+/// Squared length of a difference, in units of the noise, and its length along the direction that is ignored.
+#[derive(Clone, Copy)]
+pub struct Apart {
+    sum: f32,
+    along: f32,
+}
+
+impl Apart {
+    pub const NONE: Self = Self { sum: 0.0, along: 0.0 };
+
+    /// Adds a taxel's difference.
+    #[inline(always)]
+    pub fn add(&mut self, off: f32, weight: f32, pull: f32) {
+        self.sum += off * off * weight;
+        self.along += off * pull;
+    }
+
+    /// The square without what is ignored.
+    #[inline(always)]
+    pub fn square(self) -> f32 {
+        self.sum - self.along * self.along
+    }
+}
+
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
@@ -82,8 +107,9 @@ pub struct Motion {
     load: Values,
     /// The same, times the weights, so that a product with it is the length along it.
     pull: Values,
-    /// Sum of the latest blocks since the last restart, at most [`RECENT`].
-    recent_sum: Values,
+    /// Whether the latest block compared means of four; blocks until the noise is learned again.
+    is_even: bool,
+    until_learning: u32,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
     count: usize,
@@ -113,7 +139,8 @@ impl Motion {
             past: Past::new(),
             load: [0.0; TAXELS],
             pull: [0.0; TAXELS],
-            recent_sum: [0.0; TAXELS],
+            is_even: false,
+            until_learning: 0,
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
             count: 0,
             before: None,
@@ -151,31 +178,43 @@ impl Motion {
     fn evaluate(&mut self) -> Block {
         let [first, second, third, fourth] = &self.frames;
         let before = self.before.as_ref().unwrap_or(first);
+        let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
         let mut mean = [0.0; TAXELS];
+        // One loop: it is the dearest step of a frame.
         let mut within = 0.0;
+        let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
         for c in 0..TAXELS {
             let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
             let [one, two, three, four] = changes.map(|change| change * change);
+            let (weight, pull) = (self.noise.weights[c], self.pull[c]);
             self.squares[c] = one + two + three + four;
-            within += self.squares[c] * self.noise.weights[c];
+            within += self.squares[c] * weight;
             mean[c] = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
+            change.add(mean[c] - latest[c], weight, pull);
+            bend.add(mean[c] + far[c] - 2.0 * near[c], weight, pull);
         }
         self.before = Some(*fourth);
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a first difference of such
         // means twice that, a second difference six times.
         let known = self.past.count;
         let frames = BLOCK_FRAMES as f32;
+        let if_known = |blocks: usize, apart: f32| if known >= blocks { apart } else { 0.0 };
+        self.past.push(mean);
+        // Means of four blocks change slowly: every other one is compared.
+        self.is_even = !self.is_even;
+        let long = if known < LONG_BLOCKS as usize {
+            0.0
+        } else if self.is_even {
+            self.long_bend() * (4.0 * frames / 6.0)
+        } else {
+            self.compared[3]
+        };
         self.compared = [
             within,
-            if known > 0 { self.apart(|c| mean[c] - self.past.back(0)[c]) * (frames / 2.0) } else { 0.0 },
-            if known >= 2 * SHORT { self.bend(&mean, SHORT) * (frames / 6.0) } else { 0.0 },
-            0.0,
+            if_known(1, change.square()) * (frames / 2.0),
+            if_known(2 * SHORT, bend.square()) * (frames / 6.0),
+            long,
         ];
-        self.add_recent(&mean);
-        self.past.push(mean);
-        if known >= LONG_BLOCKS as usize {
-            self.compared[3] = self.long_bend() * (4.0 * frames / 6.0);
-        }
         let limits = [JUMPING, MOVING, MOVING, MOVING];
         let limit = |which: usize| greater(limits[which], OVER_TYPICAL * self.typical[which]);
         let over = |which: usize| self.compared[which] > limit(which);
@@ -196,54 +235,25 @@ impl Motion {
         block
     }
 
-    /// How far this block and two before it, `distance_blocks` and twice that, are off a straight course.
-    #[inline]
-    fn bend(&self, mean: &Values, distance_blocks: usize) -> f32 {
-        let (near, far) = (self.past.back(distance_blocks - 1), self.past.back(2 * distance_blocks - 1));
-        self.apart(|c| mean[c] + far[c] - 2.0 * near[c])
-    }
-
-    /// Squared length of a difference, in units of the noise, less what it has along the direction that is ignored.
-    #[inline(always)]
-    fn apart(&self, off: impl Fn(usize) -> f32) -> f32 {
-        let (mut sum, mut along) = (0.0, 0.0);
-        for c in 0..TAXELS {
-            let off = off(c);
-            sum += off * off * self.noise.weights[c];
-            along += off * self.pull[c];
-        }
-        sum - along * along
-    }
-
-    /// The same for means of four blocks, of which the latest is one, at a distance of [`LONG`].
+    /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are off a straight course.
     #[inline]
     fn long_bend(&self) -> f32 {
         let [near, middle, far] = [0, LONG, 2 * LONG].map(|skip| [0, 1, 2, 3].map(|back| self.past.back(skip + back)));
-        self.apart(|c| {
-            let four = |blocks: &[&Values; 4]| blocks[0][c] + blocks[1][c] + blocks[2][c] + blocks[3][c];
-            four(&near) + four(&far) - 2.0 * four(&middle)
-        }) * (1.0 / 16.0)
-    }
-
-    /// Adds the next block to the sum of the latest ones, and takes the oldest out.
-    #[inline]
-    fn add_recent(&mut self, mean: &Values) {
-        if self.past.count == 0 {
-            self.recent_sum = [0.0; TAXELS];
-        }
+        let mut bend = Apart::NONE;
         for c in 0..TAXELS {
-            self.recent_sum[c] += mean[c];
+            let four = |blocks: &[&Values; 4]| blocks[0][c] + blocks[1][c] + blocks[2][c] + blocks[3][c];
+            bend.add(four(&near) + four(&far) - 2.0 * four(&middle), self.noise.weights[c], self.pull[c]);
         }
-        if self.past.count >= RECENT {
-            let oldest = self.past.back(RECENT - 1);
-            for c in 0..TAXELS {
-                self.recent_sum[c] -= oldest[c];
-            }
-        }
+        bend.square() * (1.0 / 16.0)
     }
 
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
+        // What is known well needs only one block of four.
+        self.until_learning = if self.until_learning > 0 { self.until_learning - 1 } else { LEARN_EVERY - 1 };
+        if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
+            return;
+        }
         self.noise.learn(&self.past, &self.squares);
         self.aim();
         if self.noise.learned < KNOWN_BLOCKS {
@@ -284,9 +294,14 @@ impl Motion {
     }
 
     /// Mean of the last [`RECENT`] blocks, or of those since a restart.
+    #[inline(never)]
     pub fn recent_mean(&self) -> Values {
-        let share = 1.0 / self.past.count.clamp(1, RECENT) as f32;
-        self.recent_sum.map(|sum| sum * share)
+        let count = self.past.count.clamp(1, RECENT);
+        let mut sum = [0.0; TAXELS];
+        for block in (0..count).map(|back| self.past.back(back)) {
+            (0..TAXELS).for_each(|c| sum[c] += block[c]);
+        }
+        sum.map(|sum| sum / count as f32)
     }
 
     /// Squared distance of two levels, in units of one frame's noise.
@@ -387,7 +402,7 @@ impl Past {
 
     /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
     pub fn back(&self, back: usize) -> &Values {
-        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+        &self.blocks[(self.latest + HISTORY - back % HISTORY) % HISTORY]
     }
 
     /// The mean of four blocks, the `skip` latest left out.

@@ -5,7 +5,7 @@
 use crate::ring::{Ring, reached};
 use crate::touch::chi_square::{distance, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::motion::{Apart, BLOCK_FRAMES};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -22,9 +22,9 @@ const MOST: f32 = limit(3.0, 24.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
-const START_FRAMES: (u32, u32) = (64, 32);
-/// Most frames that are searched for its end: 0.4 s.
-const END_FRAMES: u32 = 96;
+const START_FRAMES: (u32, u32) = (48, 20);
+/// Most frames that are searched for its end: 0.3 s.
+const END_FRAMES: u32 = 72;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
 /// Frames before a release that may belong to it.
@@ -71,7 +71,9 @@ impl Extremes {
 
 impl Frames<'_> {
     fn is_off(&self, level: &Values, frame: u32) -> bool {
-        self.condition.frame(self.ring, frame).is_some_and(|values| distance(self.weights, &values, level) > DEPARTED)
+        let mut place = [0.0; TAXELS];
+        let values = self.condition.frame(self.ring, frame, &mut place);
+        values.is_some_and(|values| distance(self.weights, values, level) > DEPARTED)
     }
 
     /// Looks back from frame `last`, at so many frames, and adds up how much they speak for motion away from `level`, which
@@ -82,26 +84,26 @@ impl Frames<'_> {
     fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32) -> (Extremes, Extremes) {
         let (mut single, mut mean) = (Extremes::at(last), Extremes::at(last));
         let (mut four, share) = ([0.0; TAXELS], 1.0 / self.wander);
+        let mut place = [0.0; TAXELS];
+        let mut level = *level;
         for back in 0..frames {
             let frame = last.wrapping_sub(back);
-            let (mut sum, mut along) = (0.0, 0.0);
-            if let Some(values) = self.condition.frame(self.ring, frame) {
+            let mut apart = Apart::NONE;
+            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
                 for c in 0..TAXELS {
-                    let off = values[c] - level[c] + creep[c] * back as f32;
+                    let off = values[c] - level[c];
                     four[c] += off;
-                    sum += off * off * self.weights[c];
-                    along += off * self.pull[c];
+                    apart.add(off, self.weights[c], self.pull[c]);
                 }
             }
-            single.add((sum - along * along) * share, BETWEEN, frame);
+            single.add(apart.square() * share, BETWEEN, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
-                (sum, along) = (0.0, 0.0);
+                apart = Apart::NONE;
                 for c in 0..TAXELS {
-                    let off = core::mem::take(&mut four[c]);
-                    sum += off * off * self.weights[c];
-                    along += off * self.pull[c];
+                    apart.add(core::mem::take(&mut four[c]), self.weights[c], self.pull[c]);
+                    level[c] -= creep[c] * BLOCK_FRAMES as f32;
                 }
-                mean.add((sum - along * along) * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
+                mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
             }
         }
         (single, mean)
@@ -153,7 +155,7 @@ impl Frames<'_> {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let mut level = [0.0; TAXELS];
         for back in 0..PLATEAU_FRAMES {
-            if let Some(values) = self.condition.frame(self.ring, last.wrapping_sub(back)) {
+            if let Some(values) = self.condition.frame(self.ring, last.wrapping_sub(back), &mut [0.0; TAXELS]) {
                 (0..TAXELS).for_each(|c| level[c] += values[c] * (1.0 / PLATEAU_FRAMES as f32));
             }
         }

@@ -46,8 +46,8 @@ impl Spike {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self { peak: [0.0; TAXELS], frame: [first; TAXELS] };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
-            if let Some(values) = condition.frame(ring, number) {
-                spike.follow(number, &values, idle, weights);
+            if let Some(values) = condition.frame(ring, number, &mut [0.0; TAXELS]) {
+                spike.follow(number, values, idle, weights);
             }
         }
         spike
