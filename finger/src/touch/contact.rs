@@ -111,13 +111,15 @@ impl ContactDetector {
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
-        let mut place = [0.0; TAXELS];
-        let values = if self.condition.is_plain() {
-            values
-        } else {
-            let Some(values) = self.condition.frame(ring, number, &mut place) else { return };
-            values
-        };
+        if self.condition.is_plain() {
+            self.take(number, values, ring, report);
+        } else if let Some(values) = self.condition.frame(ring, number, &mut [0.0; TAXELS]) {
+            self.take(number, values, ring, report);
+        }
+    }
+
+    /// Takes a frame without hum and drift.
+    fn take(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
         if matches!(self.phase, Phase::Spike(_)) {
             self.spike.follow(number, values, &self.idle.level, self.motion.weights());
         }

@@ -11,8 +11,10 @@ use ridgetone_tone::Values;
 
 /// Frames of a block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
-/// Blocks that are remembered: 0.4 s.
-const HISTORY: usize = 24;
+/// Blocks that are remembered: 0.27 s. A power of two, because their places wrap.
+const HISTORY: usize = 16;
+/// Pairs of blocks that are remembered: as long.
+const PAIRS: usize = HISTORY / 2;
 /// Most blocks that [`Past::mean_of_four`] can leave out.
 pub const SKIP_MAX: usize = HISTORY - 5;
 /// Blocks of [`Motion::recent_mean`]: 267 ms.
@@ -107,8 +109,7 @@ pub struct Motion {
     load: Values,
     /// The same, times the weights, so that a product with it is the length along it.
     pull: Values,
-    /// Whether the latest block compared means of four; blocks until the noise is learned again.
-    is_even: bool,
+    /// Still blocks until the noise is learned again.
     until_learning: u32,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
@@ -139,7 +140,6 @@ impl Motion {
             past: Past::new(),
             load: [0.0; TAXELS],
             pull: [0.0; TAXELS],
-            is_even: false,
             until_learning: 0,
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
             count: 0,
@@ -201,10 +201,9 @@ impl Motion {
         let if_known = |blocks: usize, apart: f32| if known >= blocks { apart } else { 0.0 };
         self.past.push(mean);
         // Means of four blocks change slowly: every other one is compared.
-        self.is_even = !self.is_even;
         let long = if known < LONG_BLOCKS as usize {
             0.0
-        } else if self.is_even {
+        } else if self.past.pair_is_new {
             self.long_bend() * (4.0 * frames / 6.0)
         } else {
             self.compared[3]
@@ -238,11 +237,12 @@ impl Motion {
     /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are off a straight course.
     #[inline]
     fn long_bend(&self) -> f32 {
-        let [near, middle, far] = [0, LONG, 2 * LONG].map(|skip| [0, 1, 2, 3].map(|back| self.past.back(skip + back)));
+        const FAR: usize = LONG / 2;
+        let [a, b, c, d, e, f] = [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
         let mut bend = Apart::NONE;
-        for c in 0..TAXELS {
-            let four = |blocks: &[&Values; 4]| blocks[0][c] + blocks[1][c] + blocks[2][c] + blocks[3][c];
-            bend.add(four(&near) + four(&far) - 2.0 * four(&middle), self.noise.weights[c], self.pull[c]);
+        for taxel in 0..TAXELS {
+            let off = a[taxel] + b[taxel] + e[taxel] + f[taxel] - 2.0 * (c[taxel] + d[taxel]);
+            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
         }
         bend.square() * (1.0 / 16.0)
     }
@@ -383,6 +383,11 @@ pub fn greater(a: f32, b: f32) -> f32 {
 #[derive(Clone, Debug)]
 pub struct Past {
     blocks: [Values; HISTORY],
+    /// Sums of two blocks, none of which is in two of them.
+    pairs: [Values; PAIRS],
+    latest_pair: usize,
+    /// Whether the latest block ended one.
+    pair_is_new: bool,
     /// Place of the latest.
     latest: usize,
     /// Blocks since the last restart, as far as they are remembered.
@@ -391,18 +396,36 @@ pub struct Past {
 
 impl Past {
     pub const fn new() -> Self {
-        Self { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0 }
+        Self {
+            blocks: [[0.0; TAXELS]; HISTORY],
+            pairs: [[0.0; TAXELS]; PAIRS],
+            latest_pair: 0,
+            pair_is_new: false,
+            latest: 0,
+            count: 0,
+        }
     }
 
     pub fn push(&mut self, mean: Values) {
         self.latest = (self.latest + 1) % HISTORY;
+        self.pair_is_new = !self.pair_is_new;
+        if self.pair_is_new {
+            self.latest_pair = (self.latest_pair + 1) % PAIRS;
+            let before = self.back(1);
+            self.pairs[self.latest_pair] = core::array::from_fn(|c| mean[c] + before[c]);
+        }
         self.blocks[self.latest] = mean;
         self.count = (self.count + 1).min(HISTORY - 1);
     }
 
     /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
     pub fn back(&self, back: usize) -> &Values {
-        &self.blocks[(self.latest + HISTORY - back % HISTORY) % HISTORY]
+        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+    }
+
+    /// The sum of a pair of blocks, `back` pairs before the latest pair.
+    fn pair(&self, back: usize) -> &Values {
+        &self.pairs[self.latest_pair.wrapping_sub(back) % PAIRS]
     }
 
     /// The mean of four blocks, the `skip` latest left out.

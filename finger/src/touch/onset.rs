@@ -19,6 +19,8 @@ const BETWEEN: f32 = limit(1.0, 7.0);
 const BETWEEN_MEANS: f32 = limit(1.25, 16.0);
 /// One frame counts no more than this: a knock is no motion that goes on.
 const MOST: f32 = limit(3.0, 24.0);
+/// A sum that is so much less than at its most, or more than at its least, will not come back: 60 ms of noise.
+const PAST: f32 = limit(6.0, 24.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
@@ -57,6 +59,11 @@ impl Extremes {
         Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last }
     }
 
+    /// Whether what was looked for is far behind.
+    fn is_past(&self, most: bool) -> bool {
+        if most { self.most - self.sum > PAST } else { self.sum - self.least > PAST }
+    }
+
     /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
     fn add(&mut self, apart: f32, between: f32, frame: u32) {
         self.sum += if apart > MOST { MOST } else { apart } - between;
@@ -81,7 +88,7 @@ impl Frames<'_> {
     /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
     /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32) -> (Extremes, Extremes) {
+    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32, for_start: bool) -> (Extremes, Extremes) {
         let (mut single, mut mean) = (Extremes::at(last), Extremes::at(last));
         let (mut four, share) = ([0.0; TAXELS], 1.0 / self.wander);
         let mut place = [0.0; TAXELS];
@@ -104,6 +111,9 @@ impl Frames<'_> {
                     level[c] -= creep[c] * BLOCK_FRAMES as f32;
                 }
                 mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
+                if single.is_past(for_start) && mean.is_past(for_start) {
+                    break;
+                }
             }
         }
         (single, mean)
@@ -115,7 +125,7 @@ impl Frames<'_> {
         let last = since.wrapping_add(behind);
         let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let (single, mean) = self.speak(level, &[0.0; TAXELS], last, frames);
+        let (single, mean) = self.speak(level, &[0.0; TAXELS], last, frames, true);
         // A mean may be off its level by its last frame alone.
         let mean_from = mean.most_from.wrapping_add(BLOCK_FRAMES - 1);
         match (single.most > 0.0, mean.most > 0.0) {
@@ -145,7 +155,7 @@ impl Frames<'_> {
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
     pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
         let frames = last.wrapping_sub(earliest).min(END_FRAMES);
-        let (single, mean) = self.speak(level, creep, last, frames);
+        let (single, mean) = self.speak(level, creep, last, frames, false);
         let mean_from = mean.least_from.wrapping_sub(BLOCK_FRAMES - 1);
         if reached(single.least_from, mean_from) { single.least_from } else { mean_from }
     }
