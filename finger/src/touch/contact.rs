@@ -24,6 +24,8 @@ use ridgetone_tone::Values;
 const LEARN_BLOCKS: u32 = 8;
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
+/// Blocks after which the load of a hold is measured anew: 133 ms.
+const LOAD_BLOCKS: u32 = 8;
 /// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
 const STILL_BACK: usize = 8;
 /// Blocks after which the direction that is no motion is measured anew in a slide: 66 ms.
@@ -187,7 +189,10 @@ impl ContactDetector {
                 false
             }
             Phase::Hold | Phase::Moving(_) => {
-                self.load = self.motion.distance(&self.held.level, &self.idle.level);
+                // The level of a hold changes slowly.
+                if self.motion.still % LOAD_BLOCKS == 0 {
+                    self.load = self.motion.distance(&self.held.level, &self.idle.level);
+                }
                 let off = self.motion.distance(&mean, &self.idle.level);
                 // What changes along the load alone is not quick: the oldest block counts too.
                 let back = BACK_AT_IDLE * self.load;

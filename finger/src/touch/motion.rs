@@ -50,9 +50,9 @@ const MOVING: f32 = limit(1.0, 45.0);
 const JUMPING: f32 = limit(8.0, 282.0);
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
-/// Blocks over which the noise is averaged: 0.5 s, and of 2 s one of four once it is known.
+/// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
 const NOISE_BLOCKS: f32 = 32.0;
-const LEARN_EVERY: u32 = 4;
+const LEARN_EVERY: u32 = 8;
 /// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
 const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
@@ -249,7 +249,7 @@ impl Motion {
 
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
-        // What is known well needs only one block of four.
+        // What is known well needs only one block of eight.
         self.until_learning = if self.until_learning > 0 { self.until_learning - 1 } else { LEARN_EVERY - 1 };
         if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
             return;

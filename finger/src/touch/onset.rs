@@ -16,11 +16,11 @@ const DEPARTED: f32 = limit(1.0, 26.0);
 /// as it, whose mean is 32: where both are as likely.
 const BETWEEN: f32 = limit(1.0, 7.0);
 /// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
-const BETWEEN_MEANS: f32 = limit(1.25, 16.0);
+const BETWEEN_MEANS: f32 = limit(1.25, 18.0);
 /// One frame counts no more than this: a knock is no motion that goes on.
 const MOST: f32 = limit(3.0, 24.0);
-/// A sum that is so much less than at its most, or more than at its least, will not come back: 60 ms of noise.
-const PAST: f32 = limit(6.0, 24.0);
+/// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
+const PAST: f32 = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
@@ -90,25 +90,26 @@ impl Frames<'_> {
     #[inline(never)]
     fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32, for_start: bool) -> (Extremes, Extremes) {
         let (mut single, mut mean) = (Extremes::at(last), Extremes::at(last));
-        let (mut four, share) = ([0.0; TAXELS], 1.0 / self.wander);
+        let share = 1.0 / self.wander;
         let mut place = [0.0; TAXELS];
-        let mut level = *level;
+        // Side by side they are read at once.
+        let mut taxels: [[f32; 4]; TAXELS] = core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
             let frame = last.wrapping_sub(back);
             let mut apart = Apart::NONE;
             if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
-                for c in 0..TAXELS {
-                    let off = values[c] - level[c];
-                    four[c] += off;
-                    apart.add(off, self.weights[c], self.pull[c]);
+                for (value, [level, weight, pull, four]) in values.iter().zip(&mut taxels) {
+                    let off = value - *level;
+                    *four += off;
+                    apart.add(off, *weight, *pull);
                 }
             }
             single.add(apart.square() * share, BETWEEN, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
-                for c in 0..TAXELS {
-                    apart.add(core::mem::take(&mut four[c]), self.weights[c], self.pull[c]);
-                    level[c] -= creep[c] * BLOCK_FRAMES as f32;
+                for (creep, [level, weight, pull, four]) in creep.iter().zip(&mut taxels) {
+                    apart.add(core::mem::take(four), *weight, *pull);
+                    *level -= creep * BLOCK_FRAMES as f32;
                 }
                 mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
                 if single.is_past(for_start) && mean.is_past(for_start) {
