@@ -28,8 +28,8 @@ const STILL_BLOCKS: u32 = 4;
 const LOAD_BLOCKS: u32 = 8;
 /// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
 const STILL_BACK: usize = 8;
-/// Blocks after which the direction that is no motion is measured anew in a slide: 66 ms.
-const AIM_BLOCKS: u32 = 4;
+/// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
+const AIM_BLOCKS: u32 = 8;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
 

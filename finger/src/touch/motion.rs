@@ -17,8 +17,6 @@ const HISTORY: usize = 16;
 const PAIRS: usize = HISTORY / 2;
 /// Most blocks that [`Past::mean_of_four`] can leave out.
 pub const SKIP_MAX: usize = HISTORY - 5;
-/// Blocks of [`Motion::recent_mean`]: 267 ms.
-const RECENT: usize = 16;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
 /// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
@@ -111,6 +109,8 @@ pub struct Motion {
     pull: Values,
     /// Still blocks until the noise is learned again.
     until_learning: u32,
+    /// Blocks that nothing can be learned from: a part of their frames is with a drift.
+    unfit: u32,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
     count: usize,
@@ -141,6 +141,7 @@ impl Motion {
             load: [0.0; TAXELS],
             pull: [0.0; TAXELS],
             until_learning: 0,
+            unfit: 0,
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
             count: 0,
             before: None,
@@ -249,6 +250,10 @@ impl Motion {
 
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
+        if self.unfit > 0 {
+            self.unfit -= 1;
+            return;
+        }
         // What is known well needs only one block of eight.
         self.until_learning = if self.until_learning > 0 { self.until_learning - 1 } else { LEARN_EVERY - 1 };
         if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
@@ -269,7 +274,7 @@ impl Motion {
 
     /// The noise, and what is typical, are to be learned anew.
     pub fn forget(&mut self) {
-        (self.noise.learned, self.learned) = (0.0, [0.0; 4]);
+        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
     }
 
     /// Changes along this direction are no motion from now on: the finger presses more or less, or its skin creeps.
@@ -293,15 +298,16 @@ impl Motion {
         &self.past
     }
 
-    /// Mean of the last [`RECENT`] blocks, or of those since a restart.
+    /// Mean of the last [`PAIRS`], or of those since a restart.
     #[inline(never)]
     pub fn recent_mean(&self) -> Values {
-        let count = self.past.count.clamp(1, RECENT);
+        let pairs = (self.past.count / 2).clamp(1, PAIRS);
         let mut sum = [0.0; TAXELS];
-        for block in (0..count).map(|back| self.past.back(back)) {
-            (0..TAXELS).for_each(|c| sum[c] += block[c]);
+        for pair in (0..pairs).map(|back| self.past.pair(back)) {
+            (0..TAXELS).for_each(|c| sum[c] += pair[c]);
         }
-        sum.map(|sum| sum / count as f32)
+        let share = 0.5 / pairs as f32;
+        sum.map(|sum| sum * share)
     }
 
     /// Squared distance of two levels, in units of one frame's noise.
