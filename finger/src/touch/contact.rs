@@ -387,7 +387,12 @@ impl ContactDetector {
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
         if self.held.is_long_enough() {
-            report(Change::HoldEnd { held: &self.held, idle: &self.idle.level, weights: self.motion.weights() });
+            report(Change::HoldEnd {
+                held: &self.held,
+                idle: &self.idle.level,
+                idle_frames: self.idle.frames(),
+                weights: self.motion.weights(),
+            });
         }
     }
 

@@ -52,6 +52,12 @@ impl Idle {
         }
     }
 
+    /// Frames that the level is the mean of, by its variance.
+    pub fn frames(&self) -> f32 {
+        let blocks = self.blocks;
+        BLOCK_FRAMES as f32 * blocks * (blocks + 1.0) / (4.0 * blocks - 2.0)
+    }
+
     /// The squared distance of a block's mean that is contact.
     pub fn touched(&self) -> f32 {
         greater(TOUCHED, OVER_TYPICAL * self.typical)

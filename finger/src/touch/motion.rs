@@ -15,8 +15,6 @@ pub const BLOCK_FRAMES: u32 = 4;
 const HISTORY: usize = 16;
 /// Pairs of blocks that are remembered: as long.
 const PAIRS: usize = HISTORY / 2;
-/// Most blocks that [`Past::mean_of_four`] can leave out.
-pub const SKIP_MAX: usize = HISTORY - 5;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
 /// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
@@ -46,6 +44,8 @@ const KNOWN_BLOCKS: f32 = 8.0;
 const MOVING: f32 = limit(1.0, 45.0);
 /// The same for the differences from frame to frame over a block: mean 128, eight times 35.
 const JUMPING: f32 = limit(8.0, 282.0);
+/// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the motion.
+const CREEP_SHARE: f32 = 1e-3;
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
 /// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
@@ -107,6 +107,8 @@ pub struct Motion {
     load: Values,
     /// The same, times the weights, so that a product with it is the length along it.
     pull: Values,
+    /// The greatest long comparison since the last restart.
+    greatest_bend: f32,
     /// Still blocks until the noise is learned again.
     until_learning: u32,
     /// Blocks that nothing can be learned from: a part of their frames is with a drift.
@@ -140,6 +142,7 @@ impl Motion {
             past: Past::new(),
             load: [0.0; TAXELS],
             pull: [0.0; TAXELS],
+            greatest_bend: 0.0,
             until_learning: 0,
             unfit: 0,
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
@@ -161,6 +164,7 @@ impl Motion {
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
         self.faint = [0.0; 3];
+        self.greatest_bend = 0.0;
     }
 
     /// Takes the next frame. Gives what the block shows that it ends.
@@ -216,7 +220,11 @@ impl Motion {
             long,
         ];
         let limits = [JUMPING, MOVING, MOVING, MOVING];
-        let limit = |which: usize| greater(limits[which], OVER_TYPICAL * self.typical[which]);
+        self.greatest_bend = greater(self.greatest_bend, long);
+        let limit = |which: usize| {
+            let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
+            if which == 3 { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
+        };
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };

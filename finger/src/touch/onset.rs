@@ -5,7 +5,7 @@
 use crate::ring::{Ring, reached};
 use crate::touch::chi_square::{distance, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{Apart, BLOCK_FRAMES};
+use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -21,6 +21,8 @@ const BETWEEN_MEANS: f32 = limit(1.25, 18.0);
 const MOST: f32 = limit(3.0, 24.0);
 /// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
 const PAST: f32 = limit(5.0, 20.0);
+/// A motion with frames this far off begins and ends at once.
+const SHARP: f32 = limit(90.0, 0.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
@@ -45,7 +47,16 @@ pub struct Frames<'a> {
     pub pull: &'a Values,
 }
 
+/// What frames and means of four speak for; and frames by a greater limit, where a motion begins or ends at once: the curve
+/// of a skin's creep is none.
+struct Spoken {
+    single: Extremes,
+    mean: Extremes,
+    sharp: Option<Extremes>,
+}
+
 /// A sum over frames, latest first, and where it was the most and the least.
+#[derive(Clone, Copy)]
 struct Extremes {
     sum: f32,
     most: f32,
@@ -88,8 +99,9 @@ impl Frames<'_> {
     /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
     /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32, for_start: bool) -> (Extremes, Extremes) {
-        let (mut single, mut mean) = (Extremes::at(last), Extremes::at(last));
+    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32, for_start: bool) -> Spoken {
+        let [mut single, mut mean, mut sharp] = [Extremes::at(last); 3];
+        let mut peak = 0.0;
         let share = 1.0 / self.wander;
         let mut place = [0.0; TAXELS];
         // Side by side they are read at once.
@@ -104,7 +116,10 @@ impl Frames<'_> {
                     apart.add(off, *weight, *pull);
                 }
             }
-            single.add(apart.square() * share, BETWEEN, frame);
+            let square = apart.square() * share;
+            peak = greater(peak, square);
+            single.add(square, BETWEEN, frame);
+            sharp.add(square, DEPARTED, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
                 for (creep, [level, weight, pull, four]) in creep.iter().zip(&mut taxels) {
@@ -117,7 +132,7 @@ impl Frames<'_> {
                 }
             }
         }
-        (single, mean)
+        Spoken { single, mean, sharp: (peak > SHARP).then_some(sharp) }
     }
 
     /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later.
@@ -126,7 +141,10 @@ impl Frames<'_> {
         let last = since.wrapping_add(behind);
         let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let (single, mean) = self.speak(level, &[0.0; TAXELS], last, frames, true);
+        let Spoken { single, mean, sharp } = self.speak(level, &[0.0; TAXELS], last, frames, true);
+        if let Some(sharp) = sharp {
+            return sharp.most_from;
+        }
         // A mean may be off its level by its last frame alone.
         let mean_from = mean.most_from.wrapping_add(BLOCK_FRAMES - 1);
         match (single.most > 0.0, mean.most > 0.0) {
@@ -156,20 +174,32 @@ impl Frames<'_> {
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
     pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
         let frames = last.wrapping_sub(earliest).min(END_FRAMES);
-        let (single, mean) = self.speak(level, creep, last, frames, false);
+        let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, false);
+        if let Some(sharp) = sharp {
+            return sharp.least_from;
+        }
         let mean_from = mean.least_from.wrapping_sub(BLOCK_FRAMES - 1);
         if reached(single.least_from, mean_from) { single.least_from } else { mean_from }
+    }
+
+    /// The mean of so many frames up to `last`.
+    #[inline(never)]
+    pub fn mean(&self, last: u32, frames: u32) -> Values {
+        let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
+        for frame in (0..frames).map(|back| last.wrapping_sub(back)) {
+            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
+                (0..TAXELS).for_each(|c| sum[c] += values[c]);
+                count += 1.0;
+            }
+        }
+        let share = 1.0 / greater(count, 1.0);
+        sum.map(|sum| sum * share)
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
-        let mut level = [0.0; TAXELS];
-        for back in 0..PLATEAU_FRAMES {
-            if let Some(values) = self.condition.frame(self.ring, last.wrapping_sub(back), &mut [0.0; TAXELS]) {
-                (0..TAXELS).for_each(|c| level[c] += values[c] * (1.0 / PLATEAU_FRAMES as f32));
-            }
-        }
+        let level = self.mean(last, PLATEAU_FRAMES);
         let held = self.rest(&level, &[0.0; TAXELS], last, earliest);
         if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }

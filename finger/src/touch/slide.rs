@@ -1,6 +1,7 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
-use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
+use crate::touch::chi_square::limit;
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::Frames;
 use ridgetone_proto::scan::frames_in;
 use ridgetone_proto::settings::SlideRule;
@@ -21,8 +22,10 @@ const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 const SOON_BLOCKS: u32 = 2;
 /// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
 const UNSURE_FRAMES: u32 = 24;
-/// Least distance of two means of four blocks that shows a creep, blocks: the noise of nearer ones is as much.
-const CREEP_BLOCKS: usize = 8;
+/// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
+const CREEP_BLOCKS: u32 = 4;
+/// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in [`crate::touch::motion`].
+const CREEPS: f32 = limit(1.0, 45.0);
 
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,10 +87,12 @@ pub fn planned(rule: SlideRule, contact: u32) -> Option<(u32, u32)> {
 pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until: u32, over: u32) -> u32 {
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
-    let skip = (still.saturating_sub(SOON_BLOCKS + 4) as usize).min(SKIP_MAX);
-    let soon = motion.past().mean_of_four(skip);
-    let per_frame = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / (skip as u32 * BLOCK_FRAMES) as f32 };
+    let skip = still.saturating_sub(SOON_BLOCKS + 4);
+    let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
+    // The means of two times sixteen frames: only what their noise does not make is a creep.
+    let is_creep = skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > CREEPS;
+    let per_frame = if is_creep { 1.0 / (skip * BLOCK_FRAMES) as f32 } else { 0.0 };
     let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
-    let middle = over.wrapping_sub(skip as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
+    let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
     frames.rest(&soon, &creep, middle, moving_until.wrapping_sub(UNSURE_FRAMES))
 }
