@@ -17,12 +17,14 @@ const DEPARTED: f32 = limit(1.0, 26.0);
 const BETWEEN: f32 = limit(1.0, 7.0);
 /// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
 const BETWEEN_MEANS: f32 = limit(1.25, 18.0);
-/// One frame counts no more than this: a knock is no motion that goes on.
-const MOST: f32 = limit(3.0, 24.0);
+/// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`] for its frames. What is less
+/// after a strong motion may be the curve of a skin's creep.
+const SHARP_START: (f32, f32) = (limit(90.0, 0.0), DEPARTED);
+const SHARP_END: (f32, f32) = (limit(600.0, 0.0), limit(10.0, 0.0));
+/// One frame counts no more than so many of these: a knock is no motion that goes on.
+const MOST: f32 = 3.0;
 /// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
 const PAST: f32 = limit(5.0, 20.0);
-/// A motion with frames this far off begins and ends at once.
-const SHARP: f32 = limit(90.0, 0.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
@@ -77,7 +79,7 @@ impl Extremes {
 
     /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
     fn add(&mut self, apart: f32, between: f32, frame: u32) {
-        self.sum += if apart > MOST { MOST } else { apart } - between;
+        self.sum += if apart > MOST * between { MOST * between } else { apart } - between;
         if self.sum > self.most {
             (self.most, self.most_from) = (self.sum, frame);
         }
@@ -99,8 +101,9 @@ impl Frames<'_> {
     /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
     /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn speak(&self, level: &Values, creep: &Values, last: u32, frames: u32, for_start: bool) -> Spoken {
+    fn speak(&self, level: &Values, creep: Option<&Values>, last: u32, frames: u32, for_start: bool) -> Spoken {
         let [mut single, mut mean, mut sharp] = [Extremes::at(last); 3];
+        let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
         let mut peak = 0.0;
         let share = 1.0 / self.wander;
         let mut place = [0.0; TAXELS];
@@ -116,23 +119,25 @@ impl Frames<'_> {
                     apart.add(off, *weight, *pull);
                 }
             }
+            if let Some(creep) = creep {
+                taxels.iter_mut().zip(creep).for_each(|([level, ..], creep)| *level -= creep);
+            }
             let square = apart.square() * share;
             peak = greater(peak, square);
             single.add(square, BETWEEN, frame);
-            sharp.add(square, DEPARTED, frame);
+            sharp.add(square, between_sharp, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
-                for (creep, [level, weight, pull, four]) in creep.iter().zip(&mut taxels) {
+                for [_, weight, pull, four] in &mut taxels {
                     apart.add(core::mem::take(four), *weight, *pull);
-                    *level -= creep * BLOCK_FRAMES as f32;
                 }
                 mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
-                if single.is_past(for_start) && mean.is_past(for_start) {
+                if [&single, &mean, &sharp].iter().all(|sums| sums.is_past(for_start)) {
                     break;
                 }
             }
         }
-        Spoken { single, mean, sharp: (peak > SHARP).then_some(sharp) }
+        Spoken { single, mean, sharp: (peak > is_sharp).then_some(sharp) }
     }
 
     /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later.
@@ -141,7 +146,7 @@ impl Frames<'_> {
         let last = since.wrapping_add(behind);
         let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let Spoken { single, mean, sharp } = self.speak(level, &[0.0; TAXELS], last, frames, true);
+        let Spoken { single, mean, sharp } = self.speak(level, None, last, frames, true);
         if let Some(sharp) = sharp {
             return sharp.most_from;
         }
@@ -172,7 +177,7 @@ impl Frames<'_> {
 
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
-    pub fn rest(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
+    pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32) -> u32 {
         let frames = last.wrapping_sub(earliest).min(END_FRAMES);
         let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, false);
         if let Some(sharp) = sharp {
@@ -200,7 +205,7 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.rest(&level, &[0.0; TAXELS], last, earliest);
+        let held = self.rest(&level, None, last, earliest);
         if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }
 }

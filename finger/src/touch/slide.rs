@@ -21,7 +21,7 @@ const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
 /// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
-const UNSURE_FRAMES: u32 = 24;
+const UNSURE_FRAMES: u32 = 40;
 /// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
 const CREEP_BLOCKS: u32 = 4;
 /// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in [`crate::touch::motion`].
@@ -91,8 +91,8 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
     // The means of two times sixteen frames: only what their noise does not make is a creep.
     let is_creep = skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > CREEPS;
-    let per_frame = if is_creep { 1.0 / (skip * BLOCK_FRAMES) as f32 } else { 0.0 };
-    let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
+    let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
+    let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    frames.rest(&soon, &creep, middle, moving_until.wrapping_sub(UNSURE_FRAMES))
+    frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES))
 }
