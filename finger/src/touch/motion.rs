@@ -282,6 +282,7 @@ impl Motion {
 
     /// The noise, and what is typical, are to be learned anew.
     pub fn forget(&mut self) {
+        self.restart();
         (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
     }
 
