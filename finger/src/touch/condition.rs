@@ -23,16 +23,27 @@ pub struct Condition {
     has_drifted: bool,
     rate: Option<Values>,
     latest: u32,
+    /// Frames are what they are in the ring: nothing is taken off.
+    is_plain: bool,
 }
 
 impl Condition {
     pub const fn new() -> Self {
-        Self { notch: None, new_mains_hz: None, drifted: [0.0; TAXELS], has_drifted: false, rate: None, latest: 0 }
+        Self {
+            notch: None,
+            new_mains_hz: None,
+            drifted: [0.0; TAXELS],
+            has_drifted: false,
+            rate: None,
+            latest: 0,
+            is_plain: true,
+        }
     }
 
     /// Takes hum of this frequency off; zero: none.
     pub const fn set_mains(&mut self, interferer_hz: f32) {
-        self.new_mains_hz = Some(interferer_hz);
+        // The filter is made at the next frame.
+        (self.new_mains_hz, self.is_plain) = (Some(interferer_hz), false);
     }
 
     fn tune(&mut self, interferer_hz: f32) {
@@ -54,10 +65,21 @@ impl Condition {
     /// The levels rise by this in each block from now on, or do not.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
         self.rate = per_block.map(|slope| slope.map(|slope| slope * (1.0 / BLOCK_FRAMES as f32)));
+        self.is_plain &= self.rate.is_none();
     }
 
     /// The latest frame that can be looked at, if frame `number` is the latest one of the ring: hum needs the next one.
+    #[inline(always)]
     pub fn reach(&mut self, number: u32) -> u32 {
+        if self.is_plain {
+            self.latest = number;
+            return number;
+        }
+        self.reach_cleaned(number)
+    }
+
+    #[inline(never)]
+    fn reach_cleaned(&mut self, number: u32) -> u32 {
         if let Some(mains_hz) = self.new_mains_hz.take() {
             self.tune(mains_hz);
         }
@@ -68,6 +90,7 @@ impl Condition {
             self.has_drifted = true;
         }
         self.latest = number;
+        self.is_plain = self.notch.is_none() && self.rate.is_none() && !self.has_drifted;
         number
     }
 
@@ -103,7 +126,7 @@ impl Condition {
     }
 
     /// Whether frames are what they are in the ring.
-    pub fn is_plain(&self) -> bool {
-        self.notch.is_none() && self.rate.is_none() && !self.has_drifted
+    pub const fn is_plain(&self) -> bool {
+        self.is_plain
     }
 }

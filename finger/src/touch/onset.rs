@@ -28,9 +28,9 @@ const PAST: f32 = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
-const START_FRAMES: (u32, u32) = (48, 20);
-/// Most frames that are searched for its end: 0.3 s.
-const END_FRAMES: u32 = 72;
+const START_FRAMES: (u32, u32) = (44, 16);
+/// Most frames that are searched for its end: 0.25 s.
+const END_FRAMES: u32 = 60;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
 /// Frames before a release that may belong to it.
