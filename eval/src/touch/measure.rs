@@ -72,9 +72,6 @@ pub fn measure(recipe: &Recipe, traces: u32, seed: u64) -> Result<Found> {
         let trace = Trace::new(recipe, seed.wrapping_mul(1_000_003).wrapping_add(number))?;
         let truth = trace.truth();
         let reported = run(trace, recipe.hum == Some(true));
-        if std::env::var_os("TOUCH_TRACE").is_some() {
-            eprintln!("{number}: {truth:.3?} {:.3?} {:.3?} {:.3?} {}", reported.contacts_s, reported.slides_s, reported.releases_s, reported.still_good);
-        }
         found.add(&truth, &reported, &mut errors);
     }
     found.contact_ms = quantiles(errors.contact);

@@ -190,7 +190,7 @@ impl ContactDetector {
             }
             Phase::Hold | Phase::Moving(_) => {
                 // The level of a hold changes slowly.
-                if self.motion.still % LOAD_BLOCKS == 0 {
+                if self.motion.still.is_multiple_of(LOAD_BLOCKS) {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
                 let off = self.motion.distance(&mean, &self.idle.level);
