@@ -101,7 +101,15 @@ impl Frames<'_> {
     /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
     /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn speak(&self, level: &Values, creep: Option<&Values>, last: u32, frames: u32, for_start: bool) -> Spoken {
+    fn speak(
+        &self,
+        level: &Values,
+        creep: Option<&Values>,
+        last: u32,
+        frames: u32,
+        stride: u32,
+        for_start: bool,
+    ) -> Spoken {
         let [mut single, mut mean, mut sharp] = [Extremes::at(last); 3];
         let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
         let mut peak = 0.0;
@@ -110,7 +118,7 @@ impl Frames<'_> {
         // Side by side they are read at once.
         let mut taxels: [[f32; 4]; TAXELS] = core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
-            let frame = last.wrapping_sub(back);
+            let frame = last.wrapping_sub(back * stride);
             let mut apart = Apart::NONE;
             if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
                 for (value, [level, weight, pull, four]) in values.iter().zip(&mut taxels) {
@@ -146,7 +154,7 @@ impl Frames<'_> {
         let last = since.wrapping_add(behind);
         let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
         let frames = last.wrapping_sub(earliest).min(before + behind);
-        let Spoken { single, mean, sharp } = self.speak(level, None, last, frames, true);
+        let Spoken { single, mean, sharp } = self.speak(level, None, last, frames, 1, true);
         if let Some(sharp) = sharp {
             return sharp.most_from;
         }
@@ -176,14 +184,14 @@ impl Frames<'_> {
     }
 
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
-    /// each frame: the frames from there on speak least for motion. No earlier than `earliest`.
-    pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32) -> u32 {
-        let frames = last.wrapping_sub(earliest).min(END_FRAMES);
-        let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, false);
+    /// each frame: the frames from there on speak least for motion. No earlier than `earliest`. Looks at one frame of `stride`.
+    pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
+        let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
+        let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, stride, false);
         if let Some(sharp) = sharp {
             return sharp.least_from;
         }
-        let mean_from = mean.least_from.wrapping_sub(BLOCK_FRAMES - 1);
+        let mean_from = mean.least_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
         if reached(single.least_from, mean_from) { single.least_from } else { mean_from }
     }
 
@@ -205,7 +213,7 @@ impl Frames<'_> {
     pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
         let last = lifted.wrapping_sub(LIFTING_FRAMES);
         let level = self.mean(last, PLATEAU_FRAMES);
-        let held = self.rest(&level, None, last, earliest);
+        let held = self.rest(&level, None, last, earliest, 2);
         if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }
 }

@@ -94,5 +94,5 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
     let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES))
+    frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
 }
