@@ -2,7 +2,7 @@
 
 use crate::ring::Ring;
 use crate::touch::motion::BLOCK_FRAMES;
-use core::f32::consts::TAU;
+use core::f32::consts::PI;
 use ridgetone_proto::scan::FRAME_RATE_HZ;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -47,7 +47,7 @@ impl Condition {
     }
 
     fn tune(&mut self, interferer_hz: f32) {
-        let twice_cos = 2.0 * libm::cosf(TAU * interferer_hz / FRAME_RATE_HZ);
+        let twice_cos = 2.0 * cos_turns(interferer_hz / FRAME_RATE_HZ);
         let gain = 2.0 - twice_cos;
         self.notch = (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
     }
@@ -106,6 +106,12 @@ impl Condition {
         Some(place)
     }
 
+    /// The same where something is taken off.
+    #[inline(never)]
+    pub fn cleaned(&self, ring: &Ring, number: u32) -> Option<Values> {
+        ring.frame(number).map(|(values, _)| self.clean(ring, number, values))
+    }
+
     #[inline(never)]
     fn clean(&self, ring: &Ring, number: u32, values: &Values) -> Values {
         let mut values = *values;
@@ -128,5 +134,27 @@ impl Condition {
     /// Whether frames are what they are in the ring.
     pub const fn is_plain(&self) -> bool {
         self.is_plain
+    }
+}
+
+/// The cosine of so many turns, to a millionth: by the series of half the angle, a tenth of the code of a cosine of any angle.
+fn cos_turns(turns: f32) -> f32 {
+    let angle = PI * (turns - libm::floorf(turns + 0.5));
+    let square = angle * angle;
+    let coefficients = [-1.0 / 90.0, -1.0 / 56.0, -1.0 / 30.0, -1.0 / 12.0, -1.0 / 2.0];
+    let half = coefficients.into_iter().fold(1.0, |series, coefficient| 1.0 + series * square * coefficient);
+    2.0 * half * half - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cosine_is_one() {
+        for turns in (0..400).map(|n| n as f32 * 0.01) {
+            let exact = libm::cosf(2.0 * PI * turns);
+            assert!((cos_turns(turns) - exact).abs() < 4e-6, "{turns}");
+        }
     }
 }

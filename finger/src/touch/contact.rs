@@ -113,15 +113,14 @@ impl ContactDetector {
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
-        if self.condition.is_plain() {
-            self.take(number, values, ring, report);
-        } else if let Some(values) = self.condition.frame(ring, number, &mut [0.0; TAXELS]) {
-            self.take(number, values, ring, report);
-        }
-    }
-
-    /// Takes a frame without hum and drift.
-    fn take(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
+        let cleaned;
+        let values = if self.condition.is_plain() {
+            values
+        } else {
+            let Some(frame) = self.condition.cleaned(ring, number) else { return };
+            cleaned = frame;
+            &cleaned
+        };
         if matches!(self.phase, Phase::Spike(_)) {
             self.spike.follow(number, values, &self.idle.level, self.motion.weights());
         }
@@ -149,6 +148,7 @@ impl ContactDetector {
 
     /// One block further, which ends with frame `number`. True if the finger was still, so that the noise can be learned
     /// from it.
+    #[inline(never)]
     fn step(&mut self, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) -> bool {
         let mean = *self.motion.past().back(0);
         match self.phase {

@@ -273,10 +273,11 @@ impl Motion {
             return;
         }
         // A comparison with nothing says nothing.
-        for which in (0..self.compared.len()).filter(|which| self.compared[*which] > 0.0) {
-            let learned = &mut self.learned[which];
-            *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
-            self.typical[which] += (self.compared[which] - self.typical[which]) / *learned;
+        for ((compared, learned), typical) in self.compared.iter().zip(&mut self.learned).zip(&mut self.typical) {
+            if *compared > 0.0 {
+                *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
+                *typical += (compared - *typical) / *learned;
+            }
         }
     }
 
@@ -422,14 +423,16 @@ impl Past {
     }
 
     pub fn push(&mut self, mean: Values) {
-        self.latest = (self.latest + 1) % HISTORY;
+        let before = *self.back(0);
+        let at = (self.latest + 1) % HISTORY;
         self.pair_is_new = !self.pair_is_new;
         if self.pair_is_new {
-            self.latest_pair = (self.latest_pair + 1) % PAIRS;
-            let before = self.back(1);
-            self.pairs[self.latest_pair] = core::array::from_fn(|c| mean[c] + before[c]);
+            let pair = (self.latest_pair + 1) % PAIRS;
+            self.pairs[pair] = core::array::from_fn(|c| mean[c] + before[c]);
+            self.latest_pair = pair;
         }
-        self.blocks[self.latest] = mean;
+        self.blocks[at] = mean;
+        self.latest = at;
         self.count = (self.count + 1).min(HISTORY - 1);
     }
 
