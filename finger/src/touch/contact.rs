@@ -150,11 +150,10 @@ impl ContactDetector {
     /// from it.
     #[inline(never)]
     fn step(&mut self, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) -> bool {
-        let mean = *self.motion.past().back(0);
+        let mean = self.motion.past().back(0);
         match self.phase {
             Phase::Learning(blocks) => {
-                let off = self.off_idle(&mean);
-                self.idle.follow(&mean, off, &mut self.motion, &mut self.condition);
+                self.follow_idle(self.off_idle(mean));
                 self.phase = Phase::Learning(blocks + 1);
                 if blocks + 1 == LEARN_BLOCKS {
                     self.enter(Phase::Idle);
@@ -162,13 +161,13 @@ impl ContactDetector {
                 true
             }
             Phase::Idle => {
-                let off = self.off_idle(&mean);
+                let off = self.off_idle(mean);
                 if off <= self.idle.touched() {
-                    self.idle.follow(&mean, off, &mut self.motion, &mut self.condition);
+                    self.follow_idle(off);
                     return true;
                 }
                 let idle = &self.idle.level;
-                let is_nearer = |before| self.motion.distance(&mean, before) < self.motion.distance(idle, before);
+                let is_nearer = |before| self.motion.distance(mean, before) < self.motion.distance(idle, before);
                 if self.idle_before.as_ref().is_some_and(is_nearer) {
                     self.enter(Phase::CreepingBack);
                 } else {
@@ -178,7 +177,7 @@ impl ContactDetector {
                 false
             }
             Phase::CreepingBack => {
-                self.idle.restart(mean, &self.condition);
+                self.idle.restart(*mean, &self.condition);
                 self.enter(Phase::Idle);
                 false
             }
@@ -193,7 +192,7 @@ impl ContactDetector {
                 if self.motion.still.is_multiple_of(LOAD_BLOCKS) {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
-                let off = self.motion.distance(&mean, &self.idle.level);
+                let off = self.motion.distance(mean, &self.idle.level);
                 // What changes along the load alone is not quick: the oldest block counts too.
                 let back = BACK_AT_IDLE * self.load;
                 let is_back =
@@ -328,7 +327,7 @@ impl ContactDetector {
             self.idle_before = Some(self.idle.level);
             self.idle.restart(level, &self.condition);
             self.planned = None;
-            self.motion.ignore([0.0; TAXELS]);
+            self.motion.ignore(None);
             self.enter(Phase::Idle);
             return;
         }
@@ -341,7 +340,15 @@ impl ContactDetector {
 
     /// What is along the way from idle to this level is no motion.
     fn aim(&mut self, level: &Values) {
-        self.motion.ignore(core::array::from_fn(|c| level[c] - self.idle.level[c]));
+        self.motion.ignore(Some(core::array::from_fn(|c| level[c] - self.idle.level[c])));
+    }
+
+    /// The idle level follows the latest block, which is `off` from it.
+    fn follow_idle(&mut self, off: f32) {
+        let Self { idle, motion, condition, .. } = self;
+        if idle.follow(motion.past().back(0), off, motion.weights(), condition) {
+            motion.forget();
+        }
     }
 
     /// Squared distance of a block's mean from idle, in units of its noise.

@@ -2,7 +2,7 @@
 
 use crate::touch::chi_square::limit;
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, Motion, greater};
+use crate::touch::motion::{BLOCK_FRAMES, greater};
 use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -63,10 +63,11 @@ impl Idle {
         greater(TOUCHED, OVER_TYPICAL * self.typical)
     }
 
-    /// One block further in the air: its mean, and the squared distance from the level. Measures the drift.
+    /// One block further in the air: its mean, and the squared distance from the level; `weights` are one over the variance of
+    /// each taxel's frames. Measures the drift. True if the noise is to be learned anew: what was taken for noise was the drift.
     #[inline(never)]
-    pub fn follow(&mut self, mean: &Values, off: f32, motion: &mut Motion, condition: &mut Condition) {
-        let weights = motion.weights();
+    #[must_use]
+    pub fn follow(&mut self, mean: &Values, off: f32, weights: &Values, condition: &mut Condition) -> bool {
         let (least, most) = BLOCKS;
         if self.blocks >= 4.0 {
             let share = if self.blocks < 32.0 { 1.0 / self.blocks } else { 1.0 / 32.0 };
@@ -100,11 +101,11 @@ impl Idle {
         if blocks >= DRIFT_BLOCKS || is_known {
             condition.set_drift(drifts.then_some(&self.slope));
             if drifts != is_known {
-                // What was taken for noise was the drift.
-                motion.forget();
                 let ahead = if drifts { AHEAD } else { -AHEAD };
                 (0..TAXELS).for_each(|c| self.level[c] += ahead * self.slope[c]);
+                return true;
             }
         }
+        false
     }
 }

@@ -48,6 +48,8 @@ const JUMPING: f32 = limit(8.0, 282.0);
 const CREEP_SHARE: f32 = 1e-3;
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
+/// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
+const LOADED_MIN: f32 = 2.5;
 /// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
 const NOISE_BLOCKS: f32 = 32.0;
 const LEARN_EVERY: u32 = 8;
@@ -103,8 +105,9 @@ impl Apart {
 pub struct Motion {
     noise: Noise,
     past: Past,
-    /// Direction that is ignored, codes.
+    /// Direction that is ignored, codes, and whether there is one.
     load: Values,
+    has_load: bool,
     /// The same, times the weights, so that a product with it is the length along it.
     pull: Values,
     /// The greatest long comparison since the last restart.
@@ -141,6 +144,7 @@ impl Motion {
             noise: Noise::new(),
             past: Past::new(),
             load: [0.0; TAXELS],
+            has_load: false,
             pull: [0.0; TAXELS],
             greatest_bend: 0.0,
             until_learning: 0,
@@ -184,20 +188,20 @@ impl Motion {
         let [first, second, third, fourth] = &self.frames;
         let before = self.before.as_ref().unwrap_or(first);
         let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
-        let mut mean = [0.0; TAXELS];
         // One loop: it is the dearest step of a frame.
         let mut within = 0.0;
         let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
-        for c in 0..TAXELS {
+        let mean: Values = core::array::from_fn(|c| {
             let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
             let [one, two, three, four] = changes.map(|change| change * change);
             let (weight, pull) = (self.noise.weights[c], self.pull[c]);
             self.squares[c] = one + two + three + four;
             within += self.squares[c] * weight;
-            mean[c] = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
-            change.add(mean[c] - latest[c], weight, pull);
-            bend.add(mean[c] + far[c] - 2.0 * near[c], weight, pull);
-        }
+            let mean = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
+            change.add(mean - latest[c], weight, pull);
+            bend.add(mean + far[c] - 2.0 * near[c], weight, pull);
+            mean
+        });
         self.before = Some(*fourth);
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a first difference of such
         // means twice that, a second difference six times.
@@ -268,7 +272,9 @@ impl Motion {
             return;
         }
         self.noise.learn(&self.past, &self.squares);
-        self.aim();
+        if self.has_load {
+            self.aim();
+        }
         if self.noise.learned < KNOWN_BLOCKS {
             return;
         }
@@ -287,17 +293,22 @@ impl Motion {
         (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
     }
 
-    /// Changes along this direction are no motion from now on: the finger presses more or less, or its skin creeps.
-    pub fn ignore(&mut self, load: Values) {
-        self.load = load;
+    /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its skin creeps.
+    pub fn ignore(&mut self, load: Option<Values>) {
+        (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
         self.aim();
     }
 
     /// Brings the direction that is ignored to length one, in units of the noise.
     fn aim(&mut self) {
         let (weights, load) = (&self.noise.weights, &self.load);
-        let square = (0..TAXELS).fold(0.0, |sum, c| sum + load[c] * load[c] * weights[c]);
-        let share = if square > 0.0 { 1.0 / libm::sqrtf(square) } else { 0.0 };
+        let (mut square, mut fourth) = (0.0, 0.0);
+        for c in 0..TAXELS {
+            let one = load[c] * load[c] * weights[c];
+            (square, fourth) = (square + one, fourth + one * one);
+        }
+        let is_wide = square * square > LOADED_MIN * fourth;
+        let share = if is_wide { 1.0 / libm::sqrtf(square) } else { 0.0 };
         for c in 0..TAXELS {
             self.pull[c] = load[c] * weights[c] * share;
         }
