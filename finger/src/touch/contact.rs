@@ -15,7 +15,6 @@ use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
-use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
@@ -226,10 +225,10 @@ impl ContactDetector {
                 self.still_level = Some(self.motion.past().mean_of_four(skip));
             }
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
-        } else if !moves && self.motion.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
-            self.held.extend(number, &self.motion);
-        } else if !moves {
+        } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
+        } else if !moves && off > IS_LOAD * self.load {
+            self.held.extend(number, &self.motion);
         }
         !moves
     }

@@ -192,7 +192,13 @@ impl Frames<'_> {
             return sharp.least_from;
         }
         let mean_from = mean.least_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
-        if reached(single.least_from, mean_from) { single.least_from } else { mean_from }
+        let later = mean_from.wrapping_sub(single.least_from);
+        match later {
+            _ if reached(single.least_from, mean_from) => single.least_from,
+            // One mean more may be noise.
+            _ if later <= stride * BLOCK_FRAMES => single.least_from.wrapping_add(later / 2),
+            _ => mean_from,
+        }
     }
 
     /// The mean of so many frames up to `last`.
