@@ -24,8 +24,11 @@ const FIRST_CYCLES: f32 = 0.57;
 const STEP_CYCLES: f32 = 0.19;
 /// Its steps; the last has 3.61 cycles.
 const STEPS: usize = 17;
-/// Its points, with those at candidates of the periodogram.
-pub const POINTS: usize = STEPS + CANDIDATES_MAX;
+/// From so many harmonics on it has points between two whose scores are less than this below the best.
+const FINE_HARMONICS: usize = 3;
+const FINE_SCORE: f32 = 30.0;
+/// Most points, with those at candidates of the periodogram.
+pub const POINTS: usize = 2 * STEPS + CANDIDATES_MAX;
 
 /// Points between those of the grid, for each candidate; a step that is too short for one, cycles per half window.
 const REFINEMENTS: usize = 2;
@@ -181,10 +184,19 @@ impl Grid {
         let cycles = (0..STEPS).step_by(stride).map(|k| FIRST_CYCLES + STEP_CYCLES * k as f32);
         let mut points: Vec<Point, POINTS> = Vec::new();
         for nu in cycles.map(|cycles| cycles / (self.pieces * self.step)).chain(others) {
-            let mut point = self.point(nu);
-            let place = points.iter().position(|other| other.nu > nu).unwrap_or(points.len());
-            points.iter_mut().skip(place).for_each(|other| core::mem::swap(other, &mut point));
-            let _ = points.push(point);
+            insert(&mut points, self.point(nu));
+        }
+        // Summits of many harmonics are narrower than the grid: it is finer where it is likely.
+        if self.harmonics >= FINE_HARMONICS {
+            let best = points.iter().fold(f32::NEG_INFINITY, |best, point| best.max(point.score));
+            let coarse = points.clone();
+            for pair in coarse.as_slice().windows(2) {
+                if let [one, other] = pair
+                    && one.score.min(other.score) > best - FINE_SCORE
+                {
+                    insert(&mut points, self.point(0.5 * (one.nu + other.nu)));
+                }
+            }
         }
         points
     }
@@ -254,6 +266,13 @@ impl Grid {
         });
         best
     }
+}
+
+/// Puts a point to its place by frequency.
+fn insert(points: &mut Vec<Point, POINTS>, mut point: Point) {
+    let place = points.iter().position(|other| other.nu > point.nu).unwrap_or(points.len());
+    points.iter_mut().skip(place).for_each(|other| core::mem::swap(other, &mut point));
+    let _ = points.push(point);
 }
 
 /// A piece of every series.
