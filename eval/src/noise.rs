@@ -51,6 +51,9 @@ pub struct NoiseArgs {
     /// Only this group: no_tone, something, sigma, accuracy, few_cycles or unsteady.
     #[arg(long, value_name = "NAME", conflicts_with = "write")]
     group: Option<String>,
+    /// Only cells whose name contains this.
+    #[arg(long, value_name = "TEXT", conflicts_with = "write")]
+    cell: Option<String>,
     /// Folder with noise.md to fill in; noise.json is written beside it.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
@@ -83,12 +86,17 @@ impl Row {
     }
 }
 
-/// The answers of every cell, or of those of one group; with noise of the recordings, where there are some.
-pub fn rows(windows: u32, seed: u64, group: Option<&str>, recordings: &[PathBuf]) -> Result<Vec<Row>> {
-    let wanted = |cell: &Cell| group.is_none_or(|wanted| wanted == cell.group.name());
+/// The answers of every cell, or of those of one group, or whose name contains a text; with noise of the recordings, where there
+/// are some.
+pub fn rows(windows: u32, seed: u64, of: (Option<&str>, Option<&str>), recordings: &[PathBuf]) -> Result<Vec<Row>> {
+    let (group, name) = of;
+    let wanted = |cell: &Cell| {
+        group.is_none_or(|wanted| wanted == cell.group.name()) && name.is_none_or(|part| cell.name.contains(part))
+    };
     let cells: Vec<_> = cells(recordings::noise(recordings)?).into_iter().filter(wanted).collect();
     if cells.is_empty() {
-        return Err(UsageError(format!("--group: one of {}", Group::ALL.map(Group::name).join(", "))).into());
+        let groups = Group::ALL.map(Group::name).join(", ");
+        return Err(UsageError(format!("no cell; --group: one of {groups}; --cell: a part of a row's name")).into());
     }
     let jobs: Vec<_> =
         cells.iter().flat_map(|cell| WINDOWS_S.map(|window_s| (cell.recipe, window_s, windows * cell.times))).collect();
@@ -128,7 +136,8 @@ pub fn run(args: &NoiseArgs) -> Result<Option<&Path>> {
     if let Some(folder) = &args.render {
         return render(folder).map(|()| Some(folder.as_path()));
     }
-    let rows = rows(args.windows, args.seed, args.group.as_deref(), &args.real)?;
+    let of = (args.group.as_deref(), args.cell.as_deref());
+    let rows = rows(args.windows, args.seed, of, &args.real)?;
     if let Some(folder) = &args.write {
         // A line for each row, so that a diff shows which changed.
         let json = serde_json::to_string(&rows)?.replace("},{\"group\"", "},\n{\"group\"");

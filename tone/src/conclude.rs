@@ -43,16 +43,16 @@ const MULTIPLE_CYCLES: f32 = 0.5;
 /// Cycles from which such a line is a tone of its own.
 const OTHER_TONE_CYCLES: f32 = 1.5;
 
-/// The result of a window's solution.
+/// The result of a window's solutions: that of its channels, and that of the mixtures of channels that share no noise, or once
+/// more the first.
 #[inline(never)]
 pub fn conclude(
     span: &mut FrameSpan,
     statistics: &Statistics,
     channels: &Channels,
     blocks: &mut Blocks,
-    best: &Solution,
+    [(alone, around), (best, of_mixtures)]: [(&Solution, &Neighbourhood); 2],
     summit: &Summit,
-    around: &Neighbourhood,
 ) -> Result<Fit, Overwritten> {
     let information = best.information * real_information_share(best);
     let rounding = ROUNDING_SHARE * best.nu;
@@ -73,12 +73,15 @@ pub fn conclude(
     if !status.has_tone() {
         return Ok(statistics.without_tone(status));
     }
-    let evidence = evidence(statistics, channels, best);
+    let evidence = evidence(statistics, channels, alone);
     let (status, factor) = trust(around, &evidence);
+    // What noise that is taken out has hidden says less than what is seen with it.
+    let by_mixtures = trust(of_mixtures, &Evidence { contrast: contrast(best), ..evidence });
+    let status = if status == Status::Good { by_mixtures.0 } else { status };
     if !status.has_tone() {
         return Ok(statistics.without_tone(status));
     }
-    let sigma_nu = factor * sigma_nu;
+    let sigma_nu = by_mixtures.1 * sigma_nu;
     // Of a comb whose fundamental is not there the lines may as well be tones of their own.
     let is_seen = best.power[0] > FUNDAMENTAL_POWER * best.width as f32;
     // Beside a baseline that is curved and not described a tone may be a part of it, or its weaker first harmonics.
@@ -89,7 +92,7 @@ pub fn conclude(
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
     if !summit.explains_all
-        && let Some(rest) = rest(span, statistics, channels, best, blocks)?
+        && let Some(rest) = rest(span, statistics, channels, alone, blocks)?
     {
         let times = rest.cycles / evidence.cycles;
         // Whether it is within half a cycle of a multiple of this share of the tone's frequency.
@@ -121,14 +124,13 @@ pub fn conclude(
         harmonics: best.shape.harmonics as u8,
         frames: statistics.frames,
         usable: statistics.usable,
-        channels: of_channels(best, statistics, channels),
+        channels: of_channels(alone, statistics, channels),
     })
 }
 
 /// What is known of the tone.
 fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Evidence {
     let count = channels.width as f32;
-    let strongest = best.power.iter().fold(0.0f32, |most, power| most.max(*power));
     // Of the fundamental's factors as vectors, one a channel: the lesser of their two moments over the greater.
     let (cos, sin) = best.harmonic(0);
     let (mut xx, mut yy, mut xy) = (0.0, 0.0, 0.0);
@@ -142,10 +144,15 @@ fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Ev
         cycles: 2.0 * best.nu,
         frames: best.frames,
         channels: count,
-        contrast: 0.5 * strongest / count,
+        contrast: contrast(best),
         remainder: best.remainder(),
         noise_ratio: best.noise_ratio(statistics, channels).0,
     }
+}
+
+/// Power of the strongest line in a channel over that of as wide a part of white noise.
+fn contrast(best: &Solution) -> f32 {
+    0.5 * best.power.iter().fold(0.0f32, |most, power| most.max(*power)) / best.width as f32
 }
 
 /// The channels' part of the result.

@@ -8,6 +8,7 @@ use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
 use crate::interferer::Interferer;
 use crate::limits::HARMONICS_MAX;
+use crate::mixture::whiten;
 use crate::neighbourhood::neighbourhood;
 use crate::polish::polish;
 use crate::rest::lines_between;
@@ -163,11 +164,16 @@ impl Fitter {
         // The neighbourhood is that of the blocks' solution.
         let around = neighbourhood(blocks, &equations.solution);
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
-        if !span.is_in_time() || is_rough || equations.is_cancelled() {
-            let at = (equations.nu, Interferer::nu(&interferer));
-            polish(span, &statistics, &all, &least, at, &mut equations.solution)?;
+        let is_polished = !span.is_in_time() || is_rough || equations.is_cancelled();
+        let at = (equations.nu, Interferer::nu(&interferer));
+        let mut alone = equations.solution.clone();
+        let of_mixtures = around.mixture.and_then(|_| whiten(blocks, equations, &least));
+        if is_polished {
+            polish(span, &statistics, &all, &least, at, &mut alone)?;
         }
-        let mut fit = conclude(span, &statistics, &all, blocks, &equations.solution, &summit, &around)?;
+        let of_channels = (&alone, &around);
+        let best = of_mixtures.as_ref().map_or(of_channels, |of_mixtures| (&equations.solution, of_mixtures));
+        let mut fit = conclude(span, &statistics, &all, blocks, [of_channels, best], &summit)?;
         if found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU) && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }

@@ -15,6 +15,7 @@
 //! | `blocks` | a pass for a candidate: its sums over each of a few blocks |
 //! | `climb`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
 //! | `neighbourhood` | the noise next to the lines, and how the tone moves |
+//! | `mixture` | the last steps where channels share their noise, from mixtures of channels that do not |
 //! | `found` | which candidates are the likeliest |
 //! | `polish` | the last step, from the frames themselves |
 //! | `conclude`, `significance` | whether it is a tone, and with what uncertainty |
@@ -50,6 +51,7 @@ mod frame_span;
 mod grid;
 mod interferer;
 mod limits;
+mod mixture;
 mod models;
 mod movement;
 mod neighbourhood;

@@ -9,6 +9,7 @@
 use crate::blocks::{Blocks, Lines, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
+use crate::mixture::{Covariance, Mixture};
 use crate::normal::dot;
 use crate::phase::{cos_sin, from_turns};
 use crate::solve::{Solution, WAVES};
@@ -42,6 +43,8 @@ pub struct Neighbourhood {
     /// Change of the frequency from the window's centre to its end, in `nu`, and its variance in such noise.
     pub chirp: f32,
     pub chirp_variance: f32,
+    /// Mixtures of channels that are independent, if the channels share their noise.
+    pub mixture: Option<Mixture>,
 }
 
 /// The series of the blocks.
@@ -59,6 +62,9 @@ struct Series {
     lags: [f32; LAGS],
     /// Residuals of the latest two blocks: by channel, and wave.
     latest: [[[f32; LAGS - 1]; 2]; CHANNELS_MAX],
+    /// One over the standard deviation of each channel's residuals, and the covariance of these residuals in that unit.
+    roots: Values,
+    covariance: Covariance,
 }
 
 /// The neighbourhood of a window's solution.
@@ -73,6 +79,8 @@ pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
         main: 0,
         lags: [0.0; LAGS],
         latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
+        roots: solution.weights.map(libm::sqrtf),
+        covariance: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
     };
     series.begin(solution);
     for b in 0..blocks.count.min(BLOCKS_MAX) {
@@ -204,6 +212,16 @@ impl Series {
             }
         }
         self.lags = [zero_lag, one_lag, two_lags];
+        for quadrature in 0..2 {
+            let mut of_unit = [0.0; CHANNELS_MAX];
+            for ((of_unit, root), latest) in of_unit.iter_mut().zip(&self.roots).zip(&self.latest).take(solution.width)
+            {
+                *of_unit = root * latest[quadrature][0];
+            }
+            for (row, residual) in self.covariance.iter_mut().zip(&of_unit).take(solution.width) {
+                row.iter_mut().zip(&of_unit).for_each(|(sum, other)| *sum += residual * other);
+            }
+        }
     }
 
     fn end(&self, u: &[f32], solution: &Solution) -> Neighbourhood {
@@ -233,7 +251,9 @@ impl Series {
         let mut bend = [0.0; BLOCKS_MAX];
         bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
         let (bent, bends) = self.product(&bend, u);
+        let mixture = Mixture::new(&self.covariance, &self.roots, solution, self.main, blocks);
         Neighbourhood {
+            mixture,
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,

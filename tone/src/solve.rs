@@ -4,6 +4,7 @@
 use crate::blocks::{Blocks, LOCAL, Lines, PRODUCTS, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
+use crate::mixture::Mixture;
 use crate::normal::{Matrix, Normal, Rows, dot};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
@@ -240,6 +241,13 @@ impl Equations {
                 u_sin[c] += u * b;
             }
         }
+    }
+
+    /// The equations of mixtures of channels, whose squares are then not known.
+    pub fn mix(&mut self, mixture: &Mixture) {
+        mixture.apply(&mut self.rows);
+        mixture.apply(&mut self.u_rows);
+        self.squares = [0.0; CHANNELS_MAX];
     }
 
     /// Channels.

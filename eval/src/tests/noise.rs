@@ -13,7 +13,7 @@ fn the_page_is_what_its_data_give() {
 /// The measured figures repeat: a few windows of each cell, on any number of cores.
 #[test]
 fn equal_seeds_give_equal_rows() {
-    let rows = || noise::rows(2, 5, None, &[]).expect("rows");
+    let rows = || noise::rows(2, 5, (None, None), &[]).expect("rows");
     let first = rows();
     assert!(first.len() > 50 && first == rows());
 }

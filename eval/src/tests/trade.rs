@@ -24,7 +24,7 @@ fn the_least_run_measures_every_choice_and_every_bar() {
     assert!(30.0 * percent("Ridgetone") < percent("periodogram"));
 
     trade.rows.iter_mut().for_each(|row| row.instructions = Some(168_000));
-    let noise = noise::rows(2, 5, Some("sigma"), &[]).expect("rows");
+    let noise = noise::rows(2, 5, (Some("sigma"), None), &[]).expect("rows");
     let (page, svg) = (trade::page(&trade, &noise).expect("a page"), trade::chart::draw(&trade, &noise));
     assert!(svg.contains("pink") && !trade::chart::draw(&trade, &[]).contains("pink"));
     assert!(page.contains("| 1001.00 | 168,000 | 11.7 |"), "{page}");
