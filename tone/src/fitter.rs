@@ -6,6 +6,7 @@ use crate::conclude::conclude;
 use crate::fit::{Fit, Status};
 use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
+use crate::impulses::Impulses;
 use crate::interferer::Interferer;
 use crate::limits::HARMONICS_MAX;
 use crate::mixture::whiten;
@@ -64,15 +65,28 @@ impl Fitter {
     // Not inlined, as the steps: what they take of the stack is given back.
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
+        let mut impulses = Impulses::NONE;
+        match self.fit_with(span, Some(&mut impulses))? {
+            Some(fit) => Ok(fit),
+            None => {
+                let fit = span.cleaned(&impulses, |span| self.fit_with(span, None))?;
+                Ok(fit.unwrap_or(Fit::at_rest(span.frames)))
+            }
+        }
+    }
+
+    /// The same; None if impulses were found, and then all begins again without them.
+    #[inline(never)]
+    fn fit_with(&mut self, span: &mut FrameSpan, impulses: Option<&mut Impulses>) -> Result<Option<Fit>, Overwritten> {
         let statistics = self.statistics(span)?;
         if statistics.usable == 0 || statistics.frames < FRAMES_MIN {
             let mut fit = statistics.without_tone(Status::Nothing);
             fit.usable = 0;
-            return Ok(fit);
+            return Ok(Some(fit));
         }
         // More gaps than frames leave the frequency open.
         if 2 * statistics.frames < span.frames {
-            return Ok(statistics.without_tone(Status::TooShort));
+            return Ok(Some(statistics.without_tone(Status::TooShort)));
         }
         let all = statistics.order();
         let few = Channels { width: all.width.min(CHANNELS), ..all };
@@ -126,7 +140,7 @@ impl Fitter {
                 found.add(summit);
             }
         }
-        let Some(best) = found.best else { return Ok(statistics.without_tone(Status::NoTone)) };
+        let Some(best) = found.best else { return Ok(Some(statistics.without_tone(Status::NoTone))) };
         let limits = Limits::RESULT;
         if let Some(interferer) = &mut interferer {
             // Once more, beside the tone.
@@ -158,14 +172,19 @@ impl Fitter {
                 summit.baseline = baseline;
             }
         }
-        let Some(summit) = summit else { return Ok(statistics.without_tone(Status::TooShort)) };
+        let Some(summit) = summit else { return Ok(Some(statistics.without_tone(Status::TooShort))) };
         let least = least_squares(&statistics, &all);
         let Climber { span, blocks, equations, .. } = climber;
+        let at = (equations.nu, Interferer::nu(&interferer));
+        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky)
+            && impulses.find(span, &statistics, &all, &equations.solution, at)?
+        {
+            return Ok(None);
+        }
         // The neighbourhood is that of the blocks' solution.
         let around = neighbourhood(blocks, &equations.solution);
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
         let is_polished = !span.is_in_time() || is_rough || equations.is_cancelled();
-        let at = (equations.nu, Interferer::nu(&interferer));
         let mut alone = equations.solution.clone();
         let of_mixtures = around.mixture.and_then(|_| whiten(blocks, equations, &least));
         if is_polished {
@@ -178,7 +197,7 @@ impl Fitter {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
-        Ok(fit)
+        Ok(Some(fit))
     }
 
     #[inline(never)]

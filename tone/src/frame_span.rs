@@ -3,6 +3,7 @@
 
 use crate::abscissa::Abscissa;
 pub use crate::abscissa::BLOCK;
+use crate::impulses::{Cleaned, Impulses};
 use crate::source::{FrameSource, Overwritten, Values};
 
 /// Consecutive frames of a source, and what is known of them beforehand.
@@ -71,6 +72,13 @@ impl<'a> FrameSpan<'a> {
     /// are then cycles per that unit. The path may turn back. None if it does not move, or a place is not finite.
     pub fn along(self, place: &'a dyn Fn(u32) -> f32) -> Option<Self> {
         Some(Self { abscissa: Abscissa::path(place, self.frames)?, ..self })
+    }
+
+    /// Fits it with its impulses replaced.
+    pub(crate) fn cleaned<T>(&mut self, impulses: &Impulses, fit: impl FnOnce(&mut FrameSpan) -> T) -> T {
+        let Self { first, frames, channels, interferer, quantization_step, rate, abscissa, .. } = *self;
+        let source = &mut Cleaned { source: self.source, first, impulses };
+        fit(&mut FrameSpan { source, first, frames, channels, interferer, quantization_step, rate, abscissa })
     }
 
     pub(crate) fn abscissa(&self) -> Abscissa<'a> {

@@ -15,6 +15,7 @@
 //! | `blocks` | a pass for a candidate: its sums over each of a few blocks |
 //! | `climb`, `solve`, `normal` | shape of the model, least squares, Gauss-Newton steps to the maximum of the likelihood |
 //! | `neighbourhood` | the noise next to the lines, and how the tone moves |
+//! | `impulses` | single values that are far off, replaced; then all steps once more |
 //! | `mixture` | the last steps where channels share their noise, from mixtures of channels that do not |
 //! | `found` | which candidates are the likeliest |
 //! | `polish` | the last step, from the frames themselves |
@@ -49,6 +50,7 @@ mod fitter;
 mod found;
 mod frame_span;
 mod grid;
+mod impulses;
 mod interferer;
 mod limits;
 mod mixture;
