@@ -43,20 +43,18 @@ const MULTIPLE_CYCLES: f32 = 0.5;
 /// Cycles from which such a line is a tone of its own.
 const OTHER_TONE_CYCLES: f32 = 1.5;
 
-/// The result of a window's solutions: that of its channels, and that of the mixtures of channels that share no noise, or once
-/// more the first.
+/// The result of a window's solution.
 #[inline(never)]
 pub fn conclude(
     span: &mut FrameSpan,
     statistics: &Statistics,
     channels: &Channels,
     blocks: &mut Blocks,
-    [(alone, around), (best, of_mixtures)]: [(&Solution, &Neighbourhood); 2],
+    best: &Solution,
     summit: &Summit,
+    (around, evidence): (&Neighbourhood, &Evidence),
 ) -> Result<Fit, Overwritten> {
-    let information = best.information * real_information_share(best);
-    let rounding = ROUNDING_SHARE * best.nu;
-    let sigma_nu = libm::sqrtf(1.0 / information + rounding * rounding);
+    let sigma_nu = white_sigma(best);
     let (model, baseline) = (summit.model, summit.baseline);
     let unknowns = (model.shape.unknowns() as f32 - baseline.shape.unknowns() as f32) * channels.width as f32;
     let gained = model.score - baseline.score + 0.5 * ln(best.frames) * unknowns;
@@ -73,15 +71,11 @@ pub fn conclude(
     if !status.has_tone() {
         return Ok(statistics.without_tone(status));
     }
-    let evidence = evidence(statistics, channels, alone);
-    let (status, factor) = trust(around, &evidence);
-    // What noise that is taken out has hidden says less than what is seen with it.
-    let by_mixtures = trust(of_mixtures, &Evidence { contrast: contrast(best), ..evidence });
-    let status = if status == Status::Good { by_mixtures.0 } else { status };
+    let (status, factor) = trust(around, evidence);
     if !status.has_tone() {
         return Ok(statistics.without_tone(status));
     }
-    let sigma_nu = by_mixtures.1 * sigma_nu;
+    let sigma_nu = factor * sigma_nu;
     // Of a comb whose fundamental is not there the lines may as well be tones of their own.
     let is_seen = best.power[0] > FUNDAMENTAL_POWER * best.width as f32;
     // Beside a baseline that is curved and not described a tone may be a part of it, or its weaker first harmonics.
@@ -92,7 +86,7 @@ pub fn conclude(
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
     if !summit.explains_all
-        && let Some(rest) = rest(span, statistics, channels, alone, blocks)?
+        && let Some(rest) = rest(span, statistics, channels, best, blocks)?
     {
         let times = rest.cycles / evidence.cycles;
         // Whether it is within half a cycle of a multiple of this share of the tone's frequency.
@@ -124,12 +118,41 @@ pub fn conclude(
         harmonics: best.shape.harmonics as u8,
         frames: statistics.frames,
         usable: statistics.usable,
-        channels: of_channels(alone, statistics, channels),
+        channels: of_channels(best, statistics, channels),
     })
 }
 
+/// The result of mixtures of channels that share no noise, in place of the channels' own: what noise that is taken out has hidden
+/// says less than what is seen with it, so that a status is no better for it.
+#[inline(never)]
+pub fn conclude_mixtures(
+    fit: &mut Fit,
+    span: &FrameSpan,
+    best: &Solution,
+    around: &Neighbourhood,
+    evidence: &Evidence,
+) {
+    let (status, factor) = trust(around, &Evidence { contrast: contrast(best), ..*evidence });
+    if !status.has_tone() {
+        return;
+    }
+    if fit.status == Status::Good {
+        fit.status = status;
+    }
+    let sigma = span.frequency(factor * white_sigma(best));
+    let apart = fit.movement.sigma_of_mean * fit.movement.sigma_of_mean - fit.sigma * fit.sigma;
+    fit.movement.sigma_of_mean = libm::sqrtf(sigma * sigma + apart.max(0.0));
+    (fit.frequency, fit.sigma) = (span.frequency(best.nu), sigma);
+}
+
+/// Standard deviation of a solution's `nu` in noise that is white.
+fn white_sigma(best: &Solution) -> f32 {
+    let (information, rounding) = (best.information * real_information_share(best), ROUNDING_SHARE * best.nu);
+    libm::sqrtf(1.0 / information + rounding * rounding)
+}
+
 /// What is known of the tone.
-fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Evidence {
+pub fn evidence(statistics: &Statistics, channels: &Channels, best: &Solution) -> Evidence {
     let count = channels.width as f32;
     // Of the fundamental's factors as vectors, one a channel: the lesser of their two moments over the greater.
     let (cos, sin) = best.harmonic(0);

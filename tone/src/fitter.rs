@@ -2,7 +2,7 @@
 
 use crate::blocks::{Blocks, Lines};
 use crate::climb::{Climber, Limits, Summit, least_squares};
-use crate::conclude::conclude;
+use crate::conclude::{conclude, conclude_mixtures, evidence};
 use crate::fit::{Fit, Status};
 use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
@@ -66,27 +66,22 @@ impl Fitter {
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
         let mut impulses = Impulses::NONE;
-        match self.fit_with(span, Some(&mut impulses))? {
-            Some(fit) => Ok(fit),
-            None => {
-                let fit = span.cleaned(&impulses, |span| self.fit_with(span, None))?;
-                Ok(fit.unwrap_or(Fit::at_rest(span.frames)))
-            }
-        }
+        let fit = self.fit_with(span, Some(&mut impulses))?;
+        if impulses.are_found() { span.cleaned(&impulses, |span| self.fit_with(span, None)) } else { Ok(fit) }
     }
 
-    /// The same; None if impulses were found, and then all begins again without them.
+    /// The same; if impulses are found it ends there.
     #[inline(never)]
-    fn fit_with(&mut self, span: &mut FrameSpan, impulses: Option<&mut Impulses>) -> Result<Option<Fit>, Overwritten> {
+    fn fit_with(&mut self, span: &mut FrameSpan, impulses: Option<&mut Impulses>) -> Result<Fit, Overwritten> {
         let statistics = self.statistics(span)?;
         if statistics.usable == 0 || statistics.frames < FRAMES_MIN {
             let mut fit = statistics.without_tone(Status::Nothing);
             fit.usable = 0;
-            return Ok(Some(fit));
+            return Ok(fit);
         }
         // More gaps than frames leave the frequency open.
         if 2 * statistics.frames < span.frames {
-            return Ok(Some(statistics.without_tone(Status::TooShort)));
+            return Ok(statistics.without_tone(Status::TooShort));
         }
         let all = statistics.order();
         let few = Channels { width: all.width.min(CHANNELS), ..all };
@@ -140,7 +135,7 @@ impl Fitter {
                 found.add(summit);
             }
         }
-        let Some(best) = found.best else { return Ok(Some(statistics.without_tone(Status::NoTone))) };
+        let Some(best) = found.best else { return Ok(statistics.without_tone(Status::NoTone)) };
         let limits = Limits::RESULT;
         if let Some(interferer) = &mut interferer {
             // Once more, beside the tone.
@@ -172,32 +167,38 @@ impl Fitter {
                 summit.baseline = baseline;
             }
         }
-        let Some(summit) = summit else { return Ok(Some(statistics.without_tone(Status::TooShort))) };
+        let Some(summit) = summit else { return Ok(statistics.without_tone(Status::TooShort)) };
         let least = least_squares(&statistics, &all);
         let Climber { span, blocks, equations, .. } = climber;
         let at = (equations.nu, Interferer::nu(&interferer));
-        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky)
-            && impulses.find(span, &statistics, &all, &equations.solution, at)?
-        {
-            return Ok(None);
+        if let Some(impulses) = impulses.filter(|_| statistics.is_spiky) {
+            impulses.find(span, &statistics, &all, &equations.solution, at)?;
+            if impulses.are_found() {
+                return Ok(statistics.without_tone(Status::Nothing));
+            }
         }
         // The neighbourhood is that of the blocks' solution.
         let around = neighbourhood(blocks, &equations.solution);
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
-        let is_polished = !span.is_in_time() || is_rough || equations.is_cancelled();
-        let mut alone = equations.solution.clone();
-        let of_mixtures = around.mixture.and_then(|_| whiten(blocks, equations, &least));
-        if is_polished {
-            polish(span, &statistics, &all, &least, at, &mut alone)?;
+        if !span.is_in_time() || is_rough || equations.is_cancelled() {
+            polish(span, &statistics, &all, &least, at, &mut equations.solution)?;
         }
-        let of_channels = (&alone, &around);
-        let best = of_mixtures.as_ref().map_or(of_channels, |of_mixtures| (&equations.solution, of_mixtures));
-        let mut fit = conclude(span, &statistics, &all, blocks, [of_channels, best], &summit)?;
+        let evidence = evidence(&statistics, &all, &equations.solution);
+        let by = (&around, &evidence);
+        let mut fit = conclude(span, &statistics, &all, blocks, &equations.solution, &summit, by)?;
+        if around.may_share && fit.status.has_tone() {
+            let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
+            blocks.collect(span, &statistics, &all, lines, limits.blocks)?;
+            if whiten(blocks, equations, &least, nu, shape) {
+                let around = neighbourhood(blocks, &equations.solution);
+                conclude_mixtures(&mut fit, span, &equations.solution, &around, &evidence);
+            }
+        }
         if found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU) && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
-        Ok(Some(fit))
+        Ok(fit)
     }
 
     #[inline(never)]

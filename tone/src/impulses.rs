@@ -3,18 +3,19 @@
 //!
 //! It is one step of a redescending estimator: P. J. Huber, E. M. Ronchetti, "Robust Statistics" (2nd edition, 2009), section 4.8.
 
-use crate::frame_span::{BLOCK, FrameSpan};
+use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
 use crate::source::{FrameSource, Overwritten, Values};
 use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
+use core::ops::Range;
 
-/// Most impulses of a window: one value in a hundred of the chip's longest.
+/// Most impulses of a window: one value in eighty of the chip's longest.
 #[cfg(not(feature = "long-windows"))]
-const IMPULSES_MAX: usize = 164;
+const IMPULSES_MAX: usize = 200;
 #[cfg(feature = "long-windows")]
-const IMPULSES_MAX: usize = 5_300;
+const IMPULSES_MAX: usize = 6_400;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
 /// An impulse is so many standard deviations off, by the mean magnitude: white noise is in one of two million values.
@@ -39,9 +40,15 @@ pub struct Impulses {
 }
 
 impl Impulses {
+    /// None; a constant is written in its place.
     pub const NONE: Self = Self { all: [Impulse { frame: 0, channel: 0, value: 0.0 }; IMPULSES_MAX], count: 0 };
 
-    /// Those that a solution leaves. None if there are too many for impulses.
+    /// Whether there are some, and not too many for impulses.
+    pub fn are_found(&self) -> bool {
+        (1..=IMPULSES_MAX).contains(&self.count)
+    }
+
+    /// Those that a solution leaves.
     #[inline(never)]
     pub fn find(
         &mut self,
@@ -50,52 +57,59 @@ impl Impulses {
         channels: &Channels,
         solution: &Solution,
         at: (f32, Option<f32>),
-    ) -> Result<bool, Overwritten> {
+    ) -> Result<(), Overwritten> {
         let (abscissa, frames) = (span.abscissa(), span.frames);
         let mut waves = Waves::new(span, statistics, solution, at);
-        let mut magnitudes = [0.0; CHANNELS_MAX];
-        let mut residuals =
-            |span: &mut FrameSpan, visit: &mut dyn FnMut(usize, u32, u8, &Values, &[f32; BLOCK], u16)| {
-                span.blocks(&statistics.offset, &mut |block| {
-                    waves.go(abscissa.block(block.first, frames));
-                    let there = block.valid.iter().rev().fold(0, |there, valid| there << 1 | (*valid != 0) as u16);
-                    for (k, c) in channels.list().iter().enumerate() {
-                        let c = *c as usize % CHANNELS_MAX;
-                        let values = block.values.map(|values| values[c]);
-                        visit(k, block.first, c as u8, &values, &waves.residuals(block.values, c, k), there);
+        let (mut magnitudes, mut limits) = ([0.0; CHANNELS_MAX], [f32::INFINITY; CHANNELS_MAX]);
+        for _ in 0..2 {
+            self.count = 0;
+            span.blocks(&statistics.offset, &mut |block| {
+                waves.go(abscissa.block(block.first, frames));
+                let there = block.valid.iter().rev().fold(0, |there, valid| there << 1 | (*valid != 0) as u16);
+                for ((k, c), limit) in channels.list().iter().enumerate().zip(&limits) {
+                    let c = *c as usize % CHANNELS_MAX;
+                    let (residuals, mut far) = (waves.residuals(block.values, c, k), 0);
+                    for (i, (residual, valid)) in residuals.iter().zip(block.valid).enumerate() {
+                        let magnitude = if *valid != 0 { residual.abs() } else { 0.0 };
+                        magnitudes[k % CHANNELS_MAX] += magnitude;
+                        far |= ((magnitude > *limit) as u16) << i;
                     }
-                })
-            };
-        residuals(span, &mut |k, _, _, _, residuals, there| {
-            for (_, residual) in residuals.iter().enumerate().filter(|(i, _)| there & 1 << i != 0) {
-                magnitudes[k % CHANNELS_MAX] += residual.abs();
-            }
-        })?;
-        let limit = SIGMAS / (MEAN_MAGNITUDE * solution.frames);
-        let mut count = 0;
-        residuals(span, &mut |k, first, channel, values, residuals, there| {
-            let limit = limit * magnitudes[k % CHANNELS_MAX];
-            let mut far = 0u16;
-            for (i, residual) in residuals.iter().enumerate() {
-                far |= ((residual.abs() > limit) as u16) << i;
-            }
-            for i in (0..BLOCK).filter(|i| far & there & 1 << i != 0) {
-                let close = ((1u32 << (i + CLOSE + 1)) - (1 << i.saturating_sub(CLOSE))) as u16 & there;
-                if (close & far).count_ones() > TOGETHER {
-                    continue;
+                    if far != 0 {
+                        self.add(&block, c, &residuals, [far, there], statistics.scale[c]);
+                    }
                 }
-                let others = close & !far;
-                let sum: f32 = (0..BLOCK).filter(|i| others & 1 << i != 0).map(|i| residuals[i]).sum();
-                let off = residuals[i] - sum / others.count_ones().max(1) as f32;
-                if let Some(impulse) = self.all.get_mut(count) {
-                    let value = values[i] - off / statistics.scale[channel as usize % CHANNELS_MAX];
-                    *impulse = Impulse { frame: first as u16 + i as u16, channel, value };
-                }
-                count += 1;
+            })?;
+            limits = magnitudes.map(|magnitude| SIGMAS / MEAN_MAGNITUDE * magnitude / solution.frames);
+        }
+        Ok(())
+    }
+
+    /// Adds a channel's impulses in a block, of which some frames are far off, and some are there.
+    #[inline(never)]
+    fn add(&mut self, block: &Block, c: usize, residuals: &[f32; BLOCK], [far, there]: [u16; 2], scale: f32) {
+        for i in (0..BLOCK).filter(|i| far & 1 << i != 0) {
+            let close = ((1u32 << (i + CLOSE + 1)) - (1 << i.saturating_sub(CLOSE))) as u16 & there;
+            if (close & far).count_ones() > TOGETHER {
+                continue;
             }
-        })?;
-        self.count = if count <= IMPULSES_MAX { count } else { 0 };
-        Ok(self.count > 0)
+            let others = close & !far;
+            let beside = residuals.iter().enumerate().filter(|(i, _)| others & 1 << i != 0).map(|(_, beside)| beside);
+            let off = residuals[i % BLOCK] - beside.sum::<f32>() / others.count_ones().max(1) as f32;
+            if let Some(impulse) = self.all.get_mut(self.count) {
+                let value = block.values[i % BLOCK][c % CHANNELS_MAX] - off / scale;
+                *impulse = Impulse { frame: (block.first as usize + i) as u16, channel: c as u8, value };
+            }
+            self.count += 1;
+        }
+    }
+
+    /// Those of the frames' blocks.
+    fn of(&self, frames: Range<usize>) -> impl Iterator<Item = &Impulse> {
+        let blocks = frames.start / BLOCK..frames.end.div_ceil(BLOCK);
+        let all = self.all.get(..self.count).unwrap_or_default();
+        // They are in the order of their blocks.
+        let first = all.partition_point(|impulse| impulse.frame as usize / BLOCK < blocks.start);
+        all.iter().skip(first).take_while(move |impulse| impulse.frame as usize / BLOCK < blocks.end)
     }
 }
 
@@ -110,21 +124,15 @@ pub struct Cleaned<'c> {
 impl FrameSource for Cleaned<'_> {
     fn read(&mut self, first: u32, most: usize, show: &mut dyn FnMut(&[Values], &[u16])) -> Result<(), Overwritten> {
         let from = first.wrapping_sub(self.first) as usize;
-        let all = self.impulses.all.get(..self.impulses.count).unwrap_or_default();
-        // They are in the order of their blocks.
-        let all = all
-            .get(all.partition_point(|impulse| (impulse.frame as usize) / BLOCK < from / BLOCK)..)
-            .unwrap_or_default();
-        self.source.read(first, most, &mut |values, valid| {
-            let end = from + values.len();
-            if values.len() > BLOCK
-                || !all.first().is_some_and(|impulse| (impulse.frame as usize) / BLOCK * BLOCK < end)
-            {
+        let impulses = self.impulses;
+        self.source.read(first, most.min(BLOCK), &mut |values, valid| {
+            let frames = from..from + values.len();
+            if impulses.of(frames.clone()).next().is_none() {
                 return show(values, valid);
             }
             let mut copies = [[0.0; CHANNELS_MAX]; BLOCK];
             copies.iter_mut().zip(values).for_each(|(copy, values)| *copy = *values);
-            for impulse in all.iter().take_while(|impulse| (impulse.frame as usize) / BLOCK * BLOCK < end) {
+            for impulse in impulses.of(frames) {
                 let place = (impulse.frame as usize).checked_sub(from).and_then(|place| copies.get_mut(place));
                 if let Some(copy) = place {
                     copy[impulse.channel as usize % CHANNELS_MAX] = impulse.value;

@@ -8,7 +8,7 @@
 
 use crate::blocks::Blocks;
 use crate::limits::CHANNELS_MAX;
-use crate::neighbourhood::{Neighbourhood, neighbourhood};
+use crate::neighbourhood::mixture;
 use crate::normal::dot;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::Values;
@@ -30,14 +30,24 @@ const ROUNDS: usize = 2;
 /// Fewer channels have no mixture to spare.
 const CHANNELS_MIN: usize = 3;
 /// Turns of the power iteration.
-const TURNS: usize = 12;
+const TURNS: usize = 8;
 /// Steps in a whitened window; from one to the next, standard deviations; and all together, `nu`.
-const STEPS: usize = 8;
-const SIGMAS: f32 = 0.02;
+const STEPS: usize = 6;
+const SIGMAS: f32 = 0.05;
 const MOVE_MAX: f32 = 0.25;
 
 /// A covariance of channels, each in units of its own residuals: both triangles.
 pub type Covariance = [Values; CHANNELS_MAX];
+
+/// Whether channels may share a direction: none has more power than the root of all squares.
+pub fn may_share(covariance: &Covariance, width: usize) -> bool {
+    let (mut trace, mut squares) = (0.0, 0.0);
+    for (c, row) in covariance.iter().enumerate() {
+        (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
+    }
+    let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
+    width >= CHANNELS_MIN && squares > least * least
+}
 
 /// How channels are turned into independent ones.
 #[derive(Clone, Copy, Debug)]
@@ -53,26 +63,23 @@ impl Mixture {
     #[inline(never)]
     pub fn new(covariance: &Covariance, roots: &Values, solution: &Solution, main: usize, blocks: f32) -> Option<Self> {
         let width = solution.width.min(CHANNELS_MAX);
-        let (mut trace, mut squares) = (0.0, 0.0);
-        for (c, row) in covariance.iter().enumerate().take(width) {
-            (trace, squares) = (trace + row[c], squares + dot(row, row));
-        }
-        // No direction has more power than the root of all squares.
-        let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
-        if width < CHANNELS_MIN || !(squares > least * least) {
-            return None;
-        }
         let (cos, sin) = solution.harmonic(main);
         let mut out = Self { factors: *roots, directions: [[0.0; CHANNELS_MAX]; DIRECTIONS] };
         let (mut own, mut of_one) = ([1.0; CHANNELS_MAX], 0.0);
         // What is a channel's own shows once the shared part is known.
         for _ in 0..ROUNDS {
-            out.factors.iter_mut().zip(&own).for_each(|(factor, own)| *factor /= libm::sqrtf(*own));
-            let units: Values = core::array::from_fn(|c| if roots[c] > 0.0 { out.factors[c] / roots[c] } else { 0.0 });
-            let mut left: Covariance =
-                core::array::from_fn(|c| core::array::from_fn(|d| units[c] * covariance[c][d] * units[d]));
-            let wave = |wave: &Values| core::array::from_fn(|c| if c < width { wave[c] * out.factors[c] } else { 0.0 });
-            (out.directions, of_one) = directions(&mut left, &at_right_angles([wave(cos), wave(sin)]), width);
+            let (mut units, mut of_tone) = ([0.0; CHANNELS_MAX], [[0.0; CHANNELS_MAX]; 2]);
+            for (c, factor) in out.factors.iter_mut().enumerate().take(width) {
+                *factor /= libm::sqrtf(own[c]);
+                units[c] = if roots[c] > 0.0 { *factor / roots[c] } else { 0.0 };
+                (of_tone[0][c], of_tone[1][c]) = (cos[c] * *factor, sin[c] * *factor);
+            }
+            let mut left = *covariance;
+            for (row, unit) in left.iter_mut().zip(&units) {
+                row.iter_mut().zip(&units).for_each(|(value, other)| *value *= unit * other);
+            }
+            at_right_angles(&mut of_tone);
+            of_one = directions(&mut left, &of_tone, width, &mut out.directions);
             for (c, own) in own.iter_mut().enumerate().take(width) {
                 // Its own noise has a part in the shared directions too.
                 let within: f32 = out.directions.iter().map(|direction| direction[c] * direction[c]).sum();
@@ -92,56 +99,67 @@ impl Mixture {
             row.iter_mut().zip(&self.factors).for_each(|(value, factor)| *value *= factor);
             for direction in &self.directions {
                 let along = dot(row, direction);
-                row.iter_mut().zip(direction).for_each(|(value, direction)| *value -= along * direction);
+                add(row, direction, -along);
             }
         }
     }
 }
 
-/// Takes the steps that are left from the latest solution with the noise that the channels share taken out, and turns the blocks'
-/// channels into mixtures. The neighbourhood there; None if the steps lead away, and the equations' solution is then of no use.
+/// Takes the steps that are left from `start` with the noise that the channels share taken out. Leaves that solution, and the blocks
+/// with mixtures in the channels' place. False if there is none that is shared, or if the steps lead away.
 #[inline(never)]
-pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values) -> Option<Neighbourhood> {
-    let start = equations.solution.nu;
+pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, start: f32, shape: Shape) -> bool {
     // Harmonics that noise has hidden may show.
-    let shape = Shape { harmonics: blocks.lines.harmonics, ..equations.solution.shape };
+    let shape = Shape { harmonics: blocks.lines.harmonics, ..shape };
     // Of each mixture the noise is known: its residuals are as many as its degrees of freedom.
     let known = [equations.frames - shape.unknowns() as f32; CHANNELS_MAX];
     let mut nu = start;
     for step in 1..=STEPS {
         // Residuals of a frequency that noise has moved look as if the noise had a part of the tone: they are taken anew.
         equations.collect(blocks, nu, shape.curves > 0);
-        equations.solve(shape, least)?;
-        let mixture = neighbourhood(blocks, &equations.solution).mixture?;
+        if equations.solve(shape, least).is_none() {
+            return false;
+        }
+        let Some(mixture) = mixture(blocks, &equations.solution) else { return false };
         equations.mix(&mixture);
-        equations.solve(shape, &known)?;
+        if equations.solve(shape, &known).is_none() {
+            return false;
+        }
         let solution = &mut equations.solution;
         nu += solution.step;
         solution.nu = nu;
         if !((nu - start).abs() < MOVE_MAX) {
-            return None;
+            return false;
         }
         if step == STEPS || solution.step * solution.step * solution.information < SIGMAS * SIGMAS {
-            let count = blocks.count;
-            mixture.apply(blocks.rows.get_mut(..count)?.as_flattened_mut());
-            return Some(neighbourhood(blocks, &equations.solution));
+            blocks.rows.iter_mut().take(blocks.count).for_each(|rows| mixture.apply(rows));
+            return true;
         }
     }
-    None
+    false
 }
 
-/// Directions that are shared and not the tone's, and the mean power in the others; takes them out of the covariance.
-fn directions(covariance: &mut Covariance, of_tone: &[Values; 2], width: usize) -> ([Values; DIRECTIONS], f32) {
-    let mut trace = (0..width).map(|c| covariance[c][c]).sum::<f32>();
-    let (mut found, mut left) = ([[0.0; CHANNELS_MAX]; DIRECTIONS], width as f32);
+/// Finds directions that are shared and not the tone's, takes all that are shared out of the covariance, and gives the mean power
+/// in the others.
+#[inline(never)]
+fn directions(
+    covariance: &mut Covariance,
+    of_tone: &[Values; 2],
+    width: usize,
+    found: &mut [Values; DIRECTIONS],
+) -> f32 {
+    *found = [[0.0; CHANNELS_MAX]; DIRECTIONS];
+    let mut trace = covariance.iter().enumerate().map(|(c, row)| row[c % CHANNELS_MAX]).sum::<f32>();
+    let mut left = width as f32;
     for found in found.as_chunks_mut::<2>().0 {
-        for (found, (direction, power)) in found.iter_mut().zip(strongest(covariance)) {
+        let (plane, powers) = strongest(covariance);
+        for ((found, direction), power) in found.iter_mut().zip(plane).zip(powers) {
             if !(power * (left - 1.0) > SHARED_MIN * (trace - power)) {
-                break;
+                return trace / left;
             }
             (left, trace) = (left - 1.0, trace - power);
             for (row, along) in covariance.iter_mut().zip(&direction) {
-                row.iter_mut().zip(&direction).for_each(|(value, other)| *value -= power * along * other);
+                add(row, &direction, -power * along);
             }
             let own: f32 = of_tone.iter().map(|wave| dot(wave, &direction)).map(|along| along * along).sum();
             if own < OWN_SHARE {
@@ -149,37 +167,54 @@ fn directions(covariance: &mut Covariance, of_tone: &[Values; 2], width: usize) 
             }
         }
     }
-    (found, trace / left)
+    trace / left
 }
 
 /// The two directions of most power of a covariance, the stronger first, and their power.
-fn strongest(covariance: &Covariance) -> [(Values, f32); 2] {
+#[inline(never)]
+fn strongest(covariance: &Covariance) -> ([Values; 2], [f32; 2]) {
     let mut plane = [covariance[0], covariance[CHANNELS_MAX / 2]];
-    let along = |direction: &Values| -> Values { core::array::from_fn(|c| dot(&covariance[c], direction)) };
     for _ in 0..TURNS {
-        plane = at_right_angles(plane).map(|direction| along(&direction));
+        at_right_angles(&mut plane);
+        plane = [times(covariance, &plane[0]), times(covariance, &plane[1])];
     }
-    let [first, second] = at_right_angles(plane);
-    let [with_first, with_second] = [along(&first), along(&second)];
-    let [one, two, both] = [dot(&first, &with_first), dot(&second, &with_second), dot(&first, &with_second)];
+    at_right_angles(&mut plane);
+    let with = [times(covariance, &plane[0]), times(covariance, &plane[1])];
+    let [one, two, both] = [dot(&plane[0], &with[0]), dot(&plane[1], &with[1]), dot(&plane[0], &with[1])];
     // Turned within their plane to where they share nothing.
-    let angle = 0.5 * libm::atan2f(2.0 * both, one - two);
-    let (sin, cos) = (libm::sinf(angle), libm::cosf(angle));
-    let turned = |cos: f32, sin: f32| -> (Values, f32) {
-        let direction = core::array::from_fn(|c| cos * first[c] + sin * second[c]);
-        (direction, cos * cos * one + sin * sin * two + 2.0 * cos * sin * both)
-    };
-    [turned(cos, sin), turned(-sin, cos)]
+    let (sum, apart) = (0.5 * (one + two), 0.5 * (one - two));
+    let span = libm::sqrtf(apart * apart + both * both);
+    let cos = libm::sqrtf((0.5 + 0.5 * apart / span.max(f32::MIN_POSITIVE)).max(0.0));
+    let sin = libm::sqrtf((1.0 - cos * cos).max(0.0)) * if both < 0.0 { -1.0 } else { 1.0 };
+    let mut turned = [[0.0; CHANNELS_MAX]; 2];
+    for (turned, (of_first, of_second)) in turned.iter_mut().zip([(cos, sin), (-sin, cos)]) {
+        add(turned, &plane[0], of_first);
+        add(turned, &plane[1], of_second);
+    }
+    (turned, [sum + span, sum - span])
 }
 
-/// Two vectors of unit length at right angles to each other in the plane of two others.
-fn at_right_angles([first, mut second]: [Values; 2]) -> [Values; 2] {
-    let unit = |vector: Values| {
-        let length = libm::sqrtf(dot(&vector, &vector)).max(f32::MIN_POSITIVE);
-        vector.map(|value| value / length)
-    };
-    let first = unit(first);
-    let along = dot(&first, &second);
-    second.iter_mut().zip(&first).for_each(|(value, other)| *value -= along * other);
-    [first, unit(second)]
+/// Makes two vectors such of unit length, at right angles to each other, in the same plane.
+#[inline(never)]
+fn at_right_angles(plane: &mut [Values; 2]) {
+    let along = dot(&plane[0], &plane[1]) / dot(&plane[0], &plane[0]).max(f32::MIN_POSITIVE);
+    let first = plane[0];
+    add(&mut plane[1], &first, -along);
+    for vector in plane {
+        let length = libm::sqrtf(dot(vector, vector)).max(f32::MIN_POSITIVE);
+        vector.iter_mut().for_each(|value| *value /= length);
+    }
+}
+
+#[inline(never)]
+fn times(covariance: &Covariance, direction: &Values) -> Values {
+    let mut out = [0.0; CHANNELS_MAX];
+    out.iter_mut().zip(covariance).for_each(|(out, row)| *out = dot(row, direction));
+    out
+}
+
+/// Adds a multiple of a vector to another.
+#[inline(never)]
+fn add(to: &mut Values, of: &Values, factor: f32) {
+    to.iter_mut().zip(of).for_each(|(to, of)| *to += factor * of);
 }

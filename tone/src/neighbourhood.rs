@@ -9,7 +9,7 @@
 use crate::blocks::{Blocks, Lines, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::mixture::{Covariance, Mixture};
+use crate::mixture::{Covariance, Mixture, may_share};
 use crate::normal::dot;
 use crate::phase::{cos_sin, from_turns};
 use crate::solve::{Solution, WAVES};
@@ -43,8 +43,8 @@ pub struct Neighbourhood {
     /// Change of the frequency from the window's centre to its end, in `nu`, and its variance in such noise.
     pub chirp: f32,
     pub chirp_variance: f32,
-    /// Mixtures of channels that are independent, if the channels share their noise.
-    pub mixture: Option<Mixture>,
+    /// Whether the channels may share noise that is not the tone's.
+    pub may_share: bool,
 }
 
 /// The series of the blocks.
@@ -70,7 +70,21 @@ struct Series {
 /// The neighbourhood of a window's solution.
 #[inline(never)]
 pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
-    let mut series = Series {
+    let mut series = Series::NONE;
+    series.fill(blocks, solution);
+    series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
+}
+
+/// Mixtures of channels that are independent by the neighbourhood of a solution, if the channels share noise.
+#[inline(never)]
+pub fn mixture(blocks: &Blocks, solution: &Solution) -> Option<Mixture> {
+    let mut series = Series::NONE;
+    series.fill(blocks, solution);
+    Mixture::new(&series.covariance, &series.roots, solution, series.main, blocks.count as f32)
+}
+
+impl Series {
+    const NONE: Self = Self {
         density: [0.0; BLOCKS_MAX],
         expected: [0.0; BLOCKS_MAX],
         weighted: [[0.0; CHANNELS_MAX]; WAVES],
@@ -79,17 +93,19 @@ pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
         main: 0,
         lags: [0.0; LAGS],
         latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
-        roots: solution.weights.map(libm::sqrtf),
+        roots: [0.0; CHANNELS_MAX],
         covariance: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
     };
-    series.begin(solution);
-    for b in 0..blocks.count.min(BLOCKS_MAX) {
-        series.add(blocks, b, solution);
-    }
-    series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
-}
 
-impl Series {
+    #[inline(never)]
+    fn fill(&mut self, blocks: &Blocks, solution: &Solution) {
+        self.roots = solution.weights.map(libm::sqrtf);
+        self.begin(solution);
+        for b in 0..blocks.count.min(BLOCKS_MAX) {
+            self.add(blocks, b, solution);
+        }
+    }
+
     #[inline(never)]
     fn begin(&mut self, solution: &Solution) {
         let information = &solution.line_information;
@@ -251,9 +267,8 @@ impl Series {
         let mut bend = [0.0; BLOCKS_MAX];
         bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
         let (bent, bends) = self.product(&bend, u);
-        let mixture = Mixture::new(&self.covariance, &self.roots, solution, self.main, blocks);
         Neighbourhood {
-            mixture,
+            may_share: may_share(&self.covariance, solution.width),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,

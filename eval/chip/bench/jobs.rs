@@ -64,6 +64,8 @@ impl Bench<'_> {
         }
     }
 
+    // Each job apart, so that none has the others' variables on its stack.
+    #[inline(never)]
     fn fit(&mut self, fitter: &mut Fitter, frames: u32) -> Option<()> {
         if frames as usize > RING_FRAMES {
             return None;
@@ -79,6 +81,7 @@ impl Bench<'_> {
         self.files.write(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
     }
 
+    #[inline(never)]
     fn detect(&mut self, detector: &mut Detector, conversions: u32) -> Option<()> {
         let mut sequence = 0;
         for _ in 0..conversions / SLOTS {
@@ -100,6 +103,7 @@ impl Bench<'_> {
         Some(())
     }
 
+    #[inline(never)]
     fn encode(&mut self, packet: &Packet) -> Option<()> {
         let mut wire = [0; WIRE_MAX];
         let (instructions, used) = self.counter.measure(|| Wire::write(packet, &mut wire));
