@@ -19,7 +19,7 @@ const DIRECTIONS: usize = 4;
 /// noise have three to five in as few blocks.
 const SHARED_MIN: f32 = 10.0;
 /// Share of a direction's square that lies along the tone from which on it is the tone's own movement.
-const OWN_SHARE: f32 = 0.7;
+const OWN_SHARE: f32 = 0.9;
 /// Least power of a channel's own, over the mean of all channels'.
 const OWN_MIN: f32 = 0.5;
 /// Blocks' worth of residuals that the solution has taken, and what they lack as few as they are: chosen so that intervals hold
