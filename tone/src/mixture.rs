@@ -27,26 +27,34 @@ const OWN_MIN: f32 = 0.5;
 const BLOCKS_TAKEN: f32 = 6.0;
 /// Rounds in which shared and own power are parted.
 const ROUNDS: usize = 2;
+/// Most of a direction's square that one channel may bear: more is its own noise, which its weight knows.
+const ONE_CHANNEL: f32 = 0.7;
 /// Fewer channels have no mixture to spare.
 const CHANNELS_MIN: usize = 3;
+/// In fewer cycles the solution takes most of what is next to the line.
+const CYCLES_MIN: f32 = 1.55;
+/// And fewer frames say too little of so many channels.
+const FRAMES_MIN: f32 = 40.0;
 /// Turns of the power iteration.
 const TURNS: usize = 8;
 /// Steps in a whitened window; from one to the next, standard deviations; and all together, `nu`.
 const STEPS: usize = 6;
-const SIGMAS: f32 = 0.05;
+const SIGMAS: f32 = 0.02;
 const MOVE_MAX: f32 = 0.25;
 
 /// A covariance of channels, each in units of its own residuals: both triangles.
 pub type Covariance = [Values; CHANNELS_MAX];
 
 /// Whether channels may share a direction: none has more power than the root of all squares.
-pub fn may_share(covariance: &Covariance, width: usize) -> bool {
+pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
+    let width = solution.width;
     let (mut trace, mut squares) = (0.0, 0.0);
     for (c, row) in covariance.iter().enumerate() {
         (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
     }
     let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
-    width >= CHANNELS_MIN && squares > least * least
+    let is_enough = width >= CHANNELS_MIN && solution.frames >= FRAMES_MIN && 2.0 * solution.nu >= CYCLES_MIN;
+    is_enough && squares > least * least
 }
 
 /// How channels are turned into independent ones.
@@ -162,7 +170,7 @@ fn directions(
                 add(row, &direction, -power * along);
             }
             let own: f32 = of_tone.iter().map(|wave| dot(wave, &direction)).map(|along| along * along).sum();
-            if own < OWN_SHARE {
+            if own < OWN_SHARE && !direction.iter().any(|value| value * value > ONE_CHANNEL) {
                 *found = direction;
             }
         }

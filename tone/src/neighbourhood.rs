@@ -268,7 +268,7 @@ impl Series {
         bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
         let (bent, bends) = self.product(&bend, u);
         Neighbourhood {
-            may_share: may_share(&self.covariance, solution.width),
+            may_share: may_share(&self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,
