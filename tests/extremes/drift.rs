@@ -108,7 +108,7 @@ fn a_huge_drift_makes_no_tone_a_part_of_itself() {
                     );
                 }
                 // The curves describe a drift to a three hundredth.
-                let least = if swing < 100.0 && time > 0.4 { 19 } else { 0 };
+                let least = if swing < 100.0 && time > 0.4 { 18 } else { 0 };
                 if off > 0 || good.len() < least {
                     wrong.push(format!(
                         "{cycles} cycles, time {time}, swing {swing}: {} of 20 good, {off} of them off",

@@ -26,7 +26,7 @@ const STEP_CYCLES: f32 = 0.19;
 const STEPS: usize = 17;
 /// From so many harmonics on it has points between two whose scores are less than this below the best.
 const FINE_HARMONICS: usize = 3;
-const FINE_SCORE: f32 = 30.0;
+const FINE_SCORE: f32 = 12.0;
 /// Most points, with those at candidates of the periodogram.
 pub const POINTS: usize = 2 * STEPS + CANDIDATES_MAX;
 
