@@ -226,3 +226,105 @@ fn times(covariance: &Covariance, direction: &Values) -> Values {
 fn add(to: &mut Values, of: &Values, factor: f32) {
     to.iter_mut().zip(of).for_each(|(to, of)| *to += factor * of);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BLOCKS: f32 = 16.0;
+
+    /// A disturbance of so much power along a direction of gains, over noise of each channel's own.
+    fn covariance(gains: &Values, power: f32, own: impl Fn(usize) -> f32) -> Covariance {
+        core::array::from_fn(|c| {
+            core::array::from_fn(|d| BLOCKS * (power * gains[c] * gains[d] + if c == d { own(c) } else { 0.0 }))
+        })
+    }
+
+    fn gains() -> Values {
+        core::array::from_fn(|c| 0.5 + 0.0625 * c as f32)
+    }
+
+    /// A tone whose cosines are `cos`, and whose sines alternate.
+    fn solution(cos: &Values) -> Solution {
+        let mut solution = Solution { width: CHANNELS_MAX, frames: 240.0, nu: 3.0, ..Solution::NONE };
+        solution.shape = Shape { harmonics: 1, ..Shape::default() };
+        solution.unknowns[2] = *cos;
+        solution.unknowns[3] = core::array::from_fn(|c| if c % 2 == 0 { 1.0 } else { -1.0 });
+        solution
+    }
+
+    fn mixture(covariance: &Covariance, cos: &Values) -> Option<Mixture> {
+        Mixture::new(covariance, &[1.0; CHANNELS_MAX], &solution(cos), 0, BLOCKS)
+    }
+
+    const SWINGS: Values = {
+        let mut swings = [1.0; CHANNELS_MAX];
+        let mut c = 0;
+        while c < CHANNELS_MAX {
+            if c / 2 % 2 == 0 {
+                swings[c] = -1.0;
+            }
+            c += 1;
+        }
+        swings
+    };
+
+    /// Generalized least squares weighs with the inverse of the covariance. What is left of it is that inverse without the
+    /// shared direction, but for the factor of the few blocks.
+    #[test]
+    fn mixtures_have_equal_noise_and_nothing_of_what_is_shared() {
+        for own in [|_| 1.0, |c: usize| if c < 8 { 0.7 } else { 1.4 }] {
+            let covariance = covariance(&gains(), 100.0, own);
+            let mixture = mixture(&covariance, &SWINGS).expect("it is shared");
+            let mut shared = [gains()];
+            mixture.apply(&mut shared);
+            assert!(dot(&shared[0], &shared[0]) < 1e-3 * dot(&gains(), &gains()), "{shared:?}");
+            // The noise of channel c in all mixtures, and of all channels in one.
+            let mut turned: Covariance =
+                core::array::from_fn(|c| core::array::from_fn(|d| if c == d { libm::sqrtf(own(c)) } else { 0.0 }));
+            mixture.apply(&mut turned);
+            let powers: Values = core::array::from_fn(|d| turned.iter().map(|row| row[d] * row[d]).sum());
+            let mean = powers.iter().sum::<f32>() / 15.0;
+            assert!(powers.iter().all(|power| (0.7..1.2).contains(&(power / mean))), "{powers:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_the_tones_own_or_one_channels_is_left() {
+        let of_tone = covariance(&SWINGS, 100.0, |_| 1.0);
+        assert!(mixture(&of_tone, &SWINGS).is_none());
+        let of_one: Values = core::array::from_fn(|c| if c == 3 { 4.0 } else { 0.1 });
+        assert!(mixture(&covariance(&of_one, 100.0, |_| 1.0), &SWINGS).is_none());
+    }
+
+    #[test]
+    fn independent_noise_shares_nothing() {
+        let independent = covariance(&gains(), 0.0, |c| 1.0 + 0.1 * c as f32);
+        assert!(!may_share(&independent, &solution(&SWINGS)));
+        assert!(mixture(&independent, &SWINGS).is_none());
+        let shared = covariance(&gains(), 100.0, |_| 1.0);
+        assert!(may_share(&shared, &solution(&SWINGS)));
+        let few_cycles = Solution { nu: 0.7, ..solution(&SWINGS) };
+        let few_frames = Solution { frames: 39.0, ..solution(&SWINGS) };
+        let two_channels = Solution { width: 2, ..solution(&SWINGS) };
+        for solution in [few_cycles, few_frames, two_channels] {
+            assert!(!may_share(&shared, &solution), "{solution:?}");
+        }
+    }
+
+    /// Of a covariance of two directions of known power.
+    #[test]
+    fn the_strongest_directions_are_the_eigenvectors() {
+        let alternating = solution(&SWINGS).unknowns[3];
+        let mut both = covariance(&alternating, 3.0, |_| 0.5);
+        for (row, one) in both.iter_mut().zip(&SWINGS) {
+            add(row, &SWINGS, 2.0 * BLOCKS * one);
+        }
+        let (plane, powers) = strongest(&both);
+        for (power, expected) in powers.iter().zip([48.5, 32.5]) {
+            assert!((power / (BLOCKS * expected) - 1.0).abs() < 1e-3, "{powers:?}");
+        }
+        assert!((dot(&plane[0], &alternating) / 4.0).abs() > 0.999, "{plane:?}");
+        assert!((dot(&plane[1], &SWINGS) / 4.0).abs() > 0.999, "{plane:?}");
+    }
+}

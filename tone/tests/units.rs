@@ -82,3 +82,80 @@ fn frames_that_are_gone_are_an_error() {
     assert_eq!(Fitter::new(1).fit(&mut FrameSpan::new(&mut frames, 0, 20)).map(|_| ()), Err(Overwritten));
     assert_eq!(Overwritten.to_string(), "newer frames have overwritten those of the window");
 }
+
+/// Eight channels of a tone and noise, at 500 Hz, with a gain for what all of them share.
+fn noisy(count: usize, seed: u64, shared: f32) -> Vec<f32> {
+    let mut state = seed;
+    let mut normal = || {
+        // A sum of twelve even numbers is nearly normal.
+        (0..12)
+            .map(|_| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 40) as f32 / (1 << 24) as f32
+            })
+            .sum::<f32>()
+            - 6.0
+    };
+    let mut out = Vec::new();
+    for i in 0..count {
+        let disturbance = shared * normal();
+        for channel in 0..8 {
+            let turns = FREQUENCY_HZ * i as f32 / 500.0;
+            let tone = 10.0 * (core::f32::consts::TAU * turns + 2.4 * channel as f32).sin();
+            out.push(tone + normal() + (1.0 + 0.1 * channel as f32) * disturbance);
+        }
+    }
+    out
+}
+
+/// Squares weigh an impulse of twenty standard deviations as four hundred values: with one in a hundred the error would be
+/// 2.2 times as large.
+#[test]
+fn impulses_change_little() {
+    let (mut squares, mut own) = (0.0, 0.0);
+    for seed in 0..40 {
+        let clean = noisy(400, seed, 0.0);
+        let mut hit = clean.clone();
+        for i in (seed as usize % 97..hit.len()).step_by(97) {
+            hit[i] += if i % 2 == 0 { 20.0 } else { -20.0 };
+        }
+        let (clean, hit) = (fit(&clean, 8), fit(&hit, 8));
+        assert_tone(&hit, 8);
+        squares += ((hit.frequency - clean.frequency) / clean.sigma).powi(2) / 40.0;
+        own += ((clean.frequency - FREQUENCY_HZ) / clean.sigma).powi(2) / 40.0;
+        for (hit, clean) in hit.channels.iter().zip(&clean.channels).take(8) {
+            assert!((hit.amplitude - clean.amplitude).abs() < 0.15, "{hit:?} {clean:?}");
+            assert!((0.85..1.15).contains(&(hit.residual / clean.residual)), "{hit:?} {clean:?}");
+        }
+    }
+    assert!(squares < 0.15 && (0.6..1.6).contains(&own), "{squares} {own}");
+}
+
+/// A step is no impulse, however far off it is.
+#[test]
+fn what_is_no_impulse_is_left() {
+    let mut stepped = noisy(400, 1, 0.0);
+    stepped.iter_mut().skip(8 * 200).for_each(|value| *value += 60.0);
+    let fit = fit(&stepped, 8);
+    assert!(fit.channels.iter().take(8).all(|channel| channel.residual > 5.0) || !fit.status.has_tone(), "{fit:?}");
+}
+
+/// A disturbance that all channels have, three times as strong as their own noise: channels that are taken as independent have
+/// all of it in their error.
+#[test]
+fn what_channels_share_is_taken_out() {
+    let (mut alone, mut shared, mut sigma) = (0.0, 0.0, 0.0);
+    for seed in 0..40 {
+        let off = |gain: f32| {
+            let fit = fit(&noisy(400, seed, gain), 8);
+            assert_tone(&fit, 8);
+            ((fit.frequency - FREQUENCY_HZ).powi(2) / 40.0, fit.sigma.powi(2) / 40.0)
+        };
+        alone += off(0.0).0;
+        let (square, variance) = off(3.0);
+        (shared, sigma) = (shared + square, sigma + variance);
+    }
+    // The direction of eight that is taken out has an eighth of the information, and its estimate costs as much again.
+    assert!(shared < 2.0 * alone, "{shared} {alone}");
+    assert!((0.5..1.5).contains(&(shared / sigma)), "{shared} {sigma}");
+}
