@@ -7,7 +7,7 @@ mod table;
 
 pub use table::Kind;
 
-use crate::events;
+use crate::events::JsonLines;
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
 use anyhow::Result;
@@ -33,7 +33,10 @@ pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Resu
     match format {
         Format::Csv => table::write(path, kind, out),
         Format::Mcap => mcap::write(path, out),
-        Format::Ndjson => packets(path, &mut |packet| Ok(writeln!(out, "{}", events::json(packet)?)?)),
+        Format::Ndjson => {
+            let mut json = JsonLines::default();
+            packets(path, &mut |packet| Ok(writeln!(out, "{}", json.line(packet)?)?))
+        }
         Format::Teleplot => {
             let mut teleplot = Teleplot::default();
             packets(path, &mut |packet| match teleplot.lines(packet).as_str() {

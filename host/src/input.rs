@@ -1,12 +1,12 @@
 //! What the simulated chip feels: a scene, or a recording played to it.
 
 use crate::output::Progress;
+use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Event;
-use std::path::PathBuf;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
 pub const REFERENCE_V: f64 = 4.096;
@@ -22,9 +22,9 @@ const OVERLOAD: f64 = 1.06;
 pub enum Source {
     /// A grating slid over the finger.
     Scene(Sliding),
-    /// A CSV file, one column for each taxel.
+    /// A recording, one column for each taxel.
     Trace {
-        path: PathBuf,
+        samples: Samples,
         /// Rows per second where it has no `time_s`; the scan's own rate if none.
         rate_hz: Option<f64>,
         volts_per_unit: f64,
@@ -151,6 +151,20 @@ impl Input {
         Options { noise: self.converter_noise, seed: self.seed, power_up_cycles: POWER_UP_CYCLES, ..Options::default() }
     }
 
+    /// As [`open`](Self::open), of an input that has to fill a window.
+    pub fn open_for(&self, window_s: f32) -> Result<Opened> {
+        let input = self.open()?;
+        if let Source::Trace { samples, .. } = &self.source {
+            let (file, end_s) = (samples.name(), input.end_s);
+            let fills = end_s >= f64::from(window_s);
+            ensure!(
+                fills,
+                "{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter --window"
+            );
+        }
+        Ok(input)
+    }
+
     /// Reads the file or builds the scene.
     pub fn open(&self) -> Result<Opened> {
         let mut options = self.options();
@@ -165,7 +179,7 @@ impl Input {
                 let uncertainty = Uncertainty::default();
                 Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning, uncertainty })
             }
-            Source::Trace { path, rate_hz, volts_per_unit } => {
+            Source::Trace { samples, rate_hz, volts_per_unit } => {
                 let playback = Playback {
                     row_rate_hz: *rate_hz,
                     scan_rate_hz: frame_rate_hz(),
@@ -173,11 +187,12 @@ impl Input {
                     limit_v: OVERLOAD * REFERENCE_V,
                 };
                 let mut progress = Progress::default();
-                let trace = Trace::open(path, playback, &mut |read| progress.show(format_args!("{read} rows checked")));
+                let mut show = |read| progress.show(format_args!("{read} rows checked"));
+                let trace = Trace::new(samples.opener(), playback, &mut show);
                 progress.end();
-                let (trace, file) = (trace?, path.display());
-                let (warning, end_s) = (overload(&trace, &file.to_string()), trace.end_s());
-                check_length(&file.to_string(), end_s, RECORDING_MAX_S)?;
+                let (trace, file) = (trace?, samples.name());
+                let (warning, end_s) = (overload(&trace, file), trace.end_s());
+                check_length(file, end_s, RECORDING_MAX_S)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
                 let uncertainty = Uncertainty { factor: trace.sigma_factor(), rate_share: trace.rate_share() };
                 Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, uncertainty })

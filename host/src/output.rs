@@ -5,6 +5,7 @@ use anyhow::{Context, Result, bail};
 use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Writes one line to standard output and flushes it, for a live reader.
@@ -50,6 +51,14 @@ pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }
 
+/// Whether there is no progress to show: whoever calls this library has a screen of their own.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Shows no progress from now on.
+pub fn be_quiet() {
+    IS_QUIET.store(true, Ordering::Relaxed);
+}
+
 /// Shows the progress of a run on standard error, every two seconds of wall time.
 #[derive(Debug)]
 pub struct Progress {
@@ -83,7 +92,7 @@ impl Progress {
     }
 
     pub fn show(&mut self, text: Arguments<'_>) {
-        if self.shown.elapsed() < EVERY {
+        if self.shown.elapsed() < EVERY || IS_QUIET.load(Ordering::Relaxed) {
             return;
         }
         self.shown = Instant::now();

@@ -8,11 +8,11 @@
 //! Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave them, are read too.
 
 use crate::feed::{FeedEvent, Source};
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
@@ -37,9 +37,15 @@ pub struct Header {
     pub source: String,
 }
 
-/// Begins a recording of `source`. The file is not buffered.
-pub fn create(path: &Path, source: &str) -> Result<File> {
+/// Begins a recording of `source`, in a new file or, with `-`, on standard output. It is not buffered.
+pub fn create(path: &Path, source: &str) -> Result<Box<dyn Write + Send>> {
     let named = || path.display().to_string();
+    if path == Path::new("-") {
+        ensure!(!std::io::stdout().is_terminal(), "a recording is not for a terminal: choose a file, or pipe it");
+        let mut out = std::io::stdout();
+        begin(&mut out, source).context("standard output")?;
+        return Ok(Box::new(out));
+    }
     let mut file = match File::create_new(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
@@ -47,11 +53,15 @@ pub fn create(path: &Path, source: &str) -> Result<File> {
         }
         Err(error) => return Err(error).with_context(named),
     };
+    begin(&mut file, source).with_context(named)?;
+    Ok(Box::new(file))
+}
+
+fn begin(out: &mut dyn Write, source: &str) -> Result<()> {
     let header =
         Header { protocol: PROTOCOL, version: env!("CARGO_PKG_VERSION").to_owned(), source: source.to_owned() };
     let text = format!("{MAGIC}{FORMAT} {}\n\0", serde_json::to_string(&header)?);
-    file.write_all(text.as_bytes()).with_context(named)?;
-    Ok(file)
+    Ok(out.write_all(text.as_bytes())?)
 }
 
 /// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its beginning.
@@ -210,6 +220,6 @@ mod tests {
         let error = refused("protocol", &[&other[..], b"\n\0"].concat());
         assert!(error.contains("protocol 200") && error.contains("version 7.0.0"), "{error}");
         let there = folder.path().join("a.csv");
-        assert!(format!("{:#}", create(&there, "x").unwrap_err()).contains("already"));
+        assert!(format!("{:#}", create(&there, "x").err().unwrap()).contains("already"));
     }
 }

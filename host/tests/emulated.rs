@@ -186,7 +186,8 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
         let mut made = SlidingScene::new(scene.clone()).expect("a scene");
         write_csv(&mut made, frame_rate_hz(), SLOT_S, std::fs::File::create(&path).expect("a file")).expect("a trace");
         let what = path.display().to_string();
-        let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
+        let samples = ridgetone_host::samples::Samples::file(&path).expect("a file");
+        let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
         let input = Input { source, ..Input::default() };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &made.truth());

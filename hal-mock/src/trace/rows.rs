@@ -4,6 +4,7 @@ use crate::file_error::FileError;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Name of the column that is time in seconds.
 pub const TIME_COLUMN: &str = "time_s";
@@ -16,6 +17,35 @@ const LINE_MAX: u64 = 1 << 22;
 
 /// Bytes read from a file at once.
 const BUFFER: usize = 1 << 17;
+
+/// Rows of samples, one after the other: of a CSV file, of a board's raw frames, of an array.
+pub trait RowReader {
+    /// The name of what is read, as errors give it.
+    fn file(&self) -> &str;
+
+    /// Names of the columns without the time.
+    fn names(&self) -> &[String];
+
+    /// Moves to the next row. False at the end; a table without any row is refused.
+    fn advance(&mut self) -> Result<bool, FileError>;
+
+    /// Time of the present row in seconds, strictly increasing; none without stamps.
+    fn time_s(&self) -> Option<f64>;
+
+    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for a missing reading.
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError>;
+
+    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not copy them.
+    fn in_memory(&self) -> Option<ValueAt> {
+        None
+    }
+}
+
+/// A value by its row and its column, both from 0.
+pub type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
+
+/// Opens rows from the first one on; it is called once for each pass over them.
+pub type OpenRows = Arc<dyn Fn() -> Result<Box<dyn RowReader + Send>, FileError> + Send + Sync>;
 
 /// A reader of a header and then one row per scan, with `time_s` in any column. Errors name the file and the line.
 ///
@@ -40,12 +70,6 @@ impl Rows<BufReader<File>> {
         let file = path.as_ref().display().to_string();
         let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
         Self::new(BufReader::with_capacity(BUFFER, input), &file)
-    }
-
-    /// The same rows by any reader.
-    pub(super) fn boxed(self) -> Rows<Box<dyn BufRead + Send>> {
-        let Self { file, names, columns, time_at, input, line, text, before_s, has_rows } = self;
-        Rows { file, names, columns, time_at, input: Box::new(input), line, text, before_s, has_rows }
     }
 }
 
@@ -74,55 +98,6 @@ impl<R: BufRead> Rows<R> {
             0 | 1 => Err(rows.refuse("no channel: the header has only a time column")),
             _ => Err(rows.refuse("more than one column is called time_s")),
         }
-    }
-
-    /// Moves to the next row. False at the end; a table without any row is refused.
-    pub fn advance(&mut self) -> Result<bool, FileError> {
-        if !self.next_line()? {
-            return if self.has_rows { Ok(false) } else { Err(self.refuse("no data after the header")) };
-        }
-        self.has_rows = true;
-        if let Some(at) = self.time_at {
-            let Some(text) = self.text.split(',').nth(at).map(str::trim) else { return Err(self.wrong_count()) };
-            let time_s = self.number(TIME_COLUMN, text)?;
-            if time_s.is_nan() {
-                return Err(self.refuse(&format!("column {TIME_COLUMN}: {text:?} is no time")));
-            }
-            if let Some(before_s) = self.before_s.filter(|before_s| time_s <= *before_s) {
-                return Err(self.refuse(&format!("time_s does not increase: {time_s} after {before_s}")));
-            }
-            self.before_s = Some(time_s);
-        }
-        Ok(true)
-    }
-
-    /// Time of the present row in seconds as in the file, strictly increasing; none without such a column.
-    pub fn time_s(&self) -> Option<f64> {
-        self.before_s
-    }
-
-    /// Reads the values of the present row, in the order of [`names`](Self::names) and in the file's unit. NaN stands for
-    /// a missing reading, which is a blank cell in the file, or `NaN`.
-    pub fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
-        values.clear();
-        let mut fields = 0;
-        for (at, text) in self.text.split(',').enumerate() {
-            fields += 1;
-            if let Some(column) = self.columns.get(at).filter(|_| self.time_at != Some(at)) {
-                values.push(self.number(column, text.trim())?);
-            }
-        }
-        if fields == self.columns.len() { Ok(()) } else { Err(self.wrong_count()) }
-    }
-
-    /// The file's name, as errors give it.
-    pub fn file(&self) -> &str {
-        &self.file
-    }
-
-    /// Names of the columns without the time.
-    pub fn names(&self) -> &[String] {
-        &self.names
     }
 
     fn number(&self, column: &str, text: &str) -> Result<f64, FileError> {
@@ -169,5 +144,50 @@ impl<R: BufRead> Rows<R> {
 
     fn refuse(&self, message: &str) -> FileError {
         FileError::new(&self.file, Some(self.line), message)
+    }
+}
+
+impl<R: BufRead> RowReader for Rows<R> {
+    fn advance(&mut self) -> Result<bool, FileError> {
+        if !self.next_line()? {
+            return if self.has_rows { Ok(false) } else { Err(self.refuse("no data after the header")) };
+        }
+        self.has_rows = true;
+        if let Some(at) = self.time_at {
+            let Some(text) = self.text.split(',').nth(at).map(str::trim) else { return Err(self.wrong_count()) };
+            let time_s = self.number(TIME_COLUMN, text)?;
+            if time_s.is_nan() {
+                return Err(self.refuse(&format!("column {TIME_COLUMN}: {text:?} is no time")));
+            }
+            if let Some(before_s) = self.before_s.filter(|before_s| time_s <= *before_s) {
+                return Err(self.refuse(&format!("time_s does not increase: {time_s} after {before_s}")));
+            }
+            self.before_s = Some(time_s);
+        }
+        Ok(true)
+    }
+
+    fn time_s(&self) -> Option<f64> {
+        self.before_s
+    }
+
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
+        values.clear();
+        let mut fields = 0;
+        for (at, text) in self.text.split(',').enumerate() {
+            fields += 1;
+            if let Some(column) = self.columns.get(at).filter(|_| self.time_at != Some(at)) {
+                values.push(self.number(column, text.trim())?);
+            }
+        }
+        if fields == self.columns.len() { Ok(()) } else { Err(self.wrong_count()) }
+    }
+
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn names(&self) -> &[String] {
+        &self.names
     }
 }

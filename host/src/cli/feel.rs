@@ -3,6 +3,7 @@
 use super::parse::{number, positive};
 use crate::feel::{self, Coefficients, KnownSurface, Options};
 use crate::output::{self, Progress};
+use crate::samples::Samples;
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
@@ -105,7 +106,7 @@ struct MeasureOptions {
 }
 
 fn reference(text: &str) -> Result<KnownSurface, String> {
-    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut file) = (None, None, None, 0.0, None);
+    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut samples) = (None, None, None, 0.0, None);
     for part in text.split(',') {
         let (name, value) = part.split_once('=').ok_or_else(|| format!("{part}: write NAME=VALUE"))?;
         let value_of = |value| positive(value).map(|value| value as f32).map_err(|why| format!("{name}: {why}"));
@@ -114,14 +115,14 @@ fn reference(text: &str) -> Result<KnownSurface, String> {
             "rsm_mm" => rsm_mm = Some(value_of(value)?),
             "speed_mm_s" => speed_mm_s = Some(value_of(value)?),
             "ra_sigma_um" => ra_sigma_um = value_of(value)?,
-            "file" => file = Some(PathBuf::from(value)),
+            "file" => samples = Some(Samples::file(value.as_ref()).map_err(|why| format!("{why:#}"))?),
             _ => return Err(format!("unknown {name}: choose ra_um, rsm_mm, speed_mm_s, ra_sigma_um or file")),
         }
     }
     let (Some(ra_um), Some(rsm_mm), Some(speed_mm_s)) = (ra_um, rsm_mm, speed_mm_s) else {
         return Err("ra_um, rsm_mm and speed_mm_s are needed".into());
     };
-    Ok(KnownSurface { surface: Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s }, file })
+    Ok(KnownSurface { surface: Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s }, samples })
 }
 
 fn with_sigma(text: &str) -> Result<(f32, f32), String> {
@@ -177,7 +178,7 @@ impl FeelArgs {
             self.coefficients.as_deref().map_or_else(|| Ok(Coefficients::paper()), Coefficients::load)?;
         let by_image = self.image.as_deref().map(|path| image_ratio(path, self.image_gain)).transpose()?;
         let m = self.m.or(by_image);
-        let felt = with_progress(|progress| feel::measure(&file, &measure.options(), progress))?;
+        let felt = with_progress(|progress| feel::measure(&Samples::file(&file)?, &measure.options(), progress))?;
         if let Some(path) = &self.svg {
             output::whole_text(path, &feel::draw(&felt))?;
         }

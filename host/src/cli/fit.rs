@@ -4,14 +4,10 @@ use super::parse::{number, positive};
 use crate::output::Progress;
 use crate::speed::Column;
 use crate::table_fit::Selection;
-use crate::{fit_report, output, settings_form, table_fit};
+use crate::{fit_report, output, samples, settings_form, table_fit};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::Rows;
 use std::path::PathBuf;
-
-/// A rate on the command line that differs from the time stamps by more than this share gives a warning.
-const RATES_DIFFER: f64 = 0.01;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -63,7 +59,7 @@ pub struct FitArgs {
 impl FitArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
-        let rows = Rows::open(&self.file)?;
+        let mut rows = samples::open(&self.file)?;
         let file = rows.file().to_owned();
         let selection = Selection {
             rate_hz: self.rate,
@@ -75,13 +71,11 @@ impl FitArgs {
             interferer_hz: self.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
         };
         let mut progress = Progress::default();
-        let fit = table_fit::fit(rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
+        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
         progress.end();
         let fit = fit?;
-        if let (Some(rate_hz), Some(stamped_hz)) = (self.rate, fit.stamped_hz)
-            && (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER
-        {
-            eprintln!("ridgetone: warning: --rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz");
+        if let Some(warning) = fit.warning(&selection) {
+            eprintln!("ridgetone: warning: {warning}");
         }
         if self.json {
             output::line(&fit_report::json(&file, &fit)?)

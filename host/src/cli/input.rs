@@ -2,8 +2,9 @@
 
 use super::parse::{number, positive};
 use crate::input::{Input, Opened, Source, frame_rate_hz};
+use crate::samples::Samples;
 use crate::usage::UsageError;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
 use hal_mock::Sliding;
 use std::path::PathBuf;
@@ -105,7 +106,8 @@ impl InputOptions {
         }
         let (source, seed) = match &self.file {
             Some(path) => {
-                let source = Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale };
+                let samples = Samples::file(path)?;
+                let source = Source::Trace { samples, rate_hz: self.rate, volts_per_unit: self.scale };
                 (source, self.scene.seed.unwrap_or(1))
             }
             None => {
@@ -119,11 +121,7 @@ impl InputOptions {
 
     /// Opens an input that has to fill a window, and prints its warning.
     pub fn open_for(&self, window_s: f32) -> Result<Opened> {
-        let input = self.input()?.open()?;
-        if let Some(file) = self.file.as_ref().filter(|_| input.end_s < f64::from(window_s)) {
-            let (file, end_s) = (file.display(), input.end_s);
-            bail!("{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter --window");
-        }
+        let input = self.input()?.open_for(window_s)?;
         if let Some(warning) = &input.warning {
             eprintln!("ridgetone: warning: {warning}");
         }

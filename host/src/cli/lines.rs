@@ -1,5 +1,6 @@
 //! Packets printed as lines, of one of three kinds.
 
+use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
@@ -20,19 +21,20 @@ pub struct LineOptions {
 }
 
 /// Prints all packets of a feed, and at the end the counts.
-pub fn print(mut feed: Feed, mut requester: Requester, lines: LineOptions) -> Result<()> {
+pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
     let mut print = printer(lines);
-    let ended = listen::run(&mut feed, &mut requester, &mut |packet| print(packet).map(ControlFlow::Continue));
+    let (feed, ended) = listen::run(feed, requester, &mut |packet| print(packet).map(ControlFlow::Continue));
     report(feed.counts());
     ended
 }
 
 pub fn printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
     let mut teleplot = lines.teleplot.then(Teleplot::default);
+    let mut json = JsonLines::default();
     move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
         Some(lines) if lines.is_empty() => Ok(()),
         Some(lines) => output::line(&lines),
-        None if lines.json => output::line(&events::json(packet)?),
+        None if lines.json => output::line(&json.line(packet)?),
         None => output::line(&events::text(packet)),
     }
 }

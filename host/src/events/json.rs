@@ -1,13 +1,14 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::digits::seconds;
+use crate::live::Frame;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonBeside, JsonTone, period_f32};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::settings::{Settings, SettingsError};
+use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
     TravelStatus,
@@ -80,7 +81,13 @@ enum Body<'a> {
         #[serde(flatten, with = "JsonOutcome")]
         outcome: &'a Outcome,
     },
-    Raw(&'a Raw),
+    Raw {
+        #[serde(flatten)]
+        raw: &'a Raw,
+        /// None without the reference that the greeting has.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        volts: Option<[Option<f32>; TAXELS]>,
+    },
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -150,8 +157,40 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }
 
+/// The packets of a board as [`json`] has them; raw frames with volts beside the codes. It needs all packets: the reference is
+/// in the greeting.
+#[derive(Clone, Copy, Debug)]
+pub struct JsonLines {
+    vref_v: f32,
+}
+
+impl Default for JsonLines {
+    fn default() -> Self {
+        Self { vref_v: Settings::DEFAULT.vref_v }
+    }
+}
+
+impl JsonLines {
+    /// A packet as one JSON object on one line, without the line's end.
+    pub fn line(&mut self, packet: &Packet) -> serde_json::Result<String> {
+        serde_json::to_string(&self.serializable(packet))
+    }
+
+    /// The same for a serializer.
+    pub fn serializable(&mut self, packet: &Packet) -> impl Serialize {
+        if let Event::Hello(hello) = &packet.event {
+            self.vref_v = hello.settings.vref_v;
+        }
+        with_reference(packet, Some(self.vref_v))
+    }
+}
+
 /// A packet in the form of [`json`], for a serializer.
 pub fn serializable(packet: &Packet) -> impl Serialize {
+    with_reference(packet, None)
+}
+
+fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
     let t_s = packet.event.t_us().map_or(0.0, seconds);
     let body = match &packet.event {
         Event::Hello(e) => Body::Hello {
@@ -193,7 +232,7 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
         Event::Image(image) => Body::Image { t_s, image },
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
-        Event::Raw(raw) => Body::Raw(raw),
+        Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body }
 }

@@ -3,13 +3,12 @@
 
 use super::packets::packets;
 use super::schema::Schema;
-use crate::events;
-use crate::live::{Counts, Frame, time_s};
+use crate::events::JsonLines;
+use crate::live::{Counts, time_s};
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{NoSeek, WriteOptions};
 use anyhow::{Result, bail};
-use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::Packet;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -50,27 +49,22 @@ pub fn write(path: &Path, out: &mut dyn Write) -> Result<Counts> {
 
 /// Turns packets into messages.
 struct Messages {
-    vref_v: f32,
+    json: JsonLines,
     /// Device time of the latest packet that has one.
     time_ns: u64,
 }
 
 impl Messages {
     fn new() -> Self {
-        Self { vref_v: Settings::DEFAULT.vref_v, time_ns: 0 }
+        Self { json: JsonLines::default(), time_ns: 0 }
     }
 
-    /// Kind of a packet and its object of `--json`; raw frames with volts beside the codes.
+    /// Kind of a packet and its object of `--json`.
     fn message(&mut self, packet: &Packet) -> Result<(String, Value)> {
         if let Some(t_s) = time_s(&packet.event) {
             self.time_ns = (t_s * 1e6).round() as u64 * 1000;
         }
-        let mut message = serde_json::to_value(events::serializable(packet))?;
-        match &packet.event {
-            Event::Hello(hello) => self.vref_v = hello.settings.vref_v,
-            Event::Raw(raw) => message["volts"] = serde_json::to_value(Frame::new(raw, self.vref_v).volts)?,
-            _ => {}
-        }
+        let message = serde_json::to_value(self.json.serializable(packet))?;
         let kind = message["type"].as_str().unwrap_or("unknown").to_owned();
         Ok((kind, message))
     }
