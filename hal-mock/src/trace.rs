@@ -1,13 +1,15 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
 mod clock;
+mod dialect;
 mod played;
 mod rows;
 mod table;
 mod write;
 
 pub use clock::RowClock;
-pub use rows::{OpenRows, PROGRESS_ROWS, RowReader, Rows, TIME_COLUMN, ValueAt};
+pub use dialect::{TIME_COLUMN, TimeColumn};
+pub use rows::{OpenRows, PROGRESS_ROWS, RowReader, Rows, ValueAt};
 pub use table::Table;
 pub use write::write_csv;
 
@@ -72,6 +74,7 @@ struct Survey {
     /// Columns with any reading.
     alive: u16,
     beyond: Option<Beyond>,
+    guessed: Option<String>,
 }
 
 /// A value that the chip cannot convert.
@@ -134,6 +137,11 @@ impl Trace {
     /// The first value beyond the limit.
     pub fn beyond(&self) -> Option<&Beyond> {
         self.survey.beyond.as_ref()
+    }
+
+    /// What was guessed of how the rows are written.
+    pub fn guessed(&self) -> Option<&str> {
+        self.survey.guessed.as_deref()
     }
 
     fn is_held(&self) -> bool {
@@ -236,6 +244,6 @@ impl Survey {
         if !(spacing_s > 0.0 && spacing_s.is_finite()) {
             return Err(FileError::new(rows.file(), None, "its rows have no rate"));
         }
-        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond })
+        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond, guessed: rows.guessed() })
     }
 }

@@ -55,6 +55,8 @@ pub struct Opened {
     /// True values of a scene.
     pub truth: Option<Truth>,
     pub warning: Option<String>,
+    /// What was guessed of how a table is written.
+    pub guessed: Option<String>,
     pub uncertainty: Uncertainty,
 }
 
@@ -133,7 +135,7 @@ impl Opened {
     pub fn untouched() -> Self {
         let (scene, options) = (Box::new(Constant::default()), Input::default().options());
         let uncertainty = Uncertainty::default();
-        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, uncertainty }
+        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, guessed: None, uncertainty }
     }
 }
 
@@ -177,7 +179,15 @@ impl Input {
                 check_length("the scene", end_s, SCENE_MAX_S)?;
                 let warning = aliased(&truth);
                 let uncertainty = Uncertainty::default();
-                Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning, uncertainty })
+                Ok(Opened {
+                    scene: Box::new(scene),
+                    options,
+                    end_s,
+                    truth: Some(truth),
+                    warning,
+                    guessed: None,
+                    uncertainty,
+                })
             }
             Source::Trace { samples, rate_hz, volts_per_unit } => {
                 let playback = Playback {
@@ -195,7 +205,8 @@ impl Input {
                 check_length(file, end_s, RECORDING_MAX_S)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
                 let uncertainty = Uncertainty { factor: trace.sigma_factor(), rate_share: trace.rate_share() };
-                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, uncertainty })
+                let guessed = trace.guessed().map(str::to_owned);
+                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, guessed, uncertainty })
             }
         }
     }

@@ -90,7 +90,9 @@ impl Recorded {
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
-            bail!("{name}: holds no telemetry; a recording as CSV is for `replay`, `fit` and `emulate`");
+            bail!(
+                "{name}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `fit`, `feel`, `replay` and `emulate`"
+            );
         }
         let file = File::open(path).with_context(|| name.clone())?;
         let bytes = file.metadata().with_context(|| name.clone())?.len();

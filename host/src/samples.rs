@@ -4,7 +4,7 @@
 use crate::messages::{Form, messages};
 use crate::raw_rows::RawRows;
 use anyhow::Result;
-use hal_mock::{FileError, OpenRows, RowReader, Rows, ValueAt};
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, ValueAt};
 use std::fmt;
 use std::io::Cursor;
 use std::path::Path;
@@ -20,13 +20,18 @@ pub struct Samples {
 impl Samples {
     /// Those of a file in any form that [`open`] knows. A pipe, which can be read only once, is read now.
     pub fn file(path: &Path) -> Result<Self> {
+        Self::file_with(path, None)
+    }
+
+    /// The same where somebody says which column of a table is the time.
+    pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
         let (name, path) = (path.display().to_string(), path.to_owned());
         let refuse = |error| FileError::new(&name, None, error);
         let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
-            Arc::new(move || open(&path))
+            Arc::new(move || open(&path, time.as_ref()))
         } else {
             let (bytes, file) = (Arc::<[u8]>::from(std::fs::read(&path).map_err(refuse)?), name.clone());
-            Arc::new(move || Ok(Box::new(Rows::new(Cursor::new(Arc::clone(&bytes)), &file)?)))
+            Arc::new(move || Ok(Box::new(Rows::with(Cursor::new(Arc::clone(&bytes)), &file, time.as_ref())?)))
         };
         Ok(Self { name, open })
     }
@@ -132,14 +137,17 @@ impl RowReader for ArrayRows {
 }
 
 /// Opens a file's rows, once: those of a table, or the raw frames of telemetry, in volts.
-pub fn open(path: &Path) -> Result<Box<dyn RowReader + Send>, FileError> {
+pub fn open(path: &Path, time: Option<&TimeColumn>) -> Result<Box<dyn RowReader + Send>, FileError> {
     let file = path.display().to_string();
     let refuse = |error: anyhow::Error| {
         let text = format!("{error:#}");
         FileError::new(&file, None, text.strip_prefix(&format!("{file}: ")).unwrap_or(&text))
     };
     match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
-        Form::Table => Ok(Box::new(Rows::open(path)?)),
+        Form::Table => Ok(Box::new(Rows::open_with(path, time)?)),
+        _ if time.is_some() => {
+            Err(FileError::new(&file, None, "--time-column is for tables: telemetry has its own time"))
+        }
         form => {
             // Twice: a taxel that never has a value is not missing from every frame.
             let open = || messages(path, form).map_err(refuse);

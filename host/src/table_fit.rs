@@ -70,6 +70,8 @@ pub struct TableFit {
     pub beside: Beside,
     pub harmonics: u8,
     pub channels: Vec<ChannelResult>,
+    /// What was guessed of how the table is written.
+    pub guessed: Option<String>,
 }
 
 impl TableFit {
@@ -175,6 +177,7 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         beside,
         harmonics: found.harmonics,
         channels: channels.collect(),
+        guessed: rows.guessed(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Rows of samples: those of a file, or those of an array where they are.
 
 use crate::raised;
+use hal_mock::TimeColumn;
 use pyo3::buffer::{Element, PyBuffer};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -12,6 +13,16 @@ use std::sync::Arc;
 /// Rows that `fit`, `replay` and `feel` take.
 #[pyclass(frozen)]
 pub struct Samples(pub samples::Samples);
+
+/// What [`Samples::read`] gives.
+type Rows<'py> = (Vec<String>, Option<Bound<'py, PyByteArray>>, Bound<'py, PyByteArray>, Option<String>);
+
+struct Read {
+    names: Vec<String>,
+    times: Vec<u8>,
+    values: Vec<u8>,
+    guessed: Option<String>,
+}
 
 /// Reads a value by its row and its column.
 type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
@@ -63,8 +74,9 @@ fn view(array: &Bound<'_, PyAny>) -> PyResult<(ValueAt, [usize; 2])> {
 impl Samples {
     /// Those of a file in any form that the command reads.
     #[staticmethod]
-    fn file(path: PathBuf) -> PyResult<Self> {
-        samples::Samples::file(&path).map(Self).map_err(raised)
+    fn file(path: PathBuf, time_column: Option<&str>) -> PyResult<Self> {
+        let time = time_column.map(TimeColumn::parse).transpose().map_err(crate::UsageError::new_err)?;
+        samples::Samples::file_with(&path, time).map(Self).map_err(raised)
     }
 
     /// Those of an array, with a column of times or none.
@@ -94,20 +106,16 @@ impl Samples {
         self.0.name()
     }
 
-    /// All rows: names of the columns, times or none, values row by row; both as bytes of f64.
-    #[expect(clippy::type_complexity, reason = "Python takes it apart at once")]
-    fn read<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Vec<String>, Option<Bound<'py, PyByteArray>>, Bound<'py, PyByteArray>)> {
-        let (names, times, values) = py.detach(|| self.read_all()).map_err(raised)?;
+    /// All rows: names of the columns, times or none, values row by row, both as bytes of f64, and what was guessed.
+    fn read<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
+        let Read { names, times, values, guessed } = py.detach(|| self.read_all()).map_err(raised)?;
         let times = (!times.is_empty()).then(|| PyByteArray::new(py, &times));
-        Ok((names, times, PyByteArray::new(py, &values)))
+        Ok((names, times, PyByteArray::new(py, &values), guessed))
     }
 }
 
 impl Samples {
-    fn read_all(&self) -> anyhow::Result<(Vec<String>, Vec<u8>, Vec<u8>)> {
+    fn read_all(&self) -> anyhow::Result<Read> {
         let mut rows = self.0.open()?;
         let (mut row, mut times, mut values) = (Vec::new(), Vec::new(), Vec::new());
         while rows.advance()? {
@@ -115,6 +123,6 @@ impl Samples {
             times.extend(rows.time_s().into_iter().flat_map(f64::to_ne_bytes));
             values.extend(row.iter().flat_map(|value| value.to_ne_bytes()));
         }
-        Ok((rows.names().to_vec(), times, values))
+        Ok(Read { names: rows.names().to_vec(), times, values, guessed: rows.guessed() })
     }
 }

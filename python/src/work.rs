@@ -16,7 +16,12 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
-/// The fit's object as JSON, and a warning.
+/// What was guessed of a file.
+fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
+    guessed.map(|guessed| format!("{name}: {guessed}")).into_iter()
+}
+
+/// The fit's object as JSON, and what to look at.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone fit`")]
 pub fn fit(
@@ -30,17 +35,18 @@ pub fn fit(
     mains_hz: Option<f64>,
     speed_column: Option<String>,
     position_column: Option<String>,
-) -> PyResult<(String, Option<String>)> {
+) -> PyResult<(String, Vec<String>)> {
     let place = position_column.map(Column::Position).or(speed_column.map(Column::Speed));
     let selection = Selection { rate_hz, from_s, to_s, columns, harmonics, place, interferer_hz: mains_hz };
     let run = || -> Result<_> {
         let fit = table_fit::fit(&mut *samples.0.open()?, &selection, &mut |_| {})?;
-        Ok((fit_report::json(samples.0.name(), &fit)?, fit.warning(&selection)))
+        let remarks = named(samples.0.name(), fit.guessed.as_ref()).chain(fit.warning(&selection)).collect();
+        Ok((fit_report::json(samples.0.name(), &fit)?, remarks))
     };
     py.detach(run).map_err(raised)
 }
 
-/// What `feel` prints as JSON.
+/// What `feel` prints as JSON, and what to look at.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone feel`")]
 pub fn feel(
@@ -55,7 +61,7 @@ pub fn feel(
     window_s: Option<f64>,
     m: Option<(f32, f32)>,
     coefficients: Option<PathBuf>,
-) -> PyResult<String> {
+) -> PyResult<(String, Vec<String>)> {
     let (ra_um, rsm_mm, speed_mm_s, ra_sigma_um) = surface;
     let surface = Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s };
     let reference = felt::KnownSurface { surface, samples: reference.map(|samples| samples.0.clone()) };
@@ -65,12 +71,12 @@ pub fn feel(
         let coefficients =
             coefficients.as_deref().map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
         let felt = felt::measure(&samples.0, &options, &mut |_| {})?;
-        Ok(felt::json(&felt, &coefficients, m)?)
+        Ok((felt::json(&felt, &coefficients, m)?, named(&felt.file, felt.guessed.as_ref()).collect()))
     };
     py.detach(run).map_err(raised)
 }
 
-/// What `replay` prints, a JSON object each; a warning; and a picture if it is wanted.
+/// What `replay` prints, a JSON object each; what to look at; and a picture if it is wanted.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `ridgetone replay`")]
 pub fn replay(
@@ -85,7 +91,7 @@ pub fn replay(
     profile: Option<PathBuf>,
     profile_repeats: bool,
     picture: bool,
-) -> PyResult<(Vec<String>, Option<String>, Option<String>)> {
+) -> PyResult<(Vec<String>, Vec<String>, Option<String>)> {
     let run = || -> Result<_> {
         let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
         let profile = profile.map(|path| speed::profile(&path, speed::after(profile_repeats))).transpose()?;
@@ -103,7 +109,8 @@ pub fn replay(
             }
         };
         let mut input = Input { source, converter_noise: noise, seed }.open_for(settings.window_s)?;
-        let (warning, truth) = (input.warning.take(), input.truth);
+        let remarks = input.guessed.take().into_iter().chain(input.warning.take()).collect();
+        let truth = input.truth;
         let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());
         let mut sink = |packet: &Packet| {
             lines.push(events::json(packet)?);
@@ -117,7 +124,7 @@ pub fn replay(
         player::run_watched(input, settings, profile, &mut sink, &mut |_, _| {}, &mut watch)?;
         let drawing =
             picture.then(|| draw(&Recording::new(&conversions, &packets), truth.map(|truth| truth.frequency_hz)));
-        Ok((lines, warning, drawing))
+        Ok((lines, remarks, drawing))
     };
     py.detach(run).map_err(raised)
 }

@@ -77,6 +77,18 @@ def test_the_warning_is_the_commands() -> None:
         rt.fit(sine(), 100, time_s=np.arange(1000) / 250)
 
 
+def test_what_is_guessed_of_a_table_is_said(tmp_path: Path) -> None:
+    path = tmp_path / "excel.csv"
+    rows = "".join(f"{4 * row};{value:.6f};\n".replace(".", ",") for row, value in enumerate(sine()[:, 1]))
+    path.write_text(f"t;force (N);\n{rows}")
+    with pytest.raises(rt.Error, match="--time-column t:ms"):
+        rt.read(path)
+    with pytest.warns(UserWarning, match="semicolons; decimals follow a comma; column t is the time in milliseconds"):
+        found = rt.read(path, time_column="t:ms")
+    assert found.units == ["N"] and found.names == ["force (N)"] and found.rate_hz == pytest.approx(250)
+    assert rt.fit(found).frequency_hz == pytest.approx(8, rel=1e-4)
+
+
 def test_errors_have_the_commands_words(tmp_path: Path, refusal: Callable[..., str]) -> None:
     tables = {
         "no_rate": "a\n1\n2\n",

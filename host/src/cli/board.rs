@@ -1,7 +1,7 @@
 //! The board to talk to.
 
 use super::firmware::FirmwareOptions;
-use super::input::InputOptions;
+use super::input::{InputOptions, remark};
 use crate::feed::{Emulated, Feed};
 use crate::input::{Input, Opened};
 use crate::port::{Link, System, Wanted};
@@ -30,9 +30,7 @@ impl BoardOptions {
     pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
         if self.emulated {
             let input = input.map_or_else(|| Ok(Input::default()), InputOptions::input)?.open()?;
-            if let Some(warning) = &input.warning {
-                eprintln!("ridgetone: warning: {warning}");
-            }
+            remark(&input);
             return self.emulate(if again { input.repeated() } else { input }, pace);
         }
         if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {

@@ -7,6 +7,7 @@ use crate::samples::Samples;
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
+use hal_mock::TimeColumn;
 use ridgetone_feel::{Reference, force_ratio};
 use std::path::{Path, PathBuf};
 
@@ -33,6 +34,9 @@ pub struct FeelArgs {
     file: Option<PathBuf>,
     #[command(flatten)]
     measure: Option<MeasureOptions>,
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is.
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
+    time_column: Option<TimeColumn>,
     /// M, tangential over normal force, with its standard deviation.
     #[arg(long, value_name = "VALUE[+-SIGMA]", value_parser = with_sigma, conflicts_with = "image")]
     m: Option<(f32, f32)>,
@@ -178,7 +182,11 @@ impl FeelArgs {
             self.coefficients.as_deref().map_or_else(|| Ok(Coefficients::paper()), Coefficients::load)?;
         let by_image = self.image.as_deref().map(|path| image_ratio(path, self.image_gain)).transpose()?;
         let m = self.m.or(by_image);
-        let felt = with_progress(|progress| feel::measure(&Samples::file(&file)?, &measure.options(), progress))?;
+        let samples = Samples::file_with(&file, self.time_column)?;
+        let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
+        if let Some(guessed) = &felt.guessed {
+            eprintln!("ridgetone: {}: {guessed}", felt.file);
+        }
         if let Some(path) = &self.svg {
             output::whole_text(path, &feel::draw(&felt))?;
         }

@@ -6,7 +6,7 @@ use crate::samples::Samples;
 use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
-use hal_mock::Sliding;
+use hal_mock::{Sliding, TimeColumn};
 use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
@@ -47,6 +47,10 @@ pub struct InputOptions {
     /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     pub(super) rate: Option<f64>,
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is
+    /// [default: time_s, or a column whose name says that it is the time].
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
+    time_column: Option<TimeColumn>,
     /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
     #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
     noise: bool,
@@ -93,6 +97,16 @@ impl SceneOptions {
     }
 }
 
+/// Says on standard error what was guessed of an input, and its warning.
+pub fn remark(input: &Opened) {
+    if let Some(guessed) = &input.guessed {
+        eprintln!("ridgetone: {guessed}");
+    }
+    if let Some(warning) = &input.warning {
+        eprintln!("ridgetone: warning: {warning}");
+    }
+}
+
 impl InputOptions {
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
@@ -106,7 +120,7 @@ impl InputOptions {
         }
         let (source, seed) = match &self.file {
             Some(path) => {
-                let samples = Samples::file(path)?;
+                let samples = Samples::file_with(path, self.time_column.clone())?;
                 let source = Source::Trace { samples, rate_hz: self.rate, volts_per_unit: self.scale };
                 (source, self.scene.seed.unwrap_or(1))
             }
@@ -122,9 +136,7 @@ impl InputOptions {
     /// Opens an input that has to fill a window, and prints its warning.
     pub fn open_for(&self, window_s: f32) -> Result<Opened> {
         let input = self.input()?.open_for(window_s)?;
-        if let Some(warning) = &input.warning {
-            eprintln!("ridgetone: warning: {warning}");
-        }
+        remark(&input);
         Ok(input)
     }
 }

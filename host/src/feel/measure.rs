@@ -61,6 +61,8 @@ pub struct Felt {
     pub log_sigma: f32,
     /// Mean amplitudes of these channels from bin 0 on, um from peak to peak.
     pub spectrum_um: Vec<f64>,
+    /// What was guessed of how the table is written.
+    pub guessed: Option<String>,
 }
 
 impl Felt {
@@ -86,6 +88,7 @@ struct Loaded {
     rows_missing: usize,
     readings_missing: usize,
     channels: Vec<(String, Vec<f32>)>,
+    guessed: Option<String>,
 }
 
 /// Measures what is felt. `progress` takes the rows that have been read.
@@ -161,6 +164,7 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
         firing,
         log_sigma: used.iter().sum::<f32>() / used.len() as f32,
         spectrum_um: log_um.into_iter().map(|sum| 10f64.powf(sum / count)).collect(),
+        guessed: samples.guessed,
     })
 }
 
@@ -207,7 +211,7 @@ impl Loaded {
         };
         let channels = columns.iter().map(&mut channel).collect::<Result<_>>()?;
         let (rate_hz, rows_missing) = (grid.rate_hz, grid.missing());
-        Ok(Self { file, rate_hz, rows: part.rows(), rows_missing, readings_missing, channels })
+        Ok(Self { file, rate_hz, rows: part.rows(), rows_missing, readings_missing, channels, guessed: rows.guessed() })
     }
 
     /// Samples of a channel, missing rows included.

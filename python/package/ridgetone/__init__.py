@@ -75,10 +75,10 @@ def fit(
     ('good', 7.958)
     """
     given = native(samples, time_s, names)
-    text, warning = _ridgetone.fit(
+    text, remarks = _ridgetone.fit(
         given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column
     )
-    _warn(warning)
+    _warn(remarks)
     return load(Fit, text)
 
 
@@ -108,7 +108,7 @@ def feel(
         raise UsageError(f"reference: {', '.join(list(_SURFACE)[:3])} are needed, ra_sigma_um and samples may be given")
     given = native(samples, time_s, names)
     with_sigma = (float(m), 0.0) if isinstance(m, (int, float)) else m
-    text = _ridgetone.feel(
+    text, remarks = _ridgetone.feel(
         given,
         (surface[0], surface[1], surface[2], surface[3]),
         None if other is None else native(other, names=names if not isinstance(other, (str, PathLike)) else None),
@@ -120,6 +120,7 @@ def feel(
         with_sigma,
         coefficients,
     )
+    _warn(remarks)
     return load(Felt, text)
 
 
@@ -185,10 +186,10 @@ def _replay(
     if samples is not None and scene is not None:
         raise UsageError("a scene does not go with samples")
     given = None if samples is None else native(samples, time_s, names)
-    lines, warning, svg = _ridgetone.replay(
+    lines, remarks, svg = _ridgetone.replay(
         given, scene, rate_hz, scale, noise, seed, json.dumps(settings or {}), profile, profile_repeats, draws
     )
-    _warn(warning)
+    _warn(remarks, 4)
     return [event(line) for line in lines], svg
 
 
@@ -200,6 +201,6 @@ def settings(file: Path | None = None, **changes: Any) -> Settings:
     return load(Settings, _ridgetone.settings(file, json.dumps(changes)))
 
 
-def _warn(warning: str | None) -> None:
-    if warning is not None:
-        warnings.warn(warning, stacklevel=3)
+def _warn(remarks: list[str], level: int = 3) -> None:
+    for remark in remarks:
+        warnings.warn(remark, stacklevel=level)

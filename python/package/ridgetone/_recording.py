@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from typing import TypeAlias
@@ -54,20 +55,24 @@ class Recording:
 Samples: TypeAlias = Recording | Path | npt.ArrayLike
 
 
-def read(path: Path) -> Recording:
+def read(path: Path, *, time_column: str | None = None) -> Recording:
     """Reads a recording: a table as CSV, telemetry (`.rec`), or what `export` made of it (`.mcap`, JSON lines).
 
     Of telemetry the channels are the raw frames in volts, in no row if it was recorded without `--raw`, and `events` has its
-    other messages.
+    other messages. Of a table `time_column` says which column is the time, as `NAME`, `NAME:UNIT` or `none`; what is guessed of
+    a table otherwise is said in a warning.
     """
     lines = _ridgetone.messages(path)
     events = [event(line) for line in lines or []]
+    guessed = None
     try:
-        names, times, values = _ridgetone.Samples.file(path).read()
+        names, times, values, guessed = _ridgetone.Samples.file(path, time_column).read()
     except _ridgetone.Error as error:
         if not events or "holds no frames" not in str(error):
             raise
         names, times, values = [f"ain{taxel}" for taxel in range(16)], bytearray(), bytearray()
+    if guessed is not None:
+        warnings.warn(f"{fspath(path)}: {guessed}", stacklevel=2)
     array = np.frombuffer(values, dtype=np.float64).reshape(-1, len(names))
     time_s = None if times is None else np.frombuffer(times, dtype=np.float64)
     return Recording(fspath(path), names, [unit(name) for name in names], array, time_s, events)
@@ -86,7 +91,7 @@ def native(
     if isinstance(samples, (str, PathLike)):
         if time_s is not None or names is not None:
             raise _ridgetone.UsageError("time_s and names are for arrays: a file has its own")
-        return _ridgetone.Samples.file(samples)
+        return _ridgetone.Samples.file(samples, None)
     file = "array"
     if isinstance(samples, Recording):
         file, time_s = samples.file, samples.time_s if time_s is None else time_s
