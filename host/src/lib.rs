@@ -19,6 +19,7 @@
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
 //! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
+//! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
 //! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
@@ -70,4 +71,5 @@ pub mod table_fit;
 mod teleplot;
 mod tone;
 pub mod usage;
+pub mod utc;
 pub mod view;

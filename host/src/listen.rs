@@ -3,6 +3,7 @@
 use crate::events;
 use crate::feed::{Feed, FeedEvent, Requester};
 use crate::stop;
+use crate::utc::Receipt;
 use anyhow::{Result, bail};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::telemetry::Packet;
@@ -27,7 +28,8 @@ pub struct Listener {
 
 /// What happened to a feed.
 pub enum Heard {
-    Packet(Box<Packet>),
+    /// With the time of its receipt, if that is known.
+    Packet(Box<Packet>, Option<Receipt>),
     /// The board at this name is connected.
     Connected(String),
     /// It is disconnected, for this reason, and is waited for.
@@ -43,14 +45,15 @@ impl Listener {
     /// Waits for the next event, at most for `most`, and sends the request that is due.
     /// Fails if the board refuses a request or does not answer, or if the source cannot go on.
     pub fn next(&mut self, most: Duration) -> Result<Option<Heard>> {
-        let heard = self.feed.next(most)?.map(|event| match event {
-            FeedEvent::Data(packet) => Heard::Packet(Box::new(packet)),
+        let event = self.feed.next(most)?;
+        let heard = event.map(|event| match event {
+            FeedEvent::Data(packet) => Heard::Packet(Box::new(packet), self.feed.receipt()),
             FeedEvent::Connected(name) => Heard::Connected(name),
             FeedEvent::Disconnected(name, why) => Heard::Disconnected(name, why),
             FeedEvent::Over => Heard::Over,
         });
         match &heard {
-            Some(Heard::Packet(packet)) => {
+            Some(Heard::Packet(packet, _)) => {
                 self.is_connected = true;
                 if let Some((_, outcome)) = self.requester.answered(packet)
                     && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
@@ -83,19 +86,18 @@ impl Listener {
     }
 }
 
+/// Takes packets, and when they were received if that is known.
+pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
+
 /// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
 /// the source is over, when the sink breaks off, or when this process is to stop ([`stop`]). Gives the feed back.
-pub fn run(
-    feed: Feed,
-    requester: Requester,
-    sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
-) -> (Feed, Result<()>) {
+pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
     let mut listener = Listener::new(feed, requester);
     let ended = listen(&mut listener, sink);
     (listener.feed, ended)
 }
 
-fn listen(listener: &mut Listener, sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>) -> Result<()> {
+fn listen(listener: &mut Listener, sink: &mut Sink<'_>) -> Result<()> {
     while !stop::is_requested() {
         let heard = match listener.next(LOOK) {
             // Ctrl-C reaches the emulator too, which may end first.
@@ -103,8 +105,8 @@ fn listen(listener: &mut Listener, sink: &mut dyn FnMut(&Packet) -> Result<Contr
             heard => heard?,
         };
         match heard {
-            Some(Heard::Packet(packet)) if sink(&packet)?.is_break() => break,
-            Some(Heard::Packet(_)) | None => {}
+            Some(Heard::Packet(packet, receipt)) if sink(&packet, receipt)?.is_break() => break,
+            Some(Heard::Packet(..)) | None => {}
             Some(Heard::Connected(name)) => eprintln!("ridgetone: {name}: open"),
             Some(Heard::Disconnected(name, why)) => eprintln!("ridgetone: {name}: {why}; waiting for the board"),
             Some(Heard::Over) => break,

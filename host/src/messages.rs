@@ -3,6 +3,7 @@
 use crate::events::JsonLines;
 use crate::feed::{Feed, FeedEvent};
 use crate::recording::{self, Recorded};
+use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Raw};
@@ -47,7 +48,8 @@ impl Form {
 
 #[derive(Clone, Debug)]
 pub enum Message {
-    Packet(Box<Packet>),
+    /// With the time of its receipt, if that is known.
+    Packet(Box<Packet>, Option<Receipt>),
     /// One object on one line, as with `--json`.
     Json(String),
 }
@@ -73,7 +75,7 @@ impl Message {
     /// As one object on one line.
     pub fn json(&self, lines: &mut JsonLines) -> Result<String> {
         match self {
-            Self::Packet(packet) => Ok(lines.line(packet)?),
+            Self::Packet(packet, receipt) => Ok(lines.line(packet, *receipt)?),
             Self::Json(text) => Ok(text.clone()),
         }
     }
@@ -81,7 +83,7 @@ impl Message {
     /// The frame that it holds. A greeting sets the reference's voltage.
     pub fn frame(&self, vref_v: &mut f32) -> Result<Option<Raw>> {
         match self {
-            Self::Packet(packet) => Ok(match &packet.event {
+            Self::Packet(packet, _) => Ok(match &packet.event {
                 Event::Raw(raw) => Some(*raw),
                 Event::Hello(hello) => {
                     *vref_v = hello.settings.vref_v;
@@ -116,7 +118,9 @@ pub fn messages(path: &Path, form: Form) -> Result<Messages> {
             Ok(Box::new(std::iter::from_fn(move || {
                 loop {
                     match feed.next(Duration::ZERO) {
-                        Ok(Some(FeedEvent::Data(packet))) => return Some(Ok(Message::Packet(Box::new(packet)))),
+                        Ok(Some(FeedEvent::Data(packet))) => {
+                            return Some(Ok(Message::Packet(Box::new(packet), feed.receipt())));
+                        }
                         Ok(Some(FeedEvent::Over)) => return None,
                         Ok(_) => {}
                         Err(error) => return Some(Err(error)),

@@ -46,7 +46,37 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     Ok(())
 }
 
+/// Whether existing files may be replaced, as `--force` says.
+static IS_FORCED: AtomicBool = AtomicBool::new(false);
+
+/// Existing files may be replaced from now on.
+pub fn force() {
+    IS_FORCED.store(true, Ordering::Relaxed);
+}
+
+/// Refuses a file that exists already, unless files may be replaced. Ask before the work whose result it takes.
+pub fn check_new(path: &Path) -> Result<()> {
+    let may_replace = IS_FORCED.load(Ordering::Relaxed) && !recording::is_telemetry(path).unwrap_or(false);
+    // A device or a pipe takes what is written.
+    if path.is_file() && !may_replace {
+        let (path, what) = (path.display(), if IS_FORCED.load(Ordering::Relaxed) { "" } else { ", or add --force" });
+        bail!("{path}: this file exists already and is not overwritten: choose another name{what}");
+    }
+    Ok(())
+}
+
+/// Writes a complete file as [`whole_file`] does, but replaces none unless [`force`] was called.
+pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    check_new(path)?;
+    whole_file(path, write)
+}
+
 /// The same with a text.
+pub fn new_text(path: &Path, text: &str) -> Result<()> {
+    new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
+/// As [`whole_file`] with a text.
 pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
 }

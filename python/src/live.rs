@@ -49,8 +49,8 @@ impl Board {
                 false => Feed::new(Link::open(System, Wanted::new(port, usb_serial))?),
             };
             if let Some(path) = record {
-                let file = recording::create(&path, &feed.name())?;
-                feed = feed.recorded(file);
+                let file = recording::create(&path, &feed.name(), feed.byte_s())?;
+                feed = feed.recorded(Box::new(file));
             }
             let mut requester = Requester::with_settings(settings);
             requester.want_raw_if(raw);
@@ -119,7 +119,7 @@ impl Board {
         let heard = listener.next(most)?;
         let losses = listener.losses();
         Ok(match heard {
-            Some(Heard::Packet(packet)) => Some(("event", json.line(&packet)?)),
+            Some(Heard::Packet(packet, receipt)) => Some(("event", json.line(&packet, receipt)?)),
             Some(Heard::Disconnected(name, why)) => Some(("warning", format!("{name}: {why}; waiting for the board"))),
             Some(Heard::Over) => Some(("over", String::new())),
             Some(Heard::Connected(_)) | None => losses.map(|losses| ("warning", losses)),

@@ -31,6 +31,7 @@ impl DemoArgs {
         if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
             bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");
         }
+        self.svg.as_deref().map_or(Ok(()), output::check_new)?;
         let elf = self.firmware.image()?;
         let mut options = self.firmware.options(&elf);
         if let Some(path) = &self.settings {
@@ -38,7 +39,7 @@ impl DemoArgs {
         }
         let demo = output::with_progress(|progress| demo::run(scene.unwrap_or_default(), options, progress))?;
         if let Some(path) = &self.svg {
-            output::whole_text(path, &demo.svg())?;
+            output::new_text(path, &demo.svg())?;
         }
         output::line(demo.to_string().trim_end())
     }

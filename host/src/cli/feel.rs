@@ -188,7 +188,7 @@ impl FeelArgs {
             eprintln!("ridgetone: {}: {guessed}", felt.file);
         }
         if let Some(path) = &self.svg {
-            output::whole_text(path, &feel::draw(&felt))?;
+            output::new_text(path, &feel::draw(&felt))?;
         }
         let text = if self.json { feel::json(&felt, &coefficients, m)? } else { feel::text(&felt, &coefficients, m) };
         output::line(text.trim_end())
@@ -203,7 +203,7 @@ impl TrainArgs {
             let Some(coefficients) = training.coefficients() else {
                 bail!("{}: nothing measured explains any score: no coefficients to write", training.file)
             };
-            output::whole_text(path, &coefficients.toml()?)?;
+            output::new_text(path, &coefficients.toml()?)?;
         }
         output::line(&if self.json { serde_json::to_string(&training)? } else { training.to_string() })
     }

@@ -4,10 +4,13 @@ use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
+use crate::utc::Receipt;
 use crate::{events, listen, output};
 use anyhow::Result;
 use clap::Args;
+use ratatui::crossterm::terminal;
 use ridgetone_proto::telemetry::Packet;
+use std::io::IsTerminal;
 use std::ops::ControlFlow;
 
 #[derive(Args, Clone, Copy, Debug)]
@@ -23,20 +26,34 @@ pub struct LineOptions {
 /// Prints all packets of a feed, and at the end the counts.
 pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
     let mut print = printer(lines);
-    let (feed, ended) = listen::run(feed, requester, &mut |packet| print(packet).map(ControlFlow::Continue));
+    let (feed, ended) =
+        listen::run(feed, requester, &mut |packet, receipt| print(packet, receipt).map(ControlFlow::Continue));
     report(feed.counts());
     ended
 }
 
-pub fn printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
+pub fn printer(lines: LineOptions) -> impl FnMut(&Packet, Option<Receipt>) -> Result<()> {
     let mut teleplot = lines.teleplot.then(Teleplot::default);
     let mut json = JsonLines::default();
-    move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
+    move |packet, receipt| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
         Some(lines) if lines.is_empty() => Ok(()),
         Some(lines) => output::line(&lines),
-        None if lines.json => output::line(&json.line(packet)?),
-        None => output::line(&events::text(packet)),
+        None if lines.json => output::line(&json.line(packet, receipt)?),
+        None => output::line(&fitted(&events::text(packet))),
     }
+}
+
+/// A text whose lines are no wider than the terminal, if there is one.
+fn fitted(text: &str) -> String {
+    let width = match std::io::stdout().is_terminal() {
+        true => terminal::size().map_or(usize::MAX, |(columns, _)| columns.into()),
+        false => usize::MAX,
+    };
+    let cut = |line: &str| match line.char_indices().nth(width).is_some() {
+        true => line.chars().take(width.saturating_sub(1)).chain(['\u{2026}']).collect(),
+        false => line.to_owned(),
+    };
+    text.lines().map(cut).collect::<Vec<String>>().join("\n")
 }
 
 /// Writes the counts to standard error.

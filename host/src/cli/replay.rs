@@ -11,6 +11,7 @@ use crate::{recording, replay, speed, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -53,7 +54,8 @@ impl ReplayArgs {
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
         let input = self.input.open_for(settings.window_s)?;
         let mut print = printer(self.lines);
-        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut print, progress))?;
+        let mut sink = |packet: &Packet| print(packet, None);
+        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut sink, progress))?;
         report(outcome.counts);
         Ok(())
     }

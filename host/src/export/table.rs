@@ -52,12 +52,12 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut rows = 0u64;
     let counts = match kind {
         Kind::Frames => frames(path, &mut csv, &mut rows)?,
-        Kind::Estimates => packets(path, &mut |packet| {
+        Kind::Estimates => packets(path, &mut |packet, _| {
             let Event::Estimate(estimate) = &packet.event else { return Ok(()) };
             rows += 1;
             Ok(csv.serialize(Point::new(estimate))?)
         })?,
-        Kind::Health => packets(path, &mut |packet| {
+        Kind::Health => packets(path, &mut |packet, _| {
             let Event::Health(health) = packet.event else { return Ok(()) };
             rows += 1;
             Ok(csv.serialize(HealthRow::new(&health))?)
@@ -72,7 +72,7 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
 
 /// Frames in volts, as `replay` and `fit` read them from the recording itself.
 fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) -> Result<Counts> {
-    let counts = packets(path, &mut |_| Ok(()))?;
+    let counts = packets(path, &mut |_, _| Ok(()))?;
     let open = || messages(path, Form::Telemetry);
     let mut frames = RawRows::new(&path.display().to_string(), open()?, open()?)?;
     csv.write_record(std::iter::once("time_s".to_owned()).chain(raw_rows::names()))?;

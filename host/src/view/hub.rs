@@ -138,7 +138,7 @@ impl Hub {
         inner.no_raw = status::no_raw(&following.raw);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
-        if let Ok(line) = inner.json.line(packet) {
+        if let Ok(line) = inner.json.line(packet, following.receipt()) {
             let line: Arc<str> = (line + "\n").into();
             if matches!(packet.event, Event::Hello(_)) {
                 inner.greeting = Some(Arc::clone(&line));
