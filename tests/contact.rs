@@ -174,3 +174,59 @@ fn a_knock_during_a_hold_is_no_slide_and_moves_no_end() {
     let expected = [("contact", 1.0), ("start", 3.0), ("end", 5.0), ("release", 7.0)];
     assert_reported(&found, &expected, 0.02);
 }
+
+/// Twelve times the hold's square and more is no tap: the finger is down until it is lifted.
+#[test]
+fn a_high_spike_is_no_tap() {
+    let found = changes(6.0, 20.0, |t, sign, _| {
+        let load = if (1.0..4.0).contains(&t) { 1000.0 + 5000.0 * (-(t - 1.0) / 0.04).exp() } else { 0.0 };
+        sign * load
+    });
+    assert_reported(&found, &[("contact", 1.0), ("release", 4.0)], 0.01);
+}
+
+/// Means of four frames have nothing of a tone near 60 Hz.
+#[test]
+fn a_tone_of_60_hz_as_strong_as_the_noise_is_a_slide() {
+    let found = changes(12.0, 100.0, |t, sign, lag| {
+        let tone = if (2.0..10.0).contains(&t) { 141.0 * (TAU * (60.0 * (t - 2.0) + lag)).sin() } else { 0.0 };
+        sign * load(t, 11.0) + tone
+    });
+    let expected = [("contact", 1.0), ("start", 2.0), ("end", 10.0), ("release", 11.0)];
+    assert_reported(&found, &expected, 0.02);
+}
+
+#[test]
+fn lifting_soon_after_a_slide_moves_no_end() {
+    for (lifted_s, signal) in [
+        (3.06, (|t, sign, lag| sign * (load(t, 3.06) + slid(t, 3.06, lag))) as Signal),
+        (3.2, |t, sign, lag| sign * (load(t, 3.2) + slid(t, 3.2, lag))),
+        (3.7, |t, sign, lag| sign * (load(t, 3.7) + slid(t, 3.7, lag))),
+    ] {
+        let expected = [("contact", 1.0), ("start", 2.0), ("end", 3.0), ("release", lifted_s)];
+        assert_reported(&changes(6.0, 20.0, signal), &expected, 0.02);
+    }
+    fn slid(t: f64, off_s: f64, lag: f64) -> f64 {
+        if load(t, off_s) == 0.0 { 0.0 } else { 500.0 * (TAU * (8.3 * (t - 2.0).clamp(0.0, 1.0) + lag)).sin() }
+    }
+}
+
+#[test]
+fn a_finger_that_presses_more_and_less_does_not_slide() {
+    let found = changes(8.0, 20.0, |t, sign, lag| {
+        sign * (0.3 + lag) * load(t, 7.0) * (1.0 + 0.1 * (TAU * 2.0 * t).sin() * ((t - 1.0) / 0.3).clamp(0.0, 1.0))
+    });
+    assert_reported(&found, &[("contact", 1.0), ("release", 7.0)], 0.01);
+}
+
+/// The drift passes the load within half a second.
+#[test]
+fn a_drift_is_no_touch_and_hides_none() {
+    let found = changes(12.0, 20.0, |t, sign, lag| {
+        let tone = 500.0 * (TAU * (8.3 * (t - 3.0).clamp(0.0, 2.0) + lag)).sin();
+        let touch = if (2.0..6.0).contains(&t) { 5000.0 + tone } else { 0.0 };
+        sign * touch + if lag < 0.5 { 10_000.0 * t } else { -10_000.0 * t }
+    });
+    let expected = [("contact", 2.0), ("start", 3.0), ("end", 5.0), ("release", 6.0)];
+    assert_reported(&found, &expected, 0.02);
+}

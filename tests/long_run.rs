@@ -125,7 +125,9 @@ fn a_touch_around_every_wrap_of_thirty_days_is_like_the_first() {
                 let number = (t_us * 1000).div_ceil(SCAN_NS);
                 assert_eq!(t_us, scan_us(number), "wrap {wrap}: {event:?}");
                 let expected = begin + (plain_us * 1000).div_ceil(SCAN_NS);
-                assert!(number.abs_diff(expected) < 4, "wrap {wrap}: {event:?}, and at first {plain:?}");
+                // An image is of whole blocks, and the noise that is known decides which is the first.
+                let most = if matches!(event, Event::Image(_)) { 8 } else { 4 };
+                assert!(number.abs_diff(expected) < most, "wrap {wrap}: {event:?}, and at first {plain:?}");
             }
             if let (Event::Estimate(fit), Event::Estimate(plain)) = (event, plain) {
                 assert_same(fit, plain);

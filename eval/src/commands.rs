@@ -7,6 +7,7 @@ use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
 use crate::reproduce;
 use crate::reproduce::taken::Place;
+use crate::touch::{self, TouchArgs};
 use crate::trade;
 use crate::trade::results::Trade;
 use anyhow::Result;
@@ -36,6 +37,8 @@ enum Command {
     Board(BoardArgs),
     /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
     Noise(NoiseArgs),
+    /// Look for contacts, slides and releases in traces with known times.
+    Touch(TouchArgs),
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
 }
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
         Command::Noise(args) => run_noise(&args),
+        Command::Touch(args) => touch::run(&args),
         Command::Faults(args) => faults::run(&args),
     };
     match result {

@@ -10,6 +10,7 @@
 //! | cost beside accuracy | `trade` |
 //! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
+//! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
 //! | injected faults | `faults` |
 #![cfg_attr(target_os = "none", no_std)]
@@ -31,7 +32,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(accuracy axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated trade);
+on_the_pc!(accuracy axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated touch trade);
 
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ mod cells;
 mod kinds;
 mod measure;
 mod parts;
-mod process;
+pub mod process;
 mod recordings;
 mod tables;
 mod window;

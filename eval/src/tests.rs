@@ -9,6 +9,7 @@ mod methods;
 mod nls;
 mod noise;
 mod reproduction;
+mod touch;
 mod trade;
 
 fn from_root(path: &str) -> std::path::PathBuf {

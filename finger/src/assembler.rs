@@ -137,7 +137,7 @@ impl Assembler {
     }
 
     /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it, in time too. False,
-    /// with nothing changed, if it is not.
+    /// with nothing changed that has a meaning, if it is not.
     #[inline(never)]
     pub fn try_fast_path(&mut self) -> bool {
         let Some((buffer, _)) = self.buffer.split_first_chunk::<{ SLOTS as usize }>() else { return false };
@@ -156,17 +156,18 @@ impl Assembler {
         };
         let is_expected = |(timed, id): (&TimedConversion, &u8)| timed.conversion.status.0 == FLAWLESS | id;
         let (taxels, own) = buffer.split_at(INPUTS);
-        if !is_on_time(span_us, SPAN_US)
-            || !buffer.iter().zip(&ID_OF).all(is_expected)
-            || taxels.iter().any(|timed| is_clipped(timed.conversion.code))
-        {
+        if !is_on_time(span_us, SPAN_US) || !buffer.iter().zip(&ID_OF).all(is_expected) {
             return false;
+        }
+        // No frame is open here, so these codes are nobody's.
+        for (code, timed) in self.frame.codes.iter_mut().zip(taxels) {
+            *code = timed.conversion.code;
+            if is_clipped(*code) {
+                return false;
+            }
         }
         self.board_us = last.t_us;
         self.latest_slot = Some(SLOTS - 1);
-        for (code, timed) in self.frame.codes.iter_mut().zip(taxels) {
-            *code = timed.conversion.code;
-        }
         for (code, timed) in self.own.iter_mut().zip(own) {
             *code = Some(timed.conversion.code);
         }

@@ -31,9 +31,9 @@ impl EventBuilder {
                 taxel,
                 height_v: height * self.volts_per_code,
             }),
-            Change::HoldEnd { held, idle, weights } => {
+            Change::HoldEnd { held, idle, idle_frames, weights } => {
                 let span_us = (clock.time_us(held.from, ring), clock.time_us(held.until, ring));
-                Event::Image(image(held, idle, weights, self.volts_per_code, span_us))
+                Event::Image(image(held, (idle, idle_frames), weights, self.volts_per_code, span_us))
             }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);

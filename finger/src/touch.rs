@@ -2,8 +2,10 @@
 
 pub mod change;
 mod chi_square;
+pub(crate) mod condition;
 pub mod contact;
 mod held;
+mod idle;
 pub(crate) mod image;
 pub(crate) mod motion;
 mod onset;

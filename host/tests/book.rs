@@ -38,7 +38,7 @@ const WITH_A_BOARD: [&str; 16] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 14] = [
+const LITTLE_OF: [(&str, &str); 15] = [
     ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
@@ -47,6 +47,7 @@ const LITTLE_OF: [(&str, &str); 14] = [
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
+    ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
     ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),

@@ -1,4 +1,4 @@
-//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `faults`, `reproduce`.
+//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `touch`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -32,6 +32,11 @@ pub fn bench(flags: &[String]) -> Result<()> {
 /// Fits windows on this PC.
 pub fn noise(flags: &[String]) -> Result<()> {
     run(eval("noise").args(flags))
+}
+
+/// Runs traces through the detector on this PC.
+pub fn touch(flags: &[String]) -> Result<()> {
+    run(eval("touch").args(flags))
 }
 
 /// Builds both boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.

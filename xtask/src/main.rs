@@ -57,6 +57,9 @@ enum Task {
     /// docs/noise.md.
     #[command(disable_help_flag = true)]
     Noise(Flags),
+    /// Looks for contacts, slides and releases in traces with known times. With --write docs it fills in docs/touch.md.
+    #[command(disable_help_flag = true)]
+    Touch(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
     Board {
         /// Fill in docs/board.md.
@@ -108,6 +111,7 @@ fn main() -> ExitCode {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
+        Task::Touch(Flags { flags }) => eval::touch(&flags),
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),

@@ -32,7 +32,7 @@ pub struct Tracker {
 impl Tracker {
     pub const fn new(settings: &Settings) -> Self {
         Self {
-            contact: ContactDetector::new(settings.slide),
+            contact: contact(settings),
             clock: FrameClock::new(),
             scheduler: WindowScheduler::new(settings),
             events: EventBuilder::new(settings.vref_v),
@@ -48,12 +48,13 @@ impl Tracker {
         self.is_stopped = !is_going;
         self.has_begun = false;
         self.scheduler.whole = None;
-        self.contact = ContactDetector::new(settings.slide);
+        self.contact = contact(settings);
     }
 
     /// Puts new settings in force. A slide that lasts goes on.
     pub fn change(&mut self, settings: &Settings) {
         self.contact.rule = settings.slide;
+        self.contact.set_mains(settings.interferer_hz);
         self.events.volts_per_code = reading::volts(1, settings.vref_v);
         self.scheduler.change(settings, self.contact.sliding().map(|(start, _)| start), self.clock.latest.0);
     }
@@ -111,6 +112,13 @@ impl Tracker {
         });
         scheduler.give_whole(clock, ring, due);
     }
+}
+
+/// A detector at rest.
+const fn contact(settings: &Settings) -> ContactDetector {
+    let mut contact = ContactDetector::new(settings.slide);
+    contact.set_mains(settings.interferer_hz);
+    contact
 }
 
 /// Fills the places of missing scans with frames that have no valid taxel. Their times are spread over the gap, since a

@@ -21,6 +21,8 @@ pub enum Change<'a> {
         held: &'a HeldLevel,
         /// Level before the touch, codes.
         idle: &'a Values,
+        /// Frames that this level is the mean of, by its variance.
+        idle_frames: f32,
         /// One over the variance of each taxel's frames.
         weights: &'a Values,
     },

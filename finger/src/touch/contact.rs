@@ -7,27 +7,30 @@
 
 use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
-use crate::touch::chi_square::limit;
+use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, approach};
+use crate::touch::idle::Idle;
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, greater};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
-use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
-use ridgetone_proto::scan::TAXELS;
+use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
 
 /// Blocks that teach the idle level and the noise before anything is looked for: 133 ms.
 const LEARN_BLOCKS: u32 = 8;
-/// Share by which the idle level follows each block.
-const IDLE_SHARE: f32 = 1.0 / 16.0;
-/// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
-/// [`crate::touch::motion`], with a margin for the uncertainty of the level.
-const TOUCHED: f32 = limit(1.0, 84.0);
 /// Blocks in a row without any change after which something is still: 66 ms.
 const STILL_BLOCKS: u32 = 4;
+/// Blocks after which the load of a hold is measured anew: 133 ms.
+const LOAD_BLOCKS: u32 = 8;
+/// Latest blocks that are no part of the level before a motion: a slow one may have begun in them. 133 ms.
+const STILL_BACK: usize = 8;
+/// Blocks after which the direction that is no motion is measured anew in a slide: 133 ms.
+const AIM_BLOCKS: u32 = 8;
+/// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
+const HIDDEN_FRAMES: u32 = 12;
 
 /// The state machine.
 #[derive(Clone, Debug)]
@@ -37,8 +40,9 @@ pub struct ContactDetector {
     phase: Phase,
     /// The next block may hold the last of what has ended: it is not judged.
     skips_block: bool,
+    condition: Condition,
     motion: Motion,
-    idle: Values,
+    idle: Idle,
     /// Idle level before the latest touch, if there was one: the skin creeps back to it.
     idle_before: Option<Values>,
     spike: Spike,
@@ -47,8 +51,10 @@ pub struct ContactDetector {
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
-    /// Level at which the taxels were still before the latest motion.
-    still_level: Values,
+    /// Level at which the taxels were still before the latest motion; none in one that was there before the spike was over.
+    still_level: Option<Values>,
+    /// Blocks until the direction that is no motion is measured anew.
+    aim_in: u32,
     /// Slide by protocol: first frame and the one behind its last, until it is over.
     planned: Option<(u32, u32)>,
     /// Frame up to which the slide is known to have lasted.
@@ -62,17 +68,24 @@ impl ContactDetector {
             rule,
             phase: Phase::Learning(0),
             skips_block: false,
+            condition: Condition::new(),
             motion: Motion::new(),
-            idle: [0.0; TAXELS],
+            idle: Idle::new(),
             idle_before: None,
             spike: Spike::new(),
             contact: 0,
             held: HeldLevel::new(),
             load: 0.0,
-            still_level: [0.0; TAXELS],
+            still_level: None,
+            aim_in: 0,
             planned: None,
             moving_until: 0,
         }
+    }
+
+    /// Takes mains hum of this frequency off before it looks for anything; zero: none.
+    pub const fn set_mains(&mut self, interferer_hz: f32) {
+        self.condition.set_mains(interferer_hz);
     }
 
     /// Whether the finger is on something.
@@ -98,8 +111,17 @@ impl ContactDetector {
     /// Takes frame `number`, the latest one in `ring`; reports what changed.
     pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
         self.follow_plan(number, report);
+        let number = self.condition.reach(number);
+        let cleaned;
+        let values = if self.condition.is_plain() {
+            values
+        } else {
+            let Some(frame) = self.condition.cleaned(ring, number) else { return };
+            cleaned = frame;
+            &cleaned
+        };
         if matches!(self.phase, Phase::Spike(_)) {
-            self.spike.follow(number, values, &self.idle, self.motion.weights());
+            self.spike.follow(number, values, &self.idle.level, self.motion.weights());
         }
         let Some(block) = self.motion.push(values) else { return };
         if core::mem::take(&mut self.skips_block) {
@@ -125,33 +147,36 @@ impl ContactDetector {
 
     /// One block further, which ends with frame `number`. True if the finger was still, so that the noise can be learned
     /// from it.
+    #[inline(never)]
     fn step(&mut self, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) -> bool {
-        let mean = *self.motion.past().back(0);
+        let mean = self.motion.past().back(0);
         match self.phase {
             Phase::Learning(blocks) => {
-                approach(&mut self.idle, &mean, 1.0 / (blocks + 1) as f32);
+                self.follow_idle(self.off_idle(mean));
                 self.phase = Phase::Learning(blocks + 1);
                 if blocks + 1 == LEARN_BLOCKS {
                     self.enter(Phase::Idle);
                 }
                 true
             }
-            Phase::Idle if self.motion.distance(&mean, &self.idle) * BLOCK_FRAMES as f32 > TOUCHED => {
-                let is_nearer = |before| self.motion.distance(&mean, before) < self.motion.distance(&self.idle, before);
+            Phase::Idle => {
+                let off = self.off_idle(mean);
+                if off <= self.idle.touched() {
+                    self.follow_idle(off);
+                    return true;
+                }
+                let idle = &self.idle.level;
+                let is_nearer = |before| self.motion.distance(mean, before) < self.motion.distance(idle, before);
                 if self.idle_before.as_ref().is_some_and(is_nearer) {
                     self.enter(Phase::CreepingBack);
                 } else {
-                    self.spike = Spike::begin(number, &self.idle, self.motion.weights(), ring);
+                    self.spike = Spike::begin(number, idle, self.motion.weights(), ring, &self.condition);
                     self.enter(Phase::Spike(number));
                 }
                 false
             }
-            Phase::Idle => {
-                approach(&mut self.idle, &mean, IDLE_SHARE);
-                true
-            }
             Phase::CreepingBack => {
-                self.idle = mean;
+                self.idle.restart(*mean, &self.condition);
                 self.enter(Phase::Idle);
                 false
             }
@@ -162,9 +187,16 @@ impl ContactDetector {
                 false
             }
             Phase::Hold | Phase::Moving(_) => {
-                self.load = self.motion.distance(&self.held.level, &self.idle);
-                let off = self.motion.distance(&mean, &self.idle);
-                if self.motion.still_quick >= STILL_BLOCKS && off < BACK_AT_IDLE * self.load {
+                // The level of a hold changes slowly.
+                if self.motion.still.is_multiple_of(LOAD_BLOCKS) {
+                    self.load = self.motion.distance(&self.held.level, &self.idle.level);
+                }
+                let off = self.motion.distance(mean, &self.idle.level);
+                // What changes along the load alone is not quick: the oldest block counts too.
+                let back = BACK_AT_IDLE * self.load;
+                let is_back =
+                    |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
+                if self.motion.still_quick >= STILL_BLOCKS && off < back && is_back(STILL_BLOCKS as usize - 1) {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -187,14 +219,16 @@ impl ContactDetector {
         let moves = block.moves();
         if moves && self.rule == SlideRule::Found {
             // Right after something else it is the level at which that ended.
-            if self.motion.past().count > HELD_BACK {
-                self.still_level = self.motion.past().mean_of_four(HELD_BACK);
+            let count = self.motion.past().count;
+            if count > HELD_BACK {
+                let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
+                self.still_level = Some(self.motion.past().mean_of_four(skip));
             }
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
-        } else if !moves && self.motion.still > HELD_BACK as u32 && off > IS_LOAD * self.load {
-            self.held.extend(number, &self.motion);
-        } else if !moves {
+        } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
+        } else if !moves && off > IS_LOAD * self.load {
+            self.held.extend(number, &self.motion);
         }
         !moves
     }
@@ -202,7 +236,10 @@ impl ContactDetector {
     /// One block further while something moves: it becomes a slide, or is still again.
     fn moving(&mut self, moving: Moving, ring: &Ring, report: &mut dyn FnMut(Change)) {
         if moving.is_slide() {
-            let left = self.frames(ring).departure(&self.still_level, moving.since, self.contact);
+            let left = match &self.still_level {
+                Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
+                None => self.contact.wrapping_add(HIDDEN_FRAMES),
+            };
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
         } else if self.motion.still >= STILL_BLOCKS {
             self.enter(Phase::Hold);
@@ -222,8 +259,17 @@ impl ContactDetector {
             self.moving_until = sure;
         }
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
-        let off = self.motion.distance(&self.motion.recent_mean(), &self.idle);
-        if self.motion.still >= STILL_BLOCKS || off < BACK_AT_IDLE * self.load {
+        self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
+        let mut is_over = self.motion.still >= STILL_BLOCKS;
+        if self.aim_in == 0 {
+            let recent = self.motion.recent_mean();
+            let off = self.motion.distance(&recent, &self.idle.level);
+            is_over |= off < BACK_AT_IDLE * self.load;
+            if off > IS_LOAD * self.load {
+                self.aim(&recent);
+            }
+        }
+        if is_over {
             self.end_phase(Ended::Slide(start), number, ring, report);
         }
     }
@@ -233,14 +279,23 @@ impl ContactDetector {
     #[inline(never)]
     fn end_phase(&mut self, ended: Ended, over: u32, ring: &Ring, report: &mut dyn FnMut(Change)) {
         let level = self.motion.past().mean_of_four(0);
-        let off = self.motion.distance(&level, &self.idle);
-        self.still_level = level;
+        let off = self.motion.distance(&level, &self.idle.level);
+        self.still_level = Some(level);
         self.skips_block = true;
         let mut arrived = None;
         let is_released = match ended {
             Ended::Spike => {
                 let height = self.spike.height(self.motion.weights());
-                let is_released = off < BACK_AT_IDLE * height;
+                // A spike may be many times as high as the hold: only what is next to idle is in the air.
+                // Of a finger that is shaken all the time a longer mean shows where it is.
+                let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+                let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
+                let off = if is_still || off < of_recent { off } else { of_recent };
+                let at_idle = self.idle.touched() * (1.0 / BLOCK_FRAMES as f32);
+                let is_released = off < greater(at_idle, BACK_FROM_SPIKE * height);
+                if !is_still {
+                    self.still_level = None;
+                }
                 if is_released && height < TAP {
                     self.enter(Phase::Idle);
                     return;
@@ -251,34 +306,58 @@ impl ContactDetector {
             Ended::Hold => true,
             Ended::Slide(start) => {
                 // Of a finger that is shaken in the air only that is known.
-                let end = if self.motion.still_quick >= STILL_BLOCKS {
-                    let end = slide_end(&self.frames(ring), &self.motion, &level, self.moving_until, over);
-                    arrived = Some(end);
-                    end
-                } else {
+                let frames = self.frames(ring);
+                let is_released = off < BACK_AT_IDLE * self.load;
+                let end = if self.motion.still_quick < STILL_BLOCKS {
                     self.moving_until
+                } else if is_released {
+                    let lifted = frames.arrival(&level, over);
+                    arrived = Some(lifted);
+                    frames.hold_before(lifted, start)
+                } else {
+                    slide_end(&frames, &self.motion, &level, self.moving_until, over)
                 };
                 report(Change::SlideEnd(start, end));
-                off < BACK_AT_IDLE * self.load
+                is_released
             }
         };
         if is_released {
             report(Change::Release(arrived.unwrap_or_else(|| self.frames(ring).arrival(&level, over))));
-            self.idle_before = Some(self.idle);
-            self.idle = level;
+            self.idle_before = Some(self.idle.level);
+            self.idle.restart(level, &self.condition);
             self.planned = None;
+            self.motion.ignore(None);
             self.enter(Phase::Idle);
             return;
         }
         if ended == Ended::Spike || off > IS_LOAD * self.load {
             (self.held.level, self.load) = (level, off);
         }
+        self.aim(&level);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
+    }
+
+    /// What is along the way from idle to this level is no motion.
+    fn aim(&mut self, level: &Values) {
+        self.motion.ignore(Some(core::array::from_fn(|c| level[c] - self.idle.level[c])));
+    }
+
+    /// The idle level follows the latest block, which is `off` from it.
+    fn follow_idle(&mut self, off: f32) {
+        let Self { idle, motion, condition, .. } = self;
+        if idle.follow(motion.past().back(0), off, motion.weights(), condition) {
+            motion.forget();
+        }
+    }
+
+    /// Squared distance of a block's mean from idle, in units of its noise.
+    fn off_idle(&self, mean: &Values) -> f32 {
+        self.motion.distance(mean, &self.idle.level) * BLOCK_FRAMES as f32
     }
 
     /// The taxel with the highest spike gives the time.
     fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
-        let (frame, taxel, height) = self.spike.highest();
+        let (frame, taxel, height) = self.spike.highest(self.motion.weights());
         self.contact = frame;
         self.planned = planned(self.rule, frame);
         report(Change::Contact { frame, taxel, height });
@@ -314,12 +393,24 @@ impl ContactDetector {
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
         if self.held.is_long_enough() {
-            report(Change::HoldEnd { held: &self.held, idle: &self.idle, weights: self.motion.weights() });
+            report(Change::HoldEnd {
+                held: &self.held,
+                idle: &self.idle.level,
+                idle_frames: self.idle.frames(),
+                weights: self.motion.weights(),
+            });
         }
     }
 
     fn frames<'a>(&'a self, ring: &'a Ring) -> Frames<'a> {
-        Frames { ring, weights: self.motion.weights() }
+        let motion = &self.motion;
+        Frames {
+            ring,
+            condition: &self.condition,
+            weights: motion.weights(),
+            wander: motion.wander(),
+            pull: motion.pull(),
+        }
     }
 
     fn enter(&mut self, phase: Phase) {

@@ -6,23 +6,20 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
 use ridgetone_tone::Values;
 
-/// Frames that the level before a touch is the mean of, by its variance: it follows each block of four by a sixteenth, so
-/// its variance is (1/16) / (2 - 1/16) of a block's.
-const IDLE_FRAMES: f32 = 4.0 * 31.0;
 /// A taxel whose frames vary by less than this has no noise, squared codes: a tenth more than rounding makes of any
 /// (1/12), which is the least that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// The image of a hold, beside the level before the touch; `weights` are one over the variance of each taxel's frames.
+/// The image of a hold, beside the level before the touch and the frames that this is the mean of; `weights` are one over the variance of each taxel's frames.
 /// The mean over the hold began and ended at `span_us`, device time in microseconds.
 pub fn image(
     held: &HeldLevel,
-    idle: &Values,
+    (idle, idle_frames): (&Values, f32),
     weights: &Values,
     volts_per_code: f32,
     (start_us, end_us): (u64, u64),
 ) -> Image {
-    let of_mean = 1.0 / held.frames() as f32 + 1.0 / IDLE_FRAMES;
+    let of_mean = 1.0 / held.frames() as f32 + 1.0 / idle_frames;
     let mut taxels = Vec::new();
     for c in 0..TAXELS {
         let (pressed, variance) = (held.level[c] - idle[c], 1.0 / weights[c]);

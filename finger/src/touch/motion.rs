@@ -5,32 +5,54 @@
 //! but not the straight creep of a skin that was just loaded.
 
 use crate::touch::chi_square::{distance, limit};
+use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// Frames of a block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
-/// Blocks that are remembered: 0.53 s. A power of two, because their places wrap.
-const HISTORY: usize = 32;
-/// Most blocks that [`Past::mean_of_four`] can leave out.
-pub const SKIP_MAX: usize = HISTORY - 5;
+/// Blocks that are remembered: 0.27 s. A power of two, because their places wrap.
+const HISTORY: usize = 16;
+/// Pairs of blocks that are remembered: as long.
+const PAIRS: usize = HISTORY / 2;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
-/// Distance of the long second difference, blocks: 133 ms.
-const LONG: usize = 8;
+/// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
+const LONG: usize = 6;
 /// Blocks that the short comparison reaches back: 66 ms.
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
-/// Blocks that the long comparison reaches back: 267 ms.
-pub const LONG_BLOCKS: u32 = 2 * LONG as u32;
+/// Blocks that the long comparison reaches back: 250 ms.
+pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
+/// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
+pub const FAINT_BLOCKS: u32 = 7;
+/// Share of the latest block in these averages.
+const FAINT_SHARE: f32 = 0.2;
+/// Weight of the comparison with the block before, beside that within a block: they have the same standard deviation then.
+/// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
+const BESIDE: f32 = 5.0;
+/// An average above this is motion: within blocks, that and the comparison with the block before together, and the short one.
+/// An average has the share of 1/9 of a block's variance, more where neighbours share frames: the mean and four and a
+/// half standard deviations, since a slide needs many of them. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none
+/// of it.
+const FAINT: [f32; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
+/// The same in noise that is not white. An average varies less than a block.
+const FAINT_OVER_TYPICAL: f32 = 1.3;
+/// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
+const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
 /// 5.7. A day has 5 million blocks.
 const MOVING: f32 = limit(1.0, 45.0);
 /// The same for the differences from frame to frame over a block: mean 128, eight times 35.
 const JUMPING: f32 = limit(8.0, 282.0);
+/// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the motion.
+const CREEP_SHARE: f32 = 1e-3;
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
 const OVER_TYPICAL: f32 = 4.0;
-/// Blocks over which the noise is averaged: 0.5 s.
+/// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
+const LOADED_MIN: f32 = 2.5;
+/// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
 const NOISE_BLOCKS: f32 = 32.0;
+const LEARN_EVERY: u32 = 8;
 /// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
 const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
@@ -43,12 +65,38 @@ pub struct Block {
     pub quick: bool,
     /// It differs from the course of the last [`LONG_BLOCKS`].
     pub slow: bool,
+    /// The latest blocks differ among each other, if only on the average.
+    pub faint: bool,
 }
 
 impl Block {
     /// Whether it shows any change.
     pub const fn moves(&self) -> bool {
-        self.quick || self.slow
+        self.quick || self.slow || self.faint
+    }
+}
+
+/// Squared length of a difference, in units of the noise, and its length along the direction that is ignored.
+#[derive(Clone, Copy)]
+pub struct Apart {
+    sum: f32,
+    along: f32,
+}
+
+impl Apart {
+    pub const NONE: Self = Self { sum: 0.0, along: 0.0 };
+
+    /// Adds a taxel's difference.
+    #[inline(always)]
+    pub fn add(&mut self, off: f32, weight: f32, pull: f32) {
+        self.sum += off * off * weight;
+        self.along += off * pull;
+    }
+
+    /// The square without what is ignored.
+    #[inline(always)]
+    pub fn square(self) -> f32 {
+        self.sum - self.along * self.along
     }
 }
 
@@ -57,8 +105,17 @@ impl Block {
 pub struct Motion {
     noise: Noise,
     past: Past,
-    /// Sum of the latest blocks since the last restart, at most [`LONG_BLOCKS`].
-    recent_sum: Values,
+    /// Direction that is ignored, codes, and whether there is one.
+    load: Values,
+    has_load: bool,
+    /// The same, times the weights, so that a product with it is the length along it.
+    pull: Values,
+    /// The greatest long comparison since the last restart.
+    greatest_bend: f32,
+    /// Still blocks until the noise is learned again.
+    until_learning: u32,
+    /// Blocks that nothing can be learned from: a part of their frames is with a drift.
+    unfit: u32,
     /// Frames of the block under way.
     frames: [Values; BLOCK_FRAMES as usize],
     count: usize,
@@ -70,6 +127,10 @@ pub struct Motion {
     compared: [f32; 4],
     /// Those of still blocks.
     typical: [f32; 4],
+    /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
+    learned: [f32; 4],
+    /// Averages over the latest blocks: of the first, of the first two together, and of the third.
+    faint: [f32; 3],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any.
@@ -82,13 +143,20 @@ impl Motion {
         Self {
             noise: Noise::new(),
             past: Past::new(),
-            recent_sum: [0.0; TAXELS],
+            load: [0.0; TAXELS],
+            has_load: false,
+            pull: [0.0; TAXELS],
+            greatest_bend: 0.0,
+            until_learning: 0,
+            unfit: 0,
             frames: [[0.0; TAXELS]; BLOCK_FRAMES as usize],
             count: 0,
             before: None,
             squares: [0.0; TAXELS],
             compared: [0.0; 4],
             typical: [0.0; 4],
+            learned: [0.0; 4],
+            faint: [0.0; 3],
             still_quick: 0,
             still: 0,
         }
@@ -99,6 +167,8 @@ impl Motion {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; 3];
+        self.faint = [0.0; 3];
+        self.greatest_bend = 0.0;
     }
 
     /// Takes the next frame. Gives what the block shows that it ends.
@@ -117,70 +187,130 @@ impl Motion {
     fn evaluate(&mut self) -> Block {
         let [first, second, third, fourth] = &self.frames;
         let before = self.before.as_ref().unwrap_or(first);
-        let mut mean = [0.0; TAXELS];
+        let [latest, near, far] = [0, SHORT - 1, 2 * SHORT - 1].map(|back| self.past.back(back));
+        // One loop: it is the dearest step of a frame.
         let mut within = 0.0;
-        for c in 0..TAXELS {
+        let (mut change, mut bend) = (Apart::NONE, Apart::NONE);
+        let mean: Values = core::array::from_fn(|c| {
             let changes = [first[c] - before[c], second[c] - first[c], third[c] - second[c], fourth[c] - third[c]];
             let [one, two, three, four] = changes.map(|change| change * change);
+            let (weight, pull) = (self.noise.weights[c], self.pull[c]);
             self.squares[c] = one + two + three + four;
-            within += self.squares[c] * self.noise.weights[c];
-            mean[c] = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
-        }
+            within += self.squares[c] * weight;
+            let mean = (first[c] + second[c] + third[c] + fourth[c]) * (1.0 / BLOCK_FRAMES as f32);
+            change.add(mean - latest[c], weight, pull);
+            bend.add(mean + far[c] - 2.0 * near[c], weight, pull);
+            mean
+        });
         self.before = Some(*fourth);
         // In units of the noise: a mean of four frames has a quarter of the variance of one, a first difference of such
         // means twice that, a second difference six times.
         let known = self.past.count;
         let frames = BLOCK_FRAMES as f32;
+        let if_known = |blocks: usize, apart: f32| if known >= blocks { apart } else { 0.0 };
+        self.past.push(mean);
+        // Means of four blocks change slowly: every other one is compared.
+        let long = if known < LONG_BLOCKS as usize {
+            0.0
+        } else if self.past.pair_is_new {
+            self.long_bend() * (4.0 * frames / 6.0)
+        } else {
+            self.compared[3]
+        };
         self.compared = [
             within,
-            if known > 0 { self.distance(&mean, self.past.back(0)) * (frames / 2.0) } else { 0.0 },
-            if known >= 2 * SHORT { self.bend(&mean, SHORT) * (frames / 6.0) } else { 0.0 },
-            if known >= 2 * LONG { self.bend(&mean, LONG) * (frames / 6.0) } else { 0.0 },
+            if_known(1, change.square()) * (frames / 2.0),
+            if_known(2 * SHORT, bend.square()) * (frames / 6.0),
+            long,
         ];
-        self.add_recent(&mean);
-        self.past.push(mean);
-        let over = |which: usize, limit: f32| self.compared[which] > greater(limit, OVER_TYPICAL * self.typical[which]);
-        let now = over(0, JUMPING) || over(1, MOVING);
-        let block = Block { now, quick: now || over(2, MOVING), slow: over(3, MOVING) };
+        let limits = [JUMPING, MOVING, MOVING, MOVING];
+        self.greatest_bend = greater(self.greatest_bend, long);
+        let limit = |which: usize| {
+            let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
+            if which == 3 { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
+        };
+        let over = |which: usize| self.compared[which] > limit(which);
+        // One block counts no more than a motion that it shows alone.
+        let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
+        let latest = [most(0), most(0) + BESIDE * most(1), most(2)];
+        let [within, beside, short, _] = self.typical;
+        let typical = [within, within + BESIDE * beside, short];
+        let mut faint = false;
+        for which in 0..FAINT.len() {
+            self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
+            faint |= self.faint[which] > greater(FAINT[which], FAINT_OVER_TYPICAL * typical[which]);
+        }
+        let now = over(0) || over(1);
+        let block = Block { now, quick: now || over(2), slow: over(3), faint };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
         block
     }
 
-    /// How far this block and two before it, `distance_blocks` and twice that, are off a straight course.
+    /// How far the mean of the latest four blocks, and two before it at a distance of [`LONG`], are off a straight course.
     #[inline]
-    fn bend(&self, mean: &Values, distance_blocks: usize) -> f32 {
-        let (near, far) = (self.past.back(distance_blocks - 1), self.past.back(2 * distance_blocks - 1));
-        let mut sum = 0.0;
-        for c in 0..TAXELS {
-            let off = mean[c] + far[c] - 2.0 * near[c];
-            sum += off * off * self.noise.weights[c];
+    fn long_bend(&self) -> f32 {
+        const FAR: usize = LONG / 2;
+        let [a, b, c, d, e, f] = [0, 1, FAR, FAR + 1, 2 * FAR, 2 * FAR + 1].map(|back| self.past.pair(back));
+        let mut bend = Apart::NONE;
+        for taxel in 0..TAXELS {
+            let off = a[taxel] + b[taxel] + e[taxel] + f[taxel] - 2.0 * (c[taxel] + d[taxel]);
+            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
         }
-        sum
-    }
-
-    /// Adds the next block to the sum of the latest ones, and takes the oldest out.
-    #[inline]
-    fn add_recent(&mut self, mean: &Values) {
-        if self.past.count == 0 {
-            self.recent_sum = [0.0; TAXELS];
-        }
-        for c in 0..TAXELS {
-            self.recent_sum[c] += mean[c];
-        }
-        if self.past.count >= 2 * LONG {
-            let oldest = self.past.back(2 * LONG - 1);
-            for c in 0..TAXELS {
-                self.recent_sum[c] -= oldest[c];
-            }
-        }
+        bend.square() * (1.0 / 16.0)
     }
 
     /// The latest block was a still one: learns the noise from it.
     pub fn learn(&mut self) {
-        let share = self.noise.learn(&self.past, &self.squares);
-        for (typical, compared) in self.typical.iter_mut().zip(self.compared) {
-            *typical += share * (compared - *typical);
+        if self.unfit > 0 {
+            self.unfit -= 1;
+            return;
+        }
+        // What is known well needs only one block of eight.
+        self.until_learning = if self.until_learning > 0 { self.until_learning - 1 } else { LEARN_EVERY - 1 };
+        if self.until_learning > 0 && self.learned[0] >= NOISE_BLOCKS {
+            return;
+        }
+        self.noise.learn(&self.past, &self.squares);
+        if self.has_load {
+            self.aim();
+        }
+        if self.noise.learned < KNOWN_BLOCKS {
+            return;
+        }
+        // A comparison with nothing says nothing.
+        for ((compared, learned), typical) in self.compared.iter().zip(&mut self.learned).zip(&mut self.typical) {
+            if *compared > 0.0 {
+                *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
+                *typical += (compared - *typical) / *learned;
+            }
+        }
+    }
+
+    /// The noise, and what is typical, are to be learned anew.
+    pub fn forget(&mut self) {
+        self.restart();
+        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
+    }
+
+    /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its skin creeps.
+    pub fn ignore(&mut self, load: Option<Values>) {
+        (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
+        self.aim();
+    }
+
+    /// Brings the direction that is ignored to length one, in units of the noise.
+    fn aim(&mut self) {
+        let (weights, load) = (&self.noise.weights, &self.load);
+        let (mut square, mut fourth) = (0.0, 0.0);
+        for c in 0..TAXELS {
+            let one = load[c] * load[c] * weights[c];
+            (square, fourth) = (square + one, fourth + one * one);
+        }
+        let is_wide = square * square > LOADED_MIN * fourth;
+        let share = if is_wide { 1.0 / libm::sqrtf(square) } else { 0.0 };
+        for c in 0..TAXELS {
+            self.pull[c] = load[c] * weights[c] * share;
         }
     }
 
@@ -189,15 +319,31 @@ impl Motion {
         &self.past
     }
 
-    /// Mean of the last [`LONG_BLOCKS`], or of those since a restart.
+    /// Mean of the last [`PAIRS`], or of those since a restart.
+    #[inline(never)]
     pub fn recent_mean(&self) -> Values {
-        let share = 1.0 / self.past.count.clamp(1, 2 * LONG) as f32;
-        self.recent_sum.map(|sum| sum * share)
+        let pairs = (self.past.count / 2).clamp(1, PAIRS);
+        let mut sum = [0.0; TAXELS];
+        for pair in (0..pairs).map(|back| self.past.pair(back)) {
+            (0..TAXELS).for_each(|c| sum[c] += pair[c]);
+        }
+        let share = 0.5 / pairs as f32;
+        sum.map(|sum| sum * share)
     }
 
     /// Squared distance of two levels, in units of one frame's noise.
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.noise.weights, a, b)
+    }
+
+    /// How much more slow comparisons are than in white noise, at least one.
+    pub fn wander(&self) -> f32 {
+        greater(1.0, greater(self.typical[1], self.typical[3]) * (1.0 / INPUTS as f32))
+    }
+
+    /// What a product with a difference gives its length along the direction that is ignored.
+    pub const fn pull(&self) -> &Values {
+        &self.pull
     }
 
     /// One over the variance of each taxel's frames.
@@ -233,9 +379,8 @@ impl Noise {
         Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
     }
 
-    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`. Gives the share
-    /// that it has in the average.
-    pub fn learn(&mut self, past: &Past, squares: &Values) -> f32 {
+    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`.
+    pub fn learn(&mut self, past: &Past, squares: &Values) {
         if self.learned < NOISE_BLOCKS {
             self.learned += 1.0;
         }
@@ -253,7 +398,6 @@ impl Noise {
             *slow += share * (slow_now - *slow);
             self.weights[c] = 1.0 / greater(*quick, *slow);
         }
-        share
     }
 }
 
@@ -266,6 +410,11 @@ pub fn greater(a: f32, b: f32) -> f32 {
 #[derive(Clone, Debug)]
 pub struct Past {
     blocks: [Values; HISTORY],
+    /// Sums of two blocks, none of which is in two of them.
+    pairs: [Values; PAIRS],
+    latest_pair: usize,
+    /// Whether the latest block ended one.
+    pair_is_new: bool,
     /// Place of the latest.
     latest: usize,
     /// Blocks since the last restart, as far as they are remembered.
@@ -274,18 +423,38 @@ pub struct Past {
 
 impl Past {
     pub const fn new() -> Self {
-        Self { blocks: [[0.0; TAXELS]; HISTORY], latest: 0, count: 0 }
+        Self {
+            blocks: [[0.0; TAXELS]; HISTORY],
+            pairs: [[0.0; TAXELS]; PAIRS],
+            latest_pair: 0,
+            pair_is_new: false,
+            latest: 0,
+            count: 0,
+        }
     }
 
     pub fn push(&mut self, mean: Values) {
-        self.latest = (self.latest + 1) % HISTORY;
-        self.blocks[self.latest] = mean;
+        let before = *self.back(0);
+        let at = (self.latest + 1) % HISTORY;
+        self.pair_is_new = !self.pair_is_new;
+        if self.pair_is_new {
+            let pair = (self.latest_pair + 1) % PAIRS;
+            self.pairs[pair] = core::array::from_fn(|c| mean[c] + before[c]);
+            self.latest_pair = pair;
+        }
+        self.blocks[at] = mean;
+        self.latest = at;
         self.count = (self.count + 1).min(HISTORY - 1);
     }
 
     /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
     pub fn back(&self, back: usize) -> &Values {
         &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
+    }
+
+    /// The sum of a pair of blocks, `back` pairs before the latest pair.
+    fn pair(&self, back: usize) -> &Values {
+        &self.pairs[self.latest_pair.wrapping_sub(back) % PAIRS]
     }
 
     /// The mean of four blocks, the `skip` latest left out.

@@ -4,77 +4,222 @@
 
 use crate::ring::{Ring, reached};
 use crate::touch::chi_square::{distance, limit};
+use crate::touch::condition::Condition;
+use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16 and 4.5 times its
 /// standard deviation of 5.7.
 const DEPARTED: f32 = limit(1.0, 26.0);
-/// Frames that are searched for the moment when a motion began or ended: 0.66 s.
+/// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of noise and a tone as strong
+/// as it, whose mean is 32: where both are as likely.
+const BETWEEN: f32 = limit(1.0, 7.0);
+/// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
+const BETWEEN_MEANS: f32 = limit(1.25, 18.0);
+/// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`] for its frames. What is less
+/// after a strong motion may be the curve of a skin's creep.
+const SHARP_START: (f32, f32) = (limit(90.0, 0.0), DEPARTED);
+const SHARP_END: (f32, f32) = (limit(600.0, 0.0), limit(10.0, 0.0));
+/// One frame counts no more than so many of these: a knock is no motion that goes on.
+const MOST: f32 = 3.0;
+/// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
+const PAST: f32 = limit(5.0, 20.0);
+/// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
-/// Parts of the taxels: a level that creeps is moved for one part with each frame, by the creep of so many frames.
-const PARTS: usize = 4;
+/// Frames that are searched for the start of a motion before the block that showed it, and behind.
+const START_FRAMES: (u32, u32) = (44, 16);
+/// Most frames that are searched for its end: 0.25 s.
+const END_FRAMES: u32 = 60;
+/// Frames of a hold between a slide and the release that show its level: 33 ms.
+const PLATEAU_FRAMES: u32 = 8;
+/// Frames before a release that may belong to it.
+const LIFTING_FRAMES: u32 = 4;
 
 /// The frames in the ring, and what a distance is measured in.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
     pub ring: &'a Ring,
+    pub condition: &'a Condition,
     /// One over the variance of each taxel's frames.
     pub weights: &'a Values,
+    /// See [`Motion::wander`](crate::touch::motion::Motion::wander).
+    pub wander: f32,
+    /// See [`Motion::pull`](crate::touch::motion::Motion::pull).
+    pub pull: &'a Values,
+}
+
+/// What frames and means of four speak for; and frames by a greater limit, where a motion begins or ends at once: the curve
+/// of a skin's creep is none.
+struct Spoken {
+    single: Extremes,
+    mean: Extremes,
+    sharp: Option<Extremes>,
+}
+
+/// A sum over frames, latest first, and where it was the most and the least.
+#[derive(Clone, Copy)]
+struct Extremes {
+    sum: f32,
+    most: f32,
+    most_from: u32,
+    least: f32,
+    least_from: u32,
+}
+
+impl Extremes {
+    const fn at(last: u32) -> Self {
+        Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last }
+    }
+
+    /// Whether what was looked for is far behind.
+    fn is_past(&self, most: bool) -> bool {
+        if most { self.most - self.sum > PAST } else { self.sum - self.least > PAST }
+    }
+
+    /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
+    fn add(&mut self, apart: f32, between: f32, frame: u32) {
+        self.sum += if apart > MOST * between { MOST * between } else { apart } - between;
+        if self.sum > self.most {
+            (self.most, self.most_from) = (self.sum, frame);
+        }
+        if self.sum < self.least {
+            (self.least, self.least_from) = (self.sum, frame);
+        }
+    }
 }
 
 impl Frames<'_> {
     fn is_off(&self, level: &Values, frame: u32) -> bool {
-        self.ring.frame(frame).is_some_and(|(values, _)| distance(self.weights, values, level) > DEPARTED)
+        let mut place = [0.0; TAXELS];
+        let values = self.condition.frame(self.ring, frame, &mut place);
+        values.is_some_and(|values| distance(self.weights, values, level) > DEPARTED)
     }
 
-    /// The first frame off `level` of those that are off it around frame `from`: back from there as long as frames are off
-    /// the level, as far as frame `earliest`; if that frame is not off, forward to the first that is, or `from` if none is.
-    pub fn departure(&self, level: &Values, from: u32, earliest: u32) -> u32 {
-        if self.is_off(level, from) {
-            let back = SEARCH_FRAMES.min(from.wrapping_sub(earliest));
-            let found = self.behind_pair(false, *level, &[0.0; TAXELS], from.wrapping_sub(1), back + 1);
-            return found.unwrap_or(from.wrapping_sub(back));
-        }
-        let later = (1..SEARCH_FRAMES).map(|frames| from.wrapping_add(frames));
-        later
-            .take_while(|frame| !reached(*frame, self.ring.next()))
-            .find(|frame| self.is_off(level, *frame))
-            .unwrap_or(from)
-    }
-
-    /// The first of the frames up to `last` that are at `level` without a break.
-    pub fn arrival(&self, level: &Values, last: u32) -> u32 {
-        // One more than is searched: a border is known by the frame before it.
-        self.behind_pair(true, *level, &[0.0; TAXELS], last, SEARCH_FRAMES + 1).unwrap_or(last)
-    }
-
-    /// The same for taxels that are at `level` in frame `last` and rise by `creep` in [`PARTS`] frames. They arrived no
-    /// earlier than in frame `earliest`.
-    pub fn arrival_creeping(&self, level: &Values, creep: &Values, last: u32, earliest: u32) -> u32 {
-        // Two more than are searched: a border is known by two frames off the level.
-        let frames = last.wrapping_sub(earliest).min(SEARCH_FRAMES) + 2;
-        self.behind_pair(true, *level, creep, last, frames).unwrap_or(earliest)
-    }
-
-    /// Looks back from frame `last`, at so many frames, for two in a row that are off the level, or at it. Gives the frame
-    /// behind them. One alone may be a wave that passes through the level, or noise.
+    /// Looks back from frame `last`, at so many frames, and adds up how much they speak for motion away from `level`, which
+    /// rises by `creep` in a frame. What is along the load is none. Gives the frame from which on they speak most for it,
+    /// and the one from which on they speak least. Means of four frames show a slow motion earlier than frames do, and one
+    /// near 60 Hz not at all: `earlier` decides between the two.
     #[inline(never)]
-    fn behind_pair(&self, off: bool, mut level: Values, creep: &Values, last: u32, frames: u32) -> Option<u32> {
-        let mut found_before = false;
+    fn speak(
+        &self,
+        level: &Values,
+        creep: Option<&Values>,
+        last: u32,
+        frames: u32,
+        stride: u32,
+        for_start: bool,
+    ) -> Spoken {
+        let [mut single, mut mean, mut sharp] = [Extremes::at(last); 3];
+        let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
+        let mut peak = 0.0;
+        let share = 1.0 / self.wander;
+        let mut place = [0.0; TAXELS];
+        // Side by side they are read at once.
+        let mut taxels: [[f32; 4]; TAXELS] = core::array::from_fn(|c| [level[c], self.weights[c], self.pull[c], 0.0]);
         for back in 0..frames {
-            let frame = last.wrapping_sub(back);
-            let found = self.is_off(&level, frame) == off;
-            if found && found_before {
-                return Some(frame.wrapping_add(2));
+            let frame = last.wrapping_sub(back * stride);
+            let mut apart = Apart::NONE;
+            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
+                for (value, [level, weight, pull, four]) in values.iter().zip(&mut taxels) {
+                    let off = value - *level;
+                    *four += off;
+                    apart.add(off, *weight, *pull);
+                }
             }
-            found_before = found;
-            let left = frames - 1 - back;
-            let first = left as usize % PARTS * (TAXELS / PARTS);
-            for c in first..first + TAXELS / PARTS {
-                level[c] -= creep[c];
+            if let Some(creep) = creep {
+                taxels.iter_mut().zip(creep).for_each(|([level, ..], creep)| *level -= creep);
+            }
+            let square = apart.square() * share;
+            peak = greater(peak, square);
+            single.add(square, BETWEEN, frame);
+            sharp.add(square, between_sharp, frame);
+            if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
+                apart = Apart::NONE;
+                for [_, weight, pull, four] in &mut taxels {
+                    apart.add(core::mem::take(four), *weight, *pull);
+                }
+                mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
+                if [&single, &mean, &sharp].iter().all(|sums| sums.is_past(for_start)) {
+                    break;
+                }
             }
         }
-        None
+        Spoken { single, mean, sharp: (peak > is_sharp).then_some(sharp) }
+    }
+
+    /// The first frame of a motion away from `level` that block `since` showed, `earliest` or later.
+    pub fn departure(&self, level: &Values, since: u32, earliest: u32) -> u32 {
+        let (before, behind) = START_FRAMES;
+        let last = since.wrapping_add(behind);
+        let last = if reached(last, self.condition.latest()) { self.condition.latest() } else { last };
+        let frames = last.wrapping_sub(earliest).min(before + behind);
+        let Spoken { single, mean, sharp } = self.speak(level, None, last, frames, 1, true);
+        if let Some(sharp) = sharp {
+            return sharp.most_from;
+        }
+        // A mean may be off its level by its last frame alone.
+        let mean_from = mean.most_from.wrapping_add(BLOCK_FRAMES - 1);
+        match (single.most > 0.0, mean.most > 0.0) {
+            (true, false) => single.most_from,
+            (true, true) if reached(mean_from, single.most_from) => single.most_from,
+            (_, true) => mean_from,
+            (false, false) => since,
+        }
+    }
+
+    /// The first of the frames up to `last` that are at `level` without a break. One frame alone off it may be noise.
+    #[inline(never)]
+    pub fn arrival(&self, level: &Values, last: u32) -> u32 {
+        let mut was_off = false;
+        // One more than is searched: a border is known by the frame before it.
+        for frame in (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back)) {
+            let is_off = self.is_off(level, frame);
+            if is_off && was_off {
+                return frame.wrapping_add(2);
+            }
+            was_off = is_off;
+        }
+        last
+    }
+
+    /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
+    /// each frame: the frames from there on speak least for motion. No earlier than `earliest`. Looks at one frame of `stride`.
+    pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
+        let frames = (last.wrapping_sub(earliest) / stride).min(END_FRAMES);
+        let Spoken { single, mean, sharp } = self.speak(level, creep, last, frames, stride, false);
+        if let Some(sharp) = sharp {
+            return sharp.least_from;
+        }
+        let mean_from = mean.least_from.wrapping_sub(stride * (BLOCK_FRAMES - 1));
+        let later = mean_from.wrapping_sub(single.least_from);
+        match later {
+            _ if reached(single.least_from, mean_from) => single.least_from,
+            // One mean more may be noise.
+            _ if later <= stride * BLOCK_FRAMES => single.least_from.wrapping_add(later / 2),
+            _ => mean_from,
+        }
+    }
+
+    /// The mean of so many frames up to `last`.
+    #[inline(never)]
+    pub fn mean(&self, last: u32, frames: u32) -> Values {
+        let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
+        for frame in (0..frames).map(|back| last.wrapping_sub(back)) {
+            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
+                (0..TAXELS).for_each(|c| sum[c] += values[c]);
+                count += 1.0;
+            }
+        }
+        let share = 1.0 / greater(count, 1.0);
+        sum.map(|sum| sum * share)
+    }
+
+    /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.
+    pub fn hold_before(&self, lifted: u32, earliest: u32) -> u32 {
+        let last = lifted.wrapping_sub(LIFTING_FRAMES);
+        let level = self.mean(last, PLATEAU_FRAMES);
+        let held = self.rest(&level, None, last, earliest, 2);
+        if last.wrapping_sub(held) < PLATEAU_FRAMES { lifted } else { held }
     }
 }

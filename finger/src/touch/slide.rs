@@ -1,6 +1,7 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
-use crate::touch::motion::{BLOCK_FRAMES, Block, LONG_BLOCKS, Motion, SHORT_BLOCKS, SKIP_MAX};
+use crate::touch::chi_square::limit;
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::Frames;
 use ridgetone_proto::scan::frames_in;
 use ridgetone_proto::settings::SlideRule;
@@ -8,40 +9,54 @@ use ridgetone_tone::Values;
 
 /// Blocks that something has to move for to be a slide, not a knock: 183 ms.
 const LASTING_BLOCKS: u32 = 11;
+/// The same for a slow motion, of which the first blocks do not show: 116 ms.
+const SLOW_LASTING_BLOCKS: u32 = 7;
 /// Blocks with quick changes after which a motion is a slide: it stays in the comparison for some when it is over.
 const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
+/// Blocks with these or faint changes after which it is one.
+const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 /// Blocks with any changes after which it is one.
-const SLOW_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + LONG_BLOCKS;
+const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
 /// soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
+/// Frames by which a slide may end before it is taken for sure to have moved: what is left of it in an average shows too.
+const UNSURE_FRAMES: u32 = 40;
 /// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
-const CREEP_BLOCKS: usize = 4;
+const CREEP_BLOCKS: u32 = 4;
+/// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in [`crate::touch::motion`].
+const CREEPS: f32 = limit(1.0, 45.0);
 
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moving {
     /// First frame of its first block.
     pub since: u32,
-    /// Blocks with quick changes, and with any.
+    /// Blocks with quick changes, with those or faint ones, and with any.
     quick: u32,
+    faint: u32,
     any: u32,
 }
 
 impl Moving {
     /// Before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
-        Self { since, quick: 0, any: 0 }
+        Self { since, quick: 0, faint: 0, any: 0 }
     }
 
     /// One block further.
     pub const fn with(self, block: Block) -> Self {
-        Self { quick: self.quick + block.quick as u32, any: self.any + block.moves() as u32, ..self }
+        Self {
+            quick: self.quick + block.quick as u32,
+            faint: self.faint + (block.quick || block.faint) as u32,
+            any: self.any + block.moves() as u32,
+            ..self
+        }
     }
 
     /// Whether it has lasted long enough.
     pub const fn is_slide(&self) -> bool {
-        self.quick >= SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
+        self.quick >= SLIDE_BLOCKS || self.faint >= FAINT_SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
     }
 }
 
@@ -51,6 +66,7 @@ pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
     let reach = match block {
         Block { now: true, .. } => 0,
         Block { quick: true, .. } => SHORT_BLOCKS,
+        Block { faint: true, .. } => FAINT_BLOCKS,
         Block { slow: true, .. } => LONG_BLOCKS,
         _ => return None,
     };
@@ -71,11 +87,12 @@ pub fn planned(rule: SlideRule, contact: u32) -> Option<(u32, u32)> {
 pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until: u32, over: u32) -> u32 {
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
-    let skip = (still.saturating_sub(SOON_BLOCKS + 4) as usize).min(SKIP_MAX);
-    let soon = motion.past().mean_of_four(skip);
-    let per_block = if skip < CREEP_BLOCKS { 0.0 } else { 1.0 / skip as f32 };
-    let creep = core::array::from_fn(|c| (level[c] - soon[c]) * per_block);
-    let middle = over.wrapping_sub(skip as u32 * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
-    // The block that moved last differs from the one before it, where the change may have been.
-    frames.arrival_creeping(&soon, &creep, middle, moving_until.wrapping_sub(BLOCK_FRAMES))
+    let skip = still.saturating_sub(SOON_BLOCKS + 4);
+    let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
+    // The means of two times sixteen frames: only what their noise does not make is a creep.
+    let is_creep = skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > CREEPS;
+    let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
+    let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
+    let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
+    frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
 }

@@ -1,7 +1,8 @@
 //! The contact spike: the paper's equations 2 and 3.
 
-use crate::ring::Ring;
+use crate::ring::{Ring, reached};
 use crate::touch::chi_square::limit;
+use crate::touch::condition::Condition;
 use crate::touch::motion::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -10,6 +11,8 @@ use ridgetone_tone::Values;
 const PEAK_FRAMES: u32 = 5;
 /// Standard deviations by which a later one must be higher.
 const CLEAR: f32 = 4.0;
+/// Share of the peak by which it must be higher too: a slide that has begun is no contact.
+const CLEAR_SHARE: f32 = 0.25;
 /// Frames before the block of the first touch where the spike may have begun.
 const LOOK_BACK: u32 = 4;
 /// Time within which the spike's peak is looked for after the first touch, frames: 0.3 s. The paper looks for it in the
@@ -17,6 +20,8 @@ const LOOK_BACK: u32 = 4;
 pub const SPIKE_FRAMES: u32 = 72;
 /// Blocks in a row without a quick change after which the spike is over: 100 ms.
 pub const SPIKE_STILL_BLOCKS: u32 = 6;
+/// Within this share of the way to a spike's peak, squared, the skin that it left is creeping back: a twentieth.
+pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
 /// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
 /// deviations in every taxel. Less is a vibration.
 pub const TAP: f32 = limit(900.0, 0.0);
@@ -37,11 +42,11 @@ impl Spike {
 
     /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
     #[inline(never)]
-    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: &Ring) -> Self {
+    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: &Ring, condition: &Condition) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self { peak: [0.0; TAXELS], frame: [first; TAXELS] };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
-            if let Some((values, _)) = ring.frame(number) {
+            if let Some(values) = condition.frame(ring, number, &mut [0.0; TAXELS]) {
                 spike.follow(number, values, idle, weights);
             }
         }
@@ -58,7 +63,8 @@ impl Spike {
                 // A touch without a spike is a step, whose highest frame is any: long after a peak only what stands
                 // clear of the noise is a higher one.
                 let late = number.wrapping_sub(self.frame[c]) > PEAK_FRAMES;
-                if !late || higher * higher * weights[c] > CLEAR * CLEAR {
+                let clear = higher * higher * weights[c] > CLEAR * CLEAR && higher > CLEAR_SHARE * self.peak[c].abs();
+                if !late || clear {
                     (self.peak[c], self.frame[c]) = (off, number);
                 }
             }
@@ -70,11 +76,14 @@ impl Spike {
         self.peak.iter().zip(weights).fold(0.0, |sum, (peak, weight)| sum + peak * peak * weight)
     }
 
-    /// Equation 2: frame, taxel and height of the highest peak.
-    pub fn highest(&self) -> (u32, u8, f32) {
-        let mut best = 0;
-        for c in 1..TAXELS {
-            if self.peak[c].abs() > self.peak[best].abs() {
+    /// Equation 2: frame, taxel and height of the highest peak; of those that the noise does not tell apart, the first.
+    pub fn highest(&self, weights: &Values) -> (u32, u8, f32) {
+        let height = |c: usize| self.peak[c].abs();
+        let highest = (1..TAXELS).fold(0, |best, c| if height(c) > height(best) { c } else { best });
+        let mut best = highest;
+        for c in 0..TAXELS {
+            let less = height(highest) - height(c);
+            if less * less * weights[c] < CLEAR * CLEAR && reached(self.frame[best], self.frame[c]) {
                 best = c;
             }
         }

@@ -1,0 +1,19 @@
+//! Touches against their truth: that it runs, and that the page is what was measured.
+
+use super::{from_root, read};
+use crate::touch;
+
+#[test]
+fn the_page_is_what_its_data_give() {
+    let data = touch::load(&from_root("docs")).expect("the data");
+    // `cargo xtask touch --write docs` measures.
+    assert!(touch::page(&data, &read("docs/touch.md")).expect("a page") == read("docs/touch.md"));
+}
+
+/// The measured figures repeat: a few traces of each cell of a group, on any number of cores.
+#[test]
+fn equal_seeds_give_equal_rows() {
+    let rows = || touch::rows(2, 5, Some("lift")).expect("rows");
+    let first = rows();
+    assert!(first.len() > 5 && first == rows());
+}

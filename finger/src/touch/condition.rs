@@ -1,0 +1,160 @@
+//! What is taken off the frames before anything is looked for in them: mains hum of a known frequency, and a drift.
+
+use crate::ring::Ring;
+use crate::touch::motion::BLOCK_FRAMES;
+use core::f32::consts::PI;
+use ridgetone_proto::scan::FRAME_RATE_HZ;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// Least gain of the notch at rest, before it is scaled to one: nearer to a multiple of the frame rate than 10 Hz it would be
+/// noise that is scaled.
+const GAIN_MIN: f32 = 0.07;
+
+/// What is known of hum and drift.
+#[derive(Clone, Debug)]
+pub struct Condition {
+    /// Weights of a frame and of its neighbours in a filter that is zero at the hum's frequency and one at rest.
+    notch: Option<(f32, f32)>,
+    /// Frequency of the hum, hertz, until the filter is made for it.
+    new_mains_hz: Option<f32>,
+    /// What has drifted, codes, up to frame `latest`; and what each frame adds. None: there is no drift.
+    drifted: Values,
+    has_drifted: bool,
+    rate: Option<Values>,
+    latest: u32,
+    /// Frames are what they are in the ring: nothing is taken off.
+    is_plain: bool,
+}
+
+impl Condition {
+    pub const fn new() -> Self {
+        Self {
+            notch: None,
+            new_mains_hz: None,
+            drifted: [0.0; TAXELS],
+            has_drifted: false,
+            rate: None,
+            latest: 0,
+            is_plain: true,
+        }
+    }
+
+    /// Takes hum of this frequency off; zero: none.
+    pub const fn set_mains(&mut self, interferer_hz: f32) {
+        // The filter is made at the next frame.
+        (self.new_mains_hz, self.is_plain) = (Some(interferer_hz), false);
+    }
+
+    fn tune(&mut self, interferer_hz: f32) {
+        let twice_cos = 2.0 * cos_turns(interferer_hz / FRAME_RATE_HZ);
+        let gain = 2.0 - twice_cos;
+        self.notch = (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
+    }
+
+    /// Whether a drift is known.
+    pub const fn drifts(&self) -> bool {
+        self.rate.is_some()
+    }
+
+    /// The latest frame that was looked at.
+    pub const fn latest(&self) -> u32 {
+        self.latest
+    }
+
+    /// The levels rise by this in each block from now on, or do not.
+    pub fn set_drift(&mut self, per_block: Option<&Values>) {
+        self.rate = per_block.map(|slope| slope.map(|slope| slope * (1.0 / BLOCK_FRAMES as f32)));
+        self.is_plain &= self.rate.is_none();
+    }
+
+    /// The latest frame that can be looked at, if frame `number` is the latest one of the ring: hum needs the next one.
+    #[inline(always)]
+    pub fn reach(&mut self, number: u32) -> u32 {
+        if self.is_plain {
+            self.latest = number;
+            return number;
+        }
+        self.reach_cleaned(number)
+    }
+
+    #[inline(never)]
+    fn reach_cleaned(&mut self, number: u32) -> u32 {
+        if let Some(mains_hz) = self.new_mains_hz.take() {
+            self.tune(mains_hz);
+        }
+        let number = if self.notch.is_some() { number.wrapping_sub(1) } else { number };
+        if let Some(rate) = &self.rate {
+            let passed = number.wrapping_sub(self.latest) as f32;
+            (0..TAXELS).for_each(|c| self.drifted[c] += rate[c] * passed);
+            self.has_drifted = true;
+        }
+        self.latest = number;
+        self.is_plain = self.notch.is_none() && self.rate.is_none() && !self.has_drifted;
+        number
+    }
+
+    /// A frame of the ring without hum and drift, if it is there and has a valid value; `place` takes what is not in the
+    /// ring as it should be.
+    #[inline(always)]
+    pub fn frame<'a>(&self, ring: &'a Ring, number: u32, place: &'a mut Values) -> Option<&'a Values> {
+        let (values, _) = ring.frame(number)?;
+        if self.is_plain() {
+            return Some(values);
+        }
+        *place = self.clean(ring, number, values);
+        Some(place)
+    }
+
+    /// The same where something is taken off.
+    #[inline(never)]
+    pub fn cleaned(&self, ring: &Ring, number: u32) -> Option<Values> {
+        ring.frame(number).map(|(values, _)| self.clean(ring, number, values))
+    }
+
+    #[inline(never)]
+    fn clean(&self, ring: &Ring, number: u32, values: &Values) -> Values {
+        let mut values = *values;
+        if let Some((middle, beside)) = self.notch {
+            let neighbours = ring.frame(number.wrapping_sub(1)).zip(ring.frame(number.wrapping_add(1)));
+            // Without both the hum stays.
+            if let Some(((before, _), (behind, _))) = neighbours {
+                (0..TAXELS).for_each(|c| values[c] = middle * values[c] + beside * (before[c] + behind[c]));
+            }
+        }
+        if let Some(rate) = &self.rate {
+            let back = self.latest.wrapping_sub(number) as i32 as f32;
+            (0..TAXELS).for_each(|c| values[c] -= self.drifted[c] - rate[c] * back);
+        } else if self.has_drifted {
+            (0..TAXELS).for_each(|c| values[c] -= self.drifted[c]);
+        }
+        values
+    }
+
+    /// Whether frames are what they are in the ring.
+    pub const fn is_plain(&self) -> bool {
+        self.is_plain
+    }
+}
+
+/// The cosine of so many turns, to a millionth: by the series of half the angle, a tenth of the code of a cosine of any angle.
+fn cos_turns(turns: f32) -> f32 {
+    let angle = PI * (turns - libm::floorf(turns + 0.5));
+    let square = angle * angle;
+    let coefficients = [-1.0 / 90.0, -1.0 / 56.0, -1.0 / 30.0, -1.0 / 12.0, -1.0 / 2.0];
+    let half = coefficients.into_iter().fold(1.0, |series, coefficient| 1.0 + series * square * coefficient);
+    2.0 * half * half - 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cosine_is_one() {
+        for turns in (0..400).map(|n| n as f32 * 0.01) {
+            let exact = libm::cosf(2.0 * PI * turns);
+            assert!((cos_turns(turns) - exact).abs() < 4e-6, "{turns}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! The level in the air, and its drift: what a touch is compared with.
+
+use crate::touch::chi_square::limit;
+use crate::touch::condition::Condition;
+use crate::touch::motion::{BLOCK_FRAMES, greater};
+use ridgetone_proto::scan::INPUTS;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
+/// [`crate::touch::motion`], with a margin for the uncertainty of the level.
+const TOUCHED: f32 = limit(1.0, 84.0);
+/// The same in noise that is not white, whose level wanders: so many times what is typical.
+const OVER_TYPICAL: f32 = 8.0;
+/// A block this far off shows that the level does not go straight on: 61, as in [`crate::touch::motion`].
+const BENT: f32 = limit(1.0, 45.0);
+/// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a gentle touch.
+const BLOCKS: (f32, f32) = (16.0, 64.0);
+/// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
+const DRIFTS: f32 = limit(1.0, 84.0);
+/// Blocks of a straight course that show a drift: a skin that creeps back bends before.
+const DRIFT_BLOCKS: f32 = 24.0;
+
+/// A level is that of the middle of a block, and a slope is known at its end: 1.5 of 4 frames later.
+const AHEAD: f32 = 0.5 - 0.5 / BLOCK_FRAMES as f32;
+
+/// A line through the latest blocks: a polynomial filter with a memory that grows, of the first order (Brookner, "Tracking
+/// and Kalman Filtering Made Easy" (1998), chapter 7).
+#[derive(Clone, Debug)]
+pub struct Idle {
+    /// Level of the latest block, codes, the drift that is known left out.
+    pub level: Values,
+    /// Its rise in a block, the drift that is known included.
+    slope: Values,
+    blocks: f32,
+    /// Squared distance of a block from the line, of late.
+    typical: f32,
+}
+
+impl Idle {
+    pub const fn new() -> Self {
+        Self { level: [0.0; TAXELS], slope: [0.0; TAXELS], blocks: 0.0, typical: 0.0 }
+    }
+
+    /// Begins anew at a level that four blocks have shown. A drift goes on.
+    pub fn restart(&mut self, level: Values, condition: &Condition) {
+        self.level = level;
+        if condition.drifts() {
+            self.blocks = BLOCKS.0;
+        } else {
+            (self.slope, self.blocks) = ([0.0; TAXELS], 4.0);
+        }
+    }
+
+    /// Frames that the level is the mean of, by its variance.
+    pub fn frames(&self) -> f32 {
+        let blocks = self.blocks;
+        BLOCK_FRAMES as f32 * blocks * (blocks + 1.0) / (4.0 * blocks - 2.0)
+    }
+
+    /// The squared distance of a block's mean that is contact.
+    pub fn touched(&self) -> f32 {
+        greater(TOUCHED, OVER_TYPICAL * self.typical)
+    }
+
+    /// One block further in the air: its mean, and the squared distance from the level; `weights` are one over the variance of
+    /// each taxel's frames. Measures the drift. True if the noise is to be learned anew: what was taken for noise was the drift.
+    #[inline(never)]
+    #[must_use]
+    pub fn follow(&mut self, mean: &Values, off: f32, weights: &Values, condition: &mut Condition) -> bool {
+        let (least, most) = BLOCKS;
+        if self.blocks >= 4.0 {
+            let share = if self.blocks < 32.0 { 1.0 / self.blocks } else { 1.0 / 32.0 };
+            self.typical += (off - self.typical) * share;
+        }
+        if off > BENT && self.blocks > least {
+            self.blocks = greater(least, 0.5 * self.blocks);
+        } else if self.blocks < most {
+            self.blocks += 1.0;
+        }
+        let blocks = self.blocks;
+        let share = 1.0 / (blocks * (blocks + 1.0));
+        let (to_level, to_slope) = ((4.0 * blocks - 2.0) * share, if blocks > 1.0 { 6.0 * share } else { 0.0 });
+        let is_known = condition.drifts();
+        let mut square = 0.0;
+        for c in 0..TAXELS {
+            let expected = if is_known { self.level[c] } else { self.level[c] + self.slope[c] };
+            let off = mean[c] - expected;
+            self.level[c] = expected + to_level * off;
+            self.slope[c] += to_slope * off;
+            if is_known {
+                self.level[c] += AHEAD * to_slope * off;
+            }
+            square += self.slope[c] * self.slope[c] * weights[c];
+        }
+        // The slope's variance is 12 / n^3 of that of a block's mean.
+        // Noise that wanders has steeper slopes than what is typical of blocks shows.
+        let wander = greater(1.0, self.typical * (1.0 / INPUTS as f32));
+        let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
+        let drifts = times > DRIFTS * wander * wander;
+        if blocks >= DRIFT_BLOCKS || is_known {
+            condition.set_drift(drifts.then_some(&self.slope));
+            if drifts != is_known {
+                let ahead = if drifts { AHEAD } else { -AHEAD };
+                (0..TAXELS).for_each(|c| self.level[c] += ahead * self.slope[c]);
+                return true;
+            }
+        }
+        false
+    }
+}
