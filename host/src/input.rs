@@ -47,6 +47,13 @@ impl Default for Input {
     }
 }
 
+/// The scene of a first look: a physical fingertip, over which the period comes out right. The plain scene, [`Sliding::default`],
+/// gives each channel a phase of its own: it is for tests.
+pub fn first_scene() -> Result<Sliding> {
+    hal_mock::parse_scene("scenes/c1.toml", include_str!("../../scenes/c1.toml"), frame_rate_hz())
+        .context("the first scene")
+}
+
 pub struct Opened {
     /// Voltages that the chip converts.
     pub scene: Box<dyn Scene>,

@@ -7,7 +7,7 @@ use ridgetone_host::client::Client;
 use ridgetone_host::emulator;
 use ridgetone_host::events::JsonLines;
 use ridgetone_host::feed::{Emulated, Feed, Requester};
-use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::input::{Input, Source, first_scene, frame_rate_hz};
 use ridgetone_host::listen::{Heard, Listener};
 use ridgetone_host::port::{Link, System, Wanted};
 use ridgetone_host::{recording, settings_form};
@@ -135,7 +135,8 @@ impl Board {
 }
 
 fn emulate(scene: Option<&Path>, once: bool, pace: f64, elf: Option<PathBuf>) -> Result<Feed> {
-    let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?.unwrap_or_default();
+    let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+    let scene = scene.map_or_else(first_scene, Ok)?;
     let seed = scene.seed;
     let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
     let input = if once { input } else { input.repeated() };
