@@ -203,5 +203,13 @@ fn what_is_written_is_read_by_every_command_that_takes_a_recording() {
         assert!((tone(path) / board_hz - 1.0).abs() < 1e-4, "{}", path.display());
     }
     assert_one_line(&run(&["fit", text(&all[0]), "--time-column", "x"]), 1, &["--time-column is for tables"]);
-    assert!(stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"])).contains("contact"));
+    let shown = stdout(&run(&["monitor", "--file", text(&all[0]), "--pace", "0"]));
+    assert!(shown.contains("contact"));
+    // Volts beside the codes, in text too: 7,864,320 codes are 4.096 V (SBAS297G).
+    let frame = shown.lines().find(|line| line.contains("raw       frame 700")).expect("a frame");
+    let (codes, volts) = frame.split_once("codes [").and_then(|(_, rest)| rest.split_once("]; mV ")).expect("both");
+    for (code, mv) in codes.split(", ").zip(volts.split(' ')) {
+        let expected = code.parse::<f64>().expect("a code") * 4096.0 / 7_864_320.0;
+        assert!((mv.parse::<f64>().expect("a voltage") - expected).abs() < 1e-3, "{frame}");
+    }
 }

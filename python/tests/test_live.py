@@ -41,7 +41,7 @@ def test_two_boards_at_once_as_async() -> None:
             return [event.type async for event in board]
 
     async def both() -> list[list[str]]:
-        return await asyncio.gather(*(touch(ROOT / "scenes" / f"{name}.toml") for name in ["c1", "c8"]))
+        return await asyncio.gather(*(touch(ROOT / "scenes" / f"{name}.toml") for name in ["c7", "c10"]))
 
     for kinds in asyncio.run(both()):
         assert kinds[0] == "hello" and {"contact", "slide", "estimate", "release"} <= set(kinds)

@@ -2,14 +2,15 @@
 
 use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
-use crate::live::Counts;
+use crate::live::{Counts, Frame};
 use crate::teleplot::Teleplot;
 use crate::utc::Receipt;
 use crate::{events, listen, output};
 use anyhow::Result;
 use clap::Args;
 use ratatui::crossterm::terminal;
-use ridgetone_proto::telemetry::Packet;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 
@@ -35,12 +36,28 @@ pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()>
 pub fn printer(lines: LineOptions) -> impl FnMut(&Packet, Option<Receipt>) -> Result<()> {
     let mut teleplot = lines.teleplot.then(Teleplot::default);
     let mut json = JsonLines::default();
+    let mut vref_v = Settings::DEFAULT.vref_v;
     move |packet, receipt| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
         Some(lines) if lines.is_empty() => Ok(()),
         Some(lines) => output::line(&lines),
         None if lines.json => output::line(&json.line(packet, receipt)?),
-        None => output::line(&fitted(&events::text(packet))),
+        None => {
+            if let Event::Hello(hello) = &packet.event {
+                vref_v = hello.settings.vref_v;
+            }
+            let volts = match &packet.event {
+                Event::Raw(raw) => format!("; mV {}", millivolts(&Frame::new(raw, vref_v))),
+                _ => String::new(),
+            };
+            output::line(&fitted(&(events::text(packet) + &volts)))
+        }
     }
+}
+
+/// What a frame's codes are in millivolts; a dash where they cannot be trusted.
+fn millivolts(frame: &Frame) -> String {
+    let value = |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));
+    frame.volts.iter().map(value).collect::<Vec<_>>().join(" ")
 }
 
 /// A text whose lines are no wider than the terminal, if there is one.
