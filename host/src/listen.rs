@@ -90,7 +90,7 @@ impl Listener {
 pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
 
 /// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
-/// the source is over, when the sink breaks off, or when this process is to stop ([`stop`]). Gives the feed back.
+/// the source is over, when the sink breaks off, or when this process is to stop. Gives the feed back.
 pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
     let mut listener = Listener::new(feed, requester);
     let ended = listen(&mut listener, sink);

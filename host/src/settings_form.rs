@@ -123,7 +123,7 @@ pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     Ok(settings)
 }
 
-/// Settings as one JSON object, with the names of [`toml`].
+/// Settings as one JSON object, with the names of [`toml()`].
 pub fn json(settings: &Settings) -> serde_json::Result<String> {
     serde_json::to_string(&Written(*settings))
 }

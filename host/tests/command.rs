@@ -80,3 +80,13 @@ fn the_format_is_that_of_the_files_name() {
     assert_one_line(&run(&["export", text(&rec), "-o", text(&folder.path().join("a.txt"))]), 2, &["--format"]);
     assert_one_line(&run(&["export", text(&rec)]), 2, &["--format"]);
 }
+
+#[test]
+fn text_of_a_run_that_is_over_is_in_the_order_of_time() {
+    let lines = stdout(&run(&["replay"]));
+    let times: Vec<f64> = lines.lines().filter_map(|line| line.get(..8)?.trim().parse().ok()).collect();
+    assert!(times.len() > 10 && times.is_sorted(), "{times:?}");
+    // An estimate of the whole slide comes after the slide's end, and is of a time before it.
+    let at = |part: &str| lines.find(part).expect("a line");
+    assert!(at("SLIDE") < at("ends; "), "{lines}");
+}

@@ -2,7 +2,7 @@
 
 use super::firmware::FirmwareOptions;
 use super::input::InputOptions;
-use super::lines::{LineOptions, printer, report};
+use super::lines::{LineOptions, Printer, report};
 use super::settings::SettingsOptions;
 use crate::picture::Recording;
 use crate::{emulator, output, picture, stop};
@@ -57,15 +57,16 @@ impl EmulateArgs {
             log: self.log.then_some(|line| eprintln!("log: {line}")),
             ..self.firmware.options(&elf)
         };
-        let mut print = printer(LineOptions { json: self.json, teleplot: false });
+        let mut printer = Printer::new(LineOptions { json: self.json, teleplot: false }, true);
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
             if self.svg.is_some() {
                 packets.push(packet.clone());
             }
-            print(packet, None)
+            printer.print(packet, None)
         };
         let outcome = output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
+        drop(printer);
         for line in outcome.messages.lines() {
             eprintln!("firmware: {line}");
         }

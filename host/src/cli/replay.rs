@@ -1,7 +1,7 @@
 //! `replay`: a recording or a scene through the library.
 
 use super::input::InputOptions;
-use super::lines::{LineOptions, print, printer, report};
+use super::lines::{LineOptions, Printer, print, report};
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
 use crate::output::with_progress;
@@ -53,9 +53,10 @@ impl ReplayArgs {
         let after = speed::after(self.profile_repeats);
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
         let input = self.input.open_for(settings.window_s)?;
-        let mut print = printer(self.lines);
-        let mut sink = |packet: &Packet| print(packet, None);
+        let mut printer = Printer::new(self.lines, true);
+        let mut sink = |packet: &Packet| printer.print(packet, None);
         let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut sink, progress))?;
+        drop(printer);
         report(outcome.counts);
         Ok(())
     }
