@@ -30,7 +30,8 @@ def test_the_emulated_board_is_listened_to_set_and_recorded(tmp_path: Path, run:
     # All that came is in the recording, in the command's words; what answered the requests is there too.
     printed = run("replay", path, "--json")
     assert [line for line in printed if line["type"] == "contact"] == [e for e in events if e.type == "contact"]
-    assert len(rt.read(path).values) >= len(frames)
+    # The scene may end within a frame, which is no row then.
+    assert len(rt.read(path).values) >= sum(frame.present & frame.good == 0xFFFF for frame in frames)
     with pytest.raises(rt.Error, match="closed"):
         _ = board.settings
 
