@@ -13,7 +13,8 @@ pub struct FileError {
 }
 
 impl FileError {
-    pub(crate) fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
+    /// Of a file of that name, at a line from 1.
+    pub fn new(file: &str, line: Option<u64>, message: impl Display) -> Self {
         Self { file: file.to_owned(), line, message: message.to_string() }
     }
 }

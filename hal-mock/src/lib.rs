@@ -29,5 +29,7 @@ pub use self::{
     scene::{Constant, Noisy, Repeated, Scene},
     scene_file::{load_scene, parse_scene},
     sliding::{Finger, Hand, ParameterError, Sliding, SlidingScene, Stimulator, TABLE_2, Truth},
-    trace::{PROGRESS_ROWS, Playback, RowClock, Rows, Table, Trace, write_csv},
+    trace::{
+        OpenRows, PROGRESS_ROWS, Playback, RowClock, RowReader, Rows, Table, TimeColumn, Trace, ValueAt, write_csv,
+    },
 };

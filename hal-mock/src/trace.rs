@@ -1,13 +1,15 @@
 //! Recorded traces as CSV: read as tables, played as scenes, written from scenes.
 
 mod clock;
+mod dialect;
 mod played;
 mod rows;
 mod table;
 mod write;
 
 pub use clock::RowClock;
-pub use rows::{PROGRESS_ROWS, Rows, TIME_COLUMN};
+pub use dialect::{TIME_COLUMN, TimeColumn};
+pub use rows::{OpenRows, PROGRESS_ROWS, RowReader, Rows, ValueAt};
 pub use table::Table;
 pub use write::write_csv;
 
@@ -15,7 +17,7 @@ use crate::file_error::FileError;
 use crate::scene::{INPUTS, Scene};
 use core::f64::consts::{FRAC_PI_2, PI};
 use played::{Place, Played};
-use std::io::{BufRead, Cursor};
+use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -53,16 +55,10 @@ pub struct Playback {
 /// - **Rows that are missing**, by the stamps or because they are blank, are conversions without a result.
 /// - **A blank cell** is bridged by a straight line; in a run of more than eight it is beyond the scale, with OVF.
 pub struct Trace {
-    source: Source,
+    open: OpenRows,
     playback: Playback,
     survey: Survey,
     played: Option<Played>,
-}
-
-#[derive(Clone, Debug)]
-enum Source {
-    File(std::path::PathBuf),
-    Bytes(String, Arc<[u8]>),
 }
 
 /// What one pass over the rows finds.
@@ -78,6 +74,7 @@ struct Survey {
     /// Columns with any reading.
     alive: u16,
     beyond: Option<Beyond>,
+    guessed: Option<String>,
 }
 
 /// A value that the chip cannot convert.
@@ -97,7 +94,8 @@ impl Trace {
         let file = path.display().to_string();
         let refuse = |error| FileError::new(&file, None, error);
         if std::fs::metadata(path).map_err(refuse)?.is_file() {
-            return Self::new(Source::File(path.to_owned()), playback, progress);
+            let path = path.to_owned();
+            return Self::new(Arc::new(move || Ok(Box::new(Rows::open(&path)?))), playback, progress);
         }
         // A pipe is read only once.
         Self::parse(&std::fs::read(path).map_err(refuse)?, &file, playback)
@@ -105,12 +103,15 @@ impl Trace {
 
     /// The same with the bytes of a file of that name.
     pub fn parse(bytes: &[u8], file: &str, playback: Playback) -> Result<Self, FileError> {
-        Self::new(Source::Bytes(file.to_owned(), bytes.into()), playback, &mut |_| {})
+        let (bytes, file) = (Arc::<[u8]>::from(bytes), file.to_owned());
+        let open = move || Ok(Box::new(Rows::new(Cursor::new(Arc::clone(&bytes)), &file)?) as Box<_>);
+        Self::new(Arc::new(open), playback, &mut |_| {})
     }
 
-    fn new(source: Source, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
-        let survey = Survey::new(source.rows()?, &playback, progress)?;
-        Ok(Self { source, playback, survey, played: None })
+    /// The same with any rows.
+    pub fn new(open: OpenRows, playback: Playback, progress: &mut dyn FnMut(u64)) -> Result<Self, FileError> {
+        let survey = Survey::new(open()?, &playback, progress)?;
+        Ok(Self { open, playback, survey, played: None })
     }
 
     /// Rows per second, missing ones counted.
@@ -138,6 +139,11 @@ impl Trace {
         self.survey.beyond.as_ref()
     }
 
+    /// What was guessed of how the rows are written.
+    pub fn guessed(&self) -> Option<&str> {
+        self.survey.guessed.as_deref()
+    }
+
     fn is_held(&self) -> bool {
         (self.rate_hz() / self.playback.scan_rate_hz - 1.0).abs() <= HELD_SHARE
     }
@@ -146,7 +152,7 @@ impl Trace {
     fn played(&mut self, from: u64) -> Option<&mut Played> {
         // A scene that is repeated begins again.
         if self.played.as_ref().is_none_or(|played| played.is_past(from)) {
-            self.played = Some(Played::new(self.source.rows().ok()?, self.survey.clock));
+            self.played = Some(Played::new((self.open)().ok()?, self.survey.clock));
         }
         self.played.as_mut()
     }
@@ -190,18 +196,9 @@ impl Scene for Trace {
     }
 }
 
-impl Source {
-    fn rows(&self) -> Result<Rows<Box<dyn BufRead + Send>>, FileError> {
-        match self {
-            Self::File(path) => Rows::open(path).map(Rows::boxed),
-            Self::Bytes(file, bytes) => Rows::new(Box::new(Cursor::new(Arc::clone(bytes))), file),
-        }
-    }
-}
-
 impl Survey {
-    fn new<R: BufRead>(
-        mut rows: Rows<R>,
+    fn new(
+        mut rows: Box<dyn RowReader + Send>,
         playback: &Playback,
         progress: &mut dyn FnMut(u64),
     ) -> Result<Self, FileError> {
@@ -247,6 +244,6 @@ impl Survey {
         if !(spacing_s > 0.0 && spacing_s.is_finite()) {
             return Err(FileError::new(rows.file(), None, "its rows have no rate"));
         }
-        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond })
+        Ok(Self { clock: numbers, spacing_s, spacing_sigma_s, last, columns, alive, beyond, guessed: rows.guessed() })
     }
 }

@@ -120,7 +120,7 @@ fn errors_name_file_and_line() {
     assert_eq!(error(b"a,b\n1,2\n-inf,2\n"), "t.csv: line 3: column a: \"-inf\" is not finite");
     assert_eq!(error(b"a,b\n1,1e999\n"), "t.csv: line 2: column b: \"1e999\" is not finite");
     assert_eq!(error(b"a,time_s\n1,1\n2,1\n"), "t.csv: line 3: time_s does not increase: 1 after 1");
-    assert_eq!(error(b"a,b\n1,2\n1,\xFF\n"), "t.csv: line 3: not UTF-8 text");
+    assert_eq!(error(b"a,b\n1,2\n1,\xFF\n"), "t.csv: line 3: not UTF-8 text: save it as such");
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod export;
 mod feel;
 mod firmware;
 mod fit;
+mod help;
 mod input;
 mod lines;
 mod monitor;
@@ -37,6 +38,9 @@ use clap::{Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(name = "ridgetone", version, max_term_width = 100)]
 pub struct Cli {
+    /// Replace files that exist already; a recording of telemetry is never replaced.
+    #[arg(long, global = true)]
+    force: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -77,12 +81,19 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Write a scene as a CSV trace, and print its true values.
     Scene(scene::SceneArgs),
+    /// Print what a shell needs to complete this command's words.
+    Completions(help::CompletionsArgs),
+    /// Write the manual's pages, or print the first one.
+    Man(help::ManArgs),
 }
 
 impl Cli {
     /// Does the command.
     /// Fails with one line; with a [`crate::usage::UsageError`] where the command itself makes no sense.
     pub fn run(self) -> Result<()> {
+        if self.force {
+            crate::output::force();
+        }
         match self.command {
             Command::Fit(args) => args.run(),
             Command::Feel(args) => args.run(),
@@ -100,6 +111,8 @@ impl Cli {
             Command::Listen(args) => args.run(),
             Command::Demo(args) => args.run(),
             Command::Scene(args) => args.run(),
+            Command::Completions(args) => args.run(),
+            Command::Man(args) => args.run(),
         }
     }
 }

@@ -22,7 +22,7 @@ pub struct Demo {
     pub packets: Vec<Packet>,
 }
 
-/// Runs a scene; the default one is 3.6 mm at 30 mm/s, 20 dB.
+/// Runs a scene.
 pub fn run(scene: Sliding, options: Options<'_>, progress: &mut dyn FnMut(f64, f64)) -> Result<Demo> {
     let (speed_mm_s, period_mm, seed) = (scene.speed_mm_s, scene.period_mm, scene.seed);
     let input = Input { source: Source::Scene(scene), seed, ..Input::default() }.open()?;
@@ -111,6 +111,16 @@ impl fmt::Display for Demo {
                 let found_mm = speed_mm_s / f64::from(e.frequency);
                 let (mm, sigma_mm) = with_sigma(found_mm, found_mm * f64::from(e.sigma / e.frequency));
                 row("spatial period", format!("{mm} +- {sigma_mm} mm"), format!("{period_mm:.4} mm"))?;
+                if e.travel.is_known() {
+                    let with_unit = |(value, sigma): (f32, f32), unit| {
+                        let (value, sigma) = with_sigma(value.into(), sigma.into());
+                        format!("{value} +- {sigma} {unit}")
+                    };
+                    let period = (e.travel.spatial_period_mm, e.travel.spatial_period_sigma_mm);
+                    row("period, by lags", with_unit(period, "mm"), format!("{period_mm:.4} mm"))?;
+                    let speed = (e.travel.speed_mm_s, e.travel.speed_sigma_mm_s);
+                    row("speed, by lags", with_unit(speed, "mm/s"), format!("{speed_mm_s:.4} mm/s"))?;
+                }
             }
             Some(e) => row("tone", name(e.status).into(), format!("{:.4} Hz", truth.frequency_hz))?,
             None => row("tone", "not found".into(), format!("{:.4} Hz", truth.frequency_hz))?,

@@ -3,5 +3,5 @@
 mod json;
 mod text;
 
-pub use json::{json, serializable};
+pub use json::{JsonLines, json, serializable};
 pub use text::{outcome, text};

@@ -7,7 +7,7 @@ mod table;
 
 pub use table::Kind;
 
-use crate::events;
+use crate::events::JsonLines;
 use crate::live::Counts;
 use crate::teleplot::Teleplot;
 use anyhow::Result;
@@ -28,15 +28,30 @@ pub enum Format {
     Teleplot,
 }
 
+impl Format {
+    /// By the end of a file's name, if that says it.
+    pub fn by_name(path: &Path) -> Option<Self> {
+        Some(match path.extension()?.to_str()?.to_lowercase().as_str() {
+            "csv" => Self::Csv,
+            "ndjson" | "jsonl" => Self::Ndjson,
+            "mcap" => Self::Mcap,
+            _ => return None,
+        })
+    }
+}
+
 /// Writes a recording in a format; for CSV the table `kind`. Gives the counts of packets.
 pub fn run(path: &Path, format: Format, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     match format {
         Format::Csv => table::write(path, kind, out),
         Format::Mcap => mcap::write(path, out),
-        Format::Ndjson => packets(path, &mut |packet| Ok(writeln!(out, "{}", events::json(packet)?)?)),
+        Format::Ndjson => {
+            let mut json = JsonLines::default();
+            packets(path, &mut |packet, receipt| Ok(writeln!(out, "{}", json.line(packet, receipt)?)?))
+        }
         Format::Teleplot => {
             let mut teleplot = Teleplot::default();
-            packets(path, &mut |packet| match teleplot.lines(packet).as_str() {
+            packets(path, &mut |packet, _| match teleplot.lines(packet).as_str() {
                 "" => Ok(()),
                 lines => Ok(writeln!(out, "{lines}")?),
             })

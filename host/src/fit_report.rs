@@ -140,6 +140,7 @@ mod tests {
             beside: Beside { movement: Some(movement), interferer_hz: Some(50.25), ..Beside::default() },
             harmonics: 1,
             channels: Vec::new(),
+            guessed: None,
         };
         let shown = text(&fit);
         for part in ["unsteady (the tone moves", "wander        2.0 %\n", "interferer_hz 50.250\n"] {

@@ -1,12 +1,12 @@
 //! What the simulated chip feels: a scene, or a recording played to it.
 
 use crate::output::Progress;
+use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::scan::CONVERSION_NS;
 use ridgetone_proto::settings::SCAN;
 use ridgetone_proto::telemetry::Event;
-use std::path::PathBuf;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
 pub const REFERENCE_V: f64 = 4.096;
@@ -22,9 +22,9 @@ const OVERLOAD: f64 = 1.06;
 pub enum Source {
     /// A grating slid over the finger.
     Scene(Sliding),
-    /// A CSV file, one column for each taxel.
+    /// A recording, one column for each taxel.
     Trace {
-        path: PathBuf,
+        samples: Samples,
         /// Rows per second where it has no `time_s`; the scan's own rate if none.
         rate_hz: Option<f64>,
         volts_per_unit: f64,
@@ -47,6 +47,13 @@ impl Default for Input {
     }
 }
 
+/// The scene of a first look: a physical fingertip, over which the period comes out right. The plain scene, [`Sliding::default`],
+/// gives each channel a phase of its own: it is for tests.
+pub fn first_scene() -> Result<Sliding> {
+    hal_mock::parse_scene("scenes/c1.toml", include_str!("../../scenes/c1.toml"), frame_rate_hz())
+        .context("the first scene")
+}
+
 pub struct Opened {
     /// Voltages that the chip converts.
     pub scene: Box<dyn Scene>,
@@ -55,6 +62,8 @@ pub struct Opened {
     /// True values of a scene.
     pub truth: Option<Truth>,
     pub warning: Option<String>,
+    /// What was guessed of how a table is written.
+    pub guessed: Option<String>,
     pub uncertainty: Uncertainty,
 }
 
@@ -133,7 +142,7 @@ impl Opened {
     pub fn untouched() -> Self {
         let (scene, options) = (Box::new(Constant::default()), Input::default().options());
         let uncertainty = Uncertainty::default();
-        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, uncertainty }
+        Self { scene, options, end_s: f64::INFINITY, truth: None, warning: None, guessed: None, uncertainty }
     }
 }
 
@@ -151,6 +160,20 @@ impl Input {
         Options { noise: self.converter_noise, seed: self.seed, power_up_cycles: POWER_UP_CYCLES, ..Options::default() }
     }
 
+    /// As [`open`](Self::open), of an input that has to fill a window.
+    pub fn open_for(&self, window_s: f32) -> Result<Opened> {
+        let input = self.open()?;
+        if let Source::Trace { samples, .. } = &self.source {
+            let (file, end_s) = (samples.name(), input.end_s);
+            let fills = end_s >= f64::from(window_s);
+            ensure!(
+                fills,
+                "{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter --window"
+            );
+        }
+        Ok(input)
+    }
+
     /// Reads the file or builds the scene.
     pub fn open(&self) -> Result<Opened> {
         let mut options = self.options();
@@ -163,9 +186,17 @@ impl Input {
                 check_length("the scene", end_s, SCENE_MAX_S)?;
                 let warning = aliased(&truth);
                 let uncertainty = Uncertainty::default();
-                Ok(Opened { scene: Box::new(scene), options, end_s, truth: Some(truth), warning, uncertainty })
+                Ok(Opened {
+                    scene: Box::new(scene),
+                    options,
+                    end_s,
+                    truth: Some(truth),
+                    warning,
+                    guessed: None,
+                    uncertainty,
+                })
             }
-            Source::Trace { path, rate_hz, volts_per_unit } => {
+            Source::Trace { samples, rate_hz, volts_per_unit } => {
                 let playback = Playback {
                     row_rate_hz: *rate_hz,
                     scan_rate_hz: frame_rate_hz(),
@@ -173,14 +204,16 @@ impl Input {
                     limit_v: OVERLOAD * REFERENCE_V,
                 };
                 let mut progress = Progress::default();
-                let trace = Trace::open(path, playback, &mut |read| progress.show(format_args!("{read} rows checked")));
+                let mut show = |read| progress.show(format_args!("{read} rows checked"));
+                let trace = Trace::new(samples.opener(), playback, &mut show);
                 progress.end();
-                let (trace, file) = (trace?, path.display());
-                let (warning, end_s) = (overload(&trace, &file.to_string()), trace.end_s());
-                check_length(&file.to_string(), end_s, RECORDING_MAX_S)?;
+                let (trace, file) = (trace?, samples.name());
+                let (warning, end_s) = (overload(&trace, file), trace.end_s());
+                check_length(file, end_s, RECORDING_MAX_S)?;
                 options.clock_error_ppm = trace.clock_error_ppm();
                 let uncertainty = Uncertainty { factor: trace.sigma_factor(), rate_share: trace.rate_share() };
-                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, uncertainty })
+                let guessed = trace.guessed().map(str::to_owned);
+                Ok(Opened { scene: Box::new(trace), options, end_s, truth: None, warning, guessed, uncertainty })
             }
         }
     }

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | how receptors fire over a recording, and scores | `feel` |
+//! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
+//! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
 //! | calibration of the array with gratings of known period | `calibrate` |
@@ -17,6 +19,7 @@
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
 //! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
+//! | a board's clock beside UTC | [`utc`] |
 //! | settings as TOML and `name=value` | [`settings_form`] |
 //! | results beside the truth, and a picture | [`demo`], [`picture`], [`static_image`], [`svg`] |
 //! | the command line | [`cli`], [`usage`], [`output`], [`digits`], `stop` |
@@ -28,41 +31,45 @@ pub mod analysis;
 mod calibrate;
 pub mod check;
 pub mod cli;
-mod client;
+pub mod client;
 pub mod demo;
 pub mod digits;
 pub mod emulator;
 pub mod events;
-mod export;
+pub mod export;
 pub mod feed;
-mod feel;
-mod fit_report;
+pub mod feel;
+pub mod fit_report;
 mod grid;
 pub mod input;
-mod listen;
+pub mod listen;
 pub mod live;
+pub mod messages;
 mod monitor;
 pub mod names;
 pub mod output;
 mod part;
 pub mod picture;
-mod port;
+pub mod port;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]
 mod ram_flash;
-mod record;
+mod raw_rows;
+pub mod record;
 pub mod recording;
 mod remarks;
 pub mod replay;
 pub mod requests;
+pub mod samples;
 pub mod settings_form;
 pub mod simulated;
-mod speed;
+pub mod speed;
 pub mod static_image;
 mod stop;
 pub mod svg;
-mod table_fit;
+pub mod table_fit;
 mod teleplot;
 mod tone;
 pub mod usage;
+pub mod utc;
 pub mod view;

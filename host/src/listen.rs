@@ -3,6 +3,7 @@
 use crate::events;
 use crate::feed::{Feed, FeedEvent, Requester};
 use crate::stop;
+use crate::utc::Receipt;
 use anyhow::{Result, bail};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::telemetry::Packet;
@@ -15,52 +16,103 @@ const LOOK: Duration = Duration::from_millis(50);
 /// Time after which damage is reported without a loss.
 const DAMAGED_ALONE: Duration = Duration::from_secs(1);
 
-/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
-/// the source is over, when the sink breaks off, or when this process is to stop ([`stop`]).
-pub fn run(
-    feed: &mut Feed,
-    requester: &mut Requester,
-    sink: &mut dyn FnMut(&Packet) -> Result<ControlFlow<()>>,
-) -> Result<()> {
-    let (mut reported, mut damaged_since, mut is_connected) = ((0, 0), None, false);
-    while !stop::is_requested() {
-        let event = match feed.next(LOOK) {
-            // Ctrl-C reaches the emulator too, which may end first.
-            Err(_) if stop::is_requested() => break,
-            event => event?,
-        };
-        match event {
-            Some(FeedEvent::Data(packet)) => {
-                is_connected = true;
-                if let Some((_, outcome)) = requester.answered(&packet)
+/// A feed that is listened to: its requests are sent while its packets are read.
+pub struct Listener {
+    pub feed: Feed,
+    requester: Requester,
+    is_connected: bool,
+    /// Packets lost and damaged as reported.
+    reported: (u32, u32),
+    damaged_since: Option<Instant>,
+}
+
+/// What happened to a feed.
+pub enum Heard {
+    /// With the time of its receipt, if that is known.
+    Packet(Box<Packet>, Option<Receipt>),
+    /// The board at this name is connected.
+    Connected(String),
+    /// It is disconnected, for this reason, and is waited for.
+    Disconnected(String, String),
+    Over,
+}
+
+impl Listener {
+    pub fn new(feed: Feed, requester: Requester) -> Self {
+        Self { feed, requester, is_connected: false, reported: (0, 0), damaged_since: None }
+    }
+
+    /// Waits for the next event, at most for `most`, and sends the request that is due.
+    /// Fails if the board refuses a request or does not answer, or if the source cannot go on.
+    pub fn next(&mut self, most: Duration) -> Result<Option<Heard>> {
+        let event = self.feed.next(most)?;
+        let heard = event.map(|event| match event {
+            FeedEvent::Data(packet) => Heard::Packet(Box::new(packet), self.feed.receipt()),
+            FeedEvent::Connected(name) => Heard::Connected(name),
+            FeedEvent::Disconnected(name, why) => Heard::Disconnected(name, why),
+            FeedEvent::Over => Heard::Over,
+        });
+        match &heard {
+            Some(Heard::Packet(packet, _)) => {
+                self.is_connected = true;
+                if let Some((_, outcome)) = self.requester.answered(packet)
                     && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
                 {
-                    bail!("{}: {}", feed.name(), events::outcome(&outcome));
-                }
-                if sink(&packet)?.is_break() {
-                    break;
+                    bail!("{}: {}", self.feed.name(), events::outcome(&outcome));
                 }
             }
-            Some(FeedEvent::Connected(name)) => eprintln!("ridgetone: {name}: open"),
-            Some(FeedEvent::Disconnected(name, why)) => {
-                is_connected = false;
-                eprintln!("ridgetone: {name}: {why}; waiting for the board");
-            }
-            Some(FeedEvent::Over) => break,
-            None => {}
+            Some(Heard::Disconnected(..)) => self.is_connected = false,
+            _ => {}
         }
-        if is_connected && feed.has_board() {
-            requester.tick(feed)?;
+        if self.is_connected && self.feed.has_board() {
+            self.requester.tick(&mut self.feed)?;
         }
-        let counts = feed.counts();
-        if (counts.missing, counts.damaged) == reported {
-            continue;
+        Ok(heard)
+    }
+
+    /// A sentence on packets lost or damaged, if there are new ones.
+    pub fn losses(&mut self) -> Option<String> {
+        let counts = self.feed.counts();
+        if (counts.missing, counts.damaged) == self.reported {
+            return None;
         }
         // A damaged packet mostly shows as a loss with the next packet. At a wrong baud rate there is no next packet.
-        let since = *damaged_since.get_or_insert_with(Instant::now);
-        if counts.missing > reported.0 || since.elapsed() > DAMAGED_ALONE {
-            eprintln!("ridgetone: {} packets lost, {} damaged so far", counts.missing, counts.damaged);
-            (reported, damaged_since) = ((counts.missing, counts.damaged), None);
+        let since = *self.damaged_since.get_or_insert_with(Instant::now);
+        if counts.missing <= self.reported.0 && since.elapsed() <= DAMAGED_ALONE {
+            return None;
+        }
+        (self.reported, self.damaged_since) = ((counts.missing, counts.damaged), None);
+        Some(format!("{} packets lost, {} damaged so far", counts.missing, counts.damaged))
+    }
+}
+
+/// Takes packets, and when they were received if that is known.
+pub type Sink<'a> = dyn FnMut(&Packet, Option<Receipt>) -> Result<ControlFlow<()>> + 'a;
+
+/// Gives packets to `sink`, sends the requester's requests, and reports connections and losses on standard error. Ends when
+/// the source is over, when the sink breaks off, or when this process is to stop. Gives the feed back.
+pub fn run(feed: Feed, requester: Requester, sink: &mut Sink<'_>) -> (Feed, Result<()>) {
+    let mut listener = Listener::new(feed, requester);
+    let ended = listen(&mut listener, sink);
+    (listener.feed, ended)
+}
+
+fn listen(listener: &mut Listener, sink: &mut Sink<'_>) -> Result<()> {
+    while !stop::is_requested() {
+        let heard = match listener.next(LOOK) {
+            // Ctrl-C reaches the emulator too, which may end first.
+            Err(_) if stop::is_requested() => break,
+            heard => heard?,
+        };
+        match heard {
+            Some(Heard::Packet(packet, receipt)) if sink(&packet, receipt)?.is_break() => break,
+            Some(Heard::Packet(..)) | None => {}
+            Some(Heard::Connected(name)) => eprintln!("ridgetone: {name}: open"),
+            Some(Heard::Disconnected(name, why)) => eprintln!("ridgetone: {name}: {why}; waiting for the board"),
+            Some(Heard::Over) => break,
+        }
+        if let Some(losses) = listener.losses() {
+            eprintln!("ridgetone: {losses}");
         }
     }
     Ok(())

@@ -33,8 +33,12 @@ fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
 }
 
-/// clap's message without its hints, on one line.
+/// clap's message and what it supposes was meant, on one line.
 fn first_paragraph(message: &str) -> String {
-    let lines = message.lines().map(str::trim).take_while(|line| !line.is_empty());
-    lines.collect::<Vec<_>>().join(" ").trim_start_matches("error: ").to_owned()
+    let lines = || message.lines().map(str::trim);
+    let first = lines().take_while(|line| !line.is_empty());
+    let tips = lines().filter_map(|line| line.strip_prefix("tip: "));
+    let meant = tips.filter(|tip| tip.contains("similar")).map(|tip| format!("({tip})"));
+    let words: Vec<String> = first.map(str::to_owned).chain(meant).collect();
+    words.join(" ").trim_start_matches("error: ").to_owned()
 }

@@ -5,6 +5,7 @@ use anyhow::{Context, Result, bail};
 use std::fmt::Arguments;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Writes one line to standard output and flushes it, for a live reader.
@@ -45,9 +46,47 @@ pub fn whole_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>)
     Ok(())
 }
 
+/// Whether existing files may be replaced, as `--force` says.
+static IS_FORCED: AtomicBool = AtomicBool::new(false);
+
+/// Existing files may be replaced from now on.
+pub fn force() {
+    IS_FORCED.store(true, Ordering::Relaxed);
+}
+
+/// Refuses a file that exists already, unless files may be replaced. Ask before the work whose result it takes.
+pub fn check_new(path: &Path) -> Result<()> {
+    let may_replace = IS_FORCED.load(Ordering::Relaxed) && !recording::is_telemetry(path).unwrap_or(false);
+    // A device or a pipe takes what is written.
+    if path.is_file() && !may_replace {
+        let (path, what) = (path.display(), if IS_FORCED.load(Ordering::Relaxed) { "" } else { ", or add --force" });
+        bail!("{path}: this file exists already and is not overwritten: choose another name{what}");
+    }
+    Ok(())
+}
+
+/// Writes a complete file as [`whole_file`] does, but replaces none unless [`force`] was called.
+pub fn new_file(path: &Path, write: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<()> {
+    check_new(path)?;
+    whole_file(path, write)
+}
+
 /// The same with a text.
+pub fn new_text(path: &Path, text: &str) -> Result<()> {
+    new_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
+/// As [`whole_file`] with a text.
 pub fn whole_text(path: &Path, text: &str) -> Result<()> {
     whole_file(path, |file| Ok(file.write_all(text.as_bytes())?))
+}
+
+/// Whether there is no progress to show: whoever calls this library has a screen of their own.
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+
+/// Shows no progress from now on.
+pub fn be_quiet() {
+    IS_QUIET.store(true, Ordering::Relaxed);
 }
 
 /// Shows the progress of a run on standard error, every two seconds of wall time.
@@ -83,7 +122,7 @@ impl Progress {
     }
 
     pub fn show(&mut self, text: Arguments<'_>) {
-        if self.shown.elapsed() < EVERY {
+        if self.shown.elapsed() < EVERY || IS_QUIET.load(Ordering::Relaxed) {
             return;
         }
         self.shown = Instant::now();

@@ -2,24 +2,35 @@
 
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, ensure};
-use hal_mock::{PROGRESS_ROWS, Rows};
-use std::io::BufRead;
+use hal_mock::{PROGRESS_ROWS, RowReader, ValueAt};
 
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct Part {
     /// Rows of the file in front of it.
     pub before: u64,
     /// Times of the rows, seconds: their stamps, or by the given rate.
     pub times_s: Vec<f64>,
     pub is_stamped: bool,
-    /// Values of the rows; NaN stands for a missing reading.
-    pub rows: Vec<Vec<f64>>,
+    values: Values,
+}
+
+/// Values of the rows; NaN stands for a missing reading.
+enum Values {
+    Read(Vec<Vec<f64>>),
+    /// They are where they were.
+    InMemory(ValueAt),
+}
+
+impl Default for Values {
+    fn default() -> Self {
+        Self::Read(Vec::new())
+    }
 }
 
 impl Part {
     /// Reads it, at most so many rows. `progress` takes the rows that have been read.
-    pub fn read<R: BufRead>(
-        rows: &mut Rows<R>,
+    pub fn read(
+        rows: &mut dyn RowReader,
         selection: &Selection,
         most: usize,
         progress: &mut dyn FnMut(u64),
@@ -30,6 +41,7 @@ impl Part {
         let mut part = Self::default();
         let (mut read, mut begin_s, mut last_s) = (0u64, 0.0, 0.0);
         let mut is_whole = true;
+        let (mut kept, mut values, in_memory) = (Vec::new(), Vec::new(), rows.in_memory());
         while rows.advance()? {
             let stamp_s = rows.time_s();
             part.is_stamped = stamp_s.is_some();
@@ -54,13 +66,15 @@ impl Part {
                 continue;
             }
             ensure!(
-                part.rows.len() < most,
+                part.rows() < most,
                 "{file}: {} rows or more in the window, at most {most} can be taken: choose a part with --from and --to",
                 most + 1
             );
-            let mut values = Vec::with_capacity(rows.names().len());
+            // It refuses values that are not finite, those in memory too.
             rows.values(&mut values)?;
-            part.rows.push(values);
+            if in_memory.is_none() {
+                kept.push(values.clone());
+            }
             part.times_s.push(t_s);
         }
         // A row lasts until the next one would come.
@@ -74,8 +88,27 @@ impl Part {
         ensure!(!is_early && !is_late, "{file}: --from {from_s} s is outside the data: {data}");
         let is_beyond = is_whole && to_s > last_s + lasts_s && selection.to_s.is_some();
         ensure!(read > 0 && !is_beyond, "{file}: --to {to_s} s is outside the data: {data}");
-        ensure!(!part.rows.is_empty(), "{file}: no row from {from_s} to {to_s} s");
+        ensure!(part.rows() > 0, "{file}: no row from {from_s} to {to_s} s");
+        part.values = in_memory.map_or(Values::Read(kept), Values::InMemory);
         Ok(part)
+    }
+
+    /// Number of its rows.
+    pub fn rows(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// The value of a row of the part in a column.
+    pub fn value(&self, row: usize, column: usize) -> f64 {
+        match &self.values {
+            Values::Read(rows) => rows[row][column],
+            Values::InMemory(value_at) => value_at(self.before as usize + row, column),
+        }
+    }
+
+    /// All values of a column.
+    pub fn column(&self, column: usize) -> impl Iterator<Item = f64> {
+        (0..self.rows()).map(move |row| self.value(row, column))
     }
 }
 

@@ -12,12 +12,12 @@ use std::path::Path;
 
 /// Writes all bytes into a new file until the source is over, `length_s` of device time have passed, or this process is to
 /// stop. The file is valid at any moment. Gives the feed back, for its counts.
-pub fn run(feed: Feed, path: &Path, mut requester: Requester, length_s: Option<f64>) -> Result<(Feed, Result<()>)> {
-    let file = recording::create(path, &feed.name())?;
-    let mut feed = feed.recorded(Box::new(file));
+pub fn run(feed: Feed, path: &Path, requester: Requester, length_s: Option<f64>) -> Result<(Feed, Result<()>)> {
+    let file = recording::create(path, &feed.name(), feed.byte_s())?;
+    let feed = feed.recorded(Box::new(file));
     let mut progress = Progress::default();
     let (mut begun_s, mut packets) = (None, 0u64);
-    let mut sink = |packet: &Packet| {
+    let mut sink = |packet: &Packet, _| {
         packets += 1;
         if let Some(t_s) = time_s(&packet.event) {
             let done_s = t_s - *begun_s.get_or_insert(t_s);
@@ -28,7 +28,7 @@ pub fn run(feed: Feed, path: &Path, mut requester: Requester, length_s: Option<f
         }
         Ok(ControlFlow::Continue(()))
     };
-    let ended = listen::run(&mut feed, &mut requester, &mut sink);
+    let (feed, ended) = listen::run(feed, requester, &mut sink);
     progress.end();
     Ok((feed, ended))
 }

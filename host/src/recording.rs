@@ -1,25 +1,38 @@
 //! Telemetry in a file: a short header, then the bytes of the line.
 //!
 //! ```text
-//! ridgetone telemetry 1 {"protocol":5,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
+//! ridgetone telemetry 2 {"protocol":7,"version":"0.1.0","source":"/dev/ttyUSB0"}\n\0<bytes>
 //! ```
+//!
+//! Between frames stand marks: when the frames after it were received, `@`, nanoseconds since 1970 as text, and a zero. A mark is
+//! no frame: as one it would end before its first stuffing byte says. Format 1 has no marks.
 //!
 //! There is no index and no end mark: a file that is cut off anywhere is valid up to there, and loses at most one frame.
 //! Bytes without the header, as `cat /dev/ttyUSB0` or `emulate --serial-out` leave them, are read too.
 
 use crate::feed::{FeedEvent, Source};
-use anyhow::{Context, Result, bail};
+use crate::utc::Receipt;
+use anyhow::{Context, Result, bail, ensure};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 
 /// Beginning of such a file.
 const MAGIC: &str = "ridgetone telemetry ";
 
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
+
+/// The format before it, without marks, is read too.
+const FORMAT_BEFORE: u32 = 1;
+
+/// Begins a mark: a stuffing byte that says that 63 bytes follow, and only 20 do.
+const MARK: u8 = b'@';
+
+/// Bytes without a zero after which they are no frame.
+const FRAME_MAX: u64 = 1 << 16;
 
 /// Bytes.
 const HEADER_MAX: u64 = 4096;
@@ -28,18 +41,70 @@ const HEADER_MAX: u64 = 4096;
 /// [`WIRE_MAX`](ridgetone_proto::telemetry::WIRE_MAX) at most, 512.
 const LOOK_BYTES: u64 = 4096;
 
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Version of the wire contract ([`PROTOCOL`]).
     pub protocol: u8,
     /// Version of the command that wrote it.
     pub version: String,
     pub source: String,
+    /// Time that a byte took on the line, seconds.
+    #[serde(default)]
+    pub byte_s: f64,
 }
 
-/// Begins a recording of `source`. The file is not buffered.
-pub fn create(path: &Path, source: &str) -> Result<File> {
+/// Takes what a feed receives.
+pub trait Keep {
+    fn keep(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> std::io::Result<()>;
+}
+
+/// The bytes alone.
+impl<W: Write> Keep for W {
+    fn keep(&mut self, bytes: &[u8], _: Option<Receipt>) -> std::io::Result<()> {
+        self.write_all(bytes)?;
+        self.flush()
+    }
+}
+
+/// A recording that is being written: whole frames, with marks in front.
+pub struct Recording {
+    out: Box<dyn Write + Send>,
+    /// The beginning of a frame.
+    partial: Vec<u8>,
+}
+
+impl Keep for Recording {
+    fn keep(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> std::io::Result<()> {
+        self.partial.extend_from_slice(bytes);
+        let whole = self.partial.iter().rposition(|byte| *byte == 0).map_or(0, |last| last + 1);
+        if whole == 0 {
+            return Ok(());
+        }
+        if let Some(Receipt { utc_ns, .. }) = receipt {
+            self.out.write_all(format!("@{utc_ns}\0").as_bytes())?;
+        }
+        self.out.write_all(&self.partial[..whole])?;
+        self.partial.drain(..whole);
+        self.out.flush()
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        // What has arrived of a frame; there is nobody left to tell if that fails.
+        let _ = self.out.write_all(&self.partial).and_then(|()| self.out.flush());
+    }
+}
+
+/// Begins a recording of `source`, in a new file or, with `-`, on standard output. It is not buffered.
+pub fn create(path: &Path, source: &str, byte_s: f64) -> Result<Recording> {
     let named = || path.display().to_string();
+    if path == Path::new("-") {
+        ensure!(!std::io::stdout().is_terminal(), "a recording is not for a terminal: choose a file, or pipe it");
+        let mut out = std::io::stdout();
+        begin(&mut out, source, byte_s).context("standard output")?;
+        return Ok(Recording { out: Box::new(out), partial: Vec::new() });
+    }
     let mut file = match File::create_new(path) {
         Ok(file) => file,
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {
@@ -47,11 +112,15 @@ pub fn create(path: &Path, source: &str) -> Result<File> {
         }
         Err(error) => return Err(error).with_context(named),
     };
+    begin(&mut file, source, byte_s).with_context(named)?;
+    Ok(Recording { out: Box::new(file), partial: Vec::new() })
+}
+
+fn begin(out: &mut dyn Write, source: &str, byte_s: f64) -> Result<()> {
     let header =
-        Header { protocol: PROTOCOL, version: env!("CARGO_PKG_VERSION").to_owned(), source: source.to_owned() };
+        Header { protocol: PROTOCOL, version: env!("CARGO_PKG_VERSION").to_owned(), source: source.to_owned(), byte_s };
     let text = format!("{MAGIC}{FORMAT} {}\n\0", serde_json::to_string(&header)?);
-    file.write_all(text.as_bytes()).with_context(named)?;
-    Ok(file)
+    Ok(out.write_all(text.as_bytes())?)
 }
 
 /// Whether a file holds telemetry, by its content: it has the header, or a whole frame near its beginning.
@@ -73,6 +142,8 @@ pub struct Recorded {
     pub header: Option<Header>,
     /// Bytes of telemetry in the file when it was opened.
     pub bytes: u64,
+    /// By the latest mark.
+    receipt: Option<Receipt>,
 }
 
 impl Recorded {
@@ -80,11 +151,13 @@ impl Recorded {
     pub fn open(path: &Path) -> Result<Self> {
         let name = path.display().to_string();
         if !is_telemetry(path)? {
-            bail!("{name}: holds no telemetry; a recording as CSV is for `replay`, `fit` and `emulate`");
+            bail!(
+                "{name}: holds no telemetry as `record` writes it; tables, and what `export` makes, are for `fit`, `feel`, `replay` and `emulate`"
+            );
         }
         let file = File::open(path).with_context(|| name.clone())?;
         let bytes = file.metadata().with_context(|| name.clone())?.len();
-        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes };
+        let mut recorded = Self { name: name.clone(), file: BufReader::new(file), header: None, bytes, receipt: None };
         recorded.read_header().with_context(|| name)?;
         Ok(recorded)
     }
@@ -98,7 +171,7 @@ impl Recorded {
         let text = String::from_utf8(text).context("the header")?;
         let (format, json) =
             text[MAGIC.len()..].trim_end_matches(['\0', '\n']).split_once(' ').context("the header")?;
-        if format != FORMAT.to_string() {
+        if format != FORMAT.to_string() && format != FORMAT_BEFORE.to_string() {
             bail!("written in format {format}, this command reads {FORMAT}: use the version that wrote it");
         }
         let header: Header = serde_json::from_str(json).context("the header")?;
@@ -111,15 +184,34 @@ impl Recorded {
     }
 }
 
+/// The time of a mark.
+fn mark_ns(bytes: &[u8]) -> Option<u64> {
+    let digits = bytes.strip_prefix(&[MARK])?.strip_suffix(&[0])?;
+    std::str::from_utf8(digits).ok()?.parse().ok()
+}
+
 impl Source for Recorded {
     fn name(&self) -> String {
         self.name.clone()
     }
 
     fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
-        let bytes = self.file.fill_buf().with_context(|| self.name.clone())?.to_vec();
-        self.file.consume(bytes.len());
-        Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }))
+        loop {
+            let mut bytes = Vec::new();
+            self.file.by_ref().take(FRAME_MAX).read_until(0, &mut bytes).with_context(|| self.name.clone())?;
+            let Some(utc_ns) = mark_ns(&bytes).filter(|_| self.header.is_some()) else {
+                return Ok(Some(if bytes.is_empty() { FeedEvent::Over } else { FeedEvent::Data(bytes) }));
+            };
+            self.receipt = Some(Receipt { utc_ns, byte_s: self.byte_s() });
+        }
+    }
+
+    fn receipt(&self) -> Option<Receipt> {
+        self.receipt
+    }
+
+    fn byte_s(&self) -> f64 {
+        self.header.as_ref().map_or(0.0, |header| header.byte_s)
     }
 
     fn send(&mut self, _: &[u8]) -> Result<()> {
@@ -169,7 +261,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (bytes, packets) = telemetry();
         let path = folder.path().join("whole");
-        create(&path, "a test").unwrap().write_all(&bytes).unwrap();
+        create(&path, "a test", 0.0).unwrap().keep(&bytes, None).unwrap();
         let header = Recorded::open(&path).unwrap().header.unwrap();
         assert_eq!((header.protocol, header.source.as_str()), (PROTOCOL, "a test"));
         let (found, counts) = read(&path);
@@ -194,6 +286,30 @@ mod tests {
     }
 
     #[test]
+    fn frames_keep_the_times_at_which_they_were_received() {
+        let folder = tempfile::tempdir().unwrap();
+        let (bytes, packets) = telemetry();
+        let path = folder.path().join("marked");
+        let mut file = create(&path, "a test", 1e-5).unwrap();
+        // In pieces that end anywhere; a frame has the time of the piece with its end.
+        let mut expected = Vec::new();
+        for (number, piece) in bytes.chunks(100).enumerate() {
+            let receipt = Receipt { utc_ns: 1_769_862_605_000_000_000 + number as u64, byte_s: 1e-5 };
+            file.keep(piece, Some(receipt)).unwrap();
+            expected.extend(piece.iter().filter(|byte| **byte == 0).map(|_| Some(receipt)));
+        }
+        drop(file);
+        let mut feed = Feed::new(Recorded::open(&path).unwrap());
+        let (mut found, mut receipts) = (Vec::new(), Vec::new());
+        while let Some(FeedEvent::Data(packet)) = feed.next(Duration::ZERO).unwrap() {
+            found.push(packet);
+            receipts.push(feed.receipt());
+        }
+        assert_eq!((found, receipts), (packets, expected));
+        assert_eq!((feed.counts().damaged, feed.byte_s()), (0, 1e-5));
+    }
+
+    #[test]
     fn other_files_and_versions_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let refused = |name: &str, content: &[u8]| {
@@ -210,6 +326,6 @@ mod tests {
         let error = refused("protocol", &[&other[..], b"\n\0"].concat());
         assert!(error.contains("protocol 200") && error.contains("version 7.0.0"), "{error}");
         let there = folder.path().join("a.csv");
-        assert!(format!("{:#}", create(&there, "x").unwrap_err()).contains("already"));
+        assert!(format!("{:#}", create(&there, "x", 0.0).err().unwrap()).contains("already"));
     }
 }

@@ -13,6 +13,7 @@ pub const fn remedy(status: Status) -> Option<&'static str> {
     match status {
         Status::Unsteady => Some("shorten the window, give the speed, or add one harmonic"),
         Status::Ambiguous => Some("use a longer window"),
+        Status::TooShort => Some("use a longer window, or slide faster"),
         _ => None,
     }
 }

@@ -123,6 +123,38 @@ pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     Ok(settings)
 }
 
+/// Settings as one JSON object, with the names of [`toml()`].
+pub fn json(settings: &Settings) -> serde_json::Result<String> {
+    serde_json::to_string(&Written(*settings))
+}
+
+/// Settings with those of a JSON object in place of theirs.
+/// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
+pub fn with_json(settings: &Settings, given: &str) -> Result<Settings> {
+    let refuse = |why: String| anyhow!(UsageError(why));
+    let given: serde_json::Map<_, _> = serde_json::from_str(given).map_err(|error| refuse(error.to_string()))?;
+    let given = given.into_iter().filter_map(|(name, value)| Some((name, of_json(value)?))).collect();
+    over(settings, given).map_err(|error| refuse(format!("{error:#}")))
+}
+
+/// The same in TOML. serde_json's numbers are no numbers to another format.
+fn of_json(value: serde_json::Value) -> Option<Value> {
+    Some(match value {
+        serde_json::Value::Null => return None,
+        serde_json::Value::Bool(value) => value.into(),
+        serde_json::Value::Number(value) => match value.as_i64() {
+            Some(whole) => whole.into(),
+            None => value.as_f64()?.into(),
+        },
+        serde_json::Value::String(value) => value.into(),
+        serde_json::Value::Array(values) => Value::Array(values.into_iter().filter_map(of_json).collect()),
+        serde_json::Value::Object(fields) => {
+            let fields = fields.into_iter().filter_map(|(name, value)| Some((name, of_json(value)?)));
+            Value::Table(fields.collect())
+        }
+    })
+}
+
 /// Settings with those of a table in place of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut all = Table::try_from(Written(*settings))?;

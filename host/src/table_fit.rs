@@ -5,16 +5,18 @@ use crate::part::{Part, given_rate_hz};
 use crate::speed::Column;
 use crate::tone::Beside;
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::Rows;
+use hal_mock::RowReader;
 use ridgetone::estimator;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Status};
 use ridgetone_tone::{FRAMES_MAX, Fitter, FrameSpan, HARMONICS_MAX, Table};
 use serde::Serialize;
-use std::io::BufRead;
 
 /// Channels are scaled to about a real one's span in codes. Quantization to 1 is then far below any file's residuals.
 const SPAN_CODES: f64 = 1e6;
+
+/// A given rate that differs from the time stamps by more than this share gives a warning.
+const RATES_DIFFER: f64 = 0.01;
 
 /// Which rows and columns to fit, and how.
 #[derive(Clone, Debug, Default)]
@@ -68,22 +70,33 @@ pub struct TableFit {
     pub beside: Beside,
     pub harmonics: u8,
     pub channels: Vec<ChannelResult>,
+    /// What was guessed of how the table is written.
+    pub guessed: Option<String>,
+}
+
+impl TableFit {
+    /// What to look at, if the selection's rate is not that of the stamps.
+    pub fn warning(&self, selection: &Selection) -> Option<String> {
+        let (rate_hz, stamped_hz) = (selection.rate_hz?, self.stamped_hz?);
+        let differ = (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER;
+        differ.then(|| format!("--rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz"))
+    }
 }
 
 /// Fits a part of a table; no row behind the part is read. `progress` takes the rows that have been read.
-pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<TableFit> {
+pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<TableFit> {
     if let Some(rate_hz) = selection.rate_hz {
         ensure!(rate_hz.is_finite() && rate_hz > 0.0, "--rate {rate_hz}: must be greater than 0 Hz");
     }
-    let columns = columns(&rows, selection)?;
-    let part = Part::read(&mut rows, selection, FRAMES_MAX, progress)?;
+    let columns = columns(rows, selection)?;
+    let part = Part::read(rows, selection, FRAMES_MAX, progress)?;
     let file = rows.file();
     let grid = match part.is_stamped {
         true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
             format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
         })
         .with_context(|| file.to_owned())?,
-        false => Grid::even(part.rows.len(), given_rate_hz(file, selection)?),
+        false => Grid::even(part.rows(), given_rate_hz(file, selection)?),
     };
     ensure!(
         grid.slots() <= FRAMES_MAX,
@@ -91,15 +104,15 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
         grid.slots()
     );
 
-    let scaled = Scaled::new(&part.rows, &columns, &grid);
+    let scaled = Scaled::new(&part, &columns, &grid);
     if let Some(c) = scaled.units.iter().position(|unit| !unit.is_finite()) {
         bail!("{file}: column {}: its values are too far apart to be fitted", rows.names()[columns[c]]);
     }
     let mut source = Table { values: &scaled.values, valid: &scaled.valid };
     let places = match &selection.place {
         Some(column) => {
-            let at = named(&rows, column.name())?;
-            let values: Vec<f64> = part.rows.iter().map(|row| row[at]).collect();
+            let at = named(rows, column.name())?;
+            let values: Vec<f64> = part.column(at).collect();
             let is_blank = |end: Option<&f64>| end.is_some_and(|value| value.is_nan());
             let is_cut = is_blank(values.first()) || is_blank(values.last());
             ensure!(!is_cut, "{file}: column {}: blank in the first or the last row of this part", column.name());
@@ -155,20 +168,21 @@ pub fn fit<R: BufRead>(mut rows: Rows<R>, selection: &Selection, progress: &mut 
         rate_sigma_hz: grid.rate_sigma_hz,
         stamped_hz: grid.stamped_hz,
         window_s: grid.slots() as f64 / grid.rate_hz,
-        rows: part.rows.len(),
+        rows: part.rows(),
         rows_missing: grid.missing(),
-        readings_missing: columns.len() * part.rows.len() - scaled.readings,
+        readings_missing: columns.len() * part.rows() - scaled.readings,
         status: estimator::reported_status(found.status),
         abscissa,
         tone: has_tone.then(|| (frequency, sigma.hypot(frequency * scale_share))),
         beside,
         harmonics: found.harmonics,
         channels: channels.collect(),
+        guessed: rows.guessed(),
     })
 }
 
 /// The place of a column.
-pub fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
+pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
     let (file, names) = (rows.file(), rows.names());
     match names.iter().position(|known| known == name) {
         Some(at) => Ok(at),
@@ -177,7 +191,7 @@ pub fn named<R: BufRead>(rows: &Rows<R>, name: &str) -> Result<usize> {
 }
 
 /// The places of the columns to use, at most 16.
-pub fn columns<R: BufRead>(rows: &Rows<R>, selection: &Selection) -> Result<Vec<usize>> {
+pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
     let file = rows.file();
     let mut columns = Vec::new();
     for name in &selection.columns {
@@ -207,7 +221,7 @@ struct Scaled {
 }
 
 impl Scaled {
-    fn new(rows: &[Vec<f64>], columns: &[usize], grid: &Grid) -> Self {
+    fn new(part: &Part, columns: &[usize], grid: &Grid) -> Self {
         let mut scaled = Self {
             values: vec![[0.0; TAXELS]; grid.slots()],
             valid: vec![0; grid.slots()],
@@ -216,8 +230,7 @@ impl Scaled {
             readings: 0,
         };
         for (c, column) in columns.iter().enumerate() {
-            let readings =
-                || grid.places.iter().zip(rows).map(|(place, row)| (*place, row[*column])).filter(|(_, v)| !v.is_nan());
+            let readings = || grid.places.iter().copied().zip(part.column(*column)).filter(|(_, v)| !v.is_nan());
             let zero = readings().next().map_or(0.0, |(_, value)| value);
             let (least, greatest) =
                 readings().map(|(_, value)| value).fold((zero, zero), |(l, g), value| (value.min(l), value.max(g)));

@@ -18,7 +18,10 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `listen.rs` and `recordings.rs`.
-const WITH_A_BOARD: [&str; 13] = [
+const WITH_A_BOARD: [&str; 16] = [
+    "ridgetone monitor --raw --json",
+    "ridgetone listen --raw",
+    "ridgetone record --raw -o -",
     "cargo xtask flash",
     "ridgetone check",
     "ridgetone check -o check.txt",
@@ -35,7 +38,8 @@ const WITH_A_BOARD: [&str; 13] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 14] = [
+const LITTLE_OF: [(&str, &str); 15] = [
+    ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
@@ -72,7 +76,7 @@ fn pages() -> Vec<PathBuf> {
     let book = fs::read_dir(root().join("docs/book")).expect("the book");
     let mut pages: Vec<PathBuf> = book.map(|entry| entry.expect("an entry").path()).collect();
     pages.retain(|path| path.extension().is_some_and(|extension| extension == "md"));
-    assert!((1..=11).contains(&pages.len()), "at most eleven short pages: {pages:?}");
+    assert!((1..=12).contains(&pages.len()), "at most twelve short pages: {pages:?}");
     pages.sort();
     pages.insert(0, root().join("README.md"));
     pages

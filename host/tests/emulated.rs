@@ -12,7 +12,7 @@ mod steady;
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
-use ridgetone_host::input::{Input, SLOT_S, Source, frame_rate_hz};
+use ridgetone_host::input::{Input, SLOT_S, Source, first_scene, frame_rate_hz};
 use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
@@ -186,7 +186,8 @@ fn a_trace_is_the_same_on_the_chip_and_on_the_pc() {
         let mut made = SlidingScene::new(scene.clone()).expect("a scene");
         write_csv(&mut made, frame_rate_hz(), SLOT_S, std::fs::File::create(&path).expect("a file")).expect("a trace");
         let what = path.display().to_string();
-        let source = Source::Trace { path, rate_hz: None, volts_per_unit: 1.0 };
+        let samples = ridgetone_host::samples::Samples::file(&path).expect("a file");
+        let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
         let input = Input { source, ..Input::default() };
         let (outcome, packets) = emulate(&input, false);
         assert_within_bars(&what, &packets, &outcome, &made.truth());
@@ -243,7 +244,7 @@ fn a_minute_of_touches_is_as_right_at_its_end_as_at_its_beginning() {
 #[ignore = "needs the emulator: cargo xtask test"]
 fn the_readme_shows_what_the_demo_gives() {
     let elf = emulator::image::find().expect("an image");
-    let demo = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
+    let demo = demo::run(first_scene().expect("a scene"), Options::new(&elf), &mut |_, _| {}).expect("a demo");
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let picture = root.join("docs/demo.svg");
     if std::env::var_os("RIDGETONE_OVERWRITE").is_some() {
@@ -257,5 +258,6 @@ fn the_readme_shows_what_the_demo_gives() {
             assert!(readme.contains(line), "README.md lacks: {line}");
         }
     }
-    assert!((0.03..0.10).contains(&demo.load()), "load {}", demo.load());
+    let plain = demo::run(Sliding::default(), Options::new(&elf), &mut |_, _| {}).expect("a demo");
+    assert!((0.03..0.10).contains(&plain.load()), "load {}", plain.load());
 }

@@ -42,7 +42,15 @@ fn telemetry_is_printed_as_json_and_a_disconnection_is_reported() {
         let mut wire = [0; WIRE_MAX];
         let used = encode(&packet, &mut wire).expect("it fits");
         board.write_all(&wire[..used]).expect("written");
-        assert_eq!(next(&mut out), events::json(&packet).expect("JSON"));
+        let (line, expected) = (next(&mut out), events::json(&packet).expect("JSON"));
+        // Behind it stands when it was received, and when it happened.
+        let (begin, beside) = line.split_at(expected.len() - 1);
+        assert_eq!(begin, &expected[..expected.len() - 1]);
+        let object: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+        let second = |name: &str| object[name].as_f64().expect("a time");
+        assert!(beside.starts_with(",\"received_utc_s\":") && second("utc_s") <= second("received_utc_s"), "{line}");
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).expect("a clock").as_secs_f64();
+        assert!((now - second("received_utc_s")).abs() < 10.0 && second("utc_sigma_s") > 0.0, "{line}");
     }
     assert_eq!(next(&mut messages), "ridgetone: 2 packets lost, 1 damaged so far");
     drop(board);

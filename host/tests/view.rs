@@ -11,10 +11,11 @@ mod updates;
 
 use ridgetone::pipeline::Pipeline;
 use ridgetone_host::input::Input;
+use ridgetone_host::recording::Keep;
 use ridgetone_host::{recording, replay};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
@@ -39,11 +40,11 @@ fn packets(until_s: f64) -> Vec<Packet> {
 /// The same as a recording.
 fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
     let path = folder.join("touch.rec");
-    let mut file = recording::create(&path, "a test").expect("a file");
+    let mut file = recording::create(&path, "a test", 0.0).expect("a file");
     for packet in packets {
         let mut wire = [0; WIRE_MAX];
         let used = encode(packet, &mut wire).expect("it fits");
-        file.write_all(&wire[..used]).expect("written");
+        file.keep(&wire[..used], None).expect("written");
     }
     path
 }

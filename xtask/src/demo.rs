@@ -29,7 +29,7 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     }
     announce("sliding a grating over the emulated finger");
     let mut demo = program("ridgetone-host", "ridgetone", "demo");
-    demo.arg("--elf").arg(elf).arg("--svg").arg(&svg);
+    demo.arg("--force").arg("--elf").arg(elf).arg("--svg").arg(&svg);
     if let Some(scene) = scene {
         demo.arg("--scene").arg(scene);
     }

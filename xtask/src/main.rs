@@ -9,6 +9,7 @@ mod inspect;
 mod install;
 mod package;
 mod panics;
+mod python;
 mod release;
 mod setup;
 mod sizes;
@@ -74,11 +75,12 @@ enum Task {
     Reproduce(Flags),
     /// Runs the tests on this PC and one emulated run of each kind.
     Test {
-        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser.
+        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser, the Python package.
         #[arg(long)]
         all: bool,
     },
-    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser.
+    /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
+    /// Python.
     Setup,
     /// Builds the firmware images, checks that there is code in them and no unknown panic, prints
     /// their sizes, of flash by crate and of RAM by static; a budget that is exceeded is an error.

@@ -1,6 +1,7 @@
 //! `setup`: the tools of the firmware, its emulator and the tests.
 
 use crate::install;
+use crate::python;
 use crate::toolchain::{TARGET, Toolchain};
 use crate::tools::{clean, find, output_of};
 use anyhow::{Context, Result, ensure};
@@ -32,6 +33,10 @@ pub fn run() -> Result<()> {
     match browser() {
         Ok(path) => println!("browser: {}", path.display()),
         Err(error) => println!("browser: not there ({error:#}); needed for one of the tests only"),
+    }
+    match python::interpreter() {
+        Ok(path) => println!("Python: {}", path.display()),
+        Err(error) => println!("Python: not there ({error:#}); needed for the Python package only"),
     }
     match find("probe-rs") {
         Some(path) => println!("probe-rs: {}", path.display()),

@@ -1,6 +1,7 @@
 //! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything.
 
 use crate::images::{self, Board};
+use crate::python;
 use crate::setup;
 use crate::tools::{announce, clean, output_of, run};
 use anyhow::{Context, Result, anyhow};
@@ -80,9 +81,10 @@ fn run_long() -> Result<()> {
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
+    python::run_tests()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, the benchmark, pages in a browser"
+         register model, the benchmark, pages in a browser, the Python package"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())

@@ -1,10 +1,9 @@
 //! The rows of a recording around the present one, numbered without gaps.
 
 use super::clock::RowClock;
-use super::rows::Rows;
+use super::rows::RowReader;
 use crate::scene::INPUTS;
 use std::collections::VecDeque;
-use std::io::BufRead;
 
 /// Longest run of blank cells of a column that is bridged, rows.
 const BRIDGE_ROWS: usize = 8;
@@ -30,7 +29,7 @@ struct Row {
 
 /// Reads on as rows are asked for, and forgets those before them.
 pub struct Played {
-    rows: Rows<Box<dyn BufRead + Send>>,
+    rows: Box<dyn RowReader + Send>,
     clock: Option<RowClock>,
     /// Number and values of the row that was read last, which does not follow on the others yet.
     next: Option<(u64, Vec<f64>)>,
@@ -43,7 +42,7 @@ pub struct Played {
 
 impl Played {
     /// `clock` numbers rows by their stamps; without one they follow on each other.
-    pub fn new(rows: Rows<Box<dyn BufRead + Send>>, clock: Option<RowClock>) -> Self {
+    pub fn new(rows: Box<dyn RowReader + Send>, clock: Option<RowClock>) -> Self {
         Self { rows, clock, next: None, read: 0, is_over: false, first: 0, around: VecDeque::new() }
     }
 
@@ -136,6 +135,7 @@ impl Played {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rows::Rows;
     use super::*;
 
     #[test]
@@ -143,9 +143,9 @@ mod tests {
         // A row of every ten thousand is there, and of the others a few.
         let csv: String =
             (0..2_000_000u64).filter(|row| row % 10_000 < 3).map(|row| format!("{row},{row}\n")).collect();
-        let rows: Box<dyn BufRead + Send> = Box::new(std::io::Cursor::new(format!("time_s,a\n{csv}")));
+        let rows = Rows::new(std::io::Cursor::new(format!("time_s,a\n{csv}")), "t.csv").unwrap();
         let clock = RowClock::new(&[0.0, 1.0, 2.0]);
-        let mut played = Played::new(Rows::new(rows, "t.csv").unwrap(), clock);
+        let mut played = Played::new(Box::new(rows), clock);
         for row in 16..1_990_000 {
             played.read(row - 16, row + 16);
             assert!(played.around.len() < 64, "{} rows", played.around.len());

@@ -1,8 +1,7 @@
 //! A whole table in memory.
 
-use super::rows::Rows;
+use super::rows::{RowReader, Rows};
 use crate::file_error::FileError;
-use std::io::BufRead;
 use std::path::Path;
 
 /// A table with at least one row and one column. Any number of columns.
@@ -25,7 +24,7 @@ impl Table {
         Self::read(Rows::new(bytes, file)?)
     }
 
-    fn read<R: BufRead>(mut source: Rows<R>) -> Result<Self, FileError> {
+    fn read(mut source: impl RowReader) -> Result<Self, FileError> {
         let (mut rows, mut times) = (Vec::new(), Vec::new());
         while source.advance()? {
             let mut row = Vec::with_capacity(source.names().len());

@@ -1,9 +1,9 @@
 //! The board to talk to.
 
 use super::firmware::FirmwareOptions;
-use super::input::InputOptions;
+use super::input::{InputOptions, remark};
 use crate::feed::{Emulated, Feed};
-use crate::input::{Input, Opened};
+use crate::input::{Input, Opened, Source, first_scene};
 use crate::port::{Link, System, Wanted};
 use crate::usage::UsageError;
 use anyhow::Result;
@@ -25,14 +25,19 @@ pub struct BoardOptions {
 }
 
 impl BoardOptions {
-    /// Opens the board's line. The emulated board is in front of `input`, or of a plain scene, and runs at `pace`, or as fast
+    /// Opens the board's line. The emulated board is in front of `input`, or of the first scene, and runs at `pace`, or as fast
     /// as it can; with `again` its input repeats.
     pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
         if self.emulated {
-            let input = input.map_or_else(|| Ok(Input::default()), InputOptions::input)?.open()?;
-            if let Some(warning) = &input.warning {
-                eprintln!("ridgetone: warning: {warning}");
-            }
+            let input = match input.filter(|input| input.is_given()) {
+                Some(input) => input.input()?,
+                None => {
+                    let scene = first_scene()?;
+                    Input { seed: scene.seed, source: Source::Scene(scene), ..Input::default() }
+                }
+            };
+            let input = input.open()?;
+            remark(&input);
             return self.emulate(if again { input.repeated() } else { input }, pace);
         }
         if input.is_some_and(InputOptions::is_given) || self.firmware.elf.is_some() {
@@ -48,7 +53,7 @@ impl BoardOptions {
         Ok(Feed::new(Emulated::start(input, elf, silence, pace)))
     }
 
-    /// The same for requests alone: the emulated board feels a plain scene at the speed of a real one.
+    /// The same for requests alone: the emulated board feels the first scene at the speed of a real one.
     pub fn open_for_request(&self) -> Result<Feed> {
         self.open(None, Some(1.0), true)
     }

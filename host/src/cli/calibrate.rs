@@ -4,6 +4,7 @@ use super::parse::positive;
 use crate::calibrate::{self, Grating};
 use crate::input::{Input, Source, frame_rate_hz};
 use crate::output;
+use crate::samples::Samples;
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -38,7 +39,7 @@ impl CalibrateArgs {
         let open = |(period_mm, path): &(f64, PathBuf)| {
             let source = match path.extension().is_some_and(|extension| extension == "toml") {
                 true => Source::Scene(hal_mock::load_scene(path, frame_rate_hz())?),
-                false => Source::Trace { path: path.clone(), rate_hz: None, volts_per_unit: 1.0 },
+                false => Source::Trace { samples: Samples::file(path)?, rate_hz: None, volts_per_unit: 1.0 },
             };
             let input = Input { source, ..Input::default() }.open()?;
             Ok(Grating { name: path.display().to_string(), period_mm: *period_mm, input })

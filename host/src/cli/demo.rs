@@ -1,7 +1,7 @@
 //! `demo`: a scene through the emulated firmware, beside the truth.
 
 use super::firmware::FirmwareOptions;
-use crate::input::frame_rate_hz;
+use crate::input::{first_scene, frame_rate_hz};
 use crate::{demo, output, settings_form};
 use anyhow::{Result, bail};
 use clap::Args;
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 Example:
   ridgetone demo --svg demo.svg")]
 pub struct DemoArgs {
-    /// Another scene than the default one: a scene file.
+    /// Another scene than that of scenes/c1.toml: a scene file.
     #[arg(long, value_name = "FILE.toml")]
     scene: Option<PathBuf>,
     /// Settings of the firmware, sent to it over its line at the start [default: its own].
@@ -28,17 +28,19 @@ pub struct DemoArgs {
 impl DemoArgs {
     pub(super) fn run(self) -> Result<()> {
         let scene = self.scene.as_ref().map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
-        if scene.as_ref().is_some_and(|scene| scene.hand.is_some()) {
+        let scene = scene.map_or_else(first_scene, Ok)?;
+        if scene.hand.is_some() {
             bail!("a hand has no single speed to compare with: use `ridgetone emulate --scene`");
         }
+        self.svg.as_deref().map_or(Ok(()), output::check_new)?;
         let elf = self.firmware.image()?;
         let mut options = self.firmware.options(&elf);
         if let Some(path) = &self.settings {
             options.settings = settings_form::load(path)?;
         }
-        let demo = output::with_progress(|progress| demo::run(scene.unwrap_or_default(), options, progress))?;
+        let demo = output::with_progress(|progress| demo::run(scene, options, progress))?;
         if let Some(path) = &self.svg {
-            output::whole_text(path, &demo.svg())?;
+            output::new_text(path, &demo.svg())?;
         }
         output::line(demo.to_string().trim_end())
     }

@@ -2,7 +2,7 @@
 
 use super::firmware::FirmwareOptions;
 use super::input::InputOptions;
-use super::lines::{LineOptions, printer, report};
+use super::lines::{LineOptions, Printer, report};
 use super::settings::SettingsOptions;
 use crate::picture::Recording;
 use crate::{emulator, output, picture, stop};
@@ -46,6 +46,7 @@ pub struct EmulateArgs {
 impl EmulateArgs {
     pub(super) fn run(self) -> Result<()> {
         stop::on_signal()?;
+        self.svg.iter().chain(&self.serial_out).try_for_each(|path| output::check_new(path))?;
         let elf = self.firmware.image()?;
         let settings = self.settings.settings()?;
         let input = self.input.open_for(settings.window_s)?;
@@ -56,24 +57,25 @@ impl EmulateArgs {
             log: self.log.then_some(|line| eprintln!("log: {line}")),
             ..self.firmware.options(&elf)
         };
-        let mut print = printer(LineOptions { json: self.json, teleplot: false });
+        let mut printer = Printer::new(LineOptions { json: self.json, teleplot: false }, true);
         let mut packets = Vec::new();
         let mut sink = |packet: &Packet| {
             if self.svg.is_some() {
                 packets.push(packet.clone());
             }
-            print(packet)
+            printer.print(packet, None)
         };
         let outcome = output::with_progress(|progress| emulator::run(input, options, &mut sink, progress))?;
+        drop(printer);
         for line in outcome.messages.lines() {
             eprintln!("firmware: {line}");
         }
         if let Some(path) = &self.serial_out {
-            output::whole_file(path, |file| Ok(file.write_all(&outcome.serial)?))?;
+            output::new_file(path, |file| Ok(file.write_all(&outcome.serial)?))?;
         }
         if let Some(path) = &self.svg {
             let svg = picture::draw(&Recording::new(&outcome.conversions, &packets), None);
-            output::whole_text(path, &svg)?;
+            output::new_text(path, &svg)?;
         }
         report(outcome.counts);
         Ok(())

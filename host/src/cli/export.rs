@@ -16,17 +16,17 @@ The CSV of frames is what `replay`, `fit` and `emulate` read: the same touch wit
 frequency and sigma are in hertz, or in cycles per mm where abscissa is place.
 
 Examples:
-  ridgetone export touch.rec --format csv -o estimates.csv
-  ridgetone export touch.rec --format csv --table frames -o frames.csv
-  ridgetone export touch.rec --format mcap -o touch.mcap
+  ridgetone export touch.rec -o estimates.csv
+  ridgetone export touch.rec --table frames -o frames.csv
+  ridgetone export touch.rec -o touch.mcap
   ridgetone export touch.rec --format ndjson | head")]
 pub struct ExportArgs {
     /// Recording of telemetry.
     #[arg(value_name = "RECORDING")]
     file: PathBuf,
-    /// Format.
+    /// Format [default: by the file's name: .csv, .ndjson, .jsonl or .mcap].
     #[arg(long, value_enum, value_name = "FORMAT")]
-    format: Format,
+    format: Option<Format>,
     /// Rows of the CSV table [default: estimates].
     #[arg(long, value_enum, value_name = "KIND")]
     table: Option<Kind>,
@@ -37,24 +37,28 @@ pub struct ExportArgs {
 
 impl ExportArgs {
     pub(super) fn run(self) -> Result<()> {
-        if self.table.is_some() && self.format != Format::Csv {
+        let by_name = || self.output.as_deref().and_then(Format::by_name);
+        let Some(format) = self.format.or_else(by_name) else {
+            return Err(UsageError("the file's name does not say the format: add --format".into()).into());
+        };
+        if self.table.is_some() && format != Format::Csv {
             return Err(UsageError("--table is for --format csv: the others hold everything".into()).into());
         }
         stop::on_signal()?;
         let kind = self.table.unwrap_or(Kind::Estimates);
         let mut counts = Counts::default();
         if let Some(path) = &self.output {
-            output::whole_file(path, |file| {
-                counts = run(&self.file, self.format, kind, file)?;
+            output::new_file(path, |file| {
+                counts = run(&self.file, format, kind, file)?;
                 Ok(())
             })?;
         } else {
             let stdout = std::io::stdout().lock();
-            if self.format == Format::Mcap && stdout.is_terminal() {
+            if format == Format::Mcap && stdout.is_terminal() {
                 return Err(UsageError("MCAP is not for a terminal: write it to a file with -o".into()).into());
             }
             let mut out = std::io::BufWriter::new(stdout);
-            counts = run(&self.file, self.format, kind, &mut out)?;
+            counts = run(&self.file, format, kind, &mut out)?;
             out.flush()?;
         }
         report(counts);

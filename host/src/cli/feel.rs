@@ -3,9 +3,11 @@
 use super::parse::{number, positive};
 use crate::feel::{self, Coefficients, KnownSurface, Options};
 use crate::output::{self, Progress};
+use crate::samples::Samples;
 use crate::table_fit::Selection;
 use anyhow::{Context, Result, bail};
 use clap::{Args, Subcommand};
+use hal_mock::TimeColumn;
 use ridgetone_feel::{Reference, force_ratio};
 use std::path::{Path, PathBuf};
 
@@ -32,6 +34,9 @@ pub struct FeelArgs {
     file: Option<PathBuf>,
     #[command(flatten)]
     measure: Option<MeasureOptions>,
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is.
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
+    time_column: Option<TimeColumn>,
     /// M, tangential over normal force, with its standard deviation.
     #[arg(long, value_name = "VALUE[+-SIGMA]", value_parser = with_sigma, conflicts_with = "image")]
     m: Option<(f32, f32)>,
@@ -105,7 +110,7 @@ struct MeasureOptions {
 }
 
 fn reference(text: &str) -> Result<KnownSurface, String> {
-    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut file) = (None, None, None, 0.0, None);
+    let (mut ra_um, mut rsm_mm, mut speed_mm_s, mut ra_sigma_um, mut samples) = (None, None, None, 0.0, None);
     for part in text.split(',') {
         let (name, value) = part.split_once('=').ok_or_else(|| format!("{part}: write NAME=VALUE"))?;
         let value_of = |value| positive(value).map(|value| value as f32).map_err(|why| format!("{name}: {why}"));
@@ -114,14 +119,14 @@ fn reference(text: &str) -> Result<KnownSurface, String> {
             "rsm_mm" => rsm_mm = Some(value_of(value)?),
             "speed_mm_s" => speed_mm_s = Some(value_of(value)?),
             "ra_sigma_um" => ra_sigma_um = value_of(value)?,
-            "file" => file = Some(PathBuf::from(value)),
+            "file" => samples = Some(Samples::file(value.as_ref()).map_err(|why| format!("{why:#}"))?),
             _ => return Err(format!("unknown {name}: choose ra_um, rsm_mm, speed_mm_s, ra_sigma_um or file")),
         }
     }
     let (Some(ra_um), Some(rsm_mm), Some(speed_mm_s)) = (ra_um, rsm_mm, speed_mm_s) else {
         return Err("ra_um, rsm_mm and speed_mm_s are needed".into());
     };
-    Ok(KnownSurface { surface: Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s }, file })
+    Ok(KnownSurface { surface: Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s }, samples })
 }
 
 fn with_sigma(text: &str) -> Result<(f32, f32), String> {
@@ -177,9 +182,13 @@ impl FeelArgs {
             self.coefficients.as_deref().map_or_else(|| Ok(Coefficients::paper()), Coefficients::load)?;
         let by_image = self.image.as_deref().map(|path| image_ratio(path, self.image_gain)).transpose()?;
         let m = self.m.or(by_image);
-        let felt = with_progress(|progress| feel::measure(&file, &measure.options(), progress))?;
+        let samples = Samples::file_with(&file, self.time_column)?;
+        let felt = with_progress(|progress| feel::measure(&samples, &measure.options(), progress))?;
+        if let Some(guessed) = &felt.guessed {
+            eprintln!("ridgetone: {}: {guessed}", felt.file);
+        }
         if let Some(path) = &self.svg {
-            output::whole_text(path, &feel::draw(&felt))?;
+            output::new_text(path, &feel::draw(&felt))?;
         }
         let text = if self.json { feel::json(&felt, &coefficients, m)? } else { feel::text(&felt, &coefficients, m) };
         output::line(text.trim_end())
@@ -194,7 +203,7 @@ impl TrainArgs {
             let Some(coefficients) = training.coefficients() else {
                 bail!("{}: nothing measured explains any score: no coefficients to write", training.file)
             };
-            output::whole_text(path, &coefficients.toml()?)?;
+            output::new_text(path, &coefficients.toml()?)?;
         }
         output::line(&if self.json { serde_json::to_string(&training)? } else { training.to_string() })
     }

@@ -4,18 +4,16 @@ use super::parse::{number, positive};
 use crate::output::Progress;
 use crate::speed::Column;
 use crate::table_fit::Selection;
-use crate::{fit_report, output, settings_form, table_fit};
+use crate::{fit_report, output, samples, settings_form, table_fit};
 use anyhow::Result;
 use clap::Args;
-use hal_mock::Rows;
+use hal_mock::TimeColumn;
 use std::path::PathBuf;
-
-/// A rate on the command line that differs from the time stamps by more than this share gives a warning.
-const RATES_DIFFER: f64 = 0.01;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. The rate is that of the straight
+FILE.csv has a header, then one row per sample; a column time_s is the time in seconds. Separators, decimal commas and the
+time's name and unit may be others: what is guessed is said. A recording of telemetry with raw frames is read too. The rate is that of the straight
 line through all time stamps, and its uncertainty is a part of sigma. A gap of a few rows counts as missing rows; a blank
 cell, or NaN, is a missing reading of its channel. A file may be long: no row after --to is read.
 
@@ -31,6 +29,10 @@ pub struct FitArgs {
     /// Rows per second [default: from the column time_s].
     #[arg(long, value_name = "HZ", value_parser = positive)]
     rate: Option<f64>,
+    /// Column that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is [default: time_s,
+    /// or a column whose name says that it is the time].
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse)]
+    time_column: Option<TimeColumn>,
     /// First time to use, seconds as in time_s; without that column, row / rate.
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     from: Option<f64>,
@@ -63,7 +65,7 @@ pub struct FitArgs {
 impl FitArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
-        let rows = Rows::open(&self.file)?;
+        let mut rows = samples::open(&self.file, self.time_column.as_ref())?;
         let file = rows.file().to_owned();
         let selection = Selection {
             rate_hz: self.rate,
@@ -75,13 +77,14 @@ impl FitArgs {
             interferer_hz: self.mains.or(settings.map(|settings| settings.interferer_hz.into()).filter(|hz| *hz > 0.0)),
         };
         let mut progress = Progress::default();
-        let fit = table_fit::fit(rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
+        let fit = table_fit::fit(&mut *rows, &selection, &mut |read| progress.show(format_args!("{read} rows read")));
         progress.end();
         let fit = fit?;
-        if let (Some(rate_hz), Some(stamped_hz)) = (self.rate, fit.stamped_hz)
-            && (rate_hz / stamped_hz - 1.0).abs() > RATES_DIFFER
-        {
-            eprintln!("ridgetone: warning: --rate {rate_hz} Hz is used, though time_s gives {stamped_hz:.4} Hz");
+        if let Some(guessed) = &fit.guessed {
+            eprintln!("ridgetone: {file}: {guessed}");
+        }
+        if let Some(warning) = fit.warning(&selection) {
+            eprintln!("ridgetone: warning: {warning}");
         }
         if self.json {
             output::line(&fit_report::json(&file, &fit)?)

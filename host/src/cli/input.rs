@@ -2,15 +2,16 @@
 
 use super::parse::{number, positive};
 use crate::input::{Input, Opened, Source, frame_rate_hz};
+use crate::samples::Samples;
 use crate::usage::UsageError;
-use anyhow::{Result, bail};
+use anyhow::Result;
 use clap::Args;
-use hal_mock::Sliding;
+use hal_mock::{Sliding, TimeColumn};
 use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
 pub struct SceneOptions {
-    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a plain scene].
+    /// Scene file, such as scenes/c1.toml; scenes/every_key.toml explains all keys [default: a plain scene; with --emulated scenes/c1.toml].
     #[arg(long = "scene", value_name = "FILE.toml", conflicts_with_all = ["scene_speed", "period", "snr"])]
     scene_file: Option<PathBuf>,
     /// Speed of the grating, mm/s [default: 30].
@@ -46,6 +47,10 @@ pub struct InputOptions {
     /// Rows per second where FILE.csv has no time_s [default: the scan's 241.14].
     #[arg(long, value_name = "HZ", value_parser = positive, requires = "file")]
     pub(super) rate: Option<f64>,
+    /// Column of FILE.csv that is the time, with its unit (s, ms, us, ns) if its name does not say it; `none` if none is
+    /// [default: time_s, or a column whose name says that it is the time].
+    #[arg(long, value_name = "NAME[:UNIT]", value_parser = TimeColumn::parse, requires = "file")]
+    time_column: Option<TimeColumn>,
     /// Noise of the converter itself, 4.5 uV rms; a scene file may switch it off too.
     #[arg(long, value_name = "on|off", default_value = "on", value_parser = on_off, action = clap::ArgAction::Set)]
     noise: bool,
@@ -92,6 +97,16 @@ impl SceneOptions {
     }
 }
 
+/// Says on standard error what was guessed of an input, and its warning.
+pub fn remark(input: &Opened) {
+    if let Some(guessed) = &input.guessed {
+        eprintln!("ridgetone: {guessed}");
+    }
+    if let Some(warning) = &input.warning {
+        eprintln!("ridgetone: warning: {warning}");
+    }
+}
+
 impl InputOptions {
     pub fn is_given(&self) -> bool {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
@@ -105,7 +120,8 @@ impl InputOptions {
         }
         let (source, seed) = match &self.file {
             Some(path) => {
-                let source = Source::Trace { path: path.clone(), rate_hz: self.rate, volts_per_unit: self.scale };
+                let samples = Samples::file_with(path, self.time_column.clone())?;
+                let source = Source::Trace { samples, rate_hz: self.rate, volts_per_unit: self.scale };
                 (source, self.scene.seed.unwrap_or(1))
             }
             None => {
@@ -119,14 +135,8 @@ impl InputOptions {
 
     /// Opens an input that has to fill a window, and prints its warning.
     pub fn open_for(&self, window_s: f32) -> Result<Opened> {
-        let input = self.input()?.open()?;
-        if let Some(file) = self.file.as_ref().filter(|_| input.end_s < f64::from(window_s)) {
-            let (file, end_s) = (file.display(), input.end_s);
-            bail!("{file}: {end_s:.3} s of data do not fill a window of {window_s} s: choose a shorter --window");
-        }
-        if let Some(warning) = &input.warning {
-            eprintln!("ridgetone: warning: {warning}");
-        }
+        let input = self.input()?.open_for(window_s)?;
+        remark(&input);
         Ok(input)
     }
 }

@@ -1,12 +1,18 @@
 //! Packets printed as lines, of one of three kinds.
 
+use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
-use crate::live::Counts;
+use crate::live::{Counts, Frame, time_s};
 use crate::teleplot::Teleplot;
+use crate::utc::{Receipt, UtcClock};
 use crate::{events, listen, output};
 use anyhow::Result;
 use clap::Args;
-use ridgetone_proto::telemetry::Packet;
+use ratatui::crossterm::terminal;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Packet};
+use std::collections::VecDeque;
+use std::io::IsTerminal;
 use std::ops::ControlFlow;
 
 #[derive(Args, Clone, Copy, Debug)]
@@ -19,22 +25,98 @@ pub struct LineOptions {
     pub teleplot: bool,
 }
 
-/// Prints all packets of a feed, and at the end the counts.
-pub fn print(mut feed: Feed, mut requester: Requester, lines: LineOptions) -> Result<()> {
-    let mut print = printer(lines);
-    let ended = listen::run(&mut feed, &mut requester, &mut |packet| print(packet).map(ControlFlow::Continue));
+/// Prints all packets of a feed, and at the end the counts. Text of a recording is in the order of time; a board is not held up.
+pub fn print(feed: Feed, requester: Requester, lines: LineOptions) -> Result<()> {
+    let mut printer = Printer::new(lines, !feed.has_board());
+    let (feed, ended) =
+        listen::run(feed, requester, &mut |packet, receipt| printer.print(packet, receipt).map(ControlFlow::Continue));
+    drop(printer);
     report(feed.counts());
     ended
 }
 
-pub fn printer(lines: LineOptions) -> impl FnMut(&Packet) -> Result<()> {
-    let mut teleplot = lines.teleplot.then(Teleplot::default);
-    move |packet| match teleplot.as_mut().map(|teleplot| teleplot.lines(packet)) {
-        Some(lines) if lines.is_empty() => Ok(()),
-        Some(lines) => output::line(&lines),
-        None if lines.json => output::line(&events::json(packet)?),
-        None => output::line(&events::text(packet)),
+/// Device time by which a line may come too late for its place, seconds: an estimate of a whole slide comes after its end.
+const LATE_S: f64 = 0.5;
+
+/// Prints packets as lines. Dropped, it prints what it has held back.
+pub struct Printer {
+    json: Option<JsonLines>,
+    teleplot: Option<Teleplot>,
+    vref_v: f32,
+    /// Lines that wait for earlier ones, in the order of time, if there is an order to keep.
+    held: Option<VecDeque<(f64, String)>>,
+    now_s: f64,
+}
+
+impl Printer {
+    pub fn new(lines: LineOptions, in_order: bool) -> Self {
+        let json = lines.json.then(JsonLines::default);
+        let teleplot = lines.teleplot.then(Teleplot::default);
+        // For programs lines are in the order of their numbers.
+        let held = (in_order && json.is_none() && teleplot.is_none()).then(VecDeque::new);
+        Self { json, teleplot, vref_v: Settings::DEFAULT.vref_v, held, now_s: 0.0 }
     }
+
+    pub fn print(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
+        if let Some(teleplot) = &mut self.teleplot {
+            let lines = teleplot.lines(packet);
+            return if lines.is_empty() { Ok(()) } else { output::line(&lines) };
+        }
+        if let Some(json) = &mut self.json {
+            return output::line(&json.line(packet, receipt)?);
+        }
+        if let Event::Hello(hello) = &packet.event {
+            self.vref_v = hello.settings.vref_v;
+        }
+        let volts = match &packet.event {
+            Event::Raw(raw) => format!("; mV {}", millivolts(&Frame::new(raw, self.vref_v))),
+            _ => String::new(),
+        };
+        let text = fitted(&(events::text(packet) + &volts));
+        if UtcClock::restarts(packet) {
+            self.flush(f64::INFINITY)?;
+            self.now_s = 0.0;
+        }
+        let Some(held) = &mut self.held else { return output::line(&text) };
+        let t_s = time_s(&packet.event).unwrap_or(self.now_s);
+        self.now_s = self.now_s.max(t_s);
+        let place = held.partition_point(|(held_s, _)| *held_s <= t_s);
+        held.insert(place, (t_s, text));
+        self.flush(self.now_s - LATE_S)
+    }
+
+    /// Prints what is no later than this.
+    fn flush(&mut self, until_s: f64) -> Result<()> {
+        let Some(held) = &mut self.held else { return Ok(()) };
+        let due = held.partition_point(|(t_s, _)| *t_s <= until_s);
+        held.drain(..due).try_for_each(|(_, text)| output::line(&text))
+    }
+}
+
+impl Drop for Printer {
+    fn drop(&mut self) {
+        // A reader that has gone wants no more.
+        let _ = self.flush(f64::INFINITY);
+    }
+}
+
+/// What a frame's codes are in millivolts; a dash where they cannot be trusted.
+fn millivolts(frame: &Frame) -> String {
+    let value = |volts: &Option<f32>| volts.map_or("-".to_owned(), |volts| format!("{:+.3}", 1e3 * volts));
+    frame.volts.iter().map(value).collect::<Vec<_>>().join(" ")
+}
+
+/// A text whose lines are no wider than the terminal, if there is one.
+fn fitted(text: &str) -> String {
+    let width = match std::io::stdout().is_terminal() {
+        true => terminal::size().map_or(usize::MAX, |(columns, _)| columns.into()),
+        false => usize::MAX,
+    };
+    let cut = |line: &str| match line.char_indices().nth(width).is_some() {
+        true => line.chars().take(width.saturating_sub(1)).chain(['\u{2026}']).collect(),
+        false => line.to_owned(),
+    };
+    text.lines().map(cut).collect::<Vec<String>>().join("\n")
 }
 
 /// Writes the counts to standard error.

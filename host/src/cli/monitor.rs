@@ -22,7 +22,8 @@ Examples:
   ridgetone monitor --emulated
   ridgetone monitor --emulated --scene scenes/c7.toml
   ridgetone monitor --file touch.rec
-  ridgetone monitor --emulated --once --plain")]
+  ridgetone monitor --emulated --once --plain
+  ridgetone monitor --raw --json | head")]
 pub struct MonitorArgs {
     #[command(flatten)]
     source: SourceOptions,
@@ -32,6 +33,9 @@ pub struct MonitorArgs {
     /// Print lines instead of a screen.
     #[arg(long)]
     plain: bool,
+    /// Request every raw frame of a board and print it; with --json with volts beside the codes. The screen has them anyway.
+    #[arg(long)]
+    raw: bool,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -43,7 +47,9 @@ impl MonitorArgs {
         let feed = self.source.open()?;
         let LineOptions { json, teleplot } = self.lines;
         if self.plain || json || teleplot || !std::io::stdout().is_terminal() {
-            return print(feed, Requester::with_settings(settings), self.lines);
+            let mut requester = Requester::with_settings(settings);
+            requester.want_raw_if(self.raw);
+            return print(feed, requester, self.lines);
         }
         let (feed, shown) = Monitor::new(feed, settings).run();
         report(feed.counts());
@@ -67,6 +73,9 @@ pub struct ListenArgs {
     /// The USB serial number of the board, or of the adapter on its line.
     #[arg(long, value_name = "NUMBER", group = "board")]
     usb_serial: Option<String>,
+    /// Request every raw frame and print it; with --json with volts beside the codes.
+    #[arg(long)]
+    raw: bool,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -75,6 +84,8 @@ impl ListenArgs {
     pub(super) fn run(self) -> Result<()> {
         stop::on_signal()?;
         let wanted = Wanted::new(self.port, self.usb_serial);
-        print(Feed::new(Link::open(System, wanted)?), Requester::default(), self.lines)
+        let mut requester = Requester::default();
+        requester.want_raw_if(self.raw);
+        print(Feed::new(Link::open(System, wanted)?), requester, self.lines)
     }
 }

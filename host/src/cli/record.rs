@@ -18,13 +18,14 @@ Ends with Ctrl-C, after --for, or when the board's scene is over; the file is va
 Examples:
   ridgetone record -o touch.rec
   ridgetone record --port /dev/ttyUSB0 --raw --for 60 -o touch.rec
-  ridgetone record --emulated --raw -o touch.rec")]
+  ridgetone record --emulated --raw -o touch.rec
+  ridgetone record --raw -o - | gzip > touch.rec.gz")]
 pub struct RecordArgs {
     #[command(flatten)]
     board: BoardOptions,
     #[command(flatten)]
     input: InputOptions,
-    /// File to write; an existing one is not overwritten.
+    /// File to write; an existing one is not overwritten. `-` is standard output, for another program.
     #[arg(short, long, value_name = "RECORDING")]
     output: PathBuf,
     /// Include every raw frame (20 kB a second).
@@ -42,9 +43,7 @@ impl RecordArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
         let mut requester = Requester::with_settings(settings);
-        if self.raw {
-            requester.want_raw(true);
-        }
+        requester.want_raw_if(self.raw);
         stop::on_signal()?;
         // A request takes a moment: a board that runs ahead of it would have sent much by then.
         let pace = (self.raw || settings.is_some()).then_some(1.0);

@@ -1,7 +1,7 @@
 //! `replay`: a recording or a scene through the library.
 
 use super::input::InputOptions;
-use super::lines::{LineOptions, print, printer, report};
+use super::lines::{LineOptions, Printer, print, report};
 use super::settings::SettingsOptions;
 use crate::feed::{Feed, Requester};
 use crate::output::with_progress;
@@ -11,6 +11,7 @@ use crate::{recording, replay, speed, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Packet;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -52,8 +53,10 @@ impl ReplayArgs {
         let after = speed::after(self.profile_repeats);
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
         let input = self.input.open_for(settings.window_s)?;
-        let mut print = printer(self.lines);
-        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut print, progress))?;
+        let mut printer = Printer::new(self.lines, true);
+        let mut sink = |packet: &Packet| printer.print(packet, None);
+        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut sink, progress))?;
+        drop(printer);
         report(outcome.counts);
         Ok(())
     }

@@ -51,7 +51,7 @@ impl SceneArgs {
         let mut scene = SlidingScene::new(self.scene.sliding()?)?;
         let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
         check_length("the scene", truth.end_s, SCENE_MAX_S)?;
-        output::whole_file(&self.output, |file| {
+        output::new_file(&self.output, |file| {
             rows = write_csv(&mut scene, rate_hz, SLOT_S, file)?;
             Ok(())
         })?;

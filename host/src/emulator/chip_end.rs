@@ -155,7 +155,15 @@ mod tests {
         let options = crate::emulator::Options { keep_conversions: true, ..crate::emulator::Options::new("".as_ref()) };
         let chip = hal_mock::Options::default();
         ChipEnd::new(
-            Opened { scene, options: chip, end_s, truth: None, warning: None, uncertainty: Default::default() },
+            Opened {
+                scene,
+                options: chip,
+                end_s,
+                truth: None,
+                warning: None,
+                guessed: None,
+                uncertainty: Default::default(),
+            },
             &options,
         )
     }

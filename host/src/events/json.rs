@@ -1,13 +1,15 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::digits::seconds;
+use crate::live::Frame;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
 use crate::tone::{JsonBeside, JsonTone, period_f32};
+use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::settings::{Settings, SettingsError};
+use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
     TravelStatus,
@@ -21,6 +23,19 @@ struct JsonPacket<'a> {
     sequence: u16,
     #[serde(flatten)]
     body: Body<'a>,
+    #[serde(flatten)]
+    receipt: Option<JsonReceipt>,
+}
+
+/// When a packet was received, and its own time in UTC, seconds since 1970.
+#[derive(Serialize)]
+struct JsonReceipt {
+    received_utc_s: f64,
+    utc_s: Option<f64>,
+    utc_sigma_s: Option<f64>,
+    /// Once a second.
+    #[serde(flatten)]
+    relation: Option<Relation>,
 }
 
 #[derive(Serialize)]
@@ -80,7 +95,13 @@ enum Body<'a> {
         #[serde(flatten, with = "JsonOutcome")]
         outcome: &'a Outcome,
     },
-    Raw(&'a Raw),
+    Raw {
+        #[serde(flatten)]
+        raw: &'a Raw,
+        /// None without the reference that the greeting has.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        volts: Option<[Option<f32>; TAXELS]>,
+    },
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -150,8 +171,52 @@ pub fn json(packet: &Packet) -> serde_json::Result<String> {
     serde_json::to_string(&serializable(packet))
 }
 
+/// The packets of a board as [`json`] has them; raw frames with volts beside the codes. It needs all packets: the reference is
+/// in the greeting.
+#[derive(Clone, Debug)]
+pub struct JsonLines {
+    vref_v: f32,
+    clock: UtcClock,
+}
+
+impl Default for JsonLines {
+    fn default() -> Self {
+        Self { vref_v: Settings::DEFAULT.vref_v, clock: UtcClock::default() }
+    }
+}
+
+impl JsonLines {
+    /// A packet as one JSON object on one line, without the line's end.
+    pub fn line(&mut self, packet: &Packet, receipt: Option<Receipt>) -> serde_json::Result<String> {
+        serde_json::to_string(&self.serializable(packet, receipt))
+    }
+
+    /// The same for a serializer.
+    pub fn serializable(&mut self, packet: &Packet, receipt: Option<Receipt>) -> impl Serialize {
+        if let Event::Hello(hello) = &packet.event {
+            self.vref_v = hello.settings.vref_v;
+        }
+        let receipt = receipt.map(|receipt| {
+            self.clock.take(packet, receipt);
+            let utc = packet.event.t_us().and_then(|t_us| self.clock.utc(seconds(t_us)));
+            let is_health = matches!(packet.event, Event::Health(_));
+            JsonReceipt {
+                received_utc_s: receipt.utc_ns as f64 * 1e-9,
+                utc_s: utc.map(|utc| utc.utc_s()),
+                utc_sigma_s: utc.map(|utc| utc.sigma_s),
+                relation: utc.filter(|_| is_health).map(|utc| utc.relation),
+            }
+        });
+        JsonPacket { receipt, ..with_reference(packet, Some(self.vref_v)) }
+    }
+}
+
 /// A packet in the form of [`json`], for a serializer.
 pub fn serializable(packet: &Packet) -> impl Serialize {
+    with_reference(packet, None)
+}
+
+fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
     let t_s = packet.event.t_us().map_or(0.0, seconds);
     let body = match &packet.event {
         Event::Hello(e) => Body::Hello {
@@ -193,9 +258,9 @@ pub fn serializable(packet: &Packet) -> impl Serialize {
         Event::Image(image) => Body::Image { t_s, image },
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
-        Event::Raw(raw) => Body::Raw(raw),
+        Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
-    JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body }
+    JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }
 }
 
 #[cfg(test)]

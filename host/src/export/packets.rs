@@ -5,20 +5,21 @@ use crate::live::Counts;
 use crate::output::Progress;
 use crate::recording::Recorded;
 use crate::stop;
+use crate::utc::Receipt;
 use anyhow::{Result, bail};
 use ridgetone_proto::telemetry::Packet;
 use std::path::Path;
 use std::time::Duration;
 
 /// Gives every packet of a recording to `sink`, and shows the progress.
-pub fn packets(path: &Path, sink: &mut dyn FnMut(&Packet) -> Result<()>) -> Result<Counts> {
+pub fn packets(path: &Path, sink: &mut dyn FnMut(&Packet, Option<Receipt>) -> Result<()>) -> Result<Counts> {
     let recorded = Recorded::open(path)?;
     let bytes = recorded.bytes;
     let mut feed = Feed::new(recorded);
     let mut progress = Progress::default();
     loop {
         match feed.next(Duration::ZERO)? {
-            Some(FeedEvent::Data(packet)) => sink(&packet)?,
+            Some(FeedEvent::Data(packet)) => sink(&packet, feed.receipt())?,
             Some(FeedEvent::Over) => break,
             _ => {}
         }

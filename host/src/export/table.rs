@@ -2,11 +2,13 @@
 
 use super::packets::packets;
 use crate::digits::seconds;
-use crate::live::{Counts, Frame, Point};
+use crate::live::{Counts, Point};
+use crate::messages::{Form, messages};
+use crate::raw_rows::{self, RawRows};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
-use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Health, Raw};
+use hal_mock::RowReader;
+use ridgetone_proto::telemetry::{Event, Health};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -50,12 +52,12 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut rows = 0u64;
     let counts = match kind {
         Kind::Frames => frames(path, &mut csv, &mut rows)?,
-        Kind::Estimates => packets(path, &mut |packet| {
+        Kind::Estimates => packets(path, &mut |packet, _| {
             let Event::Estimate(estimate) = &packet.event else { return Ok(()) };
             rows += 1;
             Ok(csv.serialize(Point::new(estimate))?)
         })?,
-        Kind::Health => packets(path, &mut |packet| {
+        Kind::Health => packets(path, &mut |packet, _| {
             let Event::Health(health) = packet.event else { return Ok(()) };
             rows += 1;
             Ok(csv.serialize(HealthRow::new(&health))?)
@@ -63,48 +65,26 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     };
     csv.flush()?;
     if rows == 0 {
-        let hint = if kind == Kind::Frames { ": record with --raw" } else { "" };
-        bail!("{}: holds no {}{hint}", path.display(), format!("{kind:?}").to_lowercase());
+        bail!("{}: holds no {}", path.display(), format!("{kind:?}").to_lowercase());
     }
     Ok(counts)
 }
 
-/// Frames in volts. A taxel without any valid value is at 0 V; a frame that lacks any other taxel is left out, since `replay`
-/// and `fit` take a gap for missing frames.
+/// Frames in volts, as `replay` and `fit` read them from the recording itself.
 fn frames(path: &Path, csv: &mut csv::Writer<&mut dyn Write>, rows: &mut u64) -> Result<Counts> {
-    let mut alive = 0u16;
-    packets(path, &mut |packet| {
-        if let Event::Raw(Raw { present, good, .. }) = packet.event {
-            alive |= present & good;
-        }
-        Ok(())
-    })?;
-    if alive == 0 {
-        return Ok(Counts::default());
-    }
-    let names = (0..TAXELS).map(|taxel| format!("ain{taxel}"));
-    csv.write_record(std::iter::once("time_s".to_owned()).chain(names))?;
-    let (mut vref_v, mut left_out) = (Settings::DEFAULT.vref_v, 0u64);
-    let counts = packets(path, &mut |packet| {
-        let raw = match &packet.event {
-            Event::Hello(hello) => {
-                vref_v = hello.settings.vref_v;
-                return Ok(());
-            }
-            Event::Raw(raw) => raw,
-            _ => return Ok(()),
-        };
-        if raw.present & raw.good & alive != alive {
-            left_out += 1;
-            return Ok(());
-        }
+    let counts = packets(path, &mut |_, _| Ok(()))?;
+    let open = || messages(path, Form::Telemetry);
+    let mut frames = RawRows::new(&path.display().to_string(), open()?, open()?)?;
+    csv.write_record(std::iter::once("time_s".to_owned()).chain(raw_rows::names()))?;
+    let mut values = Vec::new();
+    while frames.next_frame()? {
         *rows += 1;
-        let frame = Frame::new(raw, vref_v);
-        let volts = frame.volts.iter().map(|volts| volts.unwrap_or(0.0).to_string());
-        Ok(csv.write_record(std::iter::once(format!("{:.6}", frame.t_s)).chain(volts))?)
-    })?;
-    if left_out > 0 {
-        eprintln!("ridgetone: {left_out} frames lack a taxel and are left out");
+        frames.values(&mut values)?;
+        let t_s = frames.time_s().unwrap_or_default();
+        csv.write_record(std::iter::once(format!("{t_s:.6}")).chain(values.iter().map(f64::to_string)))?;
+    }
+    if frames.left_out > 0 {
+        eprintln!("ridgetone: {} frames lack a taxel and are left out", frames.left_out);
     }
     Ok(counts)
 }

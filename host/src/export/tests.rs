@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::input::Input;
+use crate::recording::Keep;
 use crate::{recording, replay};
 use hal_mock::Table;
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -25,7 +26,7 @@ fn recorded(folder: &Path) -> PathBuf {
         let used = encode(&packet, &mut wire).unwrap();
         bytes.extend(&wire[..used]);
     }
-    std::io::Write::write_all(&mut recording::create(&path, "a test").unwrap(), &bytes).unwrap();
+    recording::create(&path, "a test", 0.0).unwrap().keep(&bytes, None).unwrap();
     path
 }
 
@@ -68,7 +69,7 @@ fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
 fn a_recording_without_frames_says_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.rec");
-    recording::create(&path, "a test").unwrap();
+    recording::create(&path, "a test", 0.0).unwrap();
     let error = run(&path, Format::Csv, Kind::Frames, &mut Vec::new()).unwrap_err().to_string();
     assert!(error.contains("empty.rec") && error.contains("record with --raw"), "{error}");
     assert!(run(&path, Format::Mcap, Kind::Frames, &mut Vec::new()).is_err());

@@ -3,10 +3,11 @@
 use super::pace::Pace;
 use super::source::{FeedEvent, Source};
 use crate::live::Counts;
+use crate::recording::Keep;
+use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
-use std::io::Write;
 use std::time::{Duration, Instant};
 
 /// A source and the decoder behind it.
@@ -15,10 +16,11 @@ pub struct Feed {
     decoder: Decoder,
     received: u64,
     bytes: u64,
-    queue: VecDeque<FeedEvent<Packet>>,
+    queue: VecDeque<(FeedEvent<Packet>, Option<Receipt>)>,
+    receipt: Option<Receipt>,
     is_over: bool,
     pace: Option<Pace>,
-    recording: Option<Box<dyn Write + Send>>,
+    recording: Option<Box<dyn Keep + Send>>,
     opened: Instant,
 }
 
@@ -31,6 +33,7 @@ impl Feed {
             received: 0,
             bytes: 0,
             queue: VecDeque::new(),
+            receipt: None,
             is_over: false,
             pace: None,
             recording: None,
@@ -46,7 +49,7 @@ impl Feed {
 
     /// Writes all bytes to `recording` as they arrive.
     #[must_use]
-    pub fn recorded(self, recording: Box<dyn Write + Send>) -> Self {
+    pub fn recorded(self, recording: Box<dyn Keep + Send>) -> Self {
         Self { recording: Some(recording), ..self }
     }
 
@@ -57,16 +60,17 @@ impl Feed {
         let begun = Instant::now();
         loop {
             let left = most.saturating_sub(begun.elapsed());
-            if let Some(event) = self.queue.pop_front() {
+            if let Some((event, receipt)) = self.queue.pop_front() {
                 let wait = match (&mut self.pace, &event) {
                     (Some(pace), FeedEvent::Data(packet)) => pace.wait(packet, Instant::now()),
                     _ => Duration::ZERO,
                 };
                 std::thread::sleep(wait.min(left));
                 if wait <= left {
+                    self.receipt = receipt;
                     return Ok(Some(event));
                 }
-                self.queue.push_front(event);
+                self.queue.push_front((event, receipt));
                 return Ok(None);
             }
             if self.is_over {
@@ -83,16 +87,16 @@ impl Feed {
 
     fn take(&mut self, event: FeedEvent<Vec<u8>>) -> Result<()> {
         match event {
-            FeedEvent::Connected(name) => self.queue.push_back(FeedEvent::Connected(name)),
-            FeedEvent::Data(bytes) => self.decode(&bytes)?,
+            FeedEvent::Connected(name) => self.queue.push_back((FeedEvent::Connected(name), None)),
+            FeedEvent::Data(bytes) => self.decode(&bytes, self.source.receipt())?,
             FeedEvent::Disconnected(name, why) => {
                 // Ends a frame that was cut off, which would spoil the first one after the reconnection.
-                self.decode(&[0])?;
-                self.queue.push_back(FeedEvent::Disconnected(name, why));
+                self.decode(&[0], self.source.receipt())?;
+                self.queue.push_back((FeedEvent::Disconnected(name, why), None));
             }
             FeedEvent::Over => {
                 self.is_over = true;
-                self.queue.push_back(FeedEvent::Over);
+                self.queue.push_back((FeedEvent::Over, None));
             }
         }
         if let Some(protocol) = self.decoder.foreign {
@@ -102,16 +106,26 @@ impl Feed {
         Ok(())
     }
 
-    fn decode(&mut self, bytes: &[u8]) -> Result<()> {
+    fn decode(&mut self, bytes: &[u8], receipt: Option<Receipt>) -> Result<()> {
         self.bytes += bytes.len() as u64;
         if let Some(recording) = &mut self.recording {
-            recording.write_all(bytes).and_then(|()| recording.flush()).context("the recording")?;
+            recording.keep(bytes, receipt).context("the recording")?;
         }
         for packet in bytes.iter().filter_map(|byte| self.decoder.push(*byte)) {
             self.received += 1;
-            self.queue.push_back(FeedEvent::Data(packet));
+            self.queue.push_back((FeedEvent::Data(packet), receipt));
         }
         Ok(())
+    }
+
+    /// When the packet that [`next`](Self::next) gave last was received; none of a recording that does not say it.
+    pub fn receipt(&self) -> Option<Receipt> {
+        self.receipt
+    }
+
+    /// Time that a byte takes on the line, seconds.
+    pub fn byte_s(&self) -> f64 {
+        self.source.byte_s()
     }
 
     pub fn send(&mut self, bytes: &[u8]) -> Result<()> {

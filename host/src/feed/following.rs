@@ -6,6 +6,7 @@ use super::requester::Requester;
 use super::source::FeedEvent;
 use crate::events;
 use crate::live::{Connection, Live};
+use crate::utc::Receipt;
 use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
@@ -60,6 +61,11 @@ impl Following {
     /// Waits for the next event, at most for `most`.
     pub fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Packet>>> {
         self.feed.next(most)
+    }
+
+    /// When the latest packet was received.
+    pub fn receipt(&self) -> Option<Receipt> {
+        self.feed.receipt()
     }
 
     /// Folds an event, if there is one, and sends the request that is due. Call it after every [`Self::next`].

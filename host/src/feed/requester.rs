@@ -80,6 +80,13 @@ impl Requester {
         }
     }
 
+    /// Requests raw frames from now on, or leaves the board as it is.
+    pub fn want_raw_if(&mut self, wanted: bool) {
+        if wanted {
+            self.want_raw(true);
+        }
+    }
+
     /// Sends the request that is due. Call it often while the board is connected.
     /// Fails if the board does not answer, or the line fails; all requests are dropped then.
     pub fn tick(&mut self, feed: &mut Feed) -> Result<()> {

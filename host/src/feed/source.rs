@@ -1,5 +1,6 @@
 //! A source of telemetry bytes.
 
+use crate::utc::Receipt;
 use anyhow::Result;
 use std::time::Duration;
 
@@ -21,6 +22,16 @@ pub trait Source {
 
     /// Waits for the next event, at most for `most`. Nobody calls it after [`FeedEvent::Over`].
     fn next(&mut self, most: Duration) -> Result<Option<FeedEvent<Vec<u8>>>>;
+
+    /// When the latest data were received; none of a recording that does not say it.
+    fn receipt(&self) -> Option<Receipt> {
+        Some(Receipt::now(self.byte_s()))
+    }
+
+    /// Time that a byte takes on the line, seconds; 0 where there is none.
+    fn byte_s(&self) -> f64 {
+        0.0
+    }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 

@@ -2,14 +2,13 @@
 
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
+use crate::samples::Samples;
 use crate::table_fit::{Selection, columns};
 use anyhow::{Context, Result, bail, ensure};
-use hal_mock::Rows;
 use ridgetone_feel::{
     Conversion, Firing, Indices, Line, MeanFiring, POINTS_MAX, Reference, amplitude_spectrum, points,
 };
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 /// Most rows of a recording: seven minutes at 10 kHz, half a gigabyte of sixteen channels.
 const ROWS_MAX: usize = 1 << 22;
@@ -26,7 +25,7 @@ const SQUARED: Range<f32> = 1e-15..1e15;
 pub struct KnownSurface {
     pub surface: Reference,
     /// Its recording; the recording itself if none.
-    pub file: Option<PathBuf>,
+    pub samples: Option<Samples>,
 }
 
 /// What to take of a recording.
@@ -62,6 +61,8 @@ pub struct Felt {
     pub log_sigma: f32,
     /// Mean amplitudes of these channels from bin 0 on, um from peak to peak.
     pub spectrum_um: Vec<f64>,
+    /// What was guessed of how the table is written.
+    pub guessed: Option<String>,
 }
 
 impl Felt {
@@ -80,19 +81,20 @@ impl Felt {
 }
 
 /// The samples of a part of a recording, channel by channel.
-struct Samples {
+struct Loaded {
     file: String,
     rate_hz: f64,
     rows: usize,
     rows_missing: usize,
     readings_missing: usize,
     channels: Vec<(String, Vec<f32>)>,
+    guessed: Option<String>,
 }
 
 /// Measures what is felt. `progress` takes the rows that have been read.
-pub fn measure(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> Result<Felt> {
-    let samples = Samples::read(path, &options.selection, progress)?;
-    let other = options.reference.file.as_deref().map(|file| Samples::read(file, &options.selection, progress));
+pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u64)) -> Result<Felt> {
+    let samples = Loaded::read(samples, &options.selection, progress)?;
+    let other = options.reference.samples.as_ref().map(|other| Loaded::read(other, &options.selection, progress));
     let other = other.transpose()?;
     let reference = other.as_ref().unwrap_or(&samples);
     ensure!(
@@ -162,6 +164,7 @@ pub fn measure(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) ->
         firing,
         log_sigma: used.iter().sum::<f32>() / used.len() as f32,
         spectrum_um: log_um.into_iter().map(|sum| 10f64.powf(sum / count)).collect(),
+        guessed: samples.guessed,
     })
 }
 
@@ -179,24 +182,24 @@ fn conversion(surface: &Reference, values: &[f32], window: usize, cycles: f32) -
     surface.conversion(amplitude, sigma).ok()
 }
 
-impl Samples {
-    fn read(path: &Path, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
-        let mut rows = Rows::open(path)?;
-        let columns = columns(&rows, selection)?;
-        let part = Part::read(&mut rows, selection, ROWS_MAX, progress)?;
+impl Loaded {
+    fn read(samples: &Samples, selection: &Selection, progress: &mut dyn FnMut(u64)) -> Result<Self> {
+        let rows = &mut *samples.open()?;
+        let columns = columns(rows, selection)?;
+        let part = Part::read(rows, selection, ROWS_MAX, progress)?;
         let file = rows.file().to_owned();
         let grid = match part.is_stamped {
             true => Grid::from_stamps(&part.times_s, selection.rate_hz, |row| {
                 format!("row {} (time_s {})", part.before + row as u64 + 1, part.times_s[row])
             })
             .with_context(|| file.clone())?,
-            false => Grid::even(part.rows.len(), given_rate_hz(&file, selection)?),
+            false => Grid::even(part.rows(), given_rate_hz(&file, selection)?),
         };
         let mut readings_missing = 0;
         let mut channel = |column: &usize| {
-            let readings = grid.places.iter().zip(&part.rows).map(|(place, row)| (*place, row[*column]));
+            let readings = grid.places.iter().copied().zip(part.column(*column));
             let known: Vec<(usize, f64)> = readings.filter(|(_, value)| !value.is_nan()).collect();
-            readings_missing += part.rows.len() - known.len();
+            readings_missing += part.rows() - known.len();
             let values = bridged(&known, grid.slots());
             let name = rows.names()[*column].clone();
             let greatest = values.iter().fold(0.0, |greatest: f32, value| greatest.max(value.abs()));
@@ -208,7 +211,7 @@ impl Samples {
         };
         let channels = columns.iter().map(&mut channel).collect::<Result<_>>()?;
         let (rate_hz, rows_missing) = (grid.rate_hz, grid.missing());
-        Ok(Self { file, rate_hz, rows: part.rows.len(), rows_missing, readings_missing, channels })
+        Ok(Self { file, rate_hz, rows: part.rows(), rows_missing, readings_missing, channels, guessed: rows.guessed() })
     }
 
     /// Samples of a channel, missing rows included.

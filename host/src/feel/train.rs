@@ -4,6 +4,7 @@ use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Options, RATES_DIFFER, measure};
 use super::stepwise::{Model, stepwise};
 use crate::digits::significant;
+use crate::samples::Samples;
 use anyhow::{Context, Result, bail, ensure};
 use ridgetone_feel::{INDICES, PAPER_WINDOW_S, Score};
 use serde::Serialize;
@@ -64,7 +65,7 @@ pub fn train(path: &Path, options: &Options, progress: &mut dyn FnMut(u64)) -> R
     let mut absent: [Option<String>; INDICES] = Default::default();
     let mut window_s = None;
     for (recording, m, _) in &scores.recordings {
-        let felt = measure(recording, options, progress)?;
+        let felt = measure(&Samples::file(recording)?, options, progress)?;
         let same = *window_s.get_or_insert(felt.window_s);
         ensure!(
             (felt.window_s / same - 1.0).abs() < RATES_DIFFER,

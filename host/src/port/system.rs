@@ -15,7 +15,7 @@ const READ_WAIT: Duration = Duration::from_millis(100);
 #[cfg(target_os = "linux")]
 pub(super) const TERMINALS: &str = "/sys/class/tty";
 
-/// The ports of this computer, opened at [`BAUD`].
+/// The ports of this computer, opened at 921600 baud.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct System;
 

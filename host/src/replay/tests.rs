@@ -22,7 +22,11 @@ fn errors(rate_hz: f64, decimals: usize, channels: usize) -> Vec<f64> {
         };
         let csv: Vec<String> = str::from_utf8(&csv).unwrap().lines().map(rounded).collect();
         std::fs::write(&path, csv.join("\n")).unwrap();
-        let source = Source::Trace { path: path.clone(), rate_hz: None, volts_per_unit: 1.0 };
+        let source = Source::Trace {
+            samples: crate::samples::Samples::file(&path).unwrap(),
+            rate_hz: None,
+            volts_per_unit: 1.0,
+        };
         let input = Input { source, converter_noise: false, seed: 1 }.open().unwrap();
         let mut sink = |packet: &Packet| {
             if let Event::Estimate(fit) = &packet.event

@@ -1,6 +1,7 @@
 //! Uncertainties of tables whose stamps are rounded or have gaps.
 
 use super::*;
+use hal_mock::Rows;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
@@ -59,7 +60,7 @@ impl Recorded {
 }
 
 fn fit_text(csv: &str) -> TableFit {
-    fit(Rows::new(csv.as_bytes(), "t.csv").unwrap(), &Selection::default(), &mut |_| {}).unwrap()
+    fit(&mut Rows::new(csv.as_bytes(), "t.csv").unwrap(), &Selection::default(), &mut |_| {}).unwrap()
 }
 
 /// Share of the files whose interval of 1.96 sigma holds the truth.
@@ -158,9 +159,9 @@ fn no_more_is_read_than_the_part_needs() {
     csv.truncate(csv[..half].rfind('\n').unwrap());
     csv += "\n9,this,is,no,row";
     let begin_s: f64 = csv.lines().nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
-    let rows = Rows::new(BufReader::with_capacity(4096, Counted(csv.as_bytes(), &read)), "t.csv").unwrap();
+    let mut rows = Rows::new(BufReader::with_capacity(4096, Counted(csv.as_bytes(), &read)), "t.csv").unwrap();
     let selection = Selection { from_s: Some(begin_s + 4.0), to_s: Some(begin_s + 5.0), ..Selection::default() };
-    let found = fit(rows, &selection, &mut |_| {}).unwrap();
+    let found = fit(&mut rows, &selection, &mut |_| {}).unwrap();
     assert!((240..=242).contains(&found.rows), "{}", found.rows);
     let needed = csv.lines().take(5 * 242).map(|line| line.len() + 1).sum::<usize>();
     assert!(read.get() < needed + 2 * 4096, "{} of {}", read.get(), csv.len());

@@ -6,6 +6,7 @@
 use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
+use crate::events::JsonLines;
 use crate::feed::{FeedEvent, Following};
 use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::remarks::{phrases, remedy};
@@ -17,11 +18,17 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
 
+/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields leave it.
+pub const STREAM: u32 = 1;
+
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
 
 /// Length of a page's queue, updates: six seconds.
 const QUEUE: usize = 64;
+
+/// Length of a queue of packets: four seconds of raw frames.
+const PACKETS: usize = 1024;
 
 /// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
@@ -41,6 +48,8 @@ pub struct Message {
 pub struct Hub {
     inner: Mutex<Inner>,
     updates: Sender<Message>,
+    /// Packets one by one, as with `--json`.
+    packets: Sender<Arc<str>>,
 }
 
 #[derive(Default)]
@@ -64,6 +73,8 @@ struct Inner {
     /// Device time of the estimate that the curves show.
     curves_of_us: Option<u64>,
     number: u64,
+    json: JsonLines,
+    greeting: Option<Arc<str>>,
 }
 
 /// Fields of both kinds of message.
@@ -81,6 +92,8 @@ struct State<'a> {
     #[serde(flatten)]
     common: Common<'a>,
     missed: u64,
+    /// Version of the stream.
+    stream: u32,
     version: &'static str,
     places: [[usize; SIDE]; SIDE],
     points_most: usize,
@@ -115,7 +128,7 @@ impl Hub {
             spectrum_made: Some(Instant::now()),
             ..Inner::default()
         };
-        Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0 }
+        Self { inner: Mutex::new(inner), updates: broadcast::channel(QUEUE).0, packets: broadcast::channel(PACKETS).0 }
     }
 
     /// Folds an event, if there is one.
@@ -125,6 +138,14 @@ impl Hub {
         inner.no_raw = status::no_raw(&following.raw);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
+        if let Ok(line) = inner.json.line(packet, following.receipt()) {
+            let line: Arc<str> = (line + "\n").into();
+            if matches!(packet.event, Event::Hello(_)) {
+                inner.greeting = Some(Arc::clone(&line));
+            }
+            // It fails without any listener, which is no error.
+            let _ = self.packets.send(line);
+        }
         match packet.event {
             Event::Estimate(_) => inner.points.extend(inner.live.history.iter().next_back()),
             Event::Raw(_) => inner.live.strips.iter().next_back().into_iter().for_each(|f| inner.frames.push(*f)),
@@ -160,6 +181,12 @@ impl Hub {
         self.send_new(&mut inner)?;
         let updates = self.updates.subscribe();
         Ok((Message { kind: "state", json: inner.state(missed)?.into() }, updates))
+    }
+
+    /// The latest greeting, and the queue of all packets after it.
+    pub fn join_packets(&self) -> (Option<Arc<str>>, Receiver<Arc<str>>) {
+        let inner = self.lock();
+        (inner.greeting.clone(), self.packets.subscribe())
     }
 
     fn lock(&self) -> MutexGuard<'_, Inner> {
@@ -203,6 +230,7 @@ impl Inner {
         Ok(serde_json::to_string(&State {
             common: self.common(),
             missed,
+            stream: STREAM,
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
             points_most: POINTS,

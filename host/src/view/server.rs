@@ -5,6 +5,7 @@
 //! | `/` and the files it names | the page |
 //! | `/events` | everything first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
 //! | `/state.json` | everything, once |
+//! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
 //!
 //! A page from elsewhere could reach a loopback address through the user's browser, with a host name that points there: the
 //! server refuses requests with any other host than this computer. Other origins may neither read nor frame an answer.
@@ -12,6 +13,7 @@
 use super::hub::{Hub, Message};
 use anyhow::{Context, Result};
 use axum::Router;
+use axum::body::{Body, Bytes};
 use axum::extract::{Request, State};
 use axum::http::uri::Authority;
 use axum::http::{HeaderName, HeaderValue, StatusCode, header};
@@ -110,7 +112,11 @@ fn routes(hub: Arc<Hub>) -> Router {
     for (path, kind, content) in FILES {
         routes = routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
     }
-    routes.route("/events", get(events)).route("/state.json", get(state)).with_state(hub)
+    routes
+        .route("/events", get(events))
+        .route("/state.json", get(state))
+        .route("/packets", get(packets))
+        .with_state(hub)
 }
 
 /// Refuses requests with another host than this computer, and adds [`HEADERS`] to every answer.
@@ -141,6 +147,22 @@ async fn state(State(hub): State<Arc<Hub>>) -> Response {
         Ok((message, _)) => ([(header::CONTENT_TYPE, "application/json")], message.json.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}\n")).into_response(),
     }
+}
+
+async fn packets(State(hub): State<Arc<Hub>>) -> Response {
+    let (greeting, packets) = hub.join_packets();
+    let lines = unfold((greeting, packets), |(mut greeting, mut packets)| async move {
+        let line = match greeting.take() {
+            Some(line) => line,
+            None => match packets.recv().await {
+                Ok(line) => line,
+                Err(RecvError::Lagged(count)) => format!("{{\"type\":\"missed\",\"count\":{count}}}\n").into(),
+                Err(RecvError::Closed) => return None,
+            },
+        };
+        Some((Ok::<_, Infallible>(Bytes::copy_from_slice(line.as_bytes())), (None, packets)))
+    });
+    ([(header::CONTENT_TYPE, "application/x-ndjson")], Body::from_stream(lines)).into_response()
 }
 
 async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {

@@ -56,6 +56,7 @@ pub fn run(end_s: f64, alone: bool) {
         end_s,
         truth: None,
         warning: None,
+        guessed: None,
         uncertainty: Default::default(),
     };
     // When the scene began is not known before the run is over: its times are compared then, by their extremes.

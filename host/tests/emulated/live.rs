@@ -7,7 +7,7 @@ use crate::common::{directory, json_lines, run, stderr, stdout, text};
 fn the_emulated_board_is_recorded_with_raw_frames_from_which_the_library_gets_the_same_tone() {
     let folder = directory();
     let (recording, frames) = (folder.path().join("touch.rec"), folder.path().join("frames.csv"));
-    let recorded = run(&["record", "--emulated", "--raw", "-o", text(&recording)]);
+    let recorded = run(&["record", "--emulated", "--period", "3.6", "--raw", "-o", text(&recording)]);
     assert!(recorded.status.success(), "{}", stderr(&recorded));
     assert!(stderr(&recorded).contains("0 lost, 0 damaged"), "{}", stderr(&recorded));
     let events = json_lines(&run(&["replay", text(&recording), "--json"]));
@@ -66,7 +66,7 @@ fn an_emulated_run_takes_a_file_of_settings_as_a_replay_does() {
     assert!(found.len() > 10, "{}", found.len());
     assert_eq!(found, estimates("replay"));
     let demo = run(&["demo", "--settings", text(&file)]);
-    assert!(demo.status.success() && stdout(&demo).contains("8.33"), "{}", stderr(&demo));
+    assert!(demo.status.success() && stdout(&demo).contains("4.16"), "{}", stderr(&demo));
 }
 
 #[test]

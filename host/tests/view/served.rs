@@ -31,6 +31,26 @@ fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, Strin
 const LONG: Duration = Duration::from_secs(20);
 
 #[test]
+fn other_programs_get_every_packet_as_with_json() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(3.0));
+    let view = View::start(&["--file", common::text(&path), "--pace", "1"]);
+    let address = view.address().to_owned();
+    let (status, head, body) = request(&address, "/packets", &address, Duration::from_secs(2));
+    assert!(status == 200 && head.contains("content-type: application/x-ndjson"), "{head}");
+    // Between the lines are the lengths of HTTP's chunks; the last line may be cut.
+    let mut found: Vec<&str> = body.lines().filter(|line| line.starts_with('{')).collect();
+    found.pop();
+    let printed = common::stdout(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
+    let printed: Vec<&str> = printed.lines().collect();
+    assert!(found[0].starts_with(r#"{"type":"hello""#) && found.len() > 200, "{}", found.len());
+    // The greeting comes first, and then whatever follows on the moment of the request.
+    let first = printed.iter().position(|line| *line == found[1]).expect("a packet");
+    assert_eq!(found[1..], printed[first..][..found.len() - 1]);
+    assert!(found.iter().any(|line| line.starts_with(r#"{"type":"raw""#) && line.contains(r#""volts":["#)));
+}
+
+#[test]
 fn it_serves_this_computer_only_and_its_state_as_json() {
     let folder = common::directory();
     let packets = packets(3.0);
@@ -59,7 +79,7 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
     for host in
         ["example.org", &format!("example.org:{port}"), &format!("127.0.0.1.example.org:{port}"), "127.0.0.1:1", ""]
     {
-        for path in ["/", "/state.json", "/events", "/uPlot.js"] {
+        for path in ["/", "/state.json", "/events", "/packets", "/uPlot.js"] {
             let (status, _, body) = request(&address, path, host, LONG);
             assert!(status == 403 || host.is_empty() && status == 400, "{host} {path}: {status}");
             assert!(!body.contains("latest") && !body.contains("uPlot"), "{host} {path}");

@@ -1,0 +1,152 @@
+//! The messages of a recording: packets of telemetry, or the objects that `export` or `--json` have made of them.
+
+use crate::events::JsonLines;
+use crate::feed::{Feed, FeedEvent};
+use crate::recording::{self, Recorded};
+use crate::utc::Receipt;
+use anyhow::{Context, Result, bail};
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Event, Packet, Raw};
+use serde::Deserialize;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
+use std::time::Duration;
+
+/// First bytes of an MCAP file (mcap.dev, "Magic").
+const MCAP_MAGIC: [u8; 5] = *b"\x89MCAP";
+
+/// Bytes in which JSON lines begin.
+const LOOK_BYTES: u64 = 4096;
+
+/// What a file holds, by its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    Telemetry,
+    Mcap,
+    JsonLines,
+    /// Everything else, which is read as a table.
+    Table,
+}
+
+impl Form {
+    /// Looks at the beginning of a file; a pipe, whose beginning would be lost, holds a table.
+    pub fn of(path: &Path) -> io::Result<Self> {
+        if !std::fs::metadata(path)?.is_file() {
+            return Ok(Self::Table);
+        }
+        let mut start = Vec::new();
+        File::open(path)?.take(LOOK_BYTES).read_to_end(&mut start)?;
+        Ok(match start.trim_ascii_start() {
+            start if start.starts_with(&MCAP_MAGIC) => Self::Mcap,
+            start if start.starts_with(b"{") => Self::JsonLines,
+            _ if recording::is_telemetry(path).unwrap_or(false) => Self::Telemetry,
+            _ => Self::Table,
+        })
+    }
+}
+
+#[derive(Clone, Debug)]
+pub enum Message {
+    /// With the time of its receipt, if that is known.
+    Packet(Box<Packet>, Option<Receipt>),
+    /// One object on one line, as with `--json`.
+    Json(String),
+}
+
+/// Fields of `hello` and `raw` that frames need.
+#[derive(Deserialize)]
+struct JsonFrame {
+    r#type: String,
+    settings: Option<JsonSettings>,
+    t_s: Option<f64>,
+    number: Option<u32>,
+    present: Option<u16>,
+    good: Option<u16>,
+    codes: Option<[i32; TAXELS]>,
+}
+
+#[derive(Deserialize)]
+struct JsonSettings {
+    vref_v: f32,
+}
+
+impl Message {
+    /// As one object on one line.
+    pub fn json(&self, lines: &mut JsonLines) -> Result<String> {
+        match self {
+            Self::Packet(packet, receipt) => Ok(lines.line(packet, *receipt)?),
+            Self::Json(text) => Ok(text.clone()),
+        }
+    }
+
+    /// The frame that it holds. A greeting sets the reference's voltage.
+    pub fn frame(&self, vref_v: &mut f32) -> Result<Option<Raw>> {
+        match self {
+            Self::Packet(packet, _) => Ok(match &packet.event {
+                Event::Raw(raw) => Some(*raw),
+                Event::Hello(hello) => {
+                    *vref_v = hello.settings.vref_v;
+                    None
+                }
+                _ => None,
+            }),
+            // Only these two are worth reading.
+            Self::Json(text) if !text.contains(r#""type":"raw""#) && !text.contains(r#""type":"hello""#) => Ok(None),
+            Self::Json(text) => {
+                let found: JsonFrame = serde_json::from_str(text)?;
+                *vref_v = found.settings.map_or(*vref_v, |settings| settings.vref_v);
+                let JsonFrame { t_s: Some(t_s), number: Some(number), codes: Some(codes), .. } = found else {
+                    return Ok(None);
+                };
+                let (present, good) = (found.present.unwrap_or(u16::MAX), found.good.unwrap_or(u16::MAX));
+                let is_raw = found.r#type == "raw";
+                Ok(is_raw.then(|| Raw { t_us: (t_s * 1e6).round() as u64, number, present, good, codes }))
+            }
+        }
+    }
+}
+
+pub type Messages = Box<dyn Iterator<Item = Result<Message>> + Send>;
+
+/// All messages of a file in this form.
+pub fn messages(path: &Path, form: Form) -> Result<Messages> {
+    let named = || path.display().to_string();
+    match form {
+        Form::Telemetry => {
+            let mut feed = Feed::new(Recorded::open(path)?);
+            Ok(Box::new(std::iter::from_fn(move || {
+                loop {
+                    match feed.next(Duration::ZERO) {
+                        Ok(Some(FeedEvent::Data(packet))) => {
+                            return Some(Ok(Message::Packet(Box::new(packet), feed.receipt())));
+                        }
+                        Ok(Some(FeedEvent::Over)) => return None,
+                        Ok(_) => {}
+                        Err(error) => return Some(Err(error)),
+                    }
+                }
+            })))
+        }
+        Form::JsonLines => {
+            let lines = BufReader::new(File::open(path).with_context(named)?).lines();
+            let lines = lines.filter(|line| line.as_ref().map_or(true, |line| !line.trim().is_empty()));
+            Ok(Box::new(lines.map(|line| Ok(Message::Json(line?)))))
+        }
+        Form::Mcap => {
+            let bytes = std::fs::read(path).with_context(named)?;
+            let mut found = Vec::new();
+            for message in mcap::MessageStream::new(&bytes).with_context(named)? {
+                let message = message.with_context(named)?;
+                if message.channel.topic.starts_with("/ridgetone/") && message.channel.message_encoding == "json" {
+                    found.push(Ok(Message::Json(String::from_utf8(message.data.into_owned()).with_context(named)?)));
+                }
+            }
+            Ok(Box::new(found.into_iter()))
+        }
+        Form::Table => bail!("{}: holds no telemetry", named()),
+    }
+}
+
+/// Voltage of the reference before a greeting says it.
+pub const VREF_V: f32 = Settings::DEFAULT.vref_v;

@@ -1,0 +1,90 @@
+//! Raw frames of telemetry as rows of samples, in volts.
+
+use crate::live::Frame;
+use crate::messages::{Messages, VREF_V};
+use anyhow::{Result, ensure};
+use hal_mock::{FileError, RowReader};
+use ridgetone_proto::settings::TAXELS;
+
+/// A row for each frame. A taxel without any valid value is at 0 V; a frame that lacks any other taxel is left out, since
+/// `replay` and `fit` take a gap for missing frames.
+pub struct RawRows {
+    file: String,
+    names: Vec<String>,
+    messages: Messages,
+    /// Bit k: taxel k has a valid value somewhere.
+    alive: u16,
+    vref_v: f32,
+    frame: Option<Frame>,
+    /// Frames that lack a taxel.
+    pub left_out: u64,
+}
+
+/// Names of the taxels' columns.
+pub fn names() -> Vec<String> {
+    (0..TAXELS).map(|taxel| format!("ain{taxel}")).collect()
+}
+
+impl RawRows {
+    /// The frames of `messages`; `again` are the same messages, from which it learns which taxels are alive.
+    /// Fails if there is no frame.
+    pub fn new(file: &str, messages: Messages, again: Messages) -> Result<Self> {
+        let (mut alive, mut vref_v) = (0, VREF_V);
+        for message in again {
+            if let Some(raw) = message?.frame(&mut vref_v)? {
+                alive |= raw.present & raw.good;
+            }
+        }
+        ensure!(alive != 0, "{file}: holds no frames: record with --raw");
+        let (file, frame) = (file.to_owned(), None);
+        Ok(Self { file, names: names(), messages, alive, vref_v: VREF_V, frame, left_out: 0 })
+    }
+
+    /// Moves to the next frame, whatever its time. False at the end.
+    pub fn next_frame(&mut self) -> Result<bool> {
+        for message in self.messages.by_ref() {
+            let Some(raw) = message?.frame(&mut self.vref_v)? else { continue };
+            if raw.present & raw.good & self.alive == self.alive {
+                self.frame = Some(Frame::new(&raw, self.vref_v));
+                return Ok(true);
+            }
+            self.left_out += 1;
+        }
+        Ok(false)
+    }
+}
+
+impl RowReader for RawRows {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn advance(&mut self) -> Result<bool, FileError> {
+        let before_s = self.time_s();
+        let has_row = self.next_frame().map_err(|error| FileError::new(&self.file, None, format!("{error:#}")))?;
+        match (before_s, self.time_s()) {
+            (Some(before_s), Some(t_s)) if has_row && t_s <= before_s => {
+                let why =
+                    format!("the board restarted: time {t_s} after {before_s}; choose a part with --to {before_s}");
+                Err(FileError::new(&self.file, None, why))
+            }
+            _ => Ok(has_row),
+        }
+    }
+
+    fn time_s(&self) -> Option<f64> {
+        self.frame.map(|frame| frame.t_s)
+    }
+
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
+        values.clear();
+        let volts = self.frame.map_or([None; TAXELS], |frame| frame.volts);
+        // By their text: the numbers of the exported table are these to the last bit.
+        values.extend(volts.map(|volts| volts.unwrap_or(0.0).to_string().parse().unwrap_or(f64::NAN)));
+        Ok(())
+    }
+}

@@ -1,0 +1,157 @@
+//! Rows of samples, wherever they are: a table, a recording of telemetry with raw frames, what `export` made of one, or an
+//! array in memory.
+
+use crate::messages::{Form, messages};
+use crate::raw_rows::RawRows;
+use anyhow::Result;
+use hal_mock::{FileError, OpenRows, RowReader, Rows, TimeColumn, ValueAt};
+use std::fmt;
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Rows that can be read more than once. A clone has the same rows.
+#[derive(Clone)]
+pub struct Samples {
+    name: String,
+    open: OpenRows,
+}
+
+impl Samples {
+    /// Those of a file in any form that [`open`] knows. A pipe, which can be read only once, is read now.
+    pub fn file(path: &Path) -> Result<Self> {
+        Self::file_with(path, None)
+    }
+
+    /// The same where somebody says which column of a table is the time.
+    pub fn file_with(path: &Path, time: Option<TimeColumn>) -> Result<Self> {
+        let (name, path) = (path.display().to_string(), path.to_owned());
+        let refuse = |error| FileError::new(&name, None, error);
+        let open: OpenRows = if std::fs::metadata(&path).map_err(refuse)?.is_file() {
+            Arc::new(move || open(&path, time.as_ref()))
+        } else {
+            let (bytes, file) = (Arc::<[u8]>::from(std::fs::read(&path).map_err(refuse)?), name.clone());
+            Arc::new(move || Ok(Box::new(Rows::with(Cursor::new(Arc::clone(&bytes)), &file, time.as_ref())?)))
+        };
+        Ok(Self { name, open })
+    }
+
+    /// Any rows, under a name for errors.
+    pub fn rows(name: &str, open: OpenRows) -> Self {
+        Self { name: name.to_owned(), open }
+    }
+
+    /// Rows in memory, with names of the columns: a value by row and column, NaN where it is missing, and a row's time.
+    pub fn array(name: &str, names: Vec<String>, rows: usize, value_at: ValueAt, time_s: Option<TimeAt>) -> Self {
+        let array = ArrayRows { file: name.to_owned(), names, rows, value_at, time_s, next: 0, before_s: None };
+        Self::rows(name, Arc::new(move || Ok(Box::new(array.clone()))))
+    }
+
+    /// The name in errors.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub fn open(&self) -> Result<Box<dyn RowReader + Send>> {
+        Ok((self.open)()?)
+    }
+
+    pub fn opener(&self) -> OpenRows {
+        Arc::clone(&self.open)
+    }
+}
+
+impl fmt::Debug for Samples {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Samples").field(&self.name).finish()
+    }
+}
+
+/// A row's time, seconds.
+pub type TimeAt = Arc<dyn Fn(usize) -> f64 + Send + Sync>;
+
+#[derive(Clone)]
+struct ArrayRows {
+    file: String,
+    names: Vec<String>,
+    rows: usize,
+    value_at: ValueAt,
+    time_s: Option<TimeAt>,
+    /// The row after the present one.
+    next: usize,
+    before_s: Option<f64>,
+}
+
+impl ArrayRows {
+    fn refuse(&self, why: &str) -> FileError {
+        FileError::new(&self.file, None, format!("row {}: {why}", self.next))
+    }
+}
+
+impl RowReader for ArrayRows {
+    fn file(&self) -> &str {
+        &self.file
+    }
+
+    fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    fn advance(&mut self) -> Result<bool, FileError> {
+        if self.rows == 0 || self.names.is_empty() {
+            return Err(FileError::new(&self.file, None, "no data: it needs a row and a column"));
+        }
+        if self.next == self.rows {
+            return Ok(false);
+        }
+        let t_s = self.time_s.as_ref().map(|time_s| time_s(self.next));
+        self.next += 1;
+        if let Some(t_s) = t_s {
+            if !t_s.is_finite() {
+                return Err(self.refuse(&format!("time_s: {t_s} is no time")));
+            }
+            if let Some(before_s) = self.before_s.filter(|before_s| t_s <= *before_s) {
+                return Err(self.refuse(&format!("time_s does not increase: {t_s} after {before_s}")));
+            }
+        }
+        self.before_s = t_s;
+        Ok(true)
+    }
+
+    fn time_s(&self) -> Option<f64> {
+        self.before_s
+    }
+
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError> {
+        values.clear();
+        values.extend((0..self.names.len()).map(|column| (self.value_at)(self.next - 1, column)));
+        match values.iter().position(|value| value.is_infinite()) {
+            Some(at) => Err(self.refuse(&format!("column {}: {} is not finite", self.names[at], values[at]))),
+            None => Ok(()),
+        }
+    }
+
+    fn in_memory(&self) -> Option<ValueAt> {
+        Some(Arc::clone(&self.value_at))
+    }
+}
+
+/// Opens a file's rows, once: those of a table, or the raw frames of telemetry, in volts.
+pub fn open(path: &Path, time: Option<&TimeColumn>) -> Result<Box<dyn RowReader + Send>, FileError> {
+    let file = path.display().to_string();
+    let refuse = |error: anyhow::Error| {
+        let text = format!("{error:#}");
+        FileError::new(&file, None, text.strip_prefix(&format!("{file}: ")).unwrap_or(&text))
+    };
+    match Form::of(path).map_err(|error| FileError::new(&file, None, error))? {
+        Form::Table => Ok(Box::new(Rows::open_with(path, time)?)),
+        _ if time.is_some() => {
+            Err(FileError::new(&file, None, "--time-column is for tables: telemetry has its own time"))
+        }
+        form => {
+            // Twice: a taxel that never has a value is not missing from every frame.
+            let open = || messages(path, form).map_err(refuse);
+            Ok(Box::new(RawRows::new(&file, open()?, open()?).map_err(refuse)?))
+        }
+    }
+}

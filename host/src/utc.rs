@@ -1,0 +1,286 @@
+//! A board's clock beside UTC, by the times at which its packets arrived on this computer.
+//!
+//! A packet arrives later than the moment that it speaks of: by the time on the line, and by whatever the board, an adapter and
+//! the system take. The least delays lie on a straight line over the board's time, whose slope is the difference of the clocks:
+//! that of the line below all delays with the least sum of distances, which is an edge of their lower convex hull (S. B. Moon,
+//! P. Skelly, D. Towsley, *Estimation and removal of clock skew from network delay measurements*, INFOCOM 1999). Its height is
+//! that of the least delay nearby, so that an error of the slope does not grow with the recording.
+
+use crate::live::time_s;
+use ridgetone::scan::{CONVERSION_NS, FRAME_NS};
+use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
+use serde::Serialize;
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Board time from whose packets one least delay is kept, seconds.
+const BLOCK_S: f64 = 0.25;
+
+/// Board time on either side of a moment whose delays count, seconds: a crystal's drift with temperature is slower.
+const REACH_S: f64 = 600.0;
+
+/// The same for the height of the line.
+const NEAR_S: f64 = 15.0;
+
+/// A slope counts if it changes the delay over its span by so many times the scatter of the least delays, and if so many of
+/// these are there; one that no crystal has counts sooner.
+const SIGNIFICANT: f64 = 5.0;
+const BLOCKS_MIN: usize = 10;
+const NO_CRYSTAL: f64 = 1e-3;
+
+/// From the first conversion of a frame to the last, seconds.
+const FRAME_S: f64 = (FRAME_NS - CONVERSION_NS) as f64 * 1e-9;
+
+/// Board time for which one slope is good enough, seconds.
+const SLOPE_S: f64 = 10.0;
+
+/// When some bytes were received.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receipt {
+    /// Nanoseconds since 1970.
+    pub utc_ns: u64,
+    /// Time that a byte takes on the line, seconds; 0 where there is none.
+    pub byte_s: f64,
+}
+
+impl Receipt {
+    pub fn now(byte_s: f64) -> Self {
+        let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Self { utc_ns: since.as_nanos() as u64, byte_s }
+    }
+}
+
+/// A moment of the board's clock in UTC.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Utc {
+    /// Nanoseconds since 1970.
+    pub utc_ns: u64,
+    /// Standard deviation. A delay that all packets have, such as an adapter's least one, is not in it.
+    pub sigma_s: f64,
+    pub relation: Relation,
+}
+
+impl Utc {
+    /// Seconds since 1970, to a quarter of a microsecond.
+    pub fn utc_s(&self) -> f64 {
+        self.utc_ns as f64 * 1e-9
+    }
+}
+
+/// The relation of a board's clock to UTC.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Relation {
+    /// UTC less board time at board time 0, seconds.
+    #[serde(rename = "clock_offset_s")]
+    pub offset_s: f64,
+    /// By how much the board's clock is slow, parts per million.
+    #[serde(rename = "clock_skew_ppm")]
+    pub skew_ppm: f64,
+    #[serde(rename = "clock_skew_sigma_ppm")]
+    pub skew_sigma_ppm: f64,
+}
+
+/// The clock of a board from one start to the next.
+#[derive(Clone, Debug, Default)]
+pub struct UtcClock {
+    /// UTC less board time of the first packet, whole nanoseconds: delays are differences from it.
+    zero_ns: Option<i64>,
+    /// The packet with the least delay of each block: board time and delay, seconds.
+    least: VecDeque<(f64, f64)>,
+    /// The slope that was found last: for which board time, by how many blocks, and its standard deviation.
+    slope: Cell<Option<(i64, usize, f64, f64)>>,
+}
+
+impl UtcClock {
+    /// Takes a packet. One that is the first of a start of the board begins anew.
+    pub fn take(&mut self, packet: &Packet, receipt: Receipt) {
+        if Self::restarts(packet) {
+            *self = Self::default();
+        }
+        let Some(t_s) = time_s(&packet.event) else { return };
+        // A frame is complete with its last conversion, and its time is that of the first.
+        let lasts_s = if matches!(packet.event, Event::Raw(_)) { FRAME_S } else { 0.0 };
+        let on_line_s = match receipt.byte_s > 0.0 {
+            true => receipt.byte_s * encode(packet, &mut [0; WIRE_MAX]).unwrap_or(0) as f64,
+            false => 0.0,
+        };
+        let ahead_ns = ((t_s + lasts_s + on_line_s) * 1e9).round() as i64;
+        let off_ns = receipt.utc_ns as i64 - ahead_ns;
+        let delay_s = (off_ns - *self.zero_ns.get_or_insert(off_ns)) as f64 * 1e-9;
+        match self.least.back_mut() {
+            // An estimate comes after the frames behind it, and late.
+            Some((last_s, _)) if t_s < *last_s => {}
+            Some((last_s, least_s)) if block(*last_s) == block(t_s) => {
+                if delay_s < *least_s {
+                    (*last_s, *least_s) = (t_s, delay_s);
+                }
+            }
+            _ => self.least.push_back((t_s, delay_s)),
+        }
+    }
+
+    /// Whether the board's clock begins with this packet.
+    pub fn restarts(packet: &Packet) -> bool {
+        matches!(packet.event, Event::Hello(_)) && packet.sequence == 0
+    }
+
+    /// A moment of board time in UTC. None before the first packet with a time.
+    pub fn utc(&self, t_s: f64) -> Option<Utc> {
+        let zero_s = self.zero_ns? as f64 * 1e-9;
+        // Far from all packets the nearest have to do.
+        let t_near_s = t_s.clamp(self.least.front()?.0, self.least.back()?.0);
+        let within = |reach_s: f64| -> Vec<(f64, f64)> {
+            let first = self.least.partition_point(|(at_s, _)| *at_s < t_near_s - reach_s);
+            self.least.iter().skip(first).take_while(|(at_s, _)| *at_s <= t_near_s + reach_s).copied().collect()
+        };
+        let (place, count) = ((t_near_s / SLOPE_S).floor() as i64, self.least.len());
+        let (slope, slope_sigma) = match self.slope.get() {
+            Some((at, of, slope, sigma)) if (at, of) == (place, count) => (slope, sigma),
+            _ => slope(&within(REACH_S)),
+        };
+        self.slope.set(Some((place, count, slope, slope_sigma)));
+        let near = within(NEAR_S);
+        let above = |(at_s, delay_s): &(f64, f64)| delay_s - slope * (at_s - t_s);
+        let delay_s = near.iter().map(above).fold(f64::INFINITY, f64::min);
+        let squares: f64 = near.iter().map(|point| (above(point) - delay_s).powi(2)).sum();
+        let scatter_s = (squares / (near.len() - 1).max(1) as f64).sqrt().max(LEAST_S);
+        // The least delay may be any of those nearby.
+        let far_s = near.iter().map(|(at_s, _)| (at_s - t_s).abs()).fold(0.0, f64::max);
+        let utc_ns = self.zero_ns? + ((t_s + delay_s) * 1e9).round() as i64;
+        Some(Utc {
+            utc_ns: utc_ns.max(0) as u64,
+            sigma_s: scatter_s.hypot(far_s * slope_sigma),
+            relation: Relation {
+                offset_s: zero_s + delay_s - slope * t_s,
+                skew_ppm: 1e6 * slope,
+                skew_sigma_ppm: 1e6 * slope_sigma,
+            },
+        })
+    }
+}
+
+fn block(t_s: f64) -> i64 {
+    (t_s / BLOCK_S).floor() as i64
+}
+
+/// Largest error of a crystal beside another, as a share: what is not measured may be as much.
+const CRYSTALS: f64 = 100e-6;
+
+/// What a receipt's time is good for, seconds.
+const LEAST_S: f64 = 1e-6;
+
+/// The slope of the line below all delays, and its standard deviation; level where nothing else is significant.
+fn slope(points: &[(f64, f64)]) -> (f64, f64) {
+    let hull = lower_hull(points);
+    let (count, mean_s) = (points.len(), points.iter().map(|(t_s, _)| t_s).sum::<f64>() / points.len() as f64);
+    let Some(edge) = hull.windows(2).find(|edge| mean_s <= edge[1].0) else { return (0.0, CRYSTALS) };
+    let slope = (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0);
+    let above = |(t_s, delay_s): &(f64, f64)| delay_s - edge[0].1 - slope * (t_s - edge[0].0);
+    let scatter_s = (points.iter().map(|point| above(point).powi(2)).sum::<f64>() / count as f64).sqrt().max(LEAST_S);
+    let span_s = points[count - 1].0 - points[0].0;
+    // The edge may be short: it is as good as its own length and the points allow.
+    let sigma = scatter_s / (edge[1].0 - edge[0].0).max(span_s / (count as f64).sqrt());
+    let is_enough = count >= BLOCKS_MIN || slope.abs() > NO_CRYSTAL && count > 2;
+    let counts = is_enough && slope.abs() * span_s > SIGNIFICANT * scatter_s;
+    if counts { (slope, sigma) } else { (0.0, if count >= BLOCKS_MIN { sigma.min(CRYSTALS) } else { CRYSTALS }) }
+}
+
+/// The lower convex hull of points in the order of time.
+fn lower_hull(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut hull: Vec<(f64, f64)> = Vec::new();
+    for point in points {
+        while let [.., a, b] = hull[..]
+            && (b.0 - a.0) * (point.1 - a.1) <= (b.1 - a.1) * (point.0 - a.0)
+        {
+            hull.pop();
+        }
+        hull.push(*point);
+    }
+    hull
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+    use ridgetone_proto::telemetry::Raw;
+
+    const EPOCH_NS: f64 = 1.769_862_605e18;
+
+    /// Frames of a board whose clock is slow by `slow` and has begun `begun_s` after a moment, for so long; delays are `least_s`
+    /// and something exponential with a mean of a millisecond, and 16 ms now and then.
+    fn clock(slow: f64, begun_s: f64, lasts_s: f64, seed: u64) -> UtcClock {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut clock = UtcClock::default();
+        for number in 0..(lasts_s * 241.0) as u32 {
+            let t_us = (f64::from(number) * 1e6 / 241.0) as u64;
+            let happens_s = begun_s + (1.0 + slow) * (t_us as f64 * 1e-6 + FRAME_S);
+            let share = (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+            let late_s = -share.ln() * 1e-3 + if random.next_u32() > u32::MAX / 10 * 9 { 16e-3 } else { 0.0 };
+            let raw = Raw { t_us, number, present: 0, good: 0, codes: [0; 16] };
+            let utc_ns = (EPOCH_NS + (happens_s + late_s) * 1e9) as u64;
+            let packet = Packet { sequence: 1, event: Event::Raw(raw) };
+            clock.take(&packet, Receipt { utc_ns, byte_s: 0.0 });
+        }
+        clock
+    }
+
+    #[test]
+    fn two_boards_of_skewed_clocks_agree_within_a_millisecond() {
+        for lasts_s in [3.0, 20.0, 300.0] {
+            let boards = [(80e-6, 3.0, 1), (-80e-6, -700.25, 2)];
+            for share in [0.01, 0.5, 0.99] {
+                // A moment that both boards live through.
+                let moment_s = 3.0 + share * lasts_s;
+                let [one, other] = boards.map(|(slow, begun_s, seed)| {
+                    let clock = clock(slow, begun_s, lasts_s + 703.25, seed);
+                    clock.utc((moment_s - begun_s) / (1.0 + slow)).expect("a time")
+                });
+                let off_s = |utc: Utc| utc.utc_s() - EPOCH_NS * 1e-9 - moment_s;
+                assert!((one.utc_s() - other.utc_s()).abs() < 1e-3, "{lasts_s} s: {} {}", off_s(one), off_s(other));
+                for utc in [one, other] {
+                    assert!(
+                        off_s(utc).abs() < 3.0 * utc.sigma_s + 1e-6,
+                        "{lasts_s} s, {share}: {} +- {}, {:?}",
+                        off_s(utc),
+                        utc.sigma_s,
+                        utc.relation
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_skew_is_found_with_its_uncertainty_and_none_where_a_recording_is_short() {
+        let long = clock(80e-6, 0.0, 300.0, 3).utc(150.0).expect("a time").relation;
+        assert!((long.skew_ppm - 80.0).abs() < 3.0 * long.skew_sigma_ppm && long.skew_sigma_ppm < 3.0, "{long:?}");
+        // An internal oscillator is off by percent: that shows at once.
+        let internal = clock(0.03, 0.0, 4.0, 4).utc(2.0).expect("a time").relation;
+        assert!((internal.skew_ppm - 3e4).abs() < 300.0, "{internal:?}");
+        let short = clock(80e-6, 0.0, 2.0, 5).utc(1.0).expect("a time").relation;
+        assert_eq!((short.skew_ppm, short.skew_sigma_ppm), (0.0, 100.0));
+        assert!(UtcClock::default().utc(0.0).is_none());
+    }
+
+    #[test]
+    fn a_drift_over_an_hour_is_followed() {
+        // Twice 40 minutes of different skew: near the middle of each half its own counts.
+        let mut clock = UtcClock::default();
+        let mut utc_s = 0.0;
+        for second in 0..4800u64 {
+            let packet = Packet {
+                sequence: 1,
+                event: Event::Release(ridgetone_proto::telemetry::Release { t_us: second * 1_000_000 }),
+            };
+            clock.take(&packet, Receipt { utc_ns: (EPOCH_NS + utc_s * 1e9) as u64, byte_s: 0.0 });
+            utc_s += 1.0 + if second < 2400 { 50e-6 } else { -50e-6 };
+        }
+        for (t_s, skew_ppm) in [(1200.0, 50.0), (3600.0, -50.0)] {
+            let found = clock.utc(t_s).expect("a time").relation.skew_ppm;
+            assert!((found - skew_ppm).abs() < 1.0, "{found}");
+        }
+    }
+}

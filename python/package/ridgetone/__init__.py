@@ -1,0 +1,206 @@
+"""The tone of the ridges under a tactile fingertip.
+
+`fit` finds the one frequency that all channels of an array or of a recording share. `replay` runs a recording through the code
+that the chip runs. `read` gives a recording's arrays, `live` a board's events, `feel` what receptors would fire. All of them
+are the command `ridgetone`'s own functions: the same numbers to the last bit, and the same words in errors.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import numpy.typing as npt
+
+from . import _ridgetone
+from ._live import Live, live
+from ._objects import (
+    Contact,
+    Estimate,
+    Event,
+    Fault,
+    Felt,
+    Fit,
+    Health,
+    Hello,
+    Image,
+    Object,
+    Raw,
+    Release,
+    Reply,
+    Settings,
+    Slide,
+    event,
+    load,
+)
+from ._recording import Path, Recording, Samples, native, read
+from ._ridgetone import Error, UsageError, __version__
+
+__all__ = [
+    "Contact", "Error", "Estimate", "Event", "Fault", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object", "Raw",
+    "Recording", "Release", "Reply", "Settings", "Slide", "UsageError", "__version__", "feel", "fit", "live", "picture",
+    "read", "replay", "settings",
+]  # fmt: skip
+
+
+def fit(
+    samples: Samples,
+    rate_hz: float | None = None,
+    *,
+    time_s: npt.ArrayLike | None = None,
+    names: list[str] | None = None,
+    from_s: float | None = None,
+    to_s: float | None = None,
+    columns: list[str] | None = None,
+    harmonics: int | None = None,
+    mains_hz: float | None = None,
+    speed_column: str | None = None,
+    position_column: str | None = None,
+) -> Fit:
+    """Fits all channels with one common frequency, as `ridgetone fit` does.
+
+    `samples` is an array with a row for each sample and a column for each channel, in any unit; NaN is a missing reading.
+    It may also be a `Recording` or a file. Give `rate_hz`, in hertz, or `time_s`, a time for each row in seconds.
+
+    An array of float32 or float64 is not copied, whatever its strides; others are converted to float64. Do not write to it
+    from another thread meanwhile: the interpreter's lock is released.
+
+    >>> import numpy as np
+    >>> t = np.arange(1000) / 250
+    >>> found = fit(np.c_[np.sin(50 * t), 3 * np.cos(50 * t) + 1], rate_hz=250)
+    >>> found.status, round(found.frequency_hz, 3)
+    ('good', 7.958)
+    """
+    given = native(samples, time_s, names)
+    text, remarks = _ridgetone.fit(
+        given, rate_hz, from_s, to_s, columns or [], harmonics, mains_hz, speed_column, position_column
+    )
+    _warn(remarks)
+    return load(Fit, text)
+
+
+def feel(
+    samples: Samples,
+    reference: Mapping[str, Any],
+    rate_hz: float | None = None,
+    *,
+    time_s: npt.ArrayLike | None = None,
+    names: list[str] | None = None,
+    from_s: float | None = None,
+    to_s: float | None = None,
+    columns: list[str] | None = None,
+    window_s: float | None = None,
+    m: float | tuple[float, float] | None = None,
+    coefficients: Path | None = None,
+) -> Felt:
+    """Estimates how four kinds of receptors fire over a recording, and scores such as soft and rough, as `ridgetone feel` does.
+
+    `reference` is a surface of known roughness: `ra_um`, `rsm_mm`, `speed_mm_s`, and if known `ra_sigma_um`; `samples` is its
+    recording, if it is another one. `m` is tangential over normal force, with its standard deviation if that is known.
+    """
+    known = dict(reference)
+    other = known.pop("samples", None)
+    surface = tuple(float(known.pop(name, default)) for name, default in _SURFACE.items())
+    if known or not all(value > 0 for value in surface[:3]):
+        raise UsageError(f"reference: {', '.join(list(_SURFACE)[:3])} are needed, ra_sigma_um and samples may be given")
+    given = native(samples, time_s, names)
+    with_sigma = (float(m), 0.0) if isinstance(m, (int, float)) else m
+    text, remarks = _ridgetone.feel(
+        given,
+        (surface[0], surface[1], surface[2], surface[3]),
+        None if other is None else native(other, names=names if not isinstance(other, (str, PathLike)) else None),
+        rate_hz,
+        from_s,
+        to_s,
+        columns or [],
+        window_s,
+        with_sigma,
+        coefficients,
+    )
+    _warn(remarks)
+    return load(Felt, text)
+
+
+_SURFACE = {"ra_um": 0.0, "rsm_mm": 0.0, "speed_mm_s": 0.0, "ra_sigma_um": 0.0}
+
+
+def replay(
+    samples: Samples | None = None,
+    *,
+    scene: Path | None = None,
+    rate_hz: float | None = None,
+    time_s: npt.ArrayLike | None = None,
+    names: list[str] | None = None,
+    scale: float = 1.0,
+    noise: bool = True,
+    seed: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+    profile: Path | None = None,
+    profile_repeats: bool = False,
+) -> list[Event]:
+    """Runs a recording through the code that the chip runs, behind a simulated ADS1258, as `ridgetone replay` does.
+
+    `samples` are volts, or `scale` times volts; without them a `scene` is played, a file, or the plain scene. A recording of
+    telemetry gives its raw frames. `settings` are those of the library with some in place, such as `{"window_s": 0.5}`;
+    `profile` is a table of the speed. Without `time_s` and `rate_hz` rows come at the scan's rate.
+    """
+    return _replay(
+        samples, scene, rate_hz, time_s, names, scale, noise, seed, settings, profile, profile_repeats, False
+    )[0]
+
+
+def picture(
+    samples: Samples | None = None,
+    *,
+    scene: Path | None = None,
+    rate_hz: float | None = None,
+    time_s: npt.ArrayLike | None = None,
+    names: list[str] | None = None,
+    scale: float = 1.0,
+    noise: bool = True,
+    seed: int | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> str:
+    """Replays as `replay` does and draws the channels, the phases of the touch and the fitted tone, as SVG."""
+    svg = _replay(samples, scene, rate_hz, time_s, names, scale, noise, seed, settings, None, False, True)[1]
+    return svg or ""
+
+
+def _replay(
+    samples: Samples | None,
+    scene: Path | None,
+    rate_hz: float | None,
+    time_s: npt.ArrayLike | None,
+    names: list[str] | None,
+    scale: float,
+    noise: bool,
+    seed: int | None,
+    settings: Mapping[str, Any] | None,
+    profile: Path | None,
+    profile_repeats: bool,
+    draws: bool,
+) -> tuple[list[Event], str | None]:
+    if samples is not None and scene is not None:
+        raise UsageError("a scene does not go with samples")
+    given = None if samples is None else native(samples, time_s, names)
+    lines, remarks, svg = _ridgetone.replay(
+        given, scene, rate_hz, scale, noise, seed, json.dumps(settings or {}), profile, profile_repeats, draws
+    )
+    _warn(remarks, 4)
+    return [event(line) for line in lines], svg
+
+
+def settings(file: Path | None = None, **changes: Any) -> Settings:
+    """The library's settings, or those of a file, with some changed by their names: `settings(window_s=0.5)`.
+
+    For those of a board see `Live.settings` and `Live.set`.
+    """
+    return load(Settings, _ridgetone.settings(file, json.dumps(changes)))
+
+
+def _warn(remarks: list[str], level: int = 3) -> None:
+    for remark in remarks:
+        warnings.warn(remark, stacklevel=level)

@@ -1,0 +1,75 @@
+"""The native part: results as the JSON of the command's `--json`. Use `ridgetone` instead."""
+
+from os import PathLike
+
+__version__: str
+
+class Error(Exception): ...
+class UsageError(Error): ...
+
+class Samples:
+    name: str
+    @staticmethod
+    def file(path: str | PathLike[str], time_column: str | None) -> Samples: ...
+    @staticmethod
+    def array(name: str, names: list[str], values: object, times: object | None) -> Samples: ...
+    def read(self) -> tuple[list[str], bytearray | None, bytearray, str | None]: ...
+
+class Board:
+    def __new__(
+        cls,
+        port: str | None,
+        usb_serial: str | None,
+        emulated: bool,
+        scene: str | PathLike[str] | None,
+        once: bool,
+        pace: float,
+        elf: str | PathLike[str] | None,
+        raw: bool,
+        settings: str | None,
+        record: str | PathLike[str] | None,
+    ) -> Board: ...
+    def next(self, most_s: float) -> tuple[str, str] | None: ...
+    def settings(self) -> str: ...
+    def change(self, changes: str, keep: bool) -> None: ...
+    def command(self, name: str) -> None: ...
+    def counts(self) -> tuple[int, int, int]: ...
+    def close(self) -> None: ...
+
+def fit(
+    samples: Samples,
+    rate_hz: float | None,
+    from_s: float | None,
+    to_s: float | None,
+    columns: list[str],
+    harmonics: int | None,
+    mains_hz: float | None,
+    speed_column: str | None,
+    position_column: str | None,
+) -> tuple[str, list[str]]: ...
+def feel(
+    samples: Samples,
+    surface: tuple[float, float, float, float],
+    reference: Samples | None,
+    rate_hz: float | None,
+    from_s: float | None,
+    to_s: float | None,
+    columns: list[str],
+    window_s: float | None,
+    m: tuple[float, float] | None,
+    coefficients: str | PathLike[str] | None,
+) -> tuple[str, list[str]]: ...
+def replay(
+    samples: Samples | None,
+    scene: str | PathLike[str] | None,
+    rate_hz: float | None,
+    scale: float,
+    noise: bool,
+    seed: int | None,
+    settings: str,
+    profile: str | PathLike[str] | None,
+    profile_repeats: bool,
+    picture: bool,
+) -> tuple[list[str], list[str], str | None]: ...
+def settings(file: str | PathLike[str] | None, changes: str) -> str: ...
+def messages(path: str | PathLike[str]) -> list[str] | None: ...

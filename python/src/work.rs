@@ -1,0 +1,159 @@
+//! The command's work on recordings: `fit`, `feel`, `replay`, and its forms of settings and messages.
+
+use crate::array::Samples;
+use crate::raised;
+use anyhow::{Context, Result};
+use pyo3::prelude::*;
+use ridgetone_feel::Reference;
+use ridgetone_host::events::{self, JsonLines};
+use ridgetone_host::input::{Input, Source, frame_rate_hz};
+use ridgetone_host::messages::{Form, messages as all_messages};
+use ridgetone_host::picture::{Recording, draw};
+use ridgetone_host::speed::{self, Column};
+use ridgetone_host::table_fit::{self, Selection};
+use ridgetone_host::{feel as felt, fit_report, replay as player, settings_form};
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::Packet;
+use std::path::{Path, PathBuf};
+
+/// What was guessed of a file.
+fn named(name: &str, guessed: Option<&String>) -> impl Iterator<Item = String> {
+    guessed.map(|guessed| format!("{name}: {guessed}")).into_iter()
+}
+
+/// The fit's object as JSON, and what to look at.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone fit`")]
+pub fn fit(
+    py: Python<'_>,
+    samples: &Samples,
+    rate_hz: Option<f64>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    columns: Vec<String>,
+    harmonics: Option<u8>,
+    mains_hz: Option<f64>,
+    speed_column: Option<String>,
+    position_column: Option<String>,
+) -> PyResult<(String, Vec<String>)> {
+    let place = position_column.map(Column::Position).or(speed_column.map(Column::Speed));
+    let selection = Selection { rate_hz, from_s, to_s, columns, harmonics, place, interferer_hz: mains_hz };
+    let run = || -> Result<_> {
+        let fit = table_fit::fit(&mut *samples.0.open()?, &selection, &mut |_| {})?;
+        let remarks = named(samples.0.name(), fit.guessed.as_ref()).chain(fit.warning(&selection)).collect();
+        Ok((fit_report::json(samples.0.name(), &fit)?, remarks))
+    };
+    py.detach(run).map_err(raised)
+}
+
+/// What `feel` prints as JSON, and what to look at.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone feel`")]
+pub fn feel(
+    py: Python<'_>,
+    samples: &Samples,
+    surface: (f32, f32, f32, f32),
+    reference: Option<&Samples>,
+    rate_hz: Option<f64>,
+    from_s: Option<f64>,
+    to_s: Option<f64>,
+    columns: Vec<String>,
+    window_s: Option<f64>,
+    m: Option<(f32, f32)>,
+    coefficients: Option<PathBuf>,
+) -> PyResult<(String, Vec<String>)> {
+    let (ra_um, rsm_mm, speed_mm_s, ra_sigma_um) = surface;
+    let surface = Reference { ra_um, ra_sigma_um, rsm_mm, speed_mm_s };
+    let reference = felt::KnownSurface { surface, samples: reference.map(|samples| samples.0.clone()) };
+    let selection = Selection { rate_hz, from_s, to_s, columns, ..Selection::default() };
+    let options = felt::Options { selection, window_s, reference };
+    let run = || -> Result<_> {
+        let coefficients =
+            coefficients.as_deref().map_or_else(|| Ok(felt::Coefficients::paper()), felt::Coefficients::load)?;
+        let felt = felt::measure(&samples.0, &options, &mut |_| {})?;
+        Ok((felt::json(&felt, &coefficients, m)?, named(&felt.file, felt.guessed.as_ref()).collect()))
+    };
+    py.detach(run).map_err(raised)
+}
+
+/// What `replay` prints, a JSON object each; what to look at; and a picture if it is wanted.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the options of `ridgetone replay`")]
+pub fn replay(
+    py: Python<'_>,
+    samples: Option<&Samples>,
+    scene: Option<PathBuf>,
+    rate_hz: Option<f64>,
+    scale: f64,
+    noise: bool,
+    seed: Option<u64>,
+    settings: &str,
+    profile: Option<PathBuf>,
+    profile_repeats: bool,
+    picture: bool,
+) -> PyResult<(Vec<String>, Vec<String>, Option<String>)> {
+    let run = || -> Result<_> {
+        let settings = settings_form::with_json(&Settings::DEFAULT, settings)?;
+        let profile = profile.map(|path| speed::profile(&path, speed::after(profile_repeats))).transpose()?;
+        let scene = scene.map(|path| hal_mock::load_scene(path, frame_rate_hz())).transpose()?;
+        let (source, seed) = match samples {
+            Some(Samples(samples)) => {
+                let source = Source::Trace { samples: samples.clone(), rate_hz, volts_per_unit: scale };
+                (source, seed.unwrap_or(1))
+            }
+            None => {
+                let mut scene = scene.unwrap_or_default();
+                scene.seed = seed.unwrap_or(scene.seed);
+                let seed = scene.seed;
+                (Source::Scene(scene), seed)
+            }
+        };
+        let mut input = Input { source, converter_noise: noise, seed }.open_for(settings.window_s)?;
+        let remarks = input.guessed.take().into_iter().chain(input.warning.take()).collect();
+        let truth = input.truth;
+        let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());
+        let mut sink = |packet: &Packet| {
+            lines.push(events::json(packet)?);
+            if picture {
+                packets.push(packet.clone());
+            }
+            // Health comes every second of the recording: often enough for Ctrl-C.
+            Ok(Python::attach(|py| py.check_signals())?)
+        };
+        let mut watch = |conversion| conversions.extend(picture.then_some(conversion));
+        player::run_watched(input, settings, profile, &mut sink, &mut |_, _| {}, &mut watch)?;
+        let drawing =
+            picture.then(|| draw(&Recording::new(&conversions, &packets), truth.map(|truth| truth.frequency_hz)));
+        Ok((lines, remarks, drawing))
+    };
+    py.detach(run).map_err(raised)
+}
+
+/// The library's settings, or a file's, with some of them changed: all as JSON.
+#[pyfunction]
+pub fn settings(file: Option<PathBuf>, changes: &str) -> PyResult<String> {
+    let base = file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load);
+    let made = base.and_then(|base| settings_form::with_json(&base, changes));
+    made.and_then(|settings| Ok(settings_form::json(&settings)?)).map_err(raised)
+}
+
+/// The messages of a recording but its raw frames, a JSON object each. None of a table.
+#[pyfunction]
+pub fn messages(py: Python<'_>, path: PathBuf) -> PyResult<Option<Vec<String>>> {
+    py.detach(|| events_of(&path)).map_err(raised)
+}
+
+fn events_of(path: &Path) -> Result<Option<Vec<String>>> {
+    let form = Form::of(path).with_context(|| path.display().to_string())?;
+    if form == Form::Table {
+        return Ok(None);
+    }
+    let (mut lines, mut json) = (Vec::new(), JsonLines::default());
+    for message in all_messages(path, form)? {
+        let line = message?.json(&mut json)?;
+        if !line.contains(r#""type":"raw""#) {
+            lines.push(line);
+        }
+    }
+    Ok(Some(lines))
+}

@@ -1,0 +1,44 @@
+//! The Python package: its wheel in an environment of its own, and its tests there.
+
+use crate::install;
+use crate::tools::{announce, clean, find, output_of, run, target_dir};
+use anyhow::{Context, Result, bail};
+use std::path::PathBuf;
+
+/// The interpreter's names, the first is Debian's.
+const NAMES: [&str; 5] = ["python3", "python3.14", "python3.13", "python3.12", "python3.11"];
+
+/// What Debian has an interpreter in that can make environments.
+const PACKAGES: [&str; 2] = ["python3", "python3-venv"];
+
+/// An interpreter that can make an environment; installed if there is none.
+pub fn interpreter() -> Result<PathBuf> {
+    // 3.11 is the first with buffers in the stable interface.
+    let check = "import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))";
+    let is_usable = |path: &PathBuf| output_of(clean(path).args(["-c", check])).is_ok();
+    let there = || NAMES.into_iter().filter_map(find).find(is_usable);
+    if there().is_none() {
+        install::debian(&PACKAGES).context("Python is missing, or older than 3.11, or without venv")?;
+    }
+    match there() {
+        Some(path) => Ok(path),
+        None => bail!("no Python from 3.11 on with venv is in PATH (tried {})", NAMES.join(", ")),
+    }
+}
+
+/// Builds the wheel into `target/python` and runs its tests beside the command that `cargo test` has built.
+pub fn run_tests() -> Result<()> {
+    let python = interpreter()?;
+    let environment = target_dir().join("python");
+    let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
+    announce(format_args!("the Python package, in {}", environment.display()));
+    if !inside.join("pip").exists() {
+        run(clean(&python).args(["-m", "venv"]).arg(&environment)).context("an environment of Python")?;
+    }
+    let mut pip = clean(inside.join("pip"));
+    run(pip.args(["install", "--quiet", "--disable-pip-version-check", "./python[test]"])).context("the wheel")?;
+    let command = target_dir().join("debug").join(format!("ridgetone{}", std::env::consts::EXE_SUFFIX));
+    let mut tests = clean(inside.join("python"));
+    tests.args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"]).env("RIDGETONE_COMMAND", command);
+    run(&mut tests).context("tests of the Python package")
+}
