@@ -5,6 +5,7 @@
 //! smooth, and how amplitude and phase move from block to block.
 
 use crate::frame_span::{BLOCK, Block, FrameSpan};
+use crate::grid::Folded;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::{Overwritten, Values};
@@ -179,10 +180,12 @@ impl Blocks {
         self.rows.as_flattened_mut().split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX).1
     }
 
-    /// The first pieces.
-    pub fn pieces(&self, count: usize) -> &[Values] {
+    /// The first pieces, and memory for a grid.
+    pub fn grid_memory(&mut self, count: usize) -> (&[Values], &mut [Folded]) {
         let rows = self.rows.as_flattened();
-        rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default()
+        let pieces = rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default();
+        let folded = self.products.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0;
+        (pieces, folded.get_mut(..PIECES_MAX / 2).unwrap_or_default())
     }
 
     /// Memory for a periodogram: its powers, and a transform. It leaves the pieces as they are.

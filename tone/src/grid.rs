@@ -50,11 +50,11 @@ impl Default for Point {
 }
 
 /// Sums of mirror images, and differences.
-type Folded = [[f32; SERIES]; 2];
+pub type Folded = [[f32; SERIES]; 2];
 
 /// The pieces of a window.
-pub struct Grid {
-    folded: [Folded; PIECES_MAX / 2],
+pub struct Grid<'g> {
+    folded: &'g mut [Folded],
     rows: usize,
     pieces: f32,
     /// `u` from one piece to the next.
@@ -71,22 +71,24 @@ pub struct Grid {
     pub baseline: f32,
 }
 
-impl Grid {
-    /// Without pieces. It is filled in its place: the result of a function would be copied, and anything but zeros would lie in
-    /// flash.
-    pub const NONE: Self = Self {
-        folded: [[[0.0; SERIES]; 2]; PIECES_MAX / 2],
-        rows: 0,
-        pieces: 0.0,
-        step: 0.0,
-        width: 0,
-        inverse_squares: [0.0; CHANNELS],
-        curves: [0.0; CURVES_MAX],
-        harmonics: 0,
-        interferer: None,
-        models: Models::NONE,
-        baseline: 0.0,
-    };
+impl<'g> Grid<'g> {
+    /// Without pieces, with memory for them. It is filled in its place: as a result of `fill` it would be copied.
+    #[inline(always)]
+    pub const fn empty(folded: &'g mut [Folded]) -> Self {
+        Self {
+            folded,
+            rows: 0,
+            pieces: 0.0,
+            step: 0.0,
+            width: 0,
+            inverse_squares: [0.0; CHANNELS],
+            curves: [0.0; CURVES_MAX],
+            harmonics: 0,
+            interferer: None,
+            models: Models::NONE,
+            baseline: 0.0,
+        }
+    }
 
     /// Takes the pieces of some channels, for so many harmonics at most and an interferer, with curves or without.
     #[inline(never)]
@@ -98,7 +100,7 @@ impl Grid {
         (harmonics, interferer): (usize, Option<f32>),
         is_curved: bool,
     ) {
-        let count = pieces.len().min(PIECES_MAX);
+        let count = pieces.len().min(PIECES_MAX).min(2 * self.folded.len());
         (self.rows, self.pieces, self.step) = (count.div_ceil(2), count as f32, statistics.piece_step);
         self.width = channels.list().len().min(CHANNELS);
         (self.harmonics, self.interferer, self.baseline) = (harmonics, interferer, f32::NEG_INFINITY);
@@ -116,9 +118,10 @@ impl Grid {
             let at = |piece: usize, u: f32| series(pieces, piece, u, &units, is_curved);
             let (mut one, mut other) = (at(after, u), at(before, -u));
             one.iter_mut().chain(&mut other).for_each(|value| *value *= share);
-            for s in 0..SERIES {
-                self.folded[row % (PIECES_MAX / 2)][0][s] = one[s] + other[s];
-                self.folded[row % (PIECES_MAX / 2)][1][s] = one[s] - other[s];
+            if let Some([sums, differences]) = self.folded.get_mut(row) {
+                for s in 0..SERIES {
+                    (sums[s], differences[s]) = (one[s] + other[s], one[s] - other[s]);
+                }
             }
             // Products of both, and only once of a middle one.
             let weight = 1.0 / share;
@@ -189,12 +192,13 @@ impl Grid {
         // Summits of many harmonics are narrower than the grid: it is finer where it is likely.
         if self.harmonics >= FINE_HARMONICS {
             let best = points.iter().fold(f32::NEG_INFINITY, |best, point| best.max(point.score));
-            let coarse = points.clone();
-            for pair in coarse.as_slice().windows(2) {
-                if let [one, other] = pair
+            // From the last on: what is put in moves none that is to come.
+            for k in (1..points.len()).rev() {
+                if let Some([one, other]) = points.get(k - 1..=k)
                     && one.score.min(other.score) > best - FINE_SCORE
                 {
-                    insert(&mut points, self.point(0.5 * (one.nu + other.nu)));
+                    let nu = 0.5 * (one.nu + other.nu);
+                    insert(&mut points, self.point(nu));
                 }
             }
         }

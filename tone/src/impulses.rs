@@ -11,11 +11,13 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::ops::Range;
 
-/// Most impulses of a window: one value in eighty of the chip's longest.
+/// Most impulses of a window; what are beyond stay.
 #[cfg(not(feature = "long-windows"))]
 const IMPULSES_MAX: usize = 200;
 #[cfg(feature = "long-windows")]
-const IMPULSES_MAX: usize = 6_400;
+const IMPULSES_MAX: usize = 5_300;
+/// Most of a window's values that may be impulses.
+const SHARE_MAX: f32 = 0.03;
 /// Mean magnitude of white noise, in standard deviations: the root of 2 / pi.
 const MEAN_MAGNITUDE: f32 = 0.797_884_6;
 /// An impulse is so many standard deviations off, by the mean magnitude: white noise is in one of two million values.
@@ -43,9 +45,9 @@ impl Impulses {
     /// None; a constant is written in its place.
     pub const NONE: Self = Self { all: [Impulse { frame: 0, channel: 0, value: 0.0 }; IMPULSES_MAX], count: 0 };
 
-    /// Whether there are some, and not too many for impulses.
+    /// Whether there are some.
     pub fn are_found(&self) -> bool {
-        (1..=IMPULSES_MAX).contains(&self.count)
+        self.count > 0
     }
 
     /// Those that a solution leaves.
@@ -79,6 +81,10 @@ impl Impulses {
                     }
                 }
             })?;
+            if self.count as f32 > SHARE_MAX * solution.frames * channels.width as f32 {
+                // So many are something else.
+                self.count = 0;
+            }
             limits = magnitudes.map(|magnitude| SIGMAS / MEAN_MAGNITUDE * magnitude / solution.frames);
         }
         Ok(())
@@ -106,7 +112,7 @@ impl Impulses {
     /// Those of the frames' blocks.
     fn of(&self, frames: Range<usize>) -> impl Iterator<Item = &Impulse> {
         let blocks = frames.start / BLOCK..frames.end.div_ceil(BLOCK);
-        let all = self.all.get(..self.count).unwrap_or_default();
+        let all = self.all.get(..self.count.min(IMPULSES_MAX)).unwrap_or_default();
         // They are in the order of their blocks.
         let first = all.partition_point(|impulse| impulse.frame as usize / BLOCK < blocks.start);
         all.iter().skip(first).take_while(move |impulse| impulse.frame as usize / BLOCK < blocks.end)

@@ -91,11 +91,12 @@ pub fn slow(
     statistics: &Statistics,
     channels: &Channels,
     (harmonics, interferer, is_in_time): (usize, Option<f32>, bool),
-    blocks: &Blocks,
+    blocks: &mut Blocks,
     lines: &Candidates,
 ) -> Candidates {
-    let mut grid = Grid::NONE;
-    grid.fill(blocks.pieces(statistics.pieces), statistics, channels, (harmonics, interferer), is_in_time);
+    let (pieces, folded) = blocks.grid_memory(statistics.pieces);
+    let mut grid = Grid::empty(folded);
+    grid.fill(pieces, statistics, channels, (harmonics, interferer), is_in_time);
     let points = grid.points(lines.iter().copied().filter(|nu| is_slow(*nu)));
     let mut found: Vec<Point, OF_GRID> = Vec::new();
     for i in 0..points.len() {
