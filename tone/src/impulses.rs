@@ -7,13 +7,16 @@ use crate::frame_span::{BLOCK, Block, FrameSpan};
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
 use crate::source::{FrameSource, Overwritten, Values};
+use crate::spectrum::POINTS_CHIP;
 use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::ops::Range;
 
-/// Most impulses of a window; what are beyond stay.
+/// Most impulses of a window that the chip can fit: one value in a hundred of its longest, and some more. What are beyond stay.
+const IMPULSES_CHIP: usize = 160;
+/// The same of any window.
 #[cfg(not(feature = "long-windows"))]
-const IMPULSES_MAX: usize = 200;
+const IMPULSES_MAX: usize = IMPULSES_CHIP;
 #[cfg(feature = "long-windows")]
 const IMPULSES_MAX: usize = 5_300;
 /// Most of a window's values that may be impulses.
@@ -39,11 +42,14 @@ struct Impulse {
 pub struct Impulses {
     all: [Impulse; IMPULSES_MAX],
     count: usize,
+    /// No more on a PC than on the chip where the chip can fit the window: both give the same bits.
+    is_of_chip: bool,
 }
 
 impl Impulses {
     /// None; a constant is written in its place.
-    pub const NONE: Self = Self { all: [Impulse { frame: 0, channel: 0, value: 0.0 }; IMPULSES_MAX], count: 0 };
+    pub const NONE: Self =
+        Self { all: [Impulse { frame: 0, channel: 0, value: 0.0 }; IMPULSES_MAX], count: 0, is_of_chip: true };
 
     /// Whether there are some.
     pub fn are_found(&self) -> bool {
@@ -61,6 +67,7 @@ impl Impulses {
         at: (f32, Option<f32>),
     ) -> Result<(), Overwritten> {
         let (abscissa, frames) = (span.abscissa(), span.frames);
+        self.is_of_chip = frames as usize <= POINTS_CHIP;
         let mut waves = Waves::new(span, statistics, solution, at);
         let (mut magnitudes, mut limits) = ([0.0; CHANNELS_MAX], [f32::INFINITY; CHANNELS_MAX]);
         for _ in 0..2 {
@@ -101,7 +108,8 @@ impl Impulses {
             let others = close & !far;
             let beside = residuals.iter().enumerate().filter(|(i, _)| others & 1 << i != 0).map(|(_, beside)| beside);
             let off = residuals[i % BLOCK] - beside.sum::<f32>() / others.count_ones().max(1) as f32;
-            if let Some(impulse) = self.all.get_mut(self.count) {
+            let most = self.most();
+            if let Some(impulse) = self.all.get_mut(..most).and_then(|all| all.get_mut(self.count)) {
                 let value = block.values[i % BLOCK][c % CHANNELS_MAX] - off / scale;
                 *impulse = Impulse { frame: (block.first as usize + i) as u16, channel: c as u8, value };
             }
@@ -109,10 +117,14 @@ impl Impulses {
         }
     }
 
+    fn most(&self) -> usize {
+        if self.is_of_chip { IMPULSES_CHIP } else { IMPULSES_MAX }
+    }
+
     /// Those of the frames' blocks.
     fn of(&self, frames: Range<usize>) -> impl Iterator<Item = &Impulse> {
         let blocks = frames.start / BLOCK..frames.end.div_ceil(BLOCK);
-        let all = self.all.get(..self.count.min(IMPULSES_MAX)).unwrap_or_default();
+        let all = self.all.get(..self.count.min(self.most())).unwrap_or_default();
         // They are in the order of their blocks.
         let first = all.partition_point(|impulse| impulse.frame as usize / BLOCK < blocks.start);
         all.iter().skip(first).take_while(move |impulse| impulse.frame as usize / BLOCK < blocks.end)

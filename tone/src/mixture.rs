@@ -8,7 +8,7 @@
 
 use crate::blocks::Blocks;
 use crate::limits::CHANNELS_MAX;
-use crate::neighbourhood::mixture;
+use crate::neighbourhood::covariance;
 use crate::normal::dot;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::Values;
@@ -121,6 +121,7 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
     let shape = Shape { harmonics: blocks.lines.harmonics, ..shape };
     // Of each mixture the noise is known: its residuals are as many as its degrees of freedom.
     let known = [equations.frames - shape.unknowns() as f32; CHANNELS_MAX];
+    let (mut shared, mut roots) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let mut nu = start;
     for step in 1..=STEPS {
         // Residuals of a frequency that noise has moved look as if the noise had a part of the tone: they are taken anew.
@@ -128,7 +129,10 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
         if equations.solve(shape, least).is_none() {
             return false;
         }
-        let Some(mixture) = mixture(blocks, &equations.solution) else { return false };
+        let main = covariance(blocks, &equations.solution, &mut shared, &mut roots);
+        let Some(mixture) = Mixture::new(&shared, &roots, &equations.solution, main, blocks.count as f32) else {
+            return false;
+        };
         equations.mix(&mixture);
         if equations.solve(shape, &known).is_none() {
             return false;

@@ -9,7 +9,7 @@
 use crate::blocks::{Blocks, Lines, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::mixture::{Covariance, Mixture, may_share};
+use crate::mixture::{Covariance, may_share};
 use crate::normal::dot;
 use crate::phase::{cos_sin, from_turns};
 use crate::solve::{Solution, WAVES};
@@ -48,7 +48,7 @@ pub struct Neighbourhood {
 }
 
 /// The series of the blocks.
-struct Series {
+struct Series<'s> {
     density: [f32; BLOCKS_MAX],
     expected: [f32; BLOCKS_MAX],
     /// The derivative of each wave by the frequency, times the channels' weights.
@@ -64,38 +64,44 @@ struct Series {
     latest: [[[f32; LAGS - 1]; 2]; CHANNELS_MAX],
     /// One over the standard deviation of each channel's residuals, and the covariance of these residuals in that unit.
     roots: Values,
-    covariance: Covariance,
+    covariance: &'s mut Covariance,
 }
 
 /// The neighbourhood of a window's solution.
 #[inline(never)]
 pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
-    let mut series = Series::NONE;
+    let mut covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+    let mut series = Series::new(&mut covariance);
     series.fill(blocks, solution);
     series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
 }
 
-/// Mixtures of channels that are independent by the neighbourhood of a solution, if the channels share noise.
+/// The covariance of a solution's channels in its neighbourhood, and what it is in units of; the main harmonic.
 #[inline(never)]
-pub fn mixture(blocks: &Blocks, solution: &Solution) -> Option<Mixture> {
-    let mut series = Series::NONE;
+pub fn covariance(blocks: &Blocks, solution: &Solution, covariance: &mut Covariance, roots: &mut Values) -> usize {
+    *covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
+    let mut series = Series::new(covariance);
     series.fill(blocks, solution);
-    Mixture::new(&series.covariance, &series.roots, solution, series.main, blocks.count as f32)
+    *roots = series.roots;
+    series.main
 }
 
-impl Series {
-    const NONE: Self = Self {
-        density: [0.0; BLOCKS_MAX],
-        expected: [0.0; BLOCKS_MAX],
-        weighted: [[0.0; CHANNELS_MAX]; WAVES],
-        products: [[0.0; WAVES]; UNKNOWNS_MAX],
-        powers: [0.0; HARMONICS_MAX],
-        main: 0,
-        lags: [0.0; LAGS],
-        latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
-        roots: [0.0; CHANNELS_MAX],
-        covariance: [[0.0; CHANNELS_MAX]; CHANNELS_MAX],
-    };
+impl<'s> Series<'s> {
+    #[inline(always)]
+    const fn new(covariance: &'s mut Covariance) -> Self {
+        Self {
+            density: [0.0; BLOCKS_MAX],
+            expected: [0.0; BLOCKS_MAX],
+            weighted: [[0.0; CHANNELS_MAX]; WAVES],
+            products: [[0.0; WAVES]; UNKNOWNS_MAX],
+            powers: [0.0; HARMONICS_MAX],
+            main: 0,
+            lags: [0.0; LAGS],
+            latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
+            roots: [0.0; CHANNELS_MAX],
+            covariance,
+        }
+    }
 
     #[inline(never)]
     fn fill(&mut self, blocks: &Blocks, solution: &Solution) {
@@ -268,7 +274,7 @@ impl Series {
         bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
         let (bent, bends) = self.product(&bend, u);
         Neighbourhood {
-            may_share: may_share(&self.covariance, solution),
+            may_share: may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,
