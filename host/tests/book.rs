@@ -60,8 +60,10 @@ const LITTLE_OF: [(&str, &str); 15] = [
 const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
 
 /// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
-const ENDLESS: [(&str, &str, &str); 2] =
-    [("ridgetone monitor --emulated", "8", " estimate "), ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/")];
+const ENDLESS: [(&str, &str, &str); 2] = [
+    ("ridgetone monitor --emulated", "15", " estimate "),
+    ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace")
