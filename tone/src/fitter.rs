@@ -186,7 +186,8 @@ impl Fitter {
         let evidence = evidence(&statistics, &all, &equations.solution);
         let by = (&around, &evidence);
         let mut fit = conclude(span, &statistics, &all, blocks, &equations.solution, &summit, by)?;
-        if around.may_share && fit.status.has_tone() {
+        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
+        if around.may_share && fit.status.has_tone() && harmonics > 1 {
             let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
             blocks.collect(span, &statistics, &all, lines, limits.blocks)?;
             if whiten(blocks, equations, &least, nu, shape) {

@@ -37,9 +37,7 @@ const CYCLES_MIN: f32 = 1.55;
 const FRAMES_MIN: f32 = 40.0;
 /// Turns of the power iteration.
 const TURNS: usize = 8;
-/// Most steps in a whitened window, for each harmonic that is allowed, since a single one is to be quick, and for all; from one to
-/// the next, standard deviations; and all together, `nu`.
-const STEPS_OF_HARMONIC: usize = 2;
+/// Most steps in a whitened window; from one to the next, standard deviations; and all together, `nu`.
 const STEPS: usize = 6;
 const SIGMAS: f32 = 0.02;
 const MOVE_MAX: f32 = 0.25;
@@ -125,8 +123,7 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
     let known = [equations.frames - shape.unknowns() as f32; CHANNELS_MAX];
     let (mut shared, mut roots) = ([[0.0; CHANNELS_MAX]; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let mut nu = start;
-    let steps = STEPS.min(STEPS_OF_HARMONIC * blocks.lines.harmonics);
-    for step in 1..=steps {
+    for step in 1..=STEPS {
         // Residuals of a frequency that noise has moved look as if the noise had a part of the tone: they are taken anew.
         equations.collect(blocks, nu, shape.curves > 0);
         if equations.solve(shape, least).is_none() {
@@ -146,7 +143,7 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
         if !((nu - start).abs() < MOVE_MAX) {
             return false;
         }
-        if step == steps || solution.step * solution.step * solution.information < SIGMAS * SIGMAS {
+        if step == STEPS || solution.step * solution.step * solution.information < SIGMAS * SIGMAS {
             blocks.rows.iter_mut().take(blocks.count).for_each(|rows| mixture.apply(rows));
             return true;
         }
