@@ -6,14 +6,14 @@ mod cells;
 mod kinds;
 mod measure;
 mod parts;
-pub mod process;
+pub(crate) mod process;
 mod recordings;
 mod tables;
 mod window;
 
 use crate::page;
 use crate::parallel;
-use anyhow::{Context, Result};
+use anyhow::Result;
 pub use cells::WINDOWS_S;
 use cells::{Cell, Group, cells};
 pub use kinds::{Kind, kinds};
@@ -21,7 +21,6 @@ use measure::{Answers, measure};
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Windows of each cell by default.
@@ -119,16 +118,12 @@ pub fn page(rows: &[Row], text: &str) -> Result<String> {
 
 /// The rows that were measured last, from a folder; none where nothing was.
 pub fn load(folder: &Path) -> Result<Vec<Row>> {
-    let path = folder.join(DATA);
-    if path.is_file() { page::load(&path) } else { Ok(Vec::new()) }
+    page::load_measured(folder, DATA)
 }
 
 /// Fills in the page of a folder from its data.
 fn render(folder: &Path) -> Result<()> {
-    let path = folder.join(PAGE);
-    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    output::whole_text(&path, &page(&load(folder)?, &text)?)?;
-    output::line(&path.display().to_string())
+    page::render(folder, PAGE, |text| page(&load(folder)?, text))
 }
 
 /// Does it, and gives the folder whose page it wrote.

@@ -3,6 +3,7 @@
 //! A table stands between the lines `<!-- table: NAME -->` and `<!-- end -->`.
 
 use anyhow::{Context, Result};
+use ridgetone_host::output;
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::Path;
@@ -49,6 +50,20 @@ pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<Stri
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
     let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;
     serde_json::from_str(&text).with_context(|| path.display().to_string())
+}
+
+/// The data of a page from a folder; nothing where nothing was measured.
+pub fn load_measured<T: DeserializeOwned + Default>(folder: &Path, data: &str) -> Result<T> {
+    let path = folder.join(data);
+    if path.is_file() { load(&path) } else { Ok(T::default()) }
+}
+
+/// Fills in a page of a folder, and says which.
+pub fn render(folder: &Path, page: &str, filled: impl FnOnce(&str) -> Result<String>) -> Result<()> {
+    let path = folder.join(page);
+    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
+    output::whole_text(&path, &filled(&text)?)?;
+    output::line(&path.display().to_string())
 }
 
 /// A figure of so many decimals, or a dash where there is none.

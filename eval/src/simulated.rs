@@ -10,7 +10,7 @@ use ridgetone_tone::{FRAMES_MIN, Values};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Volts of one code (SBAS297G: VREF / 780000h).
-const CODE_V: f64 = REFERENCE_V / 7_864_320.0;
+pub(crate) const CODE_V: f64 = REFERENCE_V / 7_864_320.0;
 
 /// Standard deviation of rounding to whole codes, codes: the root of 1/12.
 const ROUNDING_CODES: f64 = 0.288_675;

@@ -6,13 +6,12 @@ mod tables;
 mod trace;
 
 use crate::{page, parallel};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use cells::{GROUPS, cells};
 use measure::{Found, measure};
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use serde::{Deserialize, Serialize};
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Traces of each cell by default.
@@ -90,16 +89,12 @@ pub fn page(data: &Data, text: &str) -> Result<String> {
 
 /// What was measured last, from a folder; nothing where nothing was.
 pub fn load(folder: &Path) -> Result<Data> {
-    let path = folder.join(DATA);
-    if path.is_file() { page::load(&path) } else { Ok(Data::default()) }
+    page::load_measured(folder, DATA)
 }
 
 /// Fills in the page of a folder from its data.
 fn render(folder: &Path) -> Result<()> {
-    let path = folder.join(PAGE);
-    let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    output::whole_text(&path, &page(&load(folder)?, &text)?)?;
-    output::line(&path.display().to_string())
+    page::render(folder, PAGE, |text| page(&load(folder)?, text))
 }
 
 pub fn run(args: &TouchArgs) -> Result<()> {

@@ -136,8 +136,8 @@ impl Assembler {
         }
     }
 
-    /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it, in time too. False,
-    /// with nothing changed that has a meaning, if it is not.
+    /// Makes a frame of the buffer if it is a scan without a flaw that follows the one before it, in time too. If it is not:
+    /// false, and only codes that belong to no frame have changed.
     #[inline(never)]
     pub fn try_fast_path(&mut self) -> bool {
         let Some((buffer, _)) = self.buffer.split_first_chunk::<{ SLOTS as usize }>() else { return false };

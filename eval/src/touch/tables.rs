@@ -2,9 +2,10 @@
 
 use super::Row;
 use super::measure::Found;
-use crate::page::Table;
+use crate::page::{Table, figure};
 
-const HEADINGS: &str = "|slide found, %|false slides, %|start, ms|end, ms|both near, %|both near what shows, %|contact found, %|false contacts, %|contact, ms|release found, %|release, ms|good at rest, %";
+const HEADINGS: &str = "|slide found, %|false slides, %|start, ms|end, ms|both near, %|both near what shows, %|\
+                        contact found, %|false contacts, %|contact, ms|release found, %|release, ms|good at rest, %";
 
 /// A table by its name: a group's.
 pub fn table(rows: &[Row], name: &str) -> Option<String> {
@@ -16,8 +17,10 @@ pub fn table(rows: &[Row], name: &str) -> Option<String> {
 }
 
 fn cells(found: &Found) -> Vec<String> {
-    let share = |count: u32, of: u32| if of > 0 { format!("{:.1}", 100.0 * f64::from(count) / f64::from(of)) } else { "-".into() };
-    let errors = |ms: Option<[f64; 3]>| ms.map_or_else(|| "-".into(), |[low, median, high]| format!("{median:.0} ({low:.0}, {high:.0})"));
+    let share =
+        |count: u32, of: u32| figure((of > 0).then(|| 100.0 * f64::from(count) / f64::from(of)), 1);
+    let spread = |[low, median, high]: [f64; 3]| format!("{median:.0} ({low:.0}, {high:.0})");
+    let errors = |ms: Option<[f64; 3]>| ms.map_or_else(|| "-".into(), spread);
     vec![
         share(found.slides_found, found.slides),
         share(found.slides_false, found.traces),

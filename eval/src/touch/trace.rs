@@ -2,14 +2,13 @@
 
 use crate::draw::Draw;
 use crate::noise::process::{self, Noise};
+use crate::simulated::CODE_V;
 use anyhow::Result;
 use hal_mock::{Finger, Scene, Sliding, SlidingScene, Stimulator};
-use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
+use ridgetone_host::input::frame_rate_hz;
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::TAU;
 
-/// Volts of one code (SBAS297G: VREF / 780000h).
-const CODE_V: f64 = REFERENCE_V / 7_864_320.0;
 /// Spatial period of the grating, millimetres.
 const PERIOD_MM: f64 = 3.6;
 /// Time constant in which a contact spike decays, seconds, as in the simulated finger.
@@ -212,7 +211,8 @@ impl Extras {
         }
         if recipe.creep > 0.0 && held_s > 0.0 {
             let crept = |for_s: f64| 1.0 - (-for_s / self.creep_s).exp();
-            let share = crept(held_s.min(self.release_s - self.contact_s)) * if gone_s > 0.0 { 1.0 - crept(gone_s) } else { 1.0 };
+            let back = if gone_s > 0.0 { 1.0 - crept(gone_s) } else { 1.0 };
+            let share = crept(held_s.min(self.release_s - self.contact_s)) * back;
             volts += recipe.creep * self.tone_v * share * self.loads_v[c] / self.rms_load_v();
         }
         if recipe.hum.is_some() {

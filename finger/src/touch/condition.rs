@@ -7,8 +7,8 @@ use ridgetone_proto::scan::FRAME_RATE_HZ;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
-/// Least gain of the notch at rest, before it is scaled to one: nearer to a multiple of the frame rate than 10 Hz it would be
-/// noise that is scaled.
+/// Least gain of the notch at rest, before it is scaled to one. Hum within 10 Hz of a multiple of the frame rate has less:
+/// the scale would raise the noise.
 const GAIN_MIN: f32 = 0.07;
 
 /// What is known of hum and drift.
@@ -137,7 +137,8 @@ impl Condition {
     }
 }
 
-/// The cosine of so many turns, to a millionth: by the series of half the angle, a tenth of the code of a cosine of any angle.
+/// The cosine of so many turns, to four millionths, by the series of half the angle: a tenth of the code of a cosine of any
+/// angle.
 fn cos_turns(turns: f32) -> f32 {
     let angle = PI * (turns - libm::floorf(turns + 0.5));
     let square = angle * angle;

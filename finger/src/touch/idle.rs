@@ -93,8 +93,8 @@ impl Idle {
             }
             square += self.slope[c] * self.slope[c] * weights[c];
         }
-        // The slope's variance is 12 / n^3 of that of a block's mean.
-        // Noise that wanders has steeper slopes than what is typical of blocks shows.
+        // The slope's variance is 12 / n^3 of that of a block's mean. Noise that wanders has steeper slopes than its blocks
+        // show.
         let wander = greater(1.0, self.typical * (1.0 / INPUTS as f32));
         let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
         let drifts = times > DRIFTS * wander * wander;

@@ -10,8 +10,9 @@ use ridgetone_tone::Values;
 /// (1/12), which is the least that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
-/// The image of a hold, beside the level before the touch and the frames that this is the mean of; `weights` are one over the variance of each taxel's frames.
-/// The mean over the hold began and ended at `span_us`, device time in microseconds.
+/// The image of a hold, beside the level before the touch and the frames that this level is the mean of. `weights` are one
+/// over the variance of each taxel's frames. The mean over the hold began and ended at `span_us`, device time in
+/// microseconds.
 pub fn image(
     held: &HeldLevel,
     (idle, idle_frames): (&Values, f32),

@@ -30,10 +30,10 @@ const FAINT_SHARE: f32 = 0.2;
 /// Weight of the comparison with the block before, beside that within a block: they have the same standard deviation then.
 /// Together they find a tone of 35 to 50 Hz that is as weak as the noise; alone neither does.
 const BESIDE: f32 = 5.0;
-/// An average above this is motion: within blocks, that and the comparison with the block before together, and the short one.
-/// An average has the share of 1/9 of a block's variance, more where neighbours share frames: the mean and four and a
-/// half standard deviations, since a slide needs many of them. It finds what is too weak for one block, which is a tone near 60 Hz above all: a mean of four frames has none
-/// of it.
+/// An average above this is motion. The averages are of the comparison within blocks, of that together with the comparison
+/// with the block before, and of the short one. An average has a ninth of a block's variance, more where neighbours share
+/// frames. The limit is the mean and four and a half standard deviations: a slide needs many such blocks. Averages find what
+/// is too weak for one block, above all a tone near 60 Hz: a mean of four frames has none of it.
 const FAINT: [f32; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// The same in noise that is not white. An average varies less than a block.
 const FAINT_OVER_TYPICAL: f32 = 1.3;
@@ -293,7 +293,8 @@ impl Motion {
         (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
     }
 
-    /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its skin creeps.
+    /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its
+    /// skin creeps.
     pub fn ignore(&mut self, load: Option<Values>) {
         (self.load, self.has_load) = (load.unwrap_or([0.0; TAXELS]), load.is_some());
         self.aim();
