@@ -24,7 +24,7 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 }
 
 /// The results of a run of the image in the form of one on the PC. Which reads the firmware took is not known: a
-/// conversion that arrived right at least once counts as delivered.
+/// conversion that it read twice and that arrived right at least once counts as delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     let mut order = ScanOrder::default();

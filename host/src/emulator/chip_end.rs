@@ -34,7 +34,7 @@ pub struct ChipEnd {
     pub(super) conversions: Vec<TimedConversion>,
     /// Results read by the board.
     pub(super) served: u64,
-    /// Results of which at least one read arrived as they were converted.
+    /// Results that the board has read twice, or that are the latest, and of which at least one read arrived as converted.
     pub(super) arrived: u64,
     /// Results that the board has read a single time, the latest one left out: the next was ready before a second read.
     pub(super) read_once: u64,
@@ -42,6 +42,8 @@ pub struct ChipEnd {
     reads: u32,
     /// Edge of the result that arrived last.
     arrived_ns: Option<u64>,
+    /// Edge of the result that the board read last.
+    read_ns: Option<u64>,
 }
 
 impl ChipEnd {
@@ -62,6 +64,7 @@ impl ChipEnd {
             read_once: 0,
             reads: 0,
             arrived_ns: None,
+            read_ns: None,
         }
     }
 
@@ -107,15 +110,21 @@ impl ChipEnd {
         let conversion = Conversion::from_bytes(bytes);
         let edge_ns = self.chip.latest_drdy_fall_ns();
         let is_right = (bytes[0] & !NEW, conversion.code) == self.chip.latest_results()[0];
+        let is_new = bytes[0] & NEW != 0;
+        if is_new && self.reads == 1 {
+            self.read_once += 1;
+            // The board counts it as lost: no second read has confirmed it.
+            self.arrived -=
+                u64::from(self.arrived_ns.is_some() && self.arrived_ns == self.read_ns && edge_ns != self.read_ns);
+        }
         if is_right && edge_ns != self.arrived_ns {
             (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
         }
-        if bytes[0] & NEW == 0 {
+        if !is_new {
             self.reads += 1;
             return;
         }
-        self.read_once += u64::from(self.reads == 1);
-        self.reads = 1;
+        (self.reads, self.read_ns) = (1, edge_ns);
         self.served += 1;
         self.first_edge_us = self.first_edge_us.or_else(|| Some(self.chip.latest_drdy_fall_ns()? / NS_PER_US));
         if self.keep {
@@ -211,6 +220,7 @@ mod tests {
         assert!(now_us >= 10_000);
         assert_eq!((end.served, end.chip.counters().lost), (end.conversions.len() as u64, 0));
         assert_eq!(end.read_once, end.served - 1, "each a single time");
+        assert_eq!(end.arrived, 1, "the latest, which may still be confirmed");
         let t_us: Vec<u32> = end.conversions.iter().map(|c| c.t_us).collect();
         assert!(t_us.iter().rev().skip(1).all(|t_us| *t_us < 10_000), "{t_us:?}");
     }

@@ -32,7 +32,7 @@ pub struct Outcome {
     pub counts: Counts,
     pub conversions_served: u64,
     pub chip: hal_mock::Counters,
-    /// Conversions of which at least one read arrived at the board as they were converted.
+    /// Conversions that the board has read twice, or that are the last, and of which at least one read arrived as converted.
     pub arrived: u64,
     /// Conversions that the board read a single time, so that nothing confirms them: the next one was ready before.
     pub read_once: u64,
