@@ -238,7 +238,7 @@ fn eight_plates_give_the_papers_coefficients_back() {
     for (content, share) in [(exact, 1e-3), (spoken, 0.1)] {
         let scores = file(folder.path(), "scores.csv", &content);
         let toml = folder.path().join("mine.toml");
-        let train = [&["feel", "train", text(&scores)], &measure[..], &["-o", text(&toml)]].concat();
+        let train = [&["feel", "train", text(&scores)], &measure[..], &["-o", text(&toml), "--force"]].concat();
         let found = json_lines(&run(&[&train[..], &["--json"]].concat())).remove(0);
         assert_eq!((found["type"].as_str(), found["recordings"].as_u64()), (Some("feel_train"), Some(8)));
         for (at, (name, coefficients, constant)) in truth.iter().enumerate() {

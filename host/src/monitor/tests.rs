@@ -3,9 +3,10 @@
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};
 use crate::feed::RawFrames;
-use crate::input::Input;
+use crate::input::{Input, Source, first_scene};
 use crate::live::{Connection, Live, time_s};
 use crate::replay;
+use hal_mock::Sliding;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -162,13 +163,14 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     assert_shows(&lines(&drawn(&live, &view, LEAST)), &["request raw frames of the board", "any key closes this"]);
 }
 
-/// The default scene with raw frames, up to a moment of its slide.
-fn sliding(until_s: f64) -> Live {
+/// A scene with raw frames, up to a moment of its slide.
+fn sliding(scene: Sliding, until_s: f64) -> Live {
     let mut live = Live::new("emulated board");
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
     let mut packets = vec![Packet { sequence: 0, event: pipeline.hello() }];
-    replay::conversions(Input::default().open().unwrap(), &mut |conversion| {
+    let input = Input { source: Source::Scene(scene), ..Input::default() };
+    replay::conversions(input.open().unwrap(), &mut |conversion| {
         pipeline.push(conversion, &mut |event| packets.push(Packet { sequence: packets.len() as u16, event }));
         Ok(())
     })
@@ -182,7 +184,7 @@ fn sliding(until_s: f64) -> Live {
 
 #[test]
 fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
-    let mut live = sliding(3.3);
+    let mut live = sliding(Sliding::default(), 3.3);
     let mut estimate = live.estimate().unwrap().clone();
     let shown = |live: &Live, size| lines(&drawn(live, &view(), size));
     estimate.status = Status::Unsteady;
@@ -202,7 +204,7 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
 /// The screen in the book, which is to be copied by hand when it changes.
 #[test]
 fn the_book_shows_the_screen() {
-    let lines = lines(&drawn(&sliding(3.3), &view(), LEAST));
+    let lines = lines(&drawn(&sliding(first_scene().unwrap(), 3.4), &view(), LEAST));
     let shown = lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/book/2-first-run.md")).unwrap();
     assert!(page.contains(&shown), "the page lacks\n{shown}");
