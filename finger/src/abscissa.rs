@@ -56,7 +56,10 @@ pub fn fit(
     }
     let Some(profile) = profile else {
         let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / SLOTS as f32);
-        return Ok(Fitted { fit: fitter.fit(&mut span)?, abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 });
+        let fit = fitter.fit(&mut span);
+        // By reference: a copy would lie on the stack beside it, during the fit.
+        let fit = fit.as_ref().map_err(|overwritten| *overwritten)?;
+        return Ok(Fitted { fit: fit.clone(), abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0 });
     };
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;

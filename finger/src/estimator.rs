@@ -84,7 +84,15 @@ impl Estimator {
         source: &mut dyn FrameSource,
         profile: Option<&Profile>,
     ) -> Result<Estimate, Overwritten> {
-        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, profile)?;
+        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, profile);
+        // By reference: a copy would lie on the stack beside it.
+        let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
+        Ok(self.estimate(fitted, window))
+    }
+
+    // Not inlined: a fit is the deepest of the stack, and what this takes of it is not there yet.
+    #[inline(never)]
+    fn estimate(&self, fitted: &Fitted, window: &Window) -> Estimate {
         let fit = &fitted.fit;
         let mut estimate = Estimate {
             t_us: window.end_us,
@@ -101,16 +109,16 @@ impl Estimator {
             harmonics: fit.harmonics,
             frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
             faults: FaultSet::NONE,
-            travel: self.travel(&fitted, window),
+            travel: self.travel(fitted, window),
             channels: heapless::Vec::new(),
         };
         for taxel in 0..TAXELS {
             if fit.usable & 1 << taxel != 0 {
                 // The list holds all taxels.
-                let _ = estimate.channels.push(self.channel(&fitted, taxel, &window.reference));
+                let _ = estimate.channels.push(self.channel(fitted, taxel, &window.reference));
             }
         }
-        Ok(estimate)
+        estimate
     }
 
     fn travel(&self, fitted: &Fitted, window: &Window) -> Travel {

@@ -43,7 +43,7 @@ const MULTIPLE_CYCLES: f32 = 0.5;
 /// Cycles from which such a line is a tone of its own.
 const OTHER_TONE_CYCLES: f32 = 1.5;
 
-/// The result of a window's solution.
+/// The result of a window's solution, into `fit`.
 #[inline(never)]
 pub fn conclude(
     span: &mut FrameSpan,
@@ -51,9 +51,9 @@ pub fn conclude(
     channels: &Channels,
     blocks: &mut Blocks,
     best: &Solution,
-    summit: &Summit,
-    (around, evidence): (&Neighbourhood, &Evidence),
-) -> Result<Fit, Overwritten> {
+    (summit, around, evidence): (&Summit, &Neighbourhood, &Evidence),
+    fit: &mut Fit,
+) -> Result<(), Overwritten> {
     let sigma_nu = white_sigma(best);
     let (model, baseline) = (summit.model, summit.baseline);
     let unknowns = (model.shape.unknowns() as f32 - baseline.shape.unknowns() as f32) * channels.width as f32;
@@ -69,11 +69,13 @@ pub fn conclude(
         () => Status::Good,
     };
     if !status.has_tone() {
-        return Ok(statistics.without_tone(status));
+        statistics.without_tone(status, fit);
+        return Ok(());
     }
     let (status, factor) = trust(around, evidence);
     if !status.has_tone() {
-        return Ok(statistics.without_tone(status));
+        statistics.without_tone(status, fit);
+        return Ok(());
     }
     let sigma_nu = factor * sigma_nu;
     // Of a comb whose fundamental is not there the lines may as well be tones of their own.
@@ -108,18 +110,13 @@ pub fn conclude(
             other_tone = is_tone.then(|| OtherTone { frequency: span.frequency(0.5 * rest.cycles), share: rest.share });
         }
     }
-    Ok(Fit {
-        status,
-        frequency: span.frequency(best.nu),
-        sigma: span.frequency(sigma_nu),
-        movement,
-        other_tone,
-        interferer: None,
-        harmonics: best.shape.harmonics as u8,
-        frames: statistics.frames,
-        usable: statistics.usable,
-        channels: of_channels(best, statistics, channels),
-    })
+    fit.status = status;
+    (fit.frequency, fit.sigma) = (span.frequency(best.nu), span.frequency(sigma_nu));
+    (fit.movement, fit.other_tone, fit.interferer) = (movement, other_tone, None);
+    fit.harmonics = best.shape.harmonics as u8;
+    (fit.frames, fit.usable) = (statistics.frames, statistics.usable);
+    of_channels(best, statistics, channels, &mut fit.channels);
+    Ok(())
 }
 
 /// The result of mixtures of channels that share no noise, in place of the channels' own: what noise that is taken out has hidden
@@ -179,11 +176,11 @@ fn contrast(best: &Solution) -> f32 {
 }
 
 /// The channels' part of the result.
-fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels) -> [ChannelFit; CHANNELS_MAX] {
+fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels, out: &mut [ChannelFit; CHANNELS_MAX]) {
     let (cos, sin) = best.harmonic(0);
     let [of_cos, of_sin, of_both] = best.fundamental;
     let freedom = (best.frames - best.shape.unknowns() as f32).max(1.0);
-    let mut out = [ChannelFit::default(); CHANNELS_MAX];
+    *out = [ChannelFit::default(); CHANNELS_MAX];
     for (k, c) in channels.list().iter().enumerate() {
         let c = *c as usize % CHANNELS_MAX;
         let power = cos[k] * cos[k] + sin[k] * sin[k];
@@ -198,7 +195,6 @@ fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels) ->
             residual: libm::sqrtf(noise) / statistics.scale[c],
         };
     }
-    out
 }
 
 /// The share of a solution's information that is real. Its weights are estimates with few degrees of freedom (their mean

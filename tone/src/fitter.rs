@@ -17,7 +17,7 @@ use crate::search;
 use crate::solve::Equations;
 use crate::source::Overwritten;
 use crate::spectrum::{CHANNELS, Periodogram, Spectrum};
-use crate::statistics::{Channels, Statistics};
+use crate::statistics::Statistics;
 
 /// Fewest frames that are fitted.
 pub const FRAMES_MIN: u32 = 16;
@@ -66,43 +66,70 @@ impl Fitter {
     #[inline(never)]
     pub fn fit(&mut self, span: &mut FrameSpan) -> Result<Fit, Overwritten> {
         let mut impulses = Impulses::NONE;
-        let fit = self.fit_with(span, Some(&mut impulses))?;
-        if impulses.are_found() { span.cleaned(&impulses, |span| self.fit_with(span, None)) } else { Ok(fit) }
+        let mut fit = const { Fit::at_rest(0) };
+        self.fit_with(span, Some(&mut impulses), &mut fit)?;
+        if impulses.are_found() {
+            span.cleaned(&impulses, |span| self.fit_with(span, None, &mut fit))?;
+        }
+        Ok(fit)
     }
 
-    /// The same; if impulses are found it ends there.
+    /// The same into `fit`, of which each step would else have a copy on the stack; if impulses are found it ends there.
     #[inline(never)]
-    fn fit_with(&mut self, span: &mut FrameSpan, impulses: Option<&mut Impulses>) -> Result<Fit, Overwritten> {
+    fn fit_with(
+        &mut self,
+        span: &mut FrameSpan,
+        impulses: Option<&mut Impulses>,
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
         let statistics = self.statistics(span)?;
         if statistics.usable == 0 || statistics.frames < FRAMES_MIN {
-            let mut fit = statistics.without_tone(Status::Nothing);
+            statistics.without_tone(Status::Nothing, fit);
             fit.usable = 0;
-            return Ok(fit);
+            return Ok(());
         }
         // More gaps than frames leave the frequency open.
         if 2 * statistics.frames < span.frames {
-            return Ok(statistics.without_tone(Status::TooShort));
+            statistics.without_tone(Status::TooShort, fit);
+            return Ok(());
         }
-        let all = statistics.order();
-        let few = Channels { width: all.width.min(CHANNELS), ..all };
+        let mut interferer = None;
+        let found = self.search(span, &statistics, &mut interferer)?;
+        match self.settle(span, &statistics, &found, &mut interferer)? {
+            Some(summit) => self.conclude(span, &statistics, (&summit, &found), impulses, interferer, fit)?,
+            None if found.best.is_none() => statistics.without_tone(Status::NoTone, fit),
+            None => statistics.without_tone(Status::TooShort, fit),
+        }
+        Ok(())
+    }
+
+    /// The likeliest candidates, by a few channels; follows the interferer, if there is one.
+    #[inline(never)]
+    fn search(
+        &mut self,
+        span: &mut FrameSpan,
+        statistics: &Statistics,
+        interferer: &mut Option<Interferer>,
+    ) -> Result<Found, Overwritten> {
+        let few = statistics.order().first(CHANNELS);
         let Self { blocks, equations, harmonics_max } = self;
         let harmonics = *harmonics_max;
-        let mut climber = Climber { span, statistics: &statistics, blocks, equations };
-        let mut interferer = match Interferer::new(climber.span) {
-            Some(interferer) => Some(interferer.follow(&mut climber, &few)?),
-            None => None,
-        };
+        let mut climber = Climber { span, statistics, blocks, equations };
+        if let Some(given) = Interferer::new(climber.span) {
+            *interferer = Some(given.follow(&mut climber, &few)?);
+        }
+        let interferer_nu = Interferer::nu(interferer);
         let of_interferer = interferer
             .filter(|interferer: &Interferer| interferer.reach > 0.0)
             .map(|interferer| (interferer.nu, &climber.equations.solution));
-        let mut candidates = search::lines(climber.span, &statistics, &few, harmonics, of_interferer, climber.blocks)?;
+        let mut candidates = search::lines(climber.span, statistics, &few, harmonics, of_interferer, climber.blocks)?;
         let mut found = Found::default();
         for slow in [false, true] {
             if slow && !found.is_plain() {
                 candidates = search::slow(
-                    &statistics,
+                    statistics,
                     &few,
-                    (harmonics, Interferer::nu(&interferer), climber.span.is_in_time()),
+                    (harmonics, interferer_nu, climber.span.is_in_time()),
                     climber.blocks,
                     &candidates,
                 );
@@ -111,14 +138,14 @@ impl Fitter {
                 if found.is_plain() || found.has(*nu) || !slow && search::is_slow(*nu) {
                     continue;
                 }
-                let lines = Lines { nu: *nu, harmonics, interferer: Interferer::nu(&interferer) };
+                let lines = Lines { nu: *nu, harmonics, interferer: interferer_nu };
                 let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
                 if let Some(mut summit) = climber.climb(&few, &lines, &limits)? {
                     if found.best.is_none() && summit.is_plain() && harmonics > 1 {
                         climber.settle(&few, &summit);
                         let Climber { span, equations, .. } = &mut climber;
                         let solution = &equations.solution;
-                        let is_overtone = lines_between(span, &statistics, &few, solution, lines.interferer)?;
+                        let is_overtone = lines_between(span, statistics, &few, solution, interferer_nu)?;
                         found.overtone = is_overtone.then_some(summit.nu);
                         summit.explains_all &= !is_overtone;
                     }
@@ -128,20 +155,34 @@ impl Fitter {
         }
         // A fundamental without power of its own may be one of a gap, or of a drift.
         if let Some(best) = found.best.filter(|best| best.strongest > 1) {
-            let lines =
-                Lines { nu: best.strongest as f32 * best.nu, harmonics, interferer: Interferer::nu(&interferer) };
+            let lines = Lines { nu: best.strongest as f32 * best.nu, harmonics, interferer: interferer_nu };
             let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
             if let Some(summit) = climber.climb(&few, &lines, &limits)? {
                 found.add(summit);
             }
         }
-        let Some(best) = found.best else { return Ok(statistics.without_tone(Status::NoTone)) };
-        let limits = Limits::RESULT;
-        if let Some(interferer) = &mut interferer {
+        Ok(found)
+    }
+
+    /// Where the likeliest of the candidates ends by all channels; refines the interferer beside it. None if nowhere.
+    #[inline(never)]
+    fn settle(
+        &mut self,
+        span: &mut FrameSpan,
+        statistics: &Statistics,
+        found: &Found,
+        interferer: &mut Option<Interferer>,
+    ) -> Result<Option<Summit>, Overwritten> {
+        let Some(best) = found.best else { return Ok(None) };
+        let (all, limits) = (statistics.order(), Limits::RESULT);
+        let Self { blocks, equations, harmonics_max } = self;
+        let mut climber = Climber { span, statistics, blocks, equations };
+        if let Some(interferer) = interferer {
             // Once more, beside the tone.
             interferer.refine(&mut climber, &all, best.nu)?;
         }
-        let at = |summit: &Summit| Lines { nu: summit.nu, harmonics, interferer: Interferer::nu(&interferer) };
+        let interferer_nu = Interferer::nu(interferer);
+        let at = |summit: &Summit| Lines { nu: summit.nu, harmonics: *harmonics_max, interferer: interferer_nu };
         // What a few channels leave open all of them decide; and in few cycles a curve takes a part of a tone that is off.
         let is_bent = 2.0 * best.nu < CYCLES_BENT && best.model.shape.curves > 0;
         let other = found.other.map(|other| (at(&other), limits));
@@ -167,39 +208,53 @@ impl Fitter {
                 summit.baseline = baseline;
             }
         }
-        let Some(summit) = summit else { return Ok(statistics.without_tone(Status::TooShort)) };
-        let least = least_squares(&statistics, &all);
-        let Climber { span, blocks, equations, .. } = climber;
+        Ok(summit)
+    }
+
+    /// The result of a summit, whose solution is the latest.
+    #[inline(never)]
+    fn conclude(
+        &mut self,
+        span: &mut FrameSpan,
+        statistics: &Statistics,
+        (summit, found): (&Summit, &Found),
+        impulses: Option<&mut Impulses>,
+        interferer: Option<Interferer>,
+        fit: &mut Fit,
+    ) -> Result<(), Overwritten> {
+        let Self { blocks, equations, harmonics_max } = self;
+        let all = statistics.order();
+        let least = least_squares(statistics, &all);
         let at = (equations.nu, Interferer::nu(&interferer));
         if let Some(impulses) = impulses.filter(|_| statistics.is_spiky) {
-            impulses.find(span, &statistics, &all, &equations.solution, at)?;
+            impulses.find(span, statistics, &all, &equations.solution, at)?;
             if impulses.are_found() {
-                return Ok(statistics.without_tone(Status::Nothing));
+                return Ok(());
             }
         }
         // The neighbourhood is that of the blocks' solution.
         let around = neighbourhood(blocks, &equations.solution);
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
         if !span.is_in_time() || is_rough || equations.is_cancelled() {
-            polish(span, &statistics, &all, &least, at, &mut equations.solution)?;
+            polish(span, statistics, &all, &least, at, &mut equations.solution)?;
         }
-        let evidence = evidence(&statistics, &all, &equations.solution);
-        let by = (&around, &evidence);
-        let mut fit = conclude(span, &statistics, &all, blocks, &equations.solution, &summit, by)?;
+        let evidence = evidence(statistics, &all, &equations.solution);
+        let by = (summit, &around, &evidence);
+        conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
         // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
-        if around.may_share && fit.status.has_tone() && harmonics > 1 {
+        if around.may_share && fit.status.has_tone() && *harmonics_max > 1 {
             let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
-            blocks.collect(span, &statistics, &all, lines, limits.blocks)?;
+            blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;
             if whiten(blocks, equations, &least, nu, shape) {
                 let around = neighbourhood(blocks, &equations.solution);
-                conclude_mixtures(&mut fit, span, &equations.solution, &around, &evidence);
+                conclude_mixtures(fit, span, &equations.solution, &around, &evidence);
             }
         }
         if found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU) && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
-        Ok(fit)
+        Ok(())
     }
 
     #[inline(never)]

@@ -29,18 +29,17 @@ const SIGMAS: f32 = 5.0;
 const TOGETHER: u32 = 2;
 const CLOSE: usize = 2;
 
-/// A value that is replaced.
-#[derive(Clone, Copy)]
-struct Impulse {
-    /// In the span.
-    frame: u16,
-    channel: u8,
-    value: f32,
-}
+/// Where an impulse is: its frame in the span times [`CHANNELS_MAX`], plus its channel.
+#[cfg(not(feature = "long-windows"))]
+type Place = u16;
+#[cfg(feature = "long-windows")]
+type Place = u32;
 
 /// The impulses of a window, a block of frames after the other.
 pub struct Impulses {
-    all: [Impulse; IMPULSES_MAX],
+    places: [Place; IMPULSES_MAX],
+    /// What replaces them.
+    values: [f32; IMPULSES_MAX],
     count: usize,
     /// No more on a PC than on the chip where the chip can fit the window: both give the same bits.
     is_of_chip: bool,
@@ -48,8 +47,7 @@ pub struct Impulses {
 
 impl Impulses {
     /// None; a constant is written in its place.
-    pub const NONE: Self =
-        Self { all: [Impulse { frame: 0, channel: 0, value: 0.0 }; IMPULSES_MAX], count: 0, is_of_chip: true };
+    pub const NONE: Self = Self { places: [0; IMPULSES_MAX], values: [0.0; IMPULSES_MAX], count: 0, is_of_chip: true };
 
     /// Whether there are some.
     pub fn are_found(&self) -> bool {
@@ -108,10 +106,11 @@ impl Impulses {
             let others = close & !far;
             let beside = residuals.iter().enumerate().filter(|(i, _)| others & 1 << i != 0).map(|(_, beside)| beside);
             let off = residuals[i % BLOCK] - beside.sum::<f32>() / others.count_ones().max(1) as f32;
-            let most = self.most();
-            if let Some(impulse) = self.all.get_mut(..most).and_then(|all| all.get_mut(self.count)) {
-                let value = block.values[i % BLOCK][c % CHANNELS_MAX] - off / scale;
-                *impulse = Impulse { frame: (block.first as usize + i) as u16, channel: c as u8, value };
+            if self.count < self.most()
+                && let (Some(place), Some(value)) = (self.places.get_mut(self.count), self.values.get_mut(self.count))
+            {
+                *place = ((block.first as usize + i) * CHANNELS_MAX + c) as Place;
+                *value = block.values[i % BLOCK][c % CHANNELS_MAX] - off / scale;
             }
             self.count += 1;
         }
@@ -121,13 +120,16 @@ impl Impulses {
         if self.is_of_chip { IMPULSES_CHIP } else { IMPULSES_MAX }
     }
 
-    /// Those of the frames' blocks.
-    fn of(&self, frames: Range<usize>) -> impl Iterator<Item = &Impulse> {
+    /// Those of the frames' blocks: frame, channel and what replaces the value.
+    fn of(&self, frames: Range<usize>) -> impl Iterator<Item = (usize, usize, f32)> {
+        const BLOCK_PLACES: usize = BLOCK * CHANNELS_MAX;
         let blocks = frames.start / BLOCK..frames.end.div_ceil(BLOCK);
-        let all = self.all.get(..self.count.min(self.most())).unwrap_or_default();
+        let places = self.places.get(..self.count.min(self.most())).unwrap_or_default();
         // They are in the order of their blocks.
-        let first = all.partition_point(|impulse| impulse.frame as usize / BLOCK < blocks.start);
-        all.iter().skip(first).take_while(move |impulse| impulse.frame as usize / BLOCK < blocks.end)
+        let first = places.partition_point(|place| *place as usize / BLOCK_PLACES < blocks.start);
+        let all = places.iter().zip(&self.values).skip(first).map(|(place, value)| (*place as usize, *value));
+        all.take_while(move |(place, _)| place / BLOCK_PLACES < blocks.end)
+            .map(|(place, value)| (place / CHANNELS_MAX, place % CHANNELS_MAX, value))
     }
 }
 
@@ -150,10 +152,9 @@ impl FrameSource for Cleaned<'_> {
             }
             let mut copies = [[0.0; CHANNELS_MAX]; BLOCK];
             copies.iter_mut().zip(values).for_each(|(copy, values)| *copy = *values);
-            for impulse in impulses.of(frames) {
-                let place = (impulse.frame as usize).checked_sub(from).and_then(|place| copies.get_mut(place));
-                if let Some(copy) = place {
-                    copy[impulse.channel as usize % CHANNELS_MAX] = impulse.value;
+            for (frame, channel, value) in impulses.of(frames) {
+                if let Some(copy) = frame.checked_sub(from).and_then(|place| copies.get_mut(place)) {
+                    copy[channel] = value;
                 }
             }
             show(copies.get(..values.len()).unwrap_or_default(), valid);

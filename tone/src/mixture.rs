@@ -130,10 +130,10 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
             return false;
         }
         let main = covariance(blocks, &equations.solution, &mut shared, &mut roots);
-        let Some(mixture) = Mixture::new(&shared, &roots, &equations.solution, main, blocks.count as f32) else {
-            return false;
-        };
-        equations.mix(&mixture);
+        let mixture = Mixture::new(&shared, &roots, &equations.solution, main, blocks.count as f32);
+        // By reference: a copy would lie on the stack beside it.
+        let Some(mixture) = &mixture else { return false };
+        equations.mix(mixture);
         if equations.solve(shape, &known).is_none() {
             return false;
         }

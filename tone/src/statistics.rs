@@ -52,6 +52,11 @@ pub struct Channels {
 }
 
 impl Channels {
+    /// The first of them, as many as `most`.
+    pub fn first(self, most: usize) -> Self {
+        Self { width: self.width.min(most), ..self }
+    }
+
     pub fn list(&self) -> &[u8] {
         self.order.get(..self.width).unwrap_or_default()
     }
@@ -143,15 +148,15 @@ impl Statistics {
     }
 
     /// Of a window without a tone: offsets and residuals about a straight line.
-    pub fn without_tone(&self, status: Status) -> Fit {
-        let mut fit = Fit::at_rest(self.frames);
+    pub fn without_tone(&self, status: Status, fit: &mut Fit) {
+        *fit = Fit::at_rest(self.frames);
+        (fit.status, fit.usable) = (status, self.usable);
         for c in (0..CHANNELS_MAX).filter(|c| self.usable & 1 << c != 0) {
             let c = c % CHANNELS_MAX;
             let channel = &mut fit.channels[c];
             channel.offset = self.offset[c];
             channel.residual = libm::sqrtf(self.about_line[c] / (self.frames as f32 - 2.0)) / self.scale[c];
         }
-        Fit { status, usable: self.usable, ..fit }
     }
 }
 
@@ -164,6 +169,8 @@ struct Survey {
 
 /// Which channels have valid values in nearly all frames that have any; values of the first frame that counts; and how
 /// large the channels' changes are.
+// Not inlined: what it takes of the stack is given back.
+#[inline(never)]
 fn survey(span: &mut FrameSpan) -> Result<Survey, Overwritten> {
     let (mut frames, mut invalid) = (0u32, [0u32; CHANNELS_MAX]);
     let (mut least, mut most) = ([f32::INFINITY; CHANNELS_MAX], [f32::NEG_INFINITY; CHANNELS_MAX]);
@@ -291,7 +298,8 @@ impl Sums<'_> {
     }
 
     /// The line of each channel from its pieces, and the pieces less their lines.
-    fn end(self, span: &FrameSpan, first: f32, step: f32) -> Statistics {
+    #[inline(never)]
+    fn end(&mut self, span: &FrameSpan, first: f32, step: f32) -> Statistics {
         let zeros = [0.0; CHANNELS_MAX];
         let mut out = Statistics {
             frames: self.frames,

@@ -44,7 +44,7 @@ impl<S: Store> Fit<'_, S> {
             while let Some(window) = windows.dequeue() {
                 let estimate = fit(&window, estimator, &mut Locked(&mut *ring), requests.profile(), shared);
                 if let Some(estimate) = estimate {
-                    outbox.lock(|outbox| post(outbox, Event::Estimate(estimate), shared));
+                    report(outbox, &estimate, shared);
                 }
             }
             if !requests.step(|| windows.ready(), estimator, detector, inbox, outbox, shared) {
@@ -52,6 +52,12 @@ impl<S: Store> Fit<'_, S> {
             }
         }
     }
+}
+
+// Not inlined, as `fit`: during a fit, the deepest of the stack, its packet has no place there.
+#[inline(never)]
+fn report<P: Platform>(outbox: &mut impl Mutex<T = Outbox<PACKETS>>, estimate: &Estimate, shared: &Shared<P>) {
+    outbox.lock(|outbox| post(outbox, Event::Estimate(estimate.clone()), shared));
 }
 
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.

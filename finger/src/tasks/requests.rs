@@ -41,6 +41,8 @@ impl<S: Store> Requests<S> {
 
     /// Carries out a request, if there is one and `is_window_due` returns false. False if there is no request. While a
     /// window is due nothing is carried out: fit it, then call this again.
+    // Not inlined: it runs between fits, which need the stack.
+    #[inline(never)]
     pub fn step<P: Platform>(
         &mut self,
         is_window_due: impl Fn() -> bool,
