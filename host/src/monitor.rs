@@ -2,6 +2,7 @@
 //! and the refresh.
 
 mod chart;
+pub mod film;
 mod health;
 mod map;
 pub mod screen;
@@ -24,6 +25,11 @@ use view::{Action, View};
 /// Time between two pictures.
 const REFRESH: Duration = Duration::from_millis(50);
 
+/// Whether alarms may be red: <https://no-color.org>.
+pub fn has_colour() -> bool {
+    std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
 pub struct Monitor {
     following: Following,
     live: Live,
@@ -36,9 +42,7 @@ impl Monitor {
     /// A screen for a feed; `settings` are put into force on the board first, but not stored.
     pub fn new(feed: Feed, settings: Option<Settings>) -> Self {
         let following = Following::new(feed, settings);
-        // https://no-color.org
-        let has_colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
-        let (live, view) = (following.live(), View::new(following.raw.clone(), has_colour));
+        let (live, view) = (following.live(), View::new(following.raw.clone(), has_colour()));
         Self { following, live, paused: None, view }
     }
 

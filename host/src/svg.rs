@@ -49,6 +49,14 @@ impl Svg {
         self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" class=\"{class}\">{text}</text>"));
     }
 
+    /// A text whose characters are `width` pixels wide each, blanks included; `y` is its baseline. Blanks at its end are left out.
+    pub fn cells(&mut self, x: f64, y: f64, width: f64, class: &str, text: &str) {
+        let text = text.trim_end();
+        let length = width * text.chars().count() as f64;
+        let text = escape(text);
+        self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" textLength=\"{length:.1}\" class=\"{class}\">{text}</text>"));
+    }
+
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {
         let ((x1, y1), (x2, y2)) = (from, to);
         self.push(&format!("<path d=\"M{x1:.1} {y1:.1}L{x2:.1} {y2:.1}\" class=\"{class}\"/>"));

@@ -38,7 +38,8 @@ const WITH_A_BOARD: [&str; 16] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 15] = [
+const LITTLE_OF: [(&str, &str); 16] = [
+    ("cargo xtask picture", "host/tests/recordings.rs"),
     ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),

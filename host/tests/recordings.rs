@@ -33,6 +33,25 @@ fn interrupt(child: &Child) {
     kill_process(id, Signal::INT).expect("a signal");
 }
 
+/// Every 0.2 s of the run has an image; what knows no motion shows the last one.
+#[test]
+fn the_screen_of_a_recording_is_a_moving_picture() {
+    let folder = directory();
+    let (path, svg) = (recording(folder.path()), folder.path().join("touch.svg"));
+    let arguments = ["monitor", "--file", text(&path), "--pace", "0", "--svg", text(&svg)];
+    assert!(run(&arguments).status.success());
+    let picture = std::fs::read_to_string(&svg).expect("a picture");
+    let height: f64 = picture.split_once("height=\"").and_then(|(_, rest)| rest.split('"').next()?.parse().ok()).expect("px");
+    let images = picture.matches(">ridgetone<").count();
+    let ends_s = picture.rsplit_once("firmware 0.1.0  ").and_then(|(_, rest)| rest.split(" s").next()?.parse().ok());
+    let ends_s: f64 = ends_s.expect("a time");
+    assert!((0.6..=1.0).contains(&(images as f64 * 0.2 / ends_s)), "{images} images of {ends_s} s");
+    let still = format!(".film{{transform:translateY({}px)", -height * (images - 1) as f64);
+    assert!(picture.contains(&still), "{still}");
+    assert_eq!(picture.matches("  over").count(), 1);
+    assert_one_line(&run(&arguments), 1, &["touch.svg", "--force"]);
+}
+
 #[test]
 fn a_board_is_recorded_until_ctrl_c_and_the_file_holds_what_it_sent() {
     let (board, folder, bytes) = (Terminal::new(80, 24), directory(), telemetry());

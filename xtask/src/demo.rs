@@ -5,24 +5,18 @@ use crate::setup;
 use crate::toolchain::Toolchain;
 use crate::tools::{announce, clean, create, program, root, run};
 use anyhow::{Context, Result, anyhow};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{fs, thread};
+
+/// Of the README, in the workspace.
+const MOVING_PICTURE: &str = "docs/monitor.svg";
 
 /// Installs and builds everything, runs a scene file or else the default scene, and prints the place of the picture.
 pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     // Before anything that takes long.
     let absolute = |path: &Path| fs::canonicalize(path).with_context(|| format!("cannot read {}", path.display()));
     let scene = scene.map(absolute).transpose()?;
-    setup::qemu()?;
-    Toolchain::find_or_install()?;
-    announce("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
-    let mut build = clean("cargo");
-    build.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]);
-    // Both at once: the last step of each has one core.
-    let build = thread::spawn(move || run(&mut build));
-    let image = images::build(Board::Emulated.image());
-    build.join().map_err(|_| anyhow!("the build panicked"))??;
-    let (elf, _) = image?;
+    let elf = build()?;
     let svg = root().join(svg);
     if let Some(folder) = svg.parent() {
         create(folder)?;
@@ -36,4 +30,29 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
     run(&mut demo)?;
     println!("picture         {}", svg.display());
     Ok(())
+}
+
+/// Makes the README's moving picture: the screen of `monitor` while the demo's grating slides over the emulated finger.
+pub fn moving_picture() -> Result<()> {
+    let elf = build()?;
+    announce("following a touch of the emulated finger, as fast as it is");
+    let mut monitor = program("ridgetone-host", "ridgetone", "monitor");
+    monitor.args(["--force", "--emulated", "--once", "--svg"]).arg(root().join(MOVING_PICTURE)).arg("--elf").arg(elf);
+    run(&mut monitor)?;
+    println!("{MOVING_PICTURE}");
+    Ok(())
+}
+
+/// Installs what is missing, and builds the command and the image, whose path it gives.
+fn build() -> Result<PathBuf> {
+    setup::qemu()?;
+    Toolchain::find_or_install()?;
+    announce("building the firmware image and the command `ridgetone`, which takes a few minutes the first time");
+    let mut command = clean("cargo");
+    command.args(["build", "--quiet", "--release", "--package", "ridgetone-host"]);
+    // Both at once: the last step of each has one core.
+    let command = thread::spawn(move || run(&mut command));
+    let image = images::build(Board::Emulated.image());
+    command.join().map_err(|_| anyhow!("the build panicked"))??;
+    Ok(image?.0)
 }

@@ -49,6 +49,8 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
+    /// Makes the README's moving picture, docs/monitor.svg: the terminal during a touch of the emulated finger.
+    Picture,
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet. With --write it fills in docs/trade.md.
     #[command(disable_help_flag = true)]
@@ -109,6 +111,7 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
+        Task::Picture => demo::moving_picture(),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
         Task::Touch(Flags { flags }) => eval::touch(&flags),

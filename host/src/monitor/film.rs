@@ -1,0 +1,111 @@
+//! The screen as a moving picture: what it showed in a run, at the run's own speed.
+
+use super::screen;
+use super::view::View;
+use crate::feed::{Feed, Following};
+use crate::live::Connection;
+use crate::stop;
+use crate::svg::Svg;
+use anyhow::{Result, ensure};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::style::{Color, Modifier};
+use std::time::Duration;
+
+/// Columns and rows of the screen: the least with a row for each strip and with the log.
+const SIZE: (u16, u16) = (100, 40);
+
+/// Device time between two images, seconds.
+const STEP_S: f64 = 0.2;
+
+/// Most images: half a minute. What comes later is not shown.
+const IMAGES_MAX: usize = 150;
+
+/// How long the last image stays before the first one comes again, seconds.
+const REST_S: f64 = 6.0;
+
+/// A cell of the screen and the margin around all, pixels.
+const CELL: (f64, f64) = (7.5, 16.0);
+const MARGIN: f64 = 12.0;
+
+/// Follows a feed to its end, to [`IMAGES_MAX`] images, or until this process is to stop. Gives the feed back, for its counts,
+/// and the picture as SVG. A reader who wants no motion, and a program that knows none, gets the last image.
+pub fn draw(feed: Feed, has_colour: bool) -> (Feed, Result<String>) {
+    let mut following = Following::new(feed, None);
+    let images = images(&mut following, has_colour);
+    (following.finish(), images.and_then(|images| picture(&images)))
+}
+
+fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
+    let mut live = following.live();
+    let mut view = View::new(following.raw.clone(), has_colour);
+    let mut terminal = Terminal::new(TestBackend::new(SIZE.0, SIZE.1))?;
+    let mut images = Vec::new();
+    let mut due_s = 0.0;
+    while !stop::is_requested() && images.len() < IMAGES_MAX {
+        let event = following.next(Duration::from_millis(50))?;
+        following.fold(event.as_ref(), &mut live);
+        view.raw = following.raw.clone();
+        let is_over = live.now.connection == Connection::Over;
+        let Some(now_s) = live.now.now_s.filter(|now_s| is_over || *now_s >= due_s) else { continue };
+        terminal.draw(|frame| screen::draw(frame, &live, &view))?;
+        images.push(terminal.backend().buffer().clone());
+        if is_over {
+            break;
+        }
+        due_s = now_s + STEP_S;
+    }
+    Ok(images)
+}
+
+/// All images below each other, moved past a window of the size of one.
+fn picture(images: &[Buffer]) -> Result<String> {
+    ensure!(!images.is_empty(), "nothing was received: there is no picture to draw");
+    let (width, height) = (CELL.0 * f64::from(SIZE.0) + 2.0 * MARGIN, CELL.1 * f64::from(SIZE.1) + 2.0 * MARGIN);
+    let (count, last) = (images.len(), images.len() - 1);
+    let shown_s = STEP_S * count as f64;
+    let (whole_s, shown) = (shown_s + REST_S, 100.0 * shown_s / (shown_s + REST_S));
+    let end = -height * last as f64;
+    let style = format!(
+        "text{{font:12px 'DejaVu Sans Mono',Menlo,Consolas,monospace;fill:#222;white-space:pre}}.card{{fill:#fff;stroke:#bbb}}\
+         .bold{{font-weight:700}}.alarm{{fill:#b00020;font-weight:700}}\
+         .film{{transform:translateY({end}px);animation:film {whole_s:.1}s infinite}}\
+         @keyframes film{{0%{{transform:none;animation-timing-function:steps({count})}}\
+         {shown:.3}%{{transform:translateY({:.1}px);animation-timing-function:step-start}}\
+         {shown:.3}%,100%{{transform:translateY({end}px)}}}}\
+         @media(prefers-reduced-motion:reduce){{.film{{animation:none}}}}",
+        -height * count as f64
+    );
+    let mut svg = Svg::new(width, height, "The terminal's screen of ridgetone monitor during a touch", &style);
+    svg.push("<g class=\"film\">");
+    for (number, image) in images.iter().enumerate() {
+        for row in 0..SIZE.1 {
+            let y = height * number as f64 + MARGIN + CELL.1 * (f64::from(row) + 0.8);
+            for (column, class, text) in runs(image, row) {
+                svg.cells(MARGIN + CELL.0 * f64::from(column), y, CELL.0, class, &text);
+            }
+        }
+    }
+    svg.push("</g>");
+    Ok(svg.finish())
+}
+
+/// The parts of a row that have one style: column, class and text. What is blank is left out.
+fn runs(image: &Buffer, row: u16) -> Vec<(u16, &'static str, String)> {
+    let mut runs: Vec<(u16, &'static str, String)> = Vec::new();
+    for column in 0..SIZE.0 {
+        let cell = &image[(column, row)];
+        let class = match cell {
+            cell if cell.fg == Color::Red => "alarm",
+            cell if cell.modifier.intersects(Modifier::BOLD | Modifier::REVERSED) => "bold",
+            _ => "text",
+        };
+        match runs.last_mut() {
+            Some((_, last, text)) if *last == class => text.push_str(cell.symbol()),
+            _ => runs.push((column, class, cell.symbol().into())),
+        }
+    }
+    runs.retain(|(_, _, text)| !text.trim().is_empty());
+    runs
+}
