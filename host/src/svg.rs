@@ -54,7 +54,9 @@ impl Svg {
         let text = text.trim_end();
         let length = width * text.chars().count() as f64;
         let text = escape(text);
-        self.push(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" textLength=\"{length:.1}\" class=\"{class}\">{text}</text>"));
+        self.push(&format!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" textLength=\"{length:.1}\" class=\"{class}\">{text}</text>"
+        ));
     }
 
     pub fn line(&mut self, from: (f64, f64), to: (f64, f64), class: &str) {

@@ -42,20 +42,32 @@ fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
     let mut view = View::new(following.raw.clone(), has_colour);
     let mut terminal = Terminal::new(TestBackend::new(SIZE.0, SIZE.1))?;
     let mut images = Vec::new();
-    let mut due_s = 0.0;
+    let mut due_s = None;
     while !stop::is_requested() && images.len() < IMAGES_MAX {
         let event = following.next(Duration::from_millis(50))?;
         following.fold(event.as_ref(), &mut live);
         view.raw = following.raw.clone();
         let is_over = live.now.connection == Connection::Over;
-        let Some(now_s) = live.now.now_s.filter(|now_s| is_over || *now_s >= due_s) else { continue };
+        let Some(now_s) = live.now.now_s else { continue };
+        let due_s = due_s.get_or_insert(now_s);
+        if !is_over && now_s < *due_s {
+            continue;
+        }
+        // The screen stood still meanwhile.
+        while now_s - *due_s >= STEP_S
+            && let Some(latest) = images.last().cloned()
+        {
+            images.push(latest);
+            *due_s += STEP_S;
+        }
         terminal.draw(|frame| screen::draw(frame, &live, &view))?;
         images.push(terminal.backend().buffer().clone());
+        *due_s += STEP_S;
         if is_over {
             break;
         }
-        due_s = now_s + STEP_S;
     }
+    images.truncate(IMAGES_MAX);
     Ok(images)
 }
 
