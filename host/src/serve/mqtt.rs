@@ -10,10 +10,10 @@ use super::schema;
 use super::topic::{Names, Topic};
 use crate::usage::UsageError;
 use anyhow::{Result, anyhow};
-use rumqttc::Outgoing;
 use rumqttc::v5::mqttbytes::QoS;
 use rumqttc::v5::mqttbytes::v5::LastWill;
 use rumqttc::v5::{AsyncClient, Event, EventLoop, Incoming, MqttOptions};
+use rumqttc::{NetworkOptions, Outgoing};
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::time::Duration;
@@ -126,6 +126,10 @@ impl Mqtt {
     fn options(&self, names: &Names) -> MqttOptions {
         let mut options = MqttOptions::new(format!("ridgetone-{}", std::process::id()), &self.host, self.port);
         options.set_keep_alive(PING).set_clean_start(true).set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
+        // Otherwise a frame waits for the acknowledgement of the one before, up to 40 ms.
+        let mut network = NetworkOptions::new();
+        network.set_tcp_nodelay(true);
+        options.set_network_options(network);
         options.set_last_will(LastWill::new(names.status(), OFFLINE, QoS::AtLeastOnce, true, None));
         if let Some((user, password)) = &self.login {
             options.set_credentials(user, password);

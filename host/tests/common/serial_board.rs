@@ -27,6 +27,7 @@ struct Shared {
     frames: AtomicU64,
     /// Longest time by which a packet was late on the line, microseconds.
     late_us: AtomicU64,
+    begins: AtomicBool,
     stops: AtomicBool,
 }
 
@@ -46,6 +47,13 @@ impl SerialBoard {
 
     /// A faster one has a line that takes no time: that of the board bears 1,100 frames a second.
     pub fn of_rate(rate_hz: f64) -> Self {
+        let board = Self::waiting(rate_hz);
+        board.begin();
+        board
+    }
+
+    /// The same, silent until it is to [`begin`](Self::begin).
+    pub fn waiting(rate_hz: f64) -> Self {
         let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
         grantpt(&end).expect("granted");
         unlockpt(&end).expect("unlocked");
@@ -80,6 +88,10 @@ impl SerialBoard {
         self.shared.late_us.load(Relaxed) as f64 * 1e-6
     }
 
+    pub fn begin(&self) {
+        self.shared.begins.store(true, Relaxed);
+    }
+
     /// Ends the board; its line stays.
     pub fn stop(&self) {
         self.shared.stops.store(true, Relaxed);
@@ -104,6 +116,9 @@ impl Line {
             source: SettingsSource::Default,
             boot: Boot::UNKNOWN,
         });
+        while !self.shared.begins.load(Relaxed) {
+            sleep(Duration::from_millis(10));
+        }
         // Somebody opens the line, and wants frames.
         let mut wants = false;
         while !wants {
