@@ -148,6 +148,10 @@ impl Mqtt {
                 deliver(&client, queue, names, &flight).await
             } => done,
         };
+        if ended.is_ok() {
+            // Until the farewell is written and the broker hangs up.
+            let _ = timeout(LAST, self.poll(&mut events, &flight, &connected)).await;
+        }
         queue.put_back(flight.into_inner().entries.into_iter().flatten());
         ended
     }
@@ -203,9 +207,8 @@ async fn deliver(client: &AsyncClient, queue: &Queue, names: &Names, flight: &Re
     };
     // What is not confirmed by then is counted.
     let _ = timeout(LAST, all_confirmed).await;
-    client.disconnect().await?;
-    sleep(Duration::from_millis(10)).await;
-    Ok(())
+    // The connection's end is what this ends with.
+    Ok(client.disconnect().await?)
 }
 
 #[cfg(test)]

@@ -54,6 +54,8 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     let said = serving.interrupt();
     let foxglove = reader.join().expect("messages");
     let mqtt = subscriber.finish().into_iter().map(|one| (one.utc_s, one.topic, one.message)).collect();
+    let late_s = boards.iter().map(SerialBoard::late_s).fold(0.0, f64::max);
+    assert!(late_s < 0.1, "a board was {late_s} s late at its own line: this computer has no time to measure anything");
     for (receiver, got) in [("mqtt", mqtt), ("foxglove", foxglove)] {
         report(what, receiver, &got, boards, 100.0 * busy_s / seconds as f64, &said);
     }

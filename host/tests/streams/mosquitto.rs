@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex};
-use std::thread::{JoinHandle, sleep};
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// A port that nobody has.
@@ -83,7 +83,7 @@ pub struct Received {
 
 pub struct Subscriber {
     child: Child,
-    reader: JoinHandle<Vec<Received>>,
+    got: Arc<Mutex<Vec<Received>>>,
 }
 
 impl Subscriber {
@@ -98,16 +98,26 @@ impl Subscriber {
         let mut child = subscriber.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("a subscriber");
         let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map(|line| line.expect("UTF-8"));
         assert!(lines.any(|line| line.starts_with("Subscribed")), "a subscription");
-        let reader = std::thread::spawn(move || lines.filter_map(|line| Received::read(&line)).collect());
-        Self { child, reader }
+        let got = Arc::new(Mutex::new(Vec::new()));
+        let shared = Arc::clone(&got);
+        std::thread::spawn(move || {
+            for one in lines.filter_map(|line| Received::read(&line)) {
+                shared.lock().expect("messages").push(one);
+            }
+        });
+        Self { child, got }
     }
 
-    /// What has arrived.
+    /// What has arrived. `serve` must have ended: its last message is its status.
     pub fn finish(mut self) -> Vec<Received> {
-        sleep(Duration::from_millis(500));
-        kill_process(Pid::from_raw(self.child.id() as i32).expect("a process"), Signal::TERM).expect("ended");
+        let begun = Instant::now();
+        while self.got.lock().expect("messages").last().is_none_or(|one| one.topic != "ridgetone/status") {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no last message arrives");
+            sleep(Duration::from_millis(20));
+        }
+        self.child.kill().expect("ended");
         self.child.wait().expect("ended");
-        self.reader.join().expect("messages")
+        std::mem::take(&mut self.got.lock().expect("messages"))
     }
 }
 
