@@ -54,8 +54,9 @@ fn measure(what: &str, boards: &[SerialBoard], seconds: u64) {
     let said = serving.interrupt();
     let foxglove = reader.join().expect("messages");
     let mqtt = subscriber.finish().into_iter().map(|one| (one.utc_s, one.topic, one.message)).collect();
-    let late_s = boards.iter().map(SerialBoard::late_s).fold(0.0, f64::max);
-    assert!(late_s < 0.1, "a board was {late_s} s late at its own line: this computer has no time to measure anything");
+    let late_ms = 1e3 * boards.iter().map(SerialBoard::late_s).fold(0.0, f64::max);
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    eprintln!("{what}: a board itself was {late_ms:.0} ms late at most; this computer's load: {}", load.trim());
     for (receiver, got) in [("mqtt", mqtt), ("foxglove", foxglove)] {
         report(what, receiver, &got, boards, 100.0 * busy_s / seconds as f64, &said);
     }
