@@ -21,6 +21,7 @@ mod ports;
 mod record;
 mod replay;
 mod scene;
+mod serve;
 mod settings;
 mod settings_command;
 mod source;
@@ -67,6 +68,8 @@ enum Command {
     View(view::ViewArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
+    /// Give the messages of one or many boards to other programs: Foxglove, MQTT, or lines of JSON.
+    Serve(serve::ServeArgs),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
     Export(export::ExportArgs),
     /// Print or change the settings in force on a board.
@@ -105,6 +108,7 @@ impl Cli {
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),
             Command::Record(args) => args.run(),
+            Command::Serve(args) => args.run(),
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
             Command::Board(command) => command.run(),

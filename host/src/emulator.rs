@@ -1,15 +1,27 @@
 //! `emulate`: the firmware image itself, in QEMU, with the simulated chip at the other end of its bridge.
 
+#[cfg(not(unix))]
+mod absent;
+#[cfg(unix)]
 mod chip_end;
 pub mod image;
+#[cfg(unix)]
 mod log;
 mod options;
+mod outcome;
+#[cfg(unix)]
 pub mod process;
+#[cfg(unix)]
 mod session;
 
+#[cfg(not(unix))]
+pub use absent::run_bytes;
 pub use options::Options;
+pub use outcome::{Exchange, Outcome};
+#[cfg(unix)]
 pub use process::QEMU;
-pub use session::{Exchange, Outcome, run_bytes};
+#[cfg(unix)]
+pub use session::run_bytes;
 
 use crate::events;
 use crate::input::Opened;

@@ -17,6 +17,7 @@
 //! | a first power-up: a conversation with a board, and a verdict on each part of it | [`check`] |
 //! | the state of a board, for a screen | [`live`], [`analysis`] |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
+//! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
 //! | packets as text, as JSON, for Teleplot | [`events`], [`names`], `tone`, `remarks`, `teleplot` |
 //! | a board's clock beside UTC | [`utc`] |
@@ -61,6 +62,7 @@ mod remarks;
 pub mod replay;
 pub mod requests;
 pub mod samples;
+pub mod serve;
 pub mod settings_form;
 pub mod simulated;
 pub mod speed;

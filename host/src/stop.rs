@@ -18,6 +18,11 @@ pub fn on_signal() -> Result<()> {
     .context("Ctrl-C")
 }
 
+/// As Ctrl-C does it.
+pub fn request() {
+    REQUESTED.store(true, Ordering::Relaxed);
+}
+
 /// Whether this process is to end.
 pub fn is_requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)

@@ -17,8 +17,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
-/// `listen.rs` and `recordings.rs`.
-const WITH_A_BOARD: [&str; 16] = [
+/// `listen.rs`, `recordings.rs`, `serve.rs` and `streams.rs`.
+const WITH_A_BOARD: [&str; 18] = [
+    "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
+    "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone monitor --raw --json",
     "ridgetone listen --raw",
     "ridgetone record --raw -o -",
@@ -38,8 +40,11 @@ const WITH_A_BOARD: [&str; 16] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 16] = [
+const LITTLE_OF: [(&str, &str); 19] = [
     ("cargo xtask picture", "host/tests/recordings.rs"),
+    ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
+    ("cargo xtask streams", "host/tests/streams.rs"),
+    ("ridgetone serve --finger left=touch.rec --json", "host/tests/serve.rs"),
     ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),

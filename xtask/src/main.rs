@@ -13,6 +13,7 @@ mod python;
 mod release;
 mod setup;
 mod sizes;
+mod streams;
 mod test;
 mod toolchain;
 mod tools;
@@ -75,14 +76,19 @@ enum Task {
     /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
+    /// Streams the frames of ten boards, and of a fast one, to MQTT and Foxglove for a minute each: prints what is lost and
+    /// how late the rest arrives.
+    Streams,
+    /// Checks that the command builds for Windows and macOS, where rustup may fetch their core libraries.
+    CheckSystems,
     /// Runs the tests on this PC and one emulated run of each kind.
     Test {
-        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser, the Python package.
+        /// Everything: long tests, every emulated run, the benchmark, the pages in a browser, streams, the Python package.
         #[arg(long)]
         all: bool,
     },
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
-    /// Python.
+    /// a broker of MQTT, Python.
     Setup,
     /// Builds the firmware images, checks that there is code in them and no unknown panic, prints
     /// their sizes, of flash by crate and of RAM by static; a budget that is exceeded is an error.
@@ -118,6 +124,8 @@ fn main() -> ExitCode {
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
+        Task::Streams => streams::measure(),
+        Task::CheckSystems => streams::check_systems(),
         Task::Test { all } => test::run_tests(all),
         Task::Release => release::run(),
         Task::Package => package::check(),

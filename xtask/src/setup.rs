@@ -13,6 +13,9 @@ const BROWSERS: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "c
 /// What Debian has a browser in, and letters for it.
 const BROWSER_PACKAGES: [&str; 2] = ["chromium", "fonts-dejavu-core"];
 
+/// What Debian has a broker of MQTT and its clients in.
+const BROKER_PACKAGES: [&str; 2] = ["mosquitto", "mosquitto-clients"];
+
 /// The emulator's program.
 const QEMU: &str = "qemu-system-arm";
 
@@ -33,6 +36,10 @@ pub fn run() -> Result<()> {
     match browser() {
         Ok(path) => println!("browser: {}", path.display()),
         Err(error) => println!("browser: not there ({error:#}); needed for one of the tests only"),
+    }
+    match broker() {
+        Ok(path) => println!("broker: {}", path.display()),
+        Err(error) => println!("broker: not there ({error:#}); needed for the tests of streams only"),
     }
     match python::interpreter() {
         Ok(path) => println!("Python: {}", path.display()),
@@ -64,4 +71,14 @@ pub fn browser() -> Result<PathBuf> {
         install::debian(&BROWSER_PACKAGES).context("a browser is missing")?;
     }
     there().with_context(|| format!("none of {} is in PATH", BROWSERS.join(", ")))
+}
+
+/// A broker of MQTT, installed if there is none. Debian has it where PATH of a user does not lead.
+pub fn broker() -> Result<PathBuf> {
+    let there =
+        || find("mosquitto").or_else(|| Some(PathBuf::from("/usr/sbin/mosquitto")).filter(|path| path.is_file()));
+    if there().is_none() || find("mosquitto_sub").is_none() {
+        install::debian(&BROKER_PACKAGES).context("a broker of MQTT is missing")?;
+    }
+    there().context("mosquitto is not in PATH")
 }

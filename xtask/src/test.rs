@@ -3,6 +3,7 @@
 use crate::images::{self, Board};
 use crate::python;
 use crate::setup;
+use crate::streams;
 use crate::tools::{announce, clean, output_of, run};
 use anyhow::{Context, Result, anyhow};
 
@@ -81,10 +82,11 @@ fn run_long() -> Result<()> {
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
+    streams::run_tests()?;
     python::run_tests()?;
     println!(
         "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, the benchmark, pages in a browser, the Python package"
+         register model, the benchmark, pages in a browser, streams, the Python package"
     );
     println!("not run: {}", NEVER.join(", "));
     Ok(())

@@ -5,13 +5,12 @@ use super::chip_end::ChipEnd;
 use super::image;
 use super::log::Log;
 use super::options::Options;
+use super::outcome::{Exchange, Outcome};
 use super::process::{Emulator, MESSAGES, QEMU, REQUESTS, SERIAL};
 use crate::input::Opened;
-use crate::live::Counts;
 use crate::stop;
 use anyhow::{Context, Result, bail};
 use hal_mock::bridge::{PAYLOAD_MAX, REQUEST_BYTES, Request};
-use ridgetone::frame::TimedConversion;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{ErrorKind, Read};
 use std::process::ExitStatus;
@@ -22,35 +21,6 @@ const LOOK_NS: i64 = 50_000_000;
 
 /// Board time that the firmware has to start the chip, and to read the last result after the input's end, seconds.
 const PATIENCE_S: f64 = 10.0;
-
-#[derive(Clone, Debug, Default)]
-pub struct Outcome {
-    /// Every byte of the telemetry line, if [`Options::keep_serial`].
-    pub serial: Vec<u8>,
-    /// Messages of the firmware and of the emulator, line by line.
-    pub messages: String,
-    pub counts: Counts,
-    pub conversions_served: u64,
-    pub chip: hal_mock::Counters,
-    /// Conversions that the board has read twice, or that are the last, and of which at least one read arrived as converted.
-    pub arrived: u64,
-    /// Conversions that the board read a single time, so that nothing confirms them: the next one was ready before.
-    pub read_once: u64,
-    /// When each injected fault acted, nanoseconds of board time.
-    pub injected: Vec<hal_mock::Injected>,
-    pub registers: [u8; hal_mock::chip::REGISTERS],
-    /// Those read, with the board's time of their DRDY edge, if [`Options::keep_conversions`].
-    pub conversions: Vec<TimedConversion>,
-    /// Board time at which START first rose, microseconds: zero of the scene's time.
-    pub start_us: u64,
-    /// Board time of the first DRDY edge, microseconds: zero of the device time.
-    pub first_edge_us: u64,
-    /// Board time at the end, microseconds.
-    pub end_us: u64,
-}
-
-/// The PC's end of the line: takes the board's time and the received bytes, and gives the bytes to send.
-pub type Exchange<'a> = dyn FnMut(Duration, &[u8]) -> Result<Vec<u8>> + 'a;
 
 /// As [`run_packets`](super::run_packets) with the bytes of the line: it neither decodes nor counts packets.
 pub fn run_bytes(

@@ -1,0 +1,73 @@
+//! `serve`: the messages of many boards for other programs.
+
+use super::firmware::FirmwareOptions;
+use crate::serve::name::{Source, check, fingers};
+use crate::serve::topic::Names;
+use crate::serve::{self, Emulator, Serve};
+use crate::stop;
+use anyhow::Result;
+use clap::Args;
+use std::net::SocketAddr;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Topics are /<board>/<finger>/ and frames, contact, tone, feel, diagnostics or health. Frames are best effort; all other
+messages are reliable. What a slow or dead receiver loses is counted, and reported to it when it is back.
+`cargo install --path host --features foxglove,mqtt` builds a command with these two in.
+
+Examples:
+  ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove
+  ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local
+  ridgetone serve --finger left=touch.rec --json")]
+pub struct ServeArgs {
+    /// A finger's name, and where its messages come from: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of
+    /// telemetry, played in real time; or http://HOST:PORT, where `ridgetone view` serves. Repeat it for each finger.
+    #[arg(long = "finger", value_name = "NAME=SOURCE", required = true)]
+    fingers: Vec<String>,
+    /// First part of all topics: the name of what carries the fingers.
+    #[arg(long, value_name = "NAME", default_value = "ridgetone")]
+    board: String,
+    /// Serve Foxglove (WebSocket) at this address. Who reaches it can read, and send nothing.
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    foxglove: Option<SocketAddr>,
+    /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].
+    #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "mqtt://127.0.0.1:1883")]
+    mqtt: Option<String>,
+    /// Print one JSON object a line: the topic and the message.
+    #[arg(long)]
+    json: bool,
+    /// Do not request frames; everything else takes 1 kB a second of the line.
+    #[arg(long)]
+    no_frames: bool,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+}
+
+impl ServeArgs {
+    pub(super) fn run(self) -> Result<()> {
+        check(&self.board)?;
+        let (names, sources) = fingers(&self.fingers)?;
+        let mut sinks = Vec::new();
+        if let Some(address) = self.foxglove {
+            sinks.push(serve::foxglove(address)?);
+        }
+        if let Some(url) = &self.mqtt {
+            sinks.push(serve::mqtt(url)?);
+        }
+        if self.json {
+            sinks.push(serve::lines());
+        }
+        let is_emulated = sources.iter().any(|source| matches!(source, Source::Emulated(_)));
+        let emulator = match is_emulated || self.firmware.elf.is_some() {
+            true => {
+                let elf = self.firmware.image()?;
+                let silence = self.firmware.options(&elf).silence;
+                Some(Emulator { elf, silence })
+            }
+            false => None,
+        };
+        stop::on_signal()?;
+        let names = Names { board: self.board, fingers: names };
+        serve::run(Serve { names, sources, emulator, frames: !self.no_frames }, sinks)
+    }
+}

@@ -1,0 +1,69 @@
+//! Foxglove's WebSocket: a channel a topic, JSON with a schema.
+//!
+//! The crate has a queue of its own for each viewer, from which a slow one loses the oldest messages; it does not say how many.
+//! `index` of the messages does.
+
+use super::Sink;
+use super::queue::Queue;
+use super::schema;
+use super::topic::{Names, Topic};
+use anyhow::{Context, Result};
+use foxglove::{PartialMetadata, RawChannel, Schema};
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+/// Messages that wait for each viewer: 1.7 s of ten fingers.
+const BACKLOG: usize = 4096;
+
+pub struct Foxglove {
+    pub address: SocketAddr,
+}
+
+impl Sink for Foxglove {
+    fn name(&self) -> &'static str {
+        "foxglove"
+    }
+
+    fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
+        // The server's tasks run here too.
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        runtime.block_on(self.serve(queue, names))
+    }
+}
+
+impl Foxglove {
+    async fn serve(&self, queue: &Queue, names: &Names) -> Result<()> {
+        let context = foxglove::Context::new();
+        let server = context
+            .websocket_server()
+            .name("ridgetone")
+            .bind(self.address.ip().to_string(), self.address.port())
+            .message_backlog_size(BACKLOG)
+            .tokio_runtime(&tokio::runtime::Handle::current())
+            .start()
+            .await
+            .with_context(|| self.address.to_string())?;
+        let (ip, port) = (self.address.ip(), server.port());
+        eprintln!("ridgetone: foxglove: ws://{}; or open {}", SocketAddr::new(ip, port), server.app_url());
+        let channel = |finger, topic: Topic| -> Result<Arc<RawChannel>> {
+            let schema = schema::json(topic).to_string().into_bytes();
+            Ok(context
+                .channel_builder(format!("/{}", names.path(finger, topic)))
+                .message_encoding("json")
+                .schema(Schema::new(format!("ridgetone.{topic}"), "jsonschema", schema))
+                .build_raw()?)
+        };
+        let channels = (0..names.fingers.len())
+            .map(|finger| Topic::ALL.iter().map(|topic| channel(finger, *topic)).collect())
+            .collect::<Result<Vec<Vec<_>>>>()?;
+        while let Some(taken) = queue.next().await {
+            let message = &taken.message;
+            let channel = &channels[message.finger][message.topic as usize];
+            channel.log_with_meta(message.json.as_bytes(), PartialMetadata::with_log_time(message.time_ns));
+            // The server's turn.
+            tokio::task::yield_now().await;
+        }
+        server.stop().wait().await;
+        Ok(())
+    }
+}

@@ -1,0 +1,25 @@
+//! Lines of JSON on standard output: `{"topic":"/ridgetone/left/tone","message":{...}}`.
+
+use super::Sink;
+use super::queue::Queue;
+use super::topic::Names;
+use crate::output;
+use anyhow::Result;
+
+pub struct Lines;
+
+impl Sink for Lines {
+    fn name(&self) -> &'static str {
+        "json"
+    }
+
+    fn run(self: Box<Self>, queue: &Queue, names: &Names) -> Result<()> {
+        let runtime = tokio::runtime::Builder::new_current_thread().build()?;
+        while let Some(taken) = runtime.block_on(queue.next()) {
+            let message = &taken.message;
+            let topic = names.path(message.finger, message.topic);
+            output::line(&format!(r#"{{"topic":"/{topic}","message":{}}}"#, message.json))?;
+        }
+        Ok(())
+    }
+}

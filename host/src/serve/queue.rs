@@ -1,0 +1,283 @@
+//! What waits for a sink. A board never waits: where the queue is full the oldest message is lost, counted, and reported as soon
+//! as the sink takes messages again.
+
+use super::message::{Message, lost};
+use super::topic::Topic;
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tokio::sync::Notify;
+
+/// Frames that wait: 1.7 s of ten fingers, 3 MB.
+const FRAMES_MAX: usize = 4096;
+
+/// Other messages that wait: an hour of ten fingers that nothing touches, 50 MB.
+const EVENTS_MAX: usize = 1 << 16;
+
+/// Time between two reports of losses to a sink that loses all the time.
+const REPORT_EVERY: Duration = Duration::from_secs(1);
+
+pub struct Queue {
+    /// Whose it is.
+    pub sink: &'static str,
+    state: Mutex<State>,
+    changed: Notify,
+}
+
+/// A message, and its place in the queue.
+#[derive(Clone, Debug)]
+pub struct Taken {
+    order: u64,
+    pub message: Arc<Message>,
+}
+
+/// Messages of a finger that a sink has lost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lost {
+    pub frames: u64,
+    pub events: u64,
+    /// Frames that were handed over to a connection that broke: nobody knows whether they have arrived.
+    pub unconfirmed: u64,
+}
+
+impl Lost {
+    fn add(&mut self, other: Self) {
+        self.frames += other.frames;
+        self.events += other.events;
+        self.unconfirmed += other.unconfirmed;
+    }
+}
+
+/// What a sink has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    pub delivered: u64,
+    pub lost: Lost,
+    /// Those that wait.
+    pub left: u64,
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { delivered, lost: Lost { frames, events, unconfirmed }, left } = self;
+        write!(f, "{delivered} messages delivered, {frames} frames and {events} events lost")?;
+        match unconfirmed {
+            0 => {}
+            _ => write!(f, ", {unconfirmed} frames not confirmed")?,
+        }
+        if *left > 0 { write!(f, ", {left} left behind") } else { Ok(()) }
+    }
+}
+
+#[derive(Default)]
+struct State {
+    frames: VecDeque<Taken>,
+    events: VecDeque<Taken>,
+    /// Of the next message.
+    order: u64,
+    /// By finger, not reported yet.
+    lost: Vec<Lost>,
+    reported: Option<Instant>,
+    counts: Counts,
+    is_closed: bool,
+    has_failed: bool,
+}
+
+impl Queue {
+    pub fn new(sink: &'static str, fingers: usize) -> Self {
+        let state = State { order: 1, lost: vec![Lost::default(); fingers], ..State::default() };
+        Self { sink, state: Mutex::new(state), changed: Notify::new() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds a message. It never waits.
+    pub fn push(&self, message: Arc<Message>) {
+        let mut state = self.state();
+        let taken = Taken { order: state.order, message };
+        state.order += 1;
+        if state.has_failed {
+            state.lose(&taken.message);
+        } else {
+            state.add(taken);
+            self.changed.notify_one();
+        }
+    }
+
+    /// Waits for the next message; none: the queue is closed and empty.
+    pub async fn next(&self) -> Option<Taken> {
+        loop {
+            {
+                let mut state = self.state();
+                if let Some(taken) = state.report(self.sink).or_else(|| state.take()) {
+                    state.counts.delivered += 1;
+                    return Some(taken);
+                }
+                if state.is_closed {
+                    return None;
+                }
+            }
+            self.changed.notified().await;
+        }
+    }
+
+    /// Takes messages back that were taken and not delivered: events wait again, frames count as not confirmed.
+    pub fn put_back(&self, taken: impl DoubleEndedIterator<Item = Taken>) {
+        let mut state = self.state();
+        for taken in taken.rev() {
+            state.counts.delivered -= 1;
+            if taken.message.topic == Topic::Frames {
+                let lost = Lost { unconfirmed: 1, ..Lost::default() };
+                state.lost[taken.message.finger].add(lost);
+                state.counts.lost.add(lost);
+            } else {
+                state.events.push_front(taken);
+            }
+        }
+    }
+
+    /// No more messages will come.
+    pub fn close(&self) {
+        self.state().is_closed = true;
+        self.changed.notify_one();
+    }
+
+    pub fn is_closed(&self) -> bool {
+        self.state().is_closed
+    }
+
+    /// The sink has failed: all messages are lost from now on.
+    pub fn fail(&self) {
+        self.state().has_failed = true;
+    }
+
+    pub fn has_failed(&self) -> bool {
+        self.state().has_failed
+    }
+
+    pub fn counts(&self) -> Counts {
+        let state = self.state();
+        Counts { left: (state.frames.len() + state.events.len()) as u64, ..state.counts }
+    }
+}
+
+impl State {
+    fn add(&mut self, taken: Taken) {
+        let (queue, most) = match taken.message.topic {
+            Topic::Frames => (&mut self.frames, FRAMES_MAX),
+            _ => (&mut self.events, EVENTS_MAX),
+        };
+        queue.push_back(taken);
+        if queue.len() > most
+            && let Some(oldest) = queue.pop_front()
+        {
+            self.lose(&oldest.message);
+        }
+    }
+
+    fn lose(&mut self, message: &Message) {
+        let lost = match message.topic {
+            Topic::Frames => Lost { frames: 1, ..Lost::default() },
+            _ => Lost { events: 1, ..Lost::default() },
+        };
+        self.lost[message.finger].add(lost);
+        self.counts.lost.add(lost);
+    }
+
+    /// A message about what a finger has lost here, if it is time for one.
+    fn report(&mut self, sink: &str) -> Option<Taken> {
+        let is_due = self.is_closed || self.reported.is_none_or(|at| at.elapsed() >= REPORT_EVERY);
+        let finger = self.lost.iter().position(|lost| is_due && *lost != Lost::default());
+        let Some(finger) = finger else {
+            // Every finger's losses are reported at the same time.
+            self.reported = self.reported.filter(|_| !is_due);
+            return None;
+        };
+        if self.lost.iter().skip(finger + 1).all(|lost| *lost == Lost::default()) {
+            self.reported = Some(Instant::now());
+        }
+        let message = lost(finger, sink, std::mem::take(&mut self.lost[finger]));
+        Some(Taken { order: 0, message: Arc::new(message) })
+    }
+
+    /// The oldest message.
+    fn take(&mut self) -> Option<Taken> {
+        match (self.frames.front(), self.events.front()) {
+            (Some(frame), Some(event)) if frame.order < event.order => self.frames.pop_front(),
+            (Some(_), None) => self.frames.pop_front(),
+            _ => self.events.pop_front(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(finger: usize, topic: Topic, number: usize) -> Arc<Message> {
+        Arc::new(Message { finger, topic, json: number.to_string(), time_ns: 0 })
+    }
+
+    fn drain(queue: &Queue) -> Vec<Taken> {
+        queue.close();
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let mut all = Vec::new();
+        while let Some(taken) = runtime.block_on(queue.next()) {
+            all.push(taken);
+        }
+        all
+    }
+
+    #[test]
+    fn a_full_queue_loses_the_oldest_frames_and_says_how_many_of_whom() {
+        let queue = Queue::new("test", 2);
+        for number in 0..FRAMES_MAX + 10 {
+            queue.push(message(number % 2, Topic::Frames, number));
+        }
+        queue.push(message(0, Topic::Tone, 7));
+        let all = drain(&queue);
+        for (finger, taken) in all[..2].iter().enumerate() {
+            let json: serde_json::Value = serde_json::from_str(&taken.message.json).unwrap();
+            assert_eq!((taken.message.finger, taken.message.topic), (finger, Topic::Diagnostics));
+            let count = |name: &str| json[name].as_u64().unwrap();
+            assert_eq!((count("frames"), count("events"), count("frames_unconfirmed")), (5, 0, 0));
+            assert_eq!((json["type"].as_str(), json["at"].as_str()), (Some("lost"), Some("test")));
+        }
+        let numbers: Vec<usize> = all[2..].iter().map(|taken| taken.message.json.parse().unwrap()).collect();
+        assert_eq!(numbers, (10..FRAMES_MAX + 10).chain([7]).collect::<Vec<_>>());
+        let counts = queue.counts();
+        assert_eq!(counts.delivered, 2 + FRAMES_MAX as u64 + 1);
+        assert_eq!((counts.lost, counts.left), (Lost { frames: 10, ..Lost::default() }, 0));
+    }
+
+    #[test]
+    fn events_do_not_suffer_from_frames_and_are_counted_too() {
+        let queue = Queue::new("test", 1);
+        for number in 0..EVENTS_MAX + 3 {
+            queue.push(message(0, Topic::Contact, number));
+        }
+        for number in 0..2 * FRAMES_MAX {
+            queue.push(message(0, Topic::Frames, number));
+        }
+        assert_eq!(queue.counts().lost, Lost { frames: FRAMES_MAX as u64, events: 3, unconfirmed: 0 });
+        assert_eq!(queue.counts().left, (FRAMES_MAX + EVENTS_MAX) as u64);
+    }
+
+    #[test]
+    fn what_is_put_back_comes_again_in_its_order_but_frames_do_not() {
+        let queue = Queue::new("test", 1);
+        let topics = [Topic::Tone, Topic::Frames, Topic::Contact, Topic::Health];
+        topics.iter().enumerate().for_each(|(number, topic)| queue.push(message(0, *topic, number)));
+        let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+        let taken: Vec<Taken> = (0..3).map(|_| runtime.block_on(queue.next()).unwrap()).collect();
+        queue.put_back(taken.into_iter());
+        let all = drain(&queue);
+        assert!(all[0].message.json.contains(r#""frames_unconfirmed":1"#), "{:?}", all[0]);
+        let rest: Vec<&str> = all[1..].iter().map(|taken| taken.message.json.as_str()).collect();
+        assert_eq!(rest, ["0", "2", "3"]);
+        assert_eq!(queue.counts().delivered, 4);
+    }
+}

@@ -1,0 +1,74 @@
+//! The topics of a finger: `/<board>/<finger>/<topic>`.
+
+use std::fmt::Display;
+
+/// What a message is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Topic {
+    /// Every frame. Best effort; all others are reliable.
+    Frames,
+    /// What touches the finger: contact, slide, release, static image.
+    Contact,
+    /// Estimates of the tone.
+    Tone,
+    /// What a finger feels.
+    Feel,
+    /// Greetings, faults, answers to requests, connections and losses.
+    Diagnostics,
+    /// Counters and readings, once a second.
+    Health,
+}
+
+impl Topic {
+    pub const ALL: [Self; 6] = [Self::Frames, Self::Contact, Self::Tone, Self::Feel, Self::Diagnostics, Self::Health];
+
+    /// The topic of messages of this `type`.
+    pub fn of(kind: &str) -> Self {
+        match kind {
+            "raw" => Self::Frames,
+            "contact" | "slide" | "release" | "image" => Self::Contact,
+            "estimate" => Self::Tone,
+            "feel" => Self::Feel,
+            "health" => Self::Health,
+            _ => Self::Diagnostics,
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Frames => "frames",
+            Self::Contact => "contact",
+            Self::Tone => "tone",
+            Self::Feel => "feel",
+            Self::Diagnostics => "diagnostics",
+            Self::Health => "health",
+        }
+    }
+}
+
+/// The names in topics.
+#[derive(Clone, Debug)]
+pub struct Names {
+    /// Of what carries the fingers.
+    pub board: String,
+    pub fingers: Vec<String>,
+}
+
+impl Names {
+    /// A topic without a slash in front.
+    pub fn path(&self, finger: usize, topic: impl Display) -> String {
+        format!("{}/{}/{topic}", self.board, self.fingers[finger])
+    }
+
+    /// Where a broker says whether this command publishes. No finger's topic has two parts.
+    #[cfg(feature = "mqtt")]
+    pub fn status(&self) -> String {
+        format!("{}/status", self.board)
+    }
+}
+
+impl Display for Topic {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}

@@ -1,0 +1,183 @@
+//! Debian's broker and subscriber, and a relay whose line can be cut.
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A port that nobody has.
+pub fn free_port() -> u16 {
+    TcpListener::bind("127.0.0.1:0").and_then(|free| free.local_addr()).expect("a port").port()
+}
+
+/// The path of a program of Debian's mosquitto.
+fn program(name: &str) -> String {
+    let places = ["/usr/sbin/", "/usr/bin/", "/usr/local/sbin/", "/opt/homebrew/sbin/"];
+    let found = places.iter().map(|place| format!("{place}{name}")).find(|path| std::path::Path::new(path).exists());
+    found.unwrap_or_else(|| {
+        panic!(
+            "{name} is not there: `apt-get install mosquitto mosquitto-clients`, or `cargo xtask setup`, installs it"
+        )
+    })
+}
+
+pub struct Broker {
+    pub port: u16,
+    child: Child,
+    _folder: tempfile::TempDir,
+}
+
+impl Broker {
+    pub fn start() -> Self {
+        Self::start_at(free_port())
+    }
+
+    pub fn start_at(port: u16) -> Self {
+        let folder = crate::common::directory();
+        let config = crate::common::file(
+            folder.path(),
+            "broker.conf",
+            &format!("listener {port} 127.0.0.1\nallow_anonymous true\nset_tcp_nodelay true\n"),
+        );
+        let mut broker = Command::new(program("mosquitto"));
+        let child = broker.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("a broker");
+        let begun = Instant::now();
+        while TcpStream::connect(("127.0.0.1", port)).is_err() {
+            assert!(begun.elapsed() < Duration::from_secs(20), "the broker does not listen");
+            sleep(Duration::from_millis(20));
+        }
+        Self { port, child, _folder: folder }
+    }
+
+    pub fn hang(&self) {
+        self.signal(Signal::STOP);
+    }
+
+    pub fn go_on(&self) {
+        self.signal(Signal::CONT);
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill_process(Pid::from_raw(self.child.id() as i32).expect("a process"), signal).expect("a signal");
+    }
+}
+
+impl Drop for Broker {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A message at a subscriber.
+pub struct Received {
+    /// When, by the subscriber's own clock, seconds since 1970.
+    pub utc_s: f64,
+    pub topic: String,
+    pub message: Value,
+}
+
+pub struct Subscriber {
+    child: Child,
+    got: Arc<Mutex<Vec<Received>>>,
+}
+
+impl Subscriber {
+    /// Subscribes to everything, and is subscribed.
+    pub fn start(port: u16) -> Self {
+        // A pipe gets every line at once.
+        let mut subscriber = Command::new("stdbuf");
+        subscriber.args(["-oL", &program("mosquitto_sub")]);
+        // "-d" prints the acknowledgement of the subscription; its lines do not begin with a time.
+        subscriber.args(["-V", "mqttv5", "-q", "1", "-d", "-F", "%U %t %p"]);
+        subscriber.args(["-t", "ridgetone/#", "-p", &port.to_string()]);
+        let mut child = subscriber.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("a subscriber");
+        let mut lines = BufReader::new(child.stdout.take().expect("a pipe")).lines().map(|line| line.expect("UTF-8"));
+        assert!(lines.any(|line| line.starts_with("Subscribed")), "a subscription");
+        let got = Arc::new(Mutex::new(Vec::new()));
+        let shared = Arc::clone(&got);
+        std::thread::spawn(move || {
+            for one in lines.filter_map(|line| Received::read(&line)) {
+                shared.lock().expect("messages").push(one);
+            }
+        });
+        Self { child, got }
+    }
+
+    /// What has arrived. `serve` must have ended: its last message is its status.
+    pub fn finish(mut self) -> Vec<Received> {
+        let begun = Instant::now();
+        while self.got.lock().expect("messages").last().is_none_or(|one| one.topic != "ridgetone/status") {
+            assert!(begun.elapsed() < Duration::from_secs(60), "no last message arrives");
+            sleep(Duration::from_millis(20));
+        }
+        self.child.kill().expect("ended");
+        self.child.wait().expect("ended");
+        std::mem::take(&mut self.got.lock().expect("messages"))
+    }
+}
+
+impl Received {
+    fn read(line: &str) -> Option<Self> {
+        let mut parts = line.splitn(3, ' ');
+        let utc_s = parts.next()?.parse().ok()?;
+        let topic = parts.next()?.to_owned();
+        let message = serde_json::from_str(parts.next()?).unwrap_or_else(|error| panic!("{error}: {line}"));
+        Some(Self { utc_s, topic, message })
+    }
+}
+
+/// Passes connections on, until it is cut.
+pub struct Relay {
+    pub port: u16,
+    /// The ends of all connections; none: it is cut.
+    ends: Arc<Mutex<Option<Vec<TcpStream>>>>,
+}
+
+impl Relay {
+    pub fn start(to: u16) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let port = listener.local_addr().expect("an address").port();
+        let ends = Arc::new(Mutex::new(Some(Vec::new())));
+        let shared = Arc::clone(&ends);
+        std::thread::spawn(move || {
+            for near in listener.incoming() {
+                let mut ends = shared.lock().expect("ends");
+                // Cut: the connection is closed at once.
+                let (Some(ends), Ok(near)) = (ends.as_mut(), near) else { continue };
+                let far = TcpStream::connect(("127.0.0.1", to)).expect("the broker");
+                for (from, into) in [(&near, &far), (&far, &near)] {
+                    let (mut from, mut into) = (from.try_clone().expect("an end"), into.try_clone().expect("an end"));
+                    std::thread::spawn(move || pass(&mut from, &mut into));
+                }
+                ends.extend([near, far]);
+            }
+        });
+        Self { port, ends }
+    }
+
+    /// Breaks all connections; what is on the way is lost.
+    pub fn cut(&self) {
+        for end in self.ends.lock().expect("ends").take().into_iter().flatten() {
+            let _ = end.shutdown(Shutdown::Both);
+        }
+    }
+
+    pub fn mend(&self) {
+        *self.ends.lock().expect("ends") = Some(Vec::new());
+    }
+}
+
+fn pass(from: &mut TcpStream, into: &mut TcpStream) {
+    let mut bytes = [0; 16 * 1024];
+    while let Ok(count @ 1..) = from.read(&mut bytes) {
+        if into.write_all(&bytes[..count]).is_err() {
+            break;
+        }
+    }
+    let _ = into.shutdown(Shutdown::Both);
+}

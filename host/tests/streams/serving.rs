@@ -1,0 +1,43 @@
+//! `serve`, as a process.
+
+use crate::common;
+use crate::serial_board::SerialBoard;
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::Read;
+use std::process::{Child, Stdio};
+
+pub struct Serving(Option<Child>);
+
+impl Serving {
+    /// Fingers f0, f1 and so on at these boards.
+    pub fn start(boards: &[&SerialBoard], arguments: &[&str]) -> Self {
+        let fingers = boards.iter().enumerate().map(|(number, board)| format!("--finger=f{number}={}", board.name));
+        let mut command = common::ridgetone();
+        command.arg("serve").args(fingers).args(arguments);
+        let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+        Self(Some(child.expect("the command runs")))
+    }
+
+    pub fn id(&self) -> u32 {
+        self.0.as_ref().expect("a child").id()
+    }
+
+    /// Interrupts it as Ctrl-C does; gives what it said. It must end well.
+    pub fn interrupt(mut self) -> String {
+        let mut child = self.0.take().expect("a child");
+        kill_process(Pid::from_raw(child.id() as i32).expect("a process"), Signal::INT).expect("interrupted");
+        let mut said = String::new();
+        child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
+        assert!(child.wait().expect("ended").success(), "{said}");
+        said
+    }
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! `serve` with what it streams to: features of the command, which nothing else builds.
+
+use crate::setup;
+use crate::tools::{announce, clean, run};
+use anyhow::{Context, Result};
+use std::process::Command;
+
+/// The tests of streams; their features are built here alone.
+fn test() -> Result<Command> {
+    setup::broker()?;
+    let mut cargo = clean("cargo");
+    cargo.args(["test", "--package", "ridgetone-host", "--features", "foxglove,mqtt", "--test", "streams", "--"]);
+    Ok(cargo)
+}
+
+/// Runs the tests of streams.
+pub fn run_tests() -> Result<()> {
+    announce("streams: Foxglove, and MQTT beside mosquitto");
+    run(&mut test()?).context("tests of streams")
+}
+
+/// Ten boards and a fast one, a minute each: prints what is lost and how late the rest arrives.
+pub fn measure() -> Result<()> {
+    announce("ten boards and a fast one, for a minute each");
+    run(test()?.args(["--ignored", "--nocapture"])).context("streams")
+}
+
+/// Other systems on which the command has to build, by the targets of rustup.
+const OTHER_SYSTEMS: [&str; 2] = ["x86_64-pc-windows-gnu", "aarch64-apple-darwin"];
+
+/// Checks that the command builds for other systems, if rustup may fetch their core libraries.
+pub fn check_systems() -> Result<()> {
+    for target in OTHER_SYSTEMS {
+        if run(clean("rustup").args(["--quiet", "target", "add", target])).is_err() {
+            println!("not checked: {target}, since rustup cannot fetch its core library");
+            continue;
+        }
+        announce(format_args!("checking the command for {target}"));
+        run(clean("cargo").args(["check", "--quiet", "--package", "ridgetone-host", "--target", target]))
+            .with_context(|| format!("the command does not build for {target}"))?;
+    }
+    Ok(())
+}
