@@ -1,6 +1,6 @@
 // All but the plots: the tiles, the static image, the board's health, and the log.
 import { PHASES, seconds, withSigma, words } from "./format.js";
-import { colour } from "./plots.js";
+import { colour } from "./plot.js";
 
 const $ = (id) => document.getElementById(id);
 const put = (id, text) => {

@@ -1,9 +1,13 @@
 // The page: takes the messages of the command, and shows them unless it is paused.
 import { Model } from "./model.js";
-import { words } from "./format.js";
-import { Fit, History, Spectrum, Strips } from "./plots.js";
+import { drawMap, drawPlots } from "./draw.js";
+import { Fit } from "./fit.js";
+import { History } from "./history.js";
+import { Spectrum } from "./spectrum.js";
+import { Strips } from "./strips.js";
 import * as panels from "./panels.js";
 import * as save from "./save.js";
+import * as settings from "./settings.js";
 
 const $ = (id) => document.getElementById(id);
 const model = new Model();
@@ -58,59 +62,10 @@ function draw() {
   panels.tiles(state);
   panels.health(shown);
   panels.log(live);
-  drawMap(state);
+  settings.show(state);
+  drawMap(mapCanvas, state);
   // A zoomed plot stays as it is.
-  if (paused === null) drawPlots(state);
-}
-
-function drawMap(state) {
-  const found = panels.image(state);
-  const empty = $("map").querySelector(".empty");
-  empty.hidden = found !== null;
-  mapCanvas.hidden = found === null;
-  if (found === null) {
-    empty.textContent = "No static image yet: it comes when a hold, before a slide or after one, is over.";
-    $("map-small").textContent = "";
-    return;
-  }
-  $("map-small").textContent = `${words(found.image.hold)}, mV, x →`;
-  panels.map(mapCanvas, found);
-}
-
-function drawPlots(state) {
-  const { live } = state;
-  const hasRaw = live.strips.t_s.length > 1;
-  const noRaw = state.no_raw ?? "No raw frames yet.";
-  if (hasRaw) plots.strips.draw(state, Number($("strips-s").value));
-  plots.strips.explain(hasRaw ? "" : noRaw);
-  const hasTone = plots.history.draw(state, Number($("history-s").value));
-  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
-  const { estimate } = live.latest;
-  const tone_hz = estimate?.frequency_hz ?? null;
-  const { spectrum, curves } = state;
-  if (spectrum) plots.spectrum.draw(state, spectrum.of_estimate ? tone_hz : null);
-  plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
-  $("spectrum-small").textContent = spectrum ? (spectrum.of_estimate ? "of the latest window" : "of the latest frames") : "";
-  const taxel = chosen(estimate);
-  const canFit = Boolean(curves) && taxel !== null;
-  const channel = estimate?.channels.find((found) => found.taxel === taxel);
-  $("fit-small").textContent = channel && tone_hz !== null
-    ? `Taxel ${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, residual ${(1e3 * channel.residual_v).toFixed(2)} mV. ` : "";
-  if (canFit) plots.fit.draw(state, taxel);
-  plots.fit.explain(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
-}
-
-const noFit = (estimate) => {
-  if (!estimate) return "No estimate yet.";
-  if (estimate.abscissa === "place") return "By place there is no curve in time.";
-  return estimate.frequency_hz === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
-};
-
-// The taxel to show: the one that was chosen, or the one whose tone is the strongest.
-function chosen(estimate) {
-  if ($("taxel").value !== "") return Number($("taxel").value);
-  const channels = estimate?.channels ?? [];
-  return channels.length ? channels.reduce((a, b) => (b.amplitude_v > a.amplitude_v ? b : a)).taxel : null;
+  if (paused === null) drawPlots(plots, state);
 }
 
 function connect() {
@@ -132,7 +87,7 @@ function connect() {
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  if (event.key === " " && !["BUTTON", "SELECT"].includes(event.target.tagName)) {
+  if (event.key === " " && !["BUTTON", "SELECT", "INPUT"].includes(event.target.tagName)) {
     event.preventDefault();
     pause(paused === null);
   }
@@ -140,7 +95,7 @@ document.addEventListener("keydown", (event) => {
 for (const select of document.querySelectorAll("select")) {
   select.addEventListener("change", () => {
     const { state } = paused ?? model;
-    if (state !== null) drawPlots(state);
+    if (state !== null) drawPlots(plots, state);
   });
 }
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
@@ -160,4 +115,5 @@ const redraw = () => {
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 new ResizeObserver(schedule).observe($("map"));
+settings.begin(() => "/settings");
 connect();

@@ -2,7 +2,7 @@
 
 use super::lines::report;
 use super::source::SourceOptions;
-use crate::view::server::loopback;
+use crate::view::guard::loopback;
 use crate::{settings_form, stop, view};
 use anyhow::Result;
 use clap::Args;

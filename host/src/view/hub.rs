@@ -7,11 +7,13 @@ use super::status;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
-use crate::feed::{FeedEvent, Following};
+use crate::feed::{FeedEvent, Following, SettingsReply};
 use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::remarks::{phrases, remedy};
+use crate::settings_form;
 use crate::static_image::{PLACES, SIDE};
-use anyhow::Result;
+use anyhow::{Result, ensure};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -57,6 +59,11 @@ struct Inner {
     live: Live,
     /// Why there are no raw frames, if there is a reason.
     no_raw: Option<String>,
+    /// Whether there is a board that takes settings.
+    can_set: bool,
+    /// Settings that a page wants, for [`Hub::wanted`].
+    wanted: Option<Settings>,
+    settings_reply: Option<SettingsReply>,
     /// Arrival of the latest packet.
     received: Option<Instant>,
     /// Estimates and frames since the latest update.
@@ -85,6 +92,9 @@ struct Common<'a> {
     no_raw: Option<&'a str>,
     /// What helps against the latest estimate's status, and what is remarkable about it.
     remarks: Vec<String>,
+    can_set: bool,
+    /// What became of the latest settings that a page sent.
+    settings_reply: Option<&'a SettingsReply>,
 }
 
 #[derive(Serialize)]
@@ -136,6 +146,8 @@ impl Hub {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
         inner.no_raw = status::no_raw(&following.raw);
+        inner.can_set = following.has_board() && inner.live.hello().is_some();
+        inner.settings_reply.clone_from(&following.settings_reply);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
         if let Ok(line) = inner.json.line(packet, following.receipt()) {
@@ -189,6 +201,20 @@ impl Hub {
         (inner.greeting.clone(), self.packets.subscribe())
     }
 
+    /// Takes settings from a page: some of them, as a JSON object. Fails in words for people.
+    pub fn set(&self, json: &str) -> Result<()> {
+        let mut inner = self.lock();
+        ensure!(inner.can_set, "there is no board that takes settings");
+        inner.wanted = Some(settings_form::with_json(&inner.live.settings(), json)?);
+        inner.settings_reply = None;
+        Ok(())
+    }
+
+    /// The settings that a page wants, once.
+    pub fn wanted(&self) -> Option<Settings> {
+        self.lock().wanted.take()
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inner> {
         // A panic under the lock leaves a state that can still be shown.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
@@ -223,7 +249,14 @@ impl Inner {
         let latest = self.live.estimate();
         let remedy = latest.and_then(|latest| remedy(latest.status)).map(str::to_owned);
         let remarks = remedy.into_iter().chain(latest.map(phrases).unwrap_or_default()).collect();
-        Common { update: self.number, status, no_raw: self.no_raw.as_deref(), remarks }
+        Common {
+            update: self.number,
+            status,
+            no_raw: self.no_raw.as_deref(),
+            remarks,
+            can_set: self.can_set,
+            settings_reply: self.settings_reply.as_ref(),
+        }
     }
 
     fn state(&self, missed: u64) -> Result<String> {

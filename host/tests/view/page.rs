@@ -29,6 +29,14 @@ fn save(what: &str, how: &str) -> String {
     format!("#{what} [data-save={how}]")
 }
 
+/// Chooses an option as somebody would.
+fn choose(browser: &mut Browser, id: &str, option: &str) {
+    browser.value(&format!(
+        "(() => {{ const select = document.getElementById('{id}'); select.value = '{option}'; \
+         select.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+    ));
+}
+
 /// Whether all plots have something on them.
 fn assert_drawn(browser: &mut Browser, plots: &[&str]) {
     for plot in plots {
@@ -87,6 +95,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
 
     // A drag across the spectrum zooms in, and pauses.
     browser.value("scrollTo(0, 0)");
+    choose(&mut browser, "spectrum-x", "linear");
     let place = browser.value(
         "(({ left, top, width, height }) => [left + 0.2 * width, top + 0.5 * height, left + 0.6 * width])(document.querySelector('#spectrum .u-over').getBoundingClientRect())",
     );

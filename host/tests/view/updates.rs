@@ -68,6 +68,26 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     }
     let peak = found.power_db.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     assert!((-3.0..=0.0).contains(&peak), "{peak}");
+    // The reported tone and its harmonics are marked, and the noise beside it is far below.
+    assert_eq!(found.lines.len(), usize::from(estimate.harmonics));
+    for (line, k) in found.lines.iter().zip(1..) {
+        assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);
+    }
+    let rest = curves(&live).expect("curves").rest.expect("noise beside the line");
+    assert!((found.lines[0].power_db - peak).abs() < 1.0 && rest.power_db.len() == found.power_db.len());
+    let hz = f64::from(estimate.frequency);
+    assert!((rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1);
+    // The scene's noise is white: by the board's residuals, its share of the power is spread over 120 bins.
+    let of = |power: f32| power.powi(2);
+    let share =
+        |c: &ridgetone_proto::telemetry::Channel| of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v));
+    let mut shares: Vec<f32> = estimate.channels.iter().map(share).collect();
+    shares.sort_by(f32::total_cmp);
+    let expected_db = 10.0 * (0.5 * (shares[0] + shares[1]) / 120.0).log10();
+    assert!((rest.noise_db - expected_db).abs() < 3.0, "{} and {expected_db}", rest.noise_db);
+    // Far from the tone, where nothing of it leaks, both spectra are the same noise.
+    let far = |db: &[f32]| db[80..].iter().sum::<f32>() / (db.len() - 80) as f32;
+    assert!((far(&rest.power_db) - far(&found.power_db)).abs() < 1.5);
 }
 
 #[test]
@@ -78,6 +98,15 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     assert_eq!(curves.t_s.len(), 241);
     for channel in &estimate.channels {
         let taxel = usize::from(channel.taxel);
+        // All harmonics with a bend in the baseline: what is left is what the board says.
+        let residual_v = curves.residual_v[taxel].expect("a residual");
+        let share = residual_v / channel.residual_v;
+        assert!((0.93..1.07).contains(&share), "taxel {taxel}: {share} of the board's residual");
+        let harmonics = curves.harmonics[taxel].as_ref().expect("harmonics");
+        let share = harmonics[0].amplitude_v / channel.amplitude_v;
+        assert!(harmonics.len() == usize::from(estimate.harmonics) && (share - 1.0).abs() < 0.01, "{share}");
+        let turn = f64::from(harmonics[0].phase_rad - channel.phase_rad) / TAU;
+        assert!((turn - turn.round()).abs() < 0.005, "taxel {taxel}: {turn} turns off the board's phase");
         let tone = curves.tone_v[taxel].as_ref().expect("a curve");
         let rest: Vec<f64> = curves.read_v[taxel]
             .iter()
