@@ -62,9 +62,15 @@ impl View {
     }
 
     fn at(address: &str, arguments: &[&str]) -> Self {
+        Self::with(address, arguments, &[])
+    }
+
+    /// With some variables of the environment.
+    fn with(address: &str, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut child = common::ridgetone()
             .args(["view", "--listen", address])
             .args(arguments)
+            .envs(environment.iter().copied())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()

@@ -43,6 +43,8 @@ export class Plot {
     this.name = card.dataset.name;
     this.title = card.querySelector("h2").textContent;
     this.onZoom = onZoom;
+    // Beginning and end of a marked part of the time, each of them or none.
+    this.mark = [null, null];
     const axis = (label, size, more = {}) => ({
       label, size, stroke: () => colour("soft"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 16,
       grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1 }, ...more,
@@ -59,13 +61,25 @@ export class Plot {
         ...(right ? [axis(right.label, 54, { scale: "right", side: 1, grid: { show: false }, splits: right.splits })] : []),
       ],
       series: [{}, ...options.series],
-      hooks: { setSelect: [(u) => (u.select.width > 0 || u.select.height > 0) && onZoom()], drawClear: options.below ?? [], draw: options.draw ?? [] },
+      hooks: { setSelect: [(u) => (u.select.width > 0 || u.select.height > 0) && onZoom()], drawClear: [(u) => this.paintMark(u), ...(options.below ?? [])], draw: options.draw ?? [] },
     }, [[], ...options.series.map(() => [])], this.box);
     new ResizeObserver(() => this.plot.setSize(this.size())).observe(this.box);
     this.box.tabIndex = 0;
     this.box.setAttribute("role", "group");
     this.box.setAttribute("aria-label", `${this.title}, plot. Plus and minus zoom, the arrows move, 0 shows all.`);
     this.box.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  paintMark(u) {
+    const [from, until] = (this.mark ?? [null, null]).map((x) => (x === null ? null : u.valToPos(x, "x", true)));
+    const { left, top, width, height } = u.bbox;
+    const inside = (x) => Math.min(left + width, Math.max(left, x));
+    u.ctx.save();
+    u.ctx.fillStyle = colour("band");
+    if (from !== null && until !== null) u.ctx.fillRect(inside(from), top, inside(until) - inside(from), height);
+    u.ctx.fillStyle = colour("accent");
+    for (const x of [from, until]) if (x !== null && x === inside(x)) u.ctx.fillRect(x - 1, top, 2, height);
+    u.ctx.restore();
   }
 
   key(event) {

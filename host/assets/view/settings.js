@@ -20,23 +20,25 @@ export async function post(path, body, type = "application/json") {
 }
 
 // Shows those in force; without a board that takes settings there is nothing to set.
-export function show({ live, settings_reply: reply, can_set: canSet }) {
+export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
   $("settings").hidden = !canSet;
   if (!canSet) return;
+  $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
+  $("settings-send").textContent = isRun ? "Run again" : "Send";
   const { settings } = live.latest.hello;
   if (!isChanging) NAMES.forEach((name) => { $(name).value = Number(settings[name].toPrecision(6)); });
-  if (reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
+  if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
 }
 
-// `target` gives the path to send to.
-export function begin(target) {
+// `send` takes the wanted settings as JSON, and gives what became of them.
+export function begin(send) {
   $("settings-form").addEventListener("input", () => { isChanging = true; });
   $("settings-form").addEventListener("submit", async (event) => {
     event.preventDefault();
     const wanted = Object.fromEntries(NAMES.map((name) => [name, Number($(name).value)]));
     say("Sending.");
     try {
-      say(await post(target(), JSON.stringify(wanted)));
+      say(await send(JSON.stringify(wanted)));
       isChanging = false;
     } catch (error) {
       say(error.message, true);

@@ -1,22 +1,27 @@
-// The page: takes the messages of the command, and shows them unless it is paused.
+// The page: takes the messages of the command, and shows them, or a run, unless it is paused.
 import { Model } from "./model.js";
 import { drawMap, drawPlots } from "./draw.js";
 import { Fit } from "./fit.js";
 import { History } from "./history.js";
 import { Spectrum } from "./spectrum.js";
 import { Strips } from "./strips.js";
+import { Scrub } from "./scrub.js";
 import * as panels from "./panels.js";
+import * as runs from "./runs.js";
 import * as save from "./save.js";
 import * as settings from "./settings.js";
 
 const $ = (id) => document.getElementById(id);
+// Elements that have keys of their own.
+const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
 const model = new Model();
 // The state when the page was paused.
 let paused = null;
 let isConnected = false;
 let isDue = false;
+let source = null;
 
-const zoomed = () => pause(true);
+const zoomed = () => scrub.run === null && pause(true);
 const plots = {
   strips: new Strips($("strips"), zoomed),
   history: new History($("history"), zoomed),
@@ -24,6 +29,13 @@ const plots = {
   fit: new Fit($("fit"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
+const scrub = new Scrub(() => {
+  list.list();
+  drawAll();
+});
+const list = runs.begin({ look: (run) => scrub.look(run), changed: () => drawAll(), shown: () => scrub.run });
+
+const shown = () => (scrub.run === null ? paused ?? model : scrub.model ?? model);
 
 function pause(wanted) {
   if (wanted === (paused !== null)) return;
@@ -40,9 +52,12 @@ function schedule() {
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    draw();
+    // A zoomed plot stays as it is, and so does a run.
+    draw(paused === null && scrub.run === null);
   });
 }
+
+const drawAll = () => draw(true);
 
 function showStatus() {
   const { state } = model;
@@ -50,26 +65,43 @@ function showStatus() {
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
-function draw() {
+function draw(withPlots) {
+  if (model.state === null) return;
   showStatus();
-  const shown = paused ?? model;
-  if (shown.state === null) return;
-  const { state } = shown;
+  runs.showRecording(model.state);
+  const found = shown();
+  const { state } = found;
   const { live } = state;
+  const { run } = scrub;
   document.title = `Ridgetone · ${live.source}`;
   $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
   $("version").textContent = `Ridgetone ${state.version}.`;
+  $("pause").hidden = run !== null;
+  document.body.classList.toggle("looking", run !== null);
   panels.tiles(state);
-  panels.health(shown);
+  panels.health(found);
   panels.log(live);
-  settings.show(state);
+  settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run !== null);
   drawMap(mapCanvas, state);
-  // A zoomed plot stays as it is.
-  if (paused === null) drawPlots(plots, state);
+  if (!withPlots) return;
+  const mark = run === null ? [null, null] : scrub.mark;
+  [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
+  drawPlots(plots, state, compared(run, live));
+}
+
+// The run to compare with, its first contact at that of this one; at a board its end is now.
+function compared(run, live) {
+  const beside = runs.compared();
+  $("difference").textContent = beside === null ? "" : runs.difference(run, beside.run);
+  if (beside === null || beside.run.id === run?.id) return null;
+  const [a, b] = [run?.contact_s ?? null, beside.run.contact_s];
+  const shift_s = run !== null && a !== null && b !== null ? a - b : (live.now_s ?? 0) - beside.run.until_s;
+  return { state: beside.state, shift_s };
 }
 
 function connect() {
-  const source = new EventSource("/events");
+  source?.close();
+  source = new EventSource("/events");
   const on = (take) => (event) => {
     isConnected = true;
     take(JSON.parse(event.data));
@@ -77,31 +109,29 @@ function connect() {
   };
   source.addEventListener("state", on((message) => model.begin(message)));
   source.addEventListener("update", on((message) => model.add(message)));
-  source.addEventListener("error", () => {
+  source.addEventListener("error", (event) => {
     isConnected = false;
     schedule();
     // The browser recovers from most errors by itself.
-    if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1000);
+    if (event.target.readyState === EventSource.CLOSED && event.target === source) setTimeout(connect, 1000);
   });
 }
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  if (event.key === " " && !["BUTTON", "SELECT", "INPUT"].includes(event.target.tagName)) {
-    event.preventDefault();
+  const hasOwn = OWN_KEYS.includes(event.target.tagName) && (event.key === " " || event.target.type === "number");
+  if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+  if (!scrub.key(event.key)) {
+    if (event.key !== " ") return;
     pause(paused === null);
   }
+  event.preventDefault();
 });
-for (const select of document.querySelectorAll("select")) {
-  select.addEventListener("change", () => {
-    const { state } = paused ?? model;
-    if (state !== null) drawPlots(plots, state);
-  });
-}
+for (const select of document.querySelectorAll("select")) select.addEventListener("change", drawAll);
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
 for (const button of document.querySelectorAll("[data-save]")) {
   button.addEventListener("click", () => {
-    const { state } = paused ?? model;
+    const { state } = shown();
     if (state === null) return;
     const card = button.closest(".card");
     const what = card.dataset.name;
@@ -115,5 +145,14 @@ const redraw = () => {
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 new ResizeObserver(schedule).observe($("map"));
-settings.begin(() => "/settings");
+// A page that nobody sees asks for nothing: an emulated board waits meanwhile.
+document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
+settings.begin(async (wanted) => {
+  if (scrub.run === null) return settings.post("/settings", wanted);
+  const found = JSON.parse(await settings.post(`/runs/${scrub.run.id}/settings`, wanted));
+  list.update({ ...found, name: scrub.run.name });
+  Object.assign(scrub.run, { ...found, name: scrub.run.name });
+  await scrub.go(scrub.t_s);
+  return "These are this run's estimates with the new settings.";
+});
 connect();

@@ -36,6 +36,7 @@ pub struct Following {
     /// The board's answer to [`Self::set`]; none before it has come.
     pub settings_reply: Option<SettingsReply>,
     is_setting: bool,
+    is_idle: bool,
 }
 
 /// What became of settings that were sent.
@@ -53,7 +54,7 @@ impl Following {
         if raw == RawFrames::On {
             requester.want_raw(true);
         }
-        Self { feed, requester, raw, settings_reply: None, is_setting: false }
+        Self { feed, requester, raw, settings_reply: None, is_setting: false, is_idle: false }
     }
 
     /// A state that knows the name of the source alone.
@@ -72,6 +73,12 @@ impl Following {
     /// Whether there is a board that takes settings.
     pub fn has_board(&self) -> bool {
         self.feed.has_board()
+    }
+
+    /// Nobody looks, or somebody does again: the emulated board waits meanwhile, and a board goes on.
+    pub fn idle(&mut self, idle: bool) {
+        self.feed.idle(idle);
+        self.is_idle = idle;
     }
 
     /// Puts settings into force on the board, without storing them.
@@ -136,7 +143,9 @@ impl Following {
 
     fn follow_up(&mut self, live: &mut Live) {
         live.now.counts = self.feed.counts();
+        // What waits answers nothing.
         if self.feed.has_board()
+            && !self.is_idle
             && live.now.connection == Connection::Connected
             && let Err(error) = self.requester.tick(&mut self.feed)
         {

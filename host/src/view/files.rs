@@ -23,6 +23,8 @@ pub const FILES: &[(&str, &str, &str)] = &[
     js!("spectrum.js"),
     js!("fit.js"),
     js!("panels.js"),
+    js!("runs.js"),
+    js!("scrub.js"),
     js!("settings.js"),
     js!("format.js"),
     js!("save.js"),

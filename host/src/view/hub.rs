@@ -4,10 +4,11 @@
 //! the queue, and gets everything again with the number of updates that it missed.
 
 use super::status;
+use super::tape::Tape;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
-use crate::feed::{FeedEvent, Following, SettingsReply};
+use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
 use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -16,6 +17,7 @@ use anyhow::{Result, ensure};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
@@ -34,6 +36,9 @@ const PACKETS: usize = 1024;
 
 /// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
+
+/// Time after a look at the state in which somebody is taken to watch.
+const LOOKED: Duration = Duration::from_secs(3);
 
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
@@ -64,6 +69,9 @@ struct Inner {
     /// Settings that a page wants, for [`Hub::wanted`].
     wanted: Option<Settings>,
     settings_reply: Option<SettingsReply>,
+    tape: Option<Tape>,
+    /// When somebody asked for the state.
+    looked: Option<Instant>,
     /// Arrival of the latest packet.
     received: Option<Instant>,
     /// Estimates and frames since the latest update.
@@ -95,6 +103,8 @@ struct Common<'a> {
     can_set: bool,
     /// What became of the latest settings that a page sent.
     settings_reply: Option<&'a SettingsReply>,
+    /// Length of the recording that is being made, seconds.
+    recording_s: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -150,6 +160,12 @@ impl Hub {
         inner.settings_reply.clone_from(&following.settings_reply);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
+        if let Some(tape) = &mut inner.tape
+            && let Err(error) = tape.keep(packet, following.receipt(), inner.live.hello())
+        {
+            inner.live.note(format!("{error:#}"));
+            inner.tape = None;
+        }
         if let Ok(line) = inner.json.line(packet, following.receipt()) {
             let line: Arc<str> = (line + "\n").into();
             if matches!(packet.event, Event::Hello(_)) {
@@ -189,6 +205,7 @@ impl Hub {
     /// Everything, for a new page, and the queue of all updates after it.
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
+        inner.looked = Some(Instant::now());
         // Under one lock, so that the state and the queue neither overlap nor leave a gap.
         self.send_new(&mut inner)?;
         let updates = self.updates.subscribe();
@@ -215,10 +232,36 @@ impl Hub {
         self.lock().wanted.take()
     }
 
+    /// Begins to record into a new file; if it records already, ends, and gives the tape and a name for it.
+    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<(Tape, String)> {
+        let mut inner = self.lock();
+        let now_s = inner.live.now.now_s.unwrap_or_default();
+        let Some(tape) = inner.tape.take() else {
+            inner.tape = Some(Tape::new(path(), &inner.live.now.source));
+            return None;
+        };
+        let name = format!("{:.1} to {now_s:.1} s of {}", (now_s - tape.length_s()).max(0.0), inner.live.now.source);
+        Some((tape, name))
+    }
+
+    /// Whether a page or a program looks, or something is recorded.
+    pub fn is_watched(&self) -> bool {
+        let inner = self.lock();
+        let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
+        looked || inner.tape.is_some() || self.updates.receiver_count() + self.packets.receiver_count() > 0
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inner> {
         // A panic under the lock leaves a state that can still be shown.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Everything of a state that somebody looks back at.
+pub fn state_of(live: Live) -> Result<String> {
+    let (spectrum, curves) = (spectrum(&live), curves(&live));
+    let no_raw = live.strips.is_empty().then(|| status::no_raw(&RawFrames::Unavailable)).flatten();
+    Inner { live, spectrum, curves, no_raw, received: Some(Instant::now()), ..Inner::default() }.state(0)
 }
 
 impl Inner {
@@ -256,6 +299,7 @@ impl Inner {
             remarks,
             can_set: self.can_set,
             settings_reply: self.settings_reply.as_ref(),
+            recording_s: self.tape.as_ref().map(Tape::length_s),
         }
     }
 

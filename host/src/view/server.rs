@@ -7,10 +7,13 @@
 //! | `/state.json` | everything, once |
 //! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
 //! | `/settings` | POST: some settings for the board, as a JSON object |
+//! | `/runs`, `/record` | [`super::run_routes`] |
 
 use super::files::FILES;
-use super::guard::guard;
+use super::guard::{Access, guard};
 use super::hub::{Hub, Message};
+use super::run_routes;
+use super::runs::Runs;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -22,8 +25,9 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::{Either, select};
 use futures_util::stream::{Stream, unfold};
+use serde::Serialize;
 use std::convert::Infallible;
-use std::net::{SocketAddr, TcpListener};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
@@ -33,23 +37,32 @@ use tokio::sync::oneshot;
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
 
+/// What the paths are served from.
+#[derive(Clone)]
+pub struct App {
+    pub hub: Arc<Hub>,
+    pub runs: Arc<Runs>,
+}
+
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
-    pub address: SocketAddr,
+    /// With the port that it has.
+    pub access: Access,
     _running: oneshot::Sender<()>,
 }
 
 impl Server {
-    /// Serves the hub's messages at an address.
-    pub fn start(address: SocketAddr, hub: Arc<Hub>) -> Result<Self> {
+    /// Serves the hub's messages and the runs.
+    pub fn start(access: Access, app: App) -> Result<Self> {
+        let address = access.address;
         let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
-        let address = listener.local_addr()?;
+        let access = Access { address: listener.local_addr()?, ..access };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (running, dropped) = oneshot::channel::<()>();
-        let routes = routes(hub).layer(from_fn_with_state(address, guard));
+        let routes = routes(app).layer(from_fn_with_state(access.clone(), guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
@@ -60,12 +73,12 @@ impl Server {
             }
         };
         std::thread::spawn(move || runtime.block_on(serve));
-        Ok(Self { address, _running: running })
+        Ok(Self { access, _running: running })
     }
 }
 
-fn routes(hub: Arc<Hub>) -> Router {
-    let mut routes = Router::new();
+fn routes(app: App) -> Router {
+    let mut routes = run_routes::routes();
     for (path, kind, content) in FILES.iter().copied() {
         routes = routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
     }
@@ -74,29 +87,41 @@ fn routes(hub: Arc<Hub>) -> Router {
         .route("/state.json", get(state))
         .route("/packets", get(packets))
         .route("/settings", post(settings))
-        .with_state(hub)
+        .with_state(app)
 }
 
-async fn state(State(hub): State<Arc<Hub>>) -> Response {
+async fn state(State(App { hub, .. }): State<App>) -> Response {
     match hub.join(0) {
         Ok((message, _)) => ([(header::CONTENT_TYPE, "application/json")], message.json.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}\n")).into_response(),
     }
 }
 
-/// Words for people, and a status by whether it went well.
-fn answer(done: Result<String>) -> Response {
+/// Words or JSON, and a status by whether it went well.
+pub fn answer(done: Result<String>) -> Response {
     match done {
+        Ok(text) if text.starts_with(['{', '[']) => {
+            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+        }
         Ok(text) => text.into_response(),
         Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
     }
 }
 
-async fn settings(State(hub): State<Arc<Hub>>, json: String) -> Response {
+pub fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string(value)?)
+}
+
+/// Does what takes long without keeping the pages waiting.
+pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
+    tokio::task::spawn_blocking(work).await.context("the work ended without a result")?
+}
+
+async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response {
     answer(hub.set(&json).map(|()| "Sent to the board.".to_owned()))
 }
 
-async fn packets(State(hub): State<Arc<Hub>>) -> Response {
+async fn packets(State(App { hub, .. }): State<App>) -> Response {
     let (greeting, packets) = hub.join_packets();
     let lines = unfold((greeting, packets), |(mut greeting, mut packets)| async move {
         let line = match greeting.take() {
@@ -112,7 +137,7 @@ async fn packets(State(hub): State<Arc<Hub>>) -> Response {
     ([(header::CONTENT_TYPE, "application/x-ndjson")], Body::from_stream(lines)).into_response()
 }
 
-async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {
+async fn events(State(App { hub, .. }): State<App>) -> impl IntoResponse {
     Sse::new(messages(hub)).keep_alive(KeepAlive::default())
 }
 

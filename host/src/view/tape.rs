@@ -1,0 +1,56 @@
+//! What a page records: all packets from one moment to another, as `record` writes them.
+
+use crate::recording::{self, Keep, Recording};
+use crate::utc::Receipt;
+use anyhow::{Context, Result, ensure};
+use ridgetone_proto::telemetry::{Event, Hello, Packet, WIRE_MAX, encode};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
+const MOST: usize = 256 << 20;
+
+pub struct Tape {
+    pub path: PathBuf,
+    source: String,
+    begun: Instant,
+    file: Option<Recording>,
+    bytes: usize,
+}
+
+impl Tape {
+    pub fn new(path: PathBuf, source: &str) -> Self {
+        Self { path, source: source.to_owned(), begun: Instant::now(), file: None, bytes: 0 }
+    }
+
+    pub fn length_s(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Whether there is anything on it.
+    pub fn is_empty(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Keeps a packet; in front of the first one the latest greeting, without which nobody knows the reference.
+    pub fn keep(&mut self, packet: &Packet, receipt: Option<Receipt>, hello: Option<&Hello>) -> Result<()> {
+        ensure!(self.bytes < MOST, "the recording is full; `ridgetone record` makes longer ones");
+        if self.file.is_none() {
+            let byte_s = receipt.map_or(0.0, |receipt| receipt.byte_s);
+            self.file = Some(recording::create(&self.path, &self.source, byte_s)?);
+            if let (Some(hello), false) = (hello, matches!(packet.event, Event::Hello(_))) {
+                let sequence = packet.sequence.wrapping_sub(1);
+                self.write(&Packet { sequence, event: Event::Hello(hello.clone()) }, receipt)?;
+            }
+        }
+        self.write(packet, receipt)
+    }
+
+    fn write(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(packet, &mut wire).context("a packet")?;
+        self.bytes += used;
+        let file = self.file.as_mut().context("the recording")?;
+        Ok(file.keep(&wire[..used], receipt)?)
+    }
+}
