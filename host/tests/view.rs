@@ -39,7 +39,11 @@ fn packets(until_s: f64) -> Vec<Packet> {
 
 /// The same as a recording.
 fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
-    let path = folder.join("touch.rec");
+    recorded_as(folder, "touch.rec", packets)
+}
+
+fn recorded_as(folder: &Path, name: &str, packets: &[Packet]) -> PathBuf {
+    let path = folder.join(name);
     let mut file = recording::create(&path, "a test", 0.0).expect("a file");
     for packet in packets {
         let mut wire = [0; WIRE_MAX];

@@ -79,6 +79,8 @@ enum Task {
         #[arg(long)]
         all: bool,
     },
+    /// Takes docs/view.png, the picture of the page, of the emulated board in front of scenes/c1.toml.
+    Pictures,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
     /// Python.
     Setup,
@@ -116,6 +118,7 @@ fn main() -> ExitCode {
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Test { all } => test::run_tests(all),
+        Task::Pictures => test::take_pictures(),
         Task::Release => release::run(),
         Task::Package => package::check(),
         Task::LintFirmware => images::lint(),

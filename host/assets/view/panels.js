@@ -44,7 +44,7 @@ export function tiles({ live, remarks }) {
   const board = health ? health.conversions_lost + health.hops_skipped + health.messages_dropped : 0;
   const lost = missing + damaged + board;
   put("lost", lost === 0 ? "nothing" : String(lost));
-  put("lost-small", lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
+  put("lost-small", live.counts.received === 0 ? "" : lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
   $("lost").classList.toggle("alarm", lost > 0);
 }
 

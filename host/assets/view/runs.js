@@ -39,10 +39,11 @@ const period = (point) => (point && point.spatial_period_mm !== null ? withSigma
 // How far two runs are apart, in words.
 export function difference(one, other) {
   const [a, b] = [one?.estimate, other?.estimate];
-  if (!a || !b || a.abscissa !== b.abscissa) return "";
+  const shown = `Dashed in violet: ${other.name}.`;
+  if (!a || !b || a.abscissa !== b.abscissa) return shown;
   const [apart, sigma] = [a.frequency - b.frequency, Math.hypot(a.sigma, b.sigma)];
   const unit = a.abscissa === "place" ? "/mm" : "Hz";
-  return `${one.name} − ${other.name}: ${withSigma(apart, sigma, unit)}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
+  return `${shown} ${one.name} − ${other.name}: ${withSigma(apart, sigma, unit)}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
 }
 
 export const of = (id) => runs.find((run) => run.id === id);
@@ -125,7 +126,7 @@ export function begin({ look, changed, shown }) {
     const ended = await post("/record", "");
     if (ended === "") return;
     const found = JSON.parse(ended);
-    update({ ...found, name: `${found.name}.rec` });
+    update(found);
     say("Recorded: Save keeps it.");
   }));
   // Those that the command has from before.

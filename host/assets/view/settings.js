@@ -5,6 +5,8 @@ const NAMES = ["window_s", "hop_s", "harmonics"];
 
 // What somebody is changing stays as it is.
 let isChanging = false;
+// Whose settings are shown.
+let wasRun = false;
 
 const say = (text, isWrong = false) => {
   $("settings-said").textContent = text;
@@ -23,8 +25,13 @@ export async function post(path, body, type = "application/json") {
 export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
   $("settings").hidden = !canSet;
   if (!canSet) return;
+  if (wasRun !== isRun) {
+    [wasRun, isChanging] = [isRun, false];
+    say("");
+  }
   $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
   $("settings-send").textContent = isRun ? "Run again" : "Send";
+  $("settings-reset").textContent = isRun ? "As in the run" : "As on the board";
   const { settings } = live.latest.hello;
   if (!isChanging) NAMES.forEach((name) => { $(name).value = Number(settings[name].toPrecision(6)); });
   if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);

@@ -59,17 +59,16 @@ function schedule() {
 
 const drawAll = () => draw(true);
 
-function showStatus() {
-  const { state } = model;
+function showStatus({ state }) {
   $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
 function draw(withPlots) {
   if (model.state === null) return;
-  showStatus();
   runs.showRecording(model.state);
   const found = shown();
+  showStatus(scrub.run === null ? model : found);
   const { state } = found;
   const { live } = state;
   const { run } = scrub;
@@ -150,8 +149,8 @@ document.addEventListener("visibilitychange", () => (document.hidden ? source?.c
 settings.begin(async (wanted) => {
   if (scrub.run === null) return settings.post("/settings", wanted);
   const found = JSON.parse(await settings.post(`/runs/${scrub.run.id}/settings`, wanted));
-  list.update({ ...found, name: scrub.run.name });
-  Object.assign(scrub.run, { ...found, name: scrub.run.name });
+  Object.assign(scrub.run, found);
+  list.update(found);
   await scrub.go(scrub.t_s);
   return "These are this run's estimates with the new settings.";
 });

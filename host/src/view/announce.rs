@@ -66,7 +66,7 @@ mod tests {
         let lines: Vec<Vec<char>> = text.lines().map(|line| line.chars().collect()).collect();
         let is_dark = |x: usize, y: usize| match lines[y / 2][x] {
             '\u{2588}' => true,
-            '\u{2580}' => y % 2 == 0,
+            '\u{2580}' => y.is_multiple_of(2),
             '\u{2584}' => y % 2 == 1,
             _ => false,
         };
@@ -76,7 +76,7 @@ mod tests {
         assert!((0..size).all(|k| (0..4).all(|q| !is_dark(k, q) && !is_dark(q, k) && !is_dark(size - 1 - q, k))));
         // A finder pattern: dark 7 x 7, light 5 x 5, dark 3 x 3.
         for (left, top) in [(4, 4), (size - 11, 4), (4, size - 11)] {
-            for (x, y) in (0..49).map(|at| (at % 7, at / 7)) {
+            for (x, y) in (0..49_usize).map(|at| (at % 7, at / 7)) {
                 let ring = x.abs_diff(3).max(y.abs_diff(3));
                 assert_eq!(is_dark(left + x, top + y), ring != 2, "{x} {y}");
             }

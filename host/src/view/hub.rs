@@ -232,16 +232,14 @@ impl Hub {
         self.lock().wanted.take()
     }
 
-    /// Begins to record into a new file; if it records already, ends, and gives the tape and a name for it.
-    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<(Tape, String)> {
-        let mut inner = self.lock();
-        let now_s = inner.live.now.now_s.unwrap_or_default();
-        let Some(tape) = inner.tape.take() else {
+    /// Begins to record into a new file; if it records already, ends, and gives the tape.
+    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Tape> {
+        let inner = &mut *self.lock();
+        let ended = inner.tape.take();
+        if ended.is_none() {
             inner.tape = Some(Tape::new(path(), &inner.live.now.source));
-            return None;
-        };
-        let name = format!("{:.1} to {now_s:.1} s of {}", (now_s - tape.length_s()).max(0.0), inner.live.now.source);
-        Some((tape, name))
+        }
+        ended
     }
 
     /// Whether a page or a program looks, or something is recorded.

@@ -77,11 +77,11 @@ async fn close(State(app): State<App>, Path(id): Path<u64>) -> Response {
 }
 
 async fn record(State(app): State<App>) -> Response {
-    let Some((tape, name)) = app.hub.record(|| app.runs.new_path()) else { return answer(Ok(String::new())) };
+    let Some(tape) = app.hub.record(|| app.runs.new_path()) else { return answer(Ok(String::new())) };
     answer(
         on_a_thread(move || {
             anyhow::ensure!(!tape.is_empty(), "nothing was received while it was recorded");
-            let path = tape.path.clone();
+            let (path, name) = (tape.path.clone(), tape.name());
             // Its file is complete when it is dropped.
             drop(tape);
             json(&app.runs.open(&name, &path)?)

@@ -1,5 +1,6 @@
 //! What a page records: all packets from one moment to another, as `record` writes them.
 
+use crate::live::time_s;
 use crate::recording::{self, Keep, Recording};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, ensure};
@@ -16,15 +17,24 @@ pub struct Tape {
     begun: Instant,
     file: Option<Recording>,
     bytes: usize,
+    /// First and last device time, seconds.
+    times_s: Option<(f64, f64)>,
 }
 
 impl Tape {
     pub fn new(path: PathBuf, source: &str) -> Self {
-        Self { path, source: source.to_owned(), begun: Instant::now(), file: None, bytes: 0 }
+        Self { path, source: source.to_owned(), begun: Instant::now(), file: None, bytes: 0, times_s: None }
     }
 
     pub fn length_s(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
+    }
+
+    /// A name for its file.
+    pub fn name(&self) -> String {
+        let source = self.source.rsplit(['/', '\\']).next().unwrap_or_default().replace(' ', "-");
+        let (from_s, until_s) = self.times_s.unwrap_or_default();
+        format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
     }
 
     /// Whether there is anything on it.
@@ -42,6 +52,10 @@ impl Tape {
                 let sequence = packet.sequence.wrapping_sub(1);
                 self.write(&Packet { sequence, event: Event::Hello(hello.clone()) }, receipt)?;
             }
+        }
+        if let Some(t_s) = time_s(&packet.event) {
+            let (from_s, until_s) = self.times_s.unwrap_or((t_s, t_s));
+            self.times_s = Some((from_s.min(t_s), until_s.max(t_s)));
         }
         self.write(packet, receipt)
     }

@@ -10,7 +10,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Status, head and body of the answer to a request; of an endless one what comes within `most`.
-fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
+pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100))).expect("a timeout");
     write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
