@@ -17,8 +17,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
-/// `listen.rs` and `recordings.rs`.
-const WITH_A_BOARD: [&str; 16] = [
+/// `listen.rs`, `recordings.rs` and `view.rs`.
+const WITH_A_BOARD: [&str; 17] = [
+    "ridgetone view --listen 0.0.0.0:8321",
     "ridgetone monitor --raw --json",
     "ridgetone listen --raw",
     "ridgetone record --raw -o -",
@@ -38,7 +39,9 @@ const WITH_A_BOARD: [&str; 16] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 15] = [
+const LITTLE_OF: [(&str, &str); 17] = [
+    ("cargo xtask pictures", "host/tests/view/page.rs"),
+    ("cargo test -p ridgetone-host --test view -- --ignored", "xtask/src/test.rs"),
     ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
