@@ -2,7 +2,7 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | what the pages get, and when | [`hub`] |
+//! | what the pages get, and when | [`message`], [`hub`] |
 //! | runs to look back at, and what is recorded | [`run`], [`runs`], [`tape`] |
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
@@ -17,6 +17,7 @@ pub mod announce;
 pub mod files;
 pub mod guard;
 pub mod hub;
+pub mod message;
 pub mod run;
 pub mod run_routes;
 pub mod runs;

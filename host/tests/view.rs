@@ -6,6 +6,8 @@ mod common;
 mod page;
 #[path = "view/served.rs"]
 mod served;
+#[path = "view/served_runs.rs"]
+mod served_runs;
 #[path = "view/updates.rs"]
 mod updates;
 

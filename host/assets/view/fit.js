@@ -33,7 +33,7 @@ export class Fit extends Plot {
     this.axis.read = [most + 0.05 * span - 1.1 * span / (1 - RESIDUAL), most + 0.05 * span];
     const [low, high] = robust(rest) ?? [-1, 1];
     this.axis.residual_mv = round125(Math.max(1e-6, -low, high));
-    this.show([curves.t_s, read, fit, tone, rest]);
+    this.show([curves.t_s, read, fit, tone, rest], `taxel ${taxel}, residual within ${this.axis.residual_mv} mV`);
   }
 
   // Amplitudes in words; none without a fit of this taxel.

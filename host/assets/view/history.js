@@ -1,5 +1,5 @@
 // The frequency over time, with its uncertainty.
-import { Plot, Steady, colour, dots, line, robust } from "./plot.js";
+import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
 
 // Windows more than this many hops apart have a pause between them.
 const GAP = 2.5;
@@ -37,9 +37,8 @@ export class History extends Plot {
     const known = found.filter((point) => (point.frequency ?? null) !== null);
     if (!known.length) return 0;
     const good = known.filter((point) => point.status === "good");
-    const frequencies = (good.length > 2 ? good : known).map((point) => point.frequency);
-    // Of a few estimates none is wild by its rank.
-    const [low, high] = robust(frequencies, frequencies.length > 5 ? WILD : 0);
+    const frequencies = (good.length ? good : known).map((point) => point.frequency);
+    const [low, high] = withoutWild(frequencies, WILD);
     const latest = known.at(-1).frequency;
     const [least, most] = [Math.min(low, latest), Math.max(high, latest)];
     const half = Math.max(0.65 * (most - least), 0.5 * LEAST_SHARE * most);
@@ -76,7 +75,7 @@ export class History extends Plot {
       only((point) => point.span === "window" && point.status !== "good"),
       only((point) => point.span === "slide"),
       shown.map((point) => point.beside),
-    ]);
+    ], `from ${this.axis.range.map((end) => end.toPrecision(6)).join(" to ")}`);
     return { hasTone: found.some((point) => point.frequency !== null), beyond };
   }
 }

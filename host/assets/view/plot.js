@@ -5,6 +5,8 @@ export const colour = (name) => getComputedStyle(document.documentElement).getPr
 
 // Share of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
 const SLACK = 0.4;
+// Times the median deviation from the median.
+const FAR = 8;
 // A step to the side, and a step of zoom, as shares of what is shown.
 const STEP = 0.2;
 const ZOOM = 0.6;
@@ -18,6 +20,18 @@ export function quantile(sorted, share) {
 export function robust(values, share = 0.01) {
   const sorted = values.filter((value) => value !== null && value !== undefined && Number.isFinite(value)).sort((a, b) => a - b);
   return sorted.length ? [quantile(sorted, share), quantile(sorted, 1 - share)] : null;
+}
+
+// The same, but only values that are far from the median are left out, at most this share of them at each end: a second level
+// that lasts is none of them.
+export function withoutWild(values, share) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const middle = quantile(sorted, 0.5);
+  const spread = quantile(sorted.map((value) => Math.abs(value - middle)).sort((a, b) => a - b), 0.5);
+  const isWild = (value) => Math.abs(value - middle) > FAR * spread;
+  const most = sorted.length > 2 ? Math.ceil(share * sorted.length) : 0;
+  const cut = (ordered) => ordered.slice(0, most).filter(isWild).length;
+  return [sorted[cut(sorted)], sorted.at(-1 - cut(sorted.toReversed()))];
 }
 
 // A range that grows at once, and shrinks when much of it is unused.
@@ -105,9 +119,11 @@ export class Plot {
     return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
   }
 
-  show(data) {
+  // `said`: what the axes show, for those who do not see them.
+  show(data, said = "") {
     this.data = data;
     this.plot.setData(data);
+    this.box.setAttribute("aria-description", said);
   }
 
   // Shows the reason instead of an empty plot; none for a plot with data.

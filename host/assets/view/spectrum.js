@@ -56,7 +56,7 @@ export class Spectrum extends Plot {
     this.shown.floor = this.steady.take([Math.max(-120, Math.min(-20, 10 * Math.floor(low / 10))), 0])[0];
     // The other's bins may lie elsewhere.
     const other = (found) => hz.map((at) => (found ? found.power_db[Math.round(at / found.bin_hz)] ?? null : null));
-    this.show([hz.map(this.toX), db, other(rest), other(beside)]);
+    this.show([hz.map(this.toX), db, other(rest), other(beside)], `from ${this.shown.floor} to 0 dB`);
   }
 }
 

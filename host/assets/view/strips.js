@@ -39,7 +39,8 @@ export class Strips extends Plot {
     const swings = mv.map((values) => robust(values)).map((range) => (range ? range[1] - range[0] : 0)).sort((a, b) => a - b);
     const wanted = Math.max(0.02, 0.6 * swings[SWING]);
     if (wanted > this.apart.mv || wanted < SLACK * 0.5 * this.apart.mv) this.apart.mv = round125(wanted);
-    this.plot.axes[1].label = `taxel, rows ${this.apart.mv} mV apart`;
-    this.show([t_s, ...mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)))]);
+    const rows = `rows ${this.apart.mv} mV apart`;
+    this.plot.axes[1].label = `taxel, ${rows}`;
+    this.show([t_s, ...mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)))], rows);
   }
 }

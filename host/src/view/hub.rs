@@ -3,27 +3,24 @@
 //! The thread that folds packets never waits for a page. Each page has a short queue; a page that is too slow for it loses
 //! the queue, and gets everything again with the number of updates that it missed.
 
+use super::message::{Common, Message, STREAM, State, Update};
 use super::status;
 use super::tape::Tape;
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
-use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
+use crate::live::{Live, Log, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
-use crate::static_image::{PLACES, SIDE};
+use crate::static_image::PLACES;
 use anyhow::{Result, ensure};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
-use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
-
-/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields leave it.
-pub const STREAM: u32 = 1;
 
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
@@ -42,14 +39,6 @@ const LOOKED: Duration = Duration::from_secs(3);
 
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
-
-#[derive(Clone, Debug)]
-pub struct Message {
-    /// `state`: everything; `update`: what is new.
-    pub kind: &'static str,
-    /// JSON on one line.
-    pub json: Arc<str>,
-}
 
 /// The common state of all pages.
 pub struct Hub {
@@ -90,53 +79,6 @@ struct Inner {
     number: u64,
     json: JsonLines,
     greeting: Option<Arc<str>>,
-}
-
-/// Fields of both kinds of message.
-#[derive(Serialize)]
-struct Common<'a> {
-    update: u64,
-    status: String,
-    no_raw: Option<&'a str>,
-    /// What helps against the latest estimate's status, and what is remarkable about it.
-    remarks: Vec<String>,
-    can_set: bool,
-    /// What became of the latest settings that a page sent.
-    settings_reply: Option<&'a SettingsReply>,
-    /// Length of the recording that is being made, seconds.
-    recording_s: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct State<'a> {
-    #[serde(flatten)]
-    common: Common<'a>,
-    missed: u64,
-    /// Version of the stream.
-    stream: u32,
-    version: &'static str,
-    places: [[usize; SIDE]; SIDE],
-    points_most: usize,
-    frames_most: usize,
-    live: &'a Live,
-    spectrum: Option<&'a Spectrum>,
-    curves: Option<&'a Curves>,
-}
-
-/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are gone.
-#[derive(Serialize)]
-struct Update<'a> {
-    #[serde(flatten)]
-    common: Common<'a>,
-    live: &'a Now,
-    points: &'a [Point],
-    #[serde(serialize_with = "columns")]
-    strips: &'a Strips,
-    log: Option<&'a Log>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spectrum: Option<Option<&'a Spectrum>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    curves: Option<Option<&'a Curves>>,
 }
 
 impl Hub {

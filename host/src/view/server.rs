@@ -11,7 +11,8 @@
 
 use super::files::FILES;
 use super::guard::{Access, guard};
-use super::hub::{Hub, Message};
+use super::hub::Hub;
+use super::message::Message;
 use super::run_routes;
 use super::runs::Runs;
 use anyhow::{Context, Result};

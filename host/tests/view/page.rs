@@ -2,6 +2,8 @@
 
 #[path = "../common/browser.rs"]
 mod browser;
+#[path = "page_runs.rs"]
+mod runs;
 
 use super::served::request;
 use super::{View, packets, recorded, recorded_as};
@@ -9,7 +11,7 @@ use crate::common;
 use browser::{Browser, Look};
 use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Status};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -163,151 +165,6 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     assert_eq!(text(&mut browser, "frequency"), shown);
 }
 
-/// Presses a key, as a keyboard does.
-fn press(browser: &mut Browser, key: &str) {
-    for kind in ["keyDown", "keyUp"] {
-        let text = if kind == "keyDown" && key.len() == 1 { key } else { "" };
-        browser.call("Input.dispatchKeyEvent", json!({"type": kind, "key": key, "text": text}));
-    }
-}
-
-/// Role and name of everything that a keyboard reaches, as a screen reader has them.
-fn controls(browser: &mut Browser) -> Vec<(String, String)> {
-    let tree = browser.call("Accessibility.getFullAXTree", json!({}));
-    let focusable = |node: &&Value| {
-        let properties = node["properties"].as_array();
-        properties.is_some_and(|all| all.iter().any(|p| p["name"] == "focusable" && p["value"]["value"] == true))
-    };
-    let text = |value: &Value| value["value"].as_str().unwrap_or_default().to_owned();
-    let nodes = tree["nodes"].as_array().expect("a tree").iter().filter(|node| node["ignored"] == false);
-    nodes.filter(focusable).map(|node| (text(&node["role"]), text(&node["name"]))).collect()
-}
-
-/// Moves the slider of a run.
-fn go(browser: &mut Browser, t_s: f64) {
-    browser.value(&format!(
-        "(() => {{ const time = document.getElementById('time'); time.value = {t_s}; \
-         time.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
-    ));
-    browser.wait(&format!(
-        "Math.abs(parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) - {t_s}) < 0.06"
-    ));
-}
-
-#[test]
-#[ignore = "needs a browser; cargo xtask test installs one"]
-fn a_file_that_is_dropped_is_scrubbed_marked_and_compared_with_keys_too() {
-    let folder = common::directory();
-    let path = recorded(folder.path(), &packets(f64::INFINITY));
-    let quiet = recorded_as(folder.path(), "quiet.rec", &packets(0.5));
-    let table = folder.path().join("other.csv");
-    assert!(common::run(&["scene", "--scene-speed", "20", "-o", common::text(&table)]).status.success());
-    let view = View::start(&["--file", common::text(&quiet), "--pace", "0"]);
-    let mut browser = Browser::start(LOOK);
-    browser.open(&view.url);
-    browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
-    for (count, file) in [(2, &path), (3, &table)] {
-        drop_file(&mut browser, file);
-        browser.wait(&format!("document.querySelectorAll('#run-rows tr').length === {count}"));
-    }
-    let said = text(&mut browser, "runs-said");
-    let rows = browser.value("[...document.querySelectorAll('#run-rows tr')].map((row) => row.textContent)");
-    assert!(said.is_empty() && rows[1].as_str().is_some_and(|row| row.starts_with("touch.rec")), "{said} {rows}");
-    // A letter is refused in words.
-    drop_file(&mut browser, &common::file(folder.path(), "letter.txt", "Dear all,\nthis is no table.\n"));
-    browser.wait("document.getElementById('runs-said').textContent.startsWith('letter.txt')");
-
-    // At any of its times.
-    browser.value("document.querySelector('[aria-label=\"Look touch.rec\"]').click()");
-    browser.wait("document.getElementById('run-name').textContent === 'touch.rec'");
-    let lines = common::json_lines(&common::run(&["monitor", "--file", common::text(&path), "--pace", "0", "--json"]));
-    let windows: Vec<&Value> = lines.iter().filter(|line| line["span"] == "window").collect();
-    for (t_s, phase) in [(0.2, "no contact"), (windows[1]["t_s"].as_f64().expect("a time") + 0.02, "sliding")] {
-        go(&mut browser, t_s);
-        assert_eq!(text(&mut browser, "phase"), phase, "{t_s}");
-    }
-    let frequency = |browser: &mut Browser| -> f64 {
-        text(browser, "frequency").split(' ').next().and_then(|hz| hz.parse().ok()).expect("a frequency")
-    };
-    let second_hz = windows[1]["frequency_hz"].as_f64().expect("a frequency");
-    assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 1e-5);
-    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
-
-    // A part is marked with keys; its estimate is that of `fit`.
-    let end_s = windows[1]["t_s"].as_f64().expect("a time");
-    for (t_s, key) in [(end_s - 0.8, "["), (end_s - 0.1, "]")] {
-        go(&mut browser, t_s);
-        press(&mut browser, key);
-    }
-    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.70 s')");
-    assert!(text(&mut browser, "scrub-said").starts_with("Marked "));
-    press(&mut browser, ",");
-    assert!((frequency(&mut browser) / second_hz - 1.0).abs() < 0.01);
-
-    // Beside another run.
-    browser.value("document.querySelector('[aria-label=\"Compare other.csv\"]').click()");
-    browser.wait("document.getElementById('difference').textContent.includes('touch.rec − other.csv: ')");
-    let apart = text(&mut browser, "difference");
-    let apart_hz: f64 =
-        apart.split("csv: ").nth(1).and_then(|hz| hz.split(' ').next()?.parse().ok()).expect("a difference");
-    // 30 and 20 mm/s over the same grating.
-    assert!((apart_hz - second_hz / 3.0).abs() < 0.01 * second_hz, "{apart}");
-
-    // The same frames with other settings.
-    browser.value(
-        "(() => { const window_s = document.getElementById('window_s'); window_s.value = '0.5'; \
-         window_s.dispatchEvent(new Event('input', { bubbles: true })); document.getElementById('settings-send').click(); })()",
-    );
-    browser.wait("document.getElementById('settings-said').textContent.includes('with the new settings')");
-    browser.value("document.getElementById('mark-none').click()");
-    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
-
-    // Keys zoom a plot and move it, and show all again.
-    browser.value("document.querySelector('#history .plot').focus()");
-    let range = |browser: &mut Browser| -> Vec<f64> {
-        let (_, csv) = browser.offered(&save("strips", "csv"));
-        let csv = String::from_utf8(csv).expect("UTF-8");
-        csv.lines().skip(1).map(|row| row.split(',').next().unwrap().parse().unwrap()).collect()
-    };
-    browser.value("document.querySelector('#strips .plot').focus()");
-    let all = range(&mut browser);
-    press(&mut browser, "+");
-    let near = range(&mut browser);
-    assert!((near.len() as f64 / (2.0 * 241.0) - 0.6).abs() < 0.05, "{} of {}", near.len(), all.len());
-    press(&mut browser, "ArrowLeft");
-    let moved = range(&mut browser);
-    assert!((near[0] - moved[0] - 0.2 * 1.2).abs() < 0.05, "{} and {}", near[0], moved[0]);
-    press(&mut browser, "0");
-    assert!(range(&mut browser).len() > near.len());
-
-    // Every control has a name.
-    let controls = controls(&mut browser);
-    let nameless: Vec<_> =
-        controls.iter().filter(|(role, name)| name.trim().is_empty() && role != "RootWebArea").collect();
-    assert!(nameless.is_empty() && controls.len() > 35, "{nameless:?} of {}", controls.len());
-    let is_there = |role: &str, name: &str| controls.iter().any(|(r, n)| r == role && n.contains(name));
-    for (role, name) in [
-        ("slider", "time"),
-        ("button", "Compare other.csv"),
-        ("spinbutton", "window, s"),
-        ("link", "Save touch.rec"),
-        ("group", "Spectrum, plot"),
-    ] {
-        assert!(is_there(role, name), "{role} {name}: {controls:?}");
-    }
-    for look in [LOOK, Look { dark: true, ..LOOK }, PHONE] {
-        browser.look(look);
-        sleep(Duration::from_millis(300));
-        assert_eq!(browser.value(include_str!("readable.js")), json!([]), "{look:?}");
-    }
-    assert_eq!(browser.value(TARGETS), json!([]));
-    browser.value("document.getElementById('live').click()");
-    assert_eq!(text(&mut browser, "status"), "The recording is over. The page shows its end.");
-    // The browser itself notes the answer to the letter.
-    let refused = "Failed to load resource: the server responded with a status of 422";
-    assert!(browser.errors().iter().all(|error| error.contains(refused)), "{:?}", browser.errors());
-}
-
 const PHONE: Look = Look { width: 390, height: 844, dark: false };
 
 /// What a finger hits on a phone that is smaller than 44 px (WCAG 2.2, 2.5.5).
@@ -316,14 +173,6 @@ const TARGETS: &str = "[...document.querySelectorAll('button, select, input, a, 
     .map((target) => [target, target.getBoundingClientRect()]) \
     .filter(([target, { width, height }]) => width > 0 && (height < 44 || width < 44)) \
     .map(([target, { width, height }]) => `${target.id || target.textContent} ${width} x ${height}`)";
-
-/// Drops a file of this computer onto the page.
-fn drop_file(browser: &mut Browser, path: &Path) {
-    for kind in ["dragEnter", "dragOver", "drop"] {
-        let data = json!({"items": [], "files": [common::text(path)], "dragOperationsMask": 1});
-        browser.call("Input.dispatchDragEvent", json!({"type": kind, "x": 300, "y": 300, "data": data}));
-    }
-}
 
 #[test]
 #[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
@@ -355,13 +204,61 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     let row = browser.value("document.querySelector('#run-rows tr').textContent");
     assert!(row.as_str().is_some_and(|row| row.starts_with("emulated-board-") && row.contains(" Hz")), "{row}");
     assert_quiet(&browser, &view);
-    // The page is left: the board stops three seconds after somebody has asked for its state.
-    browser.open("about:blank");
+    // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
+    let see = |browser: &mut Browser, hidden: bool| {
+        browser.value(&format!(
+            "(() => {{ Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }}); \
+             document.dispatchEvent(new Event('visibilitychange')); }})()"
+        ));
+    };
+    see(&mut browser, true);
     sleep(Duration::from_secs(1));
     let before_s = now_s();
     sleep(Duration::from_secs(6));
     let passed_s = now_s() - before_s;
     assert!((0.0..4.5).contains(&passed_s), "{passed_s} s");
+    see(&mut browser, false);
+    let later_s = before_s + passed_s + 4.0;
+    browser.wait(&format!("parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"));
+}
+
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() {
+    let folder = common::directory();
+    let plain = packets(3.2);
+    let mut wild = plain.clone();
+    let mut estimates = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Estimate(_)));
+    if let Some(Packet { event: Event::Estimate(estimate), .. }) = estimates.nth(1) {
+        (estimate.frequency, estimate.status) = (90.0, Status::Ambiguous);
+    }
+    let mut frames = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Raw(_)));
+    if let Some(Packet { event: Event::Raw(raw), .. }) = frames.nth(700) {
+        raw.codes = [7_000_000; 16];
+    }
+    let mut said = Vec::new();
+    for (name, packets) in [("plain.rec", &plain), ("wild.rec", &wild)] {
+        let path = recorded_as(folder.path(), name, packets);
+        // Served as to a phone: with a token, which the address no longer shows afterwards.
+        let view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
+        let mut browser = Browser::start(LOOK);
+        let (_, rest) = view.url.trim_start_matches("http://").split_once(':').expect("a port");
+        browser.open(&format!("http://127.0.0.1:{rest}"));
+        browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+        browser.wait("document.querySelector('#fit .empty').hidden");
+        assert_eq!(browser.value("location.search"), "");
+        let axes = "['strips', 'history'].map((id) => document.querySelector(`#${id} .plot`).getAttribute('aria-description'))";
+        said.push((browser.value(axes), text(&mut browser, "history-small")));
+        assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);
+        assert_eq!(browser.errors(), Vec::<String>::new());
+    }
+    assert_eq!(said[0].0[0], said[1].0[0], "the rows of the channels");
+    assert!(said[0].1.is_empty() && said[1].1 == "1 beyond the axis", "{said:?}");
+    let ends = |said: &Value| -> Vec<f64> {
+        said.as_str().expect("a range").split(' ').filter_map(|word| word.parse().ok()).collect()
+    };
+    let (plain, wild) = (ends(&said[0].0[1]), ends(&said[1].0[1]));
+    assert!(wild[1] - wild[0] < 3.0 * (plain[1] - plain[0]), "{plain:?} and {wild:?}");
 }
 
 /// The picture of the page that the documents show, in the folder that `cargo xtask pictures` names.
