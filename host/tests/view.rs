@@ -17,7 +17,7 @@ use ridgetone_host::recording::Keep;
 use ridgetone_host::{recording, replay};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
-use std::io::{BufRead, BufReader};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
@@ -81,9 +81,10 @@ impl View {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command runs");
-        let mut url = String::new();
-        BufReader::new(child.stdout.as_mut().expect("a pipe")).read_line(&mut url).expect("a line");
-        Self { child, url: url.trim().to_owned() }
+        // Byte by byte: what follows is left to others.
+        let bytes = child.stdout.as_mut().expect("a pipe").bytes().map_while(Result::ok);
+        let url = bytes.take_while(|byte| *byte != b'\n').collect();
+        Self { child, url: String::from_utf8(url).expect("UTF-8") }
     }
 
     /// Address and port.

@@ -129,6 +129,12 @@ export function begin({ look, changed, shown }) {
     update(found);
     say("Recorded: Save keeps it.");
   }));
+  $("latest").addEventListener("click", () => trying(async () => {
+    const found = JSON.parse(await post("/record/latest", ""));
+    update(found);
+    say("This was the last minute: Save keeps it.");
+    await look(found);
+  }));
   // Those that the command has from before.
   trying(async () => (await (await fetch("/runs")).json()).forEach(update));
   return { update, list };
@@ -137,6 +143,7 @@ export function begin({ look, changed, shown }) {
 export function showRecording({ recording_s: length_s, live }) {
   const isOn = (length_s ?? null) !== null;
   $("record").hidden = live.connection.state === "over" && !isOn;
+  $("latest").hidden = live.counts.received === 0;
   $("record").setAttribute("aria-pressed", String(isOn));
   $("record").textContent = isOn ? `Stop, ${length_s.toFixed(0)} s` : "Record";
 }

@@ -5,7 +5,7 @@
 
 use super::message::{Common, Message, STREAM, State, Update};
 use super::status;
-use super::tape::Tape;
+use super::tape::{Latest, Tape};
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
@@ -59,6 +59,7 @@ struct Inner {
     wanted: Option<Settings>,
     settings_reply: Option<SettingsReply>,
     tape: Option<Tape>,
+    latest: Latest,
     /// When somebody asked for the state.
     looked: Option<Instant>,
     /// Arrival of the latest packet.
@@ -102,6 +103,7 @@ impl Hub {
         inner.settings_reply.clone_from(&following.settings_reply);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
+        inner.latest.push(packet, following.receipt());
         if let Some(tape) = &mut inner.tape
             && let Err(error) = tape.keep(packet, following.receipt(), inner.live.hello())
         {
@@ -182,6 +184,12 @@ impl Hub {
             inner.tape = Some(Tape::new(path(), &inner.live.now.source));
         }
         ended
+    }
+
+    /// A tape of the latest minute.
+    pub fn record_latest(&self, path: PathBuf) -> Result<Tape> {
+        let inner = self.lock();
+        inner.latest.tape(path, &inner.live.now.source, inner.live.hello())
     }
 
     /// Whether a page or a program looks, or something is recorded.

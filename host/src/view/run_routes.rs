@@ -9,10 +9,13 @@
 //! | GET `/runs/ID/file` | the run's file |
 //! | POST `/runs/ID/close` | forgets it |
 //! | POST `/record` | begins to record; the answer to the next one is the run |
+//! | POST `/record/latest` | a run of the latest minute |
 
 use super::hub;
 use super::run::Part;
 use super::server::{App, answer, json, on_a_thread};
+use super::tape::Tape;
+use anyhow::{Result, ensure};
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::{DefaultBodyLimit, Path, Query, State};
@@ -45,6 +48,7 @@ pub fn routes() -> Router<App> {
         .route("/runs/{id}/file", get(file))
         .route("/runs/{id}/close", post(close))
         .route("/record", post(record))
+        .route("/record/latest", post(record_latest))
 }
 
 async fn list(State(app): State<App>) -> Response {
@@ -77,15 +81,21 @@ async fn close(State(app): State<App>, Path(id): Path<u64>) -> Response {
 }
 
 async fn record(State(app): State<App>) -> Response {
-    let Some(tape) = app.hub.record(|| app.runs.new_path()) else { return answer(Ok(String::new())) };
-    answer(
-        on_a_thread(move || {
-            anyhow::ensure!(!tape.is_empty(), "nothing was received while it was recorded");
-            let (path, name) = (tape.path.clone(), tape.name());
-            // Its file is complete when it is dropped.
-            drop(tape);
-            json(&app.runs.open(&name, &path)?)
-        })
-        .await,
-    )
+    match app.hub.record(|| app.runs.new_path()) {
+        Some(tape) => answer(on_a_thread(move || opened(&app, tape)).await),
+        None => answer(Ok(String::new())),
+    }
+}
+
+async fn record_latest(State(app): State<App>) -> Response {
+    answer(on_a_thread(move || opened(&app, app.hub.record_latest(app.runs.new_path())?)).await)
+}
+
+/// A tape as a run.
+fn opened(app: &App, tape: Tape) -> Result<String> {
+    ensure!(!tape.is_empty(), "nothing was received while it was recorded");
+    let (path, name) = (tape.path.clone(), tape.name());
+    // Its file is complete when it is dropped.
+    drop(tape);
+    json(&app.runs.open(&name, &path)?)
 }

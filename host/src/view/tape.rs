@@ -1,15 +1,46 @@
-//! What a page records: all packets from one moment to another, as `record` writes them.
+//! What a page records, as `record` writes it: all packets from one moment to another, or those of the latest minute.
 
 use crate::live::time_s;
 use crate::recording::{self, Keep, Recording};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, ensure};
 use ridgetone_proto::telemetry::{Event, Hello, Packet, WIRE_MAX, encode};
+use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
 const MOST: usize = 256 << 20;
+
+/// What is kept without anybody's wish: so long, and so many packets, a bit more than a board sends in this time.
+const LATEST: Duration = Duration::from_secs(60);
+const LATEST_MOST: usize = 16_000;
+
+/// The packets of the latest minute.
+#[derive(Default)]
+pub struct Latest(VecDeque<(Instant, Packet, Option<Receipt>)>);
+
+impl Latest {
+    pub fn push(&mut self, packet: &Packet, receipt: Option<Receipt>) {
+        if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 {
+            // The board has restarted, and its clock begins at zero.
+            self.0.clear();
+        }
+        while self.0.len() >= LATEST_MOST || self.0.front().is_some_and(|(then, ..)| then.elapsed() > LATEST) {
+            self.0.pop_front();
+        }
+        self.0.push_back((Instant::now(), packet.clone(), receipt));
+    }
+
+    /// A tape with them.
+    pub fn tape(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Tape> {
+        let mut tape = Tape::new(path, source);
+        for (_, packet, receipt) in &self.0 {
+            tape.keep(packet, *receipt, hello)?;
+        }
+        Ok(tape)
+    }
+}
 
 pub struct Tape {
     pub path: PathBuf,

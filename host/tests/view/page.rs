@@ -203,6 +203,12 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
     let row = browser.value("document.querySelector('#run-rows tr').textContent");
     assert!(row.as_str().is_some_and(|row| row.starts_with("emulated-board-") && row.contains(" Hz")), "{row}");
+    // What has passed without anybody's recording can be looked at too.
+    browser.value("document.getElementById('latest').click()");
+    browser.wait("document.querySelectorAll('#run-rows tr').length === 2 && !document.getElementById('scrub').hidden");
+    let begins = browser.value("Number(document.getElementById('time').min)").as_f64().expect("a time");
+    assert!(begins < 0.1, "{begins}");
+    browser.value("document.getElementById('live').click()");
     assert_quiet(&browser, &view);
     // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
     let see = |browser: &mut Browser, hidden: bool| {

@@ -4,7 +4,7 @@ use super::{View, packets, recorded};
 use crate::common;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -152,10 +152,11 @@ fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
     assert!(status == 303 && head.contains("location: /\r\n") && head.contains("httponly; samesite=lax"), "{head}");
     let (status, _, body) = request(&address, &format!("/state.json?token={token}"), place, LONG);
     assert!(status == 200 && body.contains("latest"), "{status}");
+    let mut warned = String::new();
+    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut warned).expect("a line");
     let _ = view.child.kill();
-    let (mut printed, mut warned) = (String::new(), String::new());
+    let mut printed = String::new();
     view.child.stdout.take().expect("a pipe").read_to_string(&mut printed).expect("text");
-    view.child.stderr.take().expect("a pipe").read_to_string(&mut warned).expect("text");
     // Version 4: 33 modules and the quiet zone, two rows a line.
     assert!(printed.lines().filter(|line| line.chars().count() == 41).count() == 21, "{printed}");
     assert!(warned.contains("not encrypted"), "{warned}");
@@ -179,9 +180,8 @@ fn open_starts_the_browser_with_the_address() {
     let nothing = folder.path().join("nothing");
     let mut view =
         View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", common::text(&nothing))]);
-    let (status, _, _) = request(view.address(), "/", view.address(), LONG);
-    let _ = view.child.kill();
     let mut said = String::new();
-    view.child.stderr.take().expect("a pipe").read_to_string(&mut said).expect("text");
+    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut said).expect("a line");
+    let (status, _, _) = request(view.address(), "/", view.address(), LONG);
     assert!(status == 200 && said.contains("xdg-open") && said.contains(&view.url), "{said}");
 }

@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// The answer to a POST: its status and its body.
 fn post(address: &str, path: &str, origin: &str, body: &[u8]) -> (u16, String) {
@@ -97,13 +97,39 @@ fn a_run_is_what_the_commands_say_of_its_file_at_any_time_and_in_any_part() {
     assert!(listed.iter().filter(|name| **name == "touch.rec").count() == 2 && listed.contains(&"frames.csv".into()));
     assert_eq!(post(&address, &format!("/runs/{id}/close"), &origin, b"").0, 200);
     assert_eq!(get(&format!("/runs/{id}/state.json?t_s=1")).0, 422);
+}
 
-    // What is recorded is read back by the commands.
+#[test]
+fn what_is_recorded_and_the_last_minute_are_runs_that_the_commands_read() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(f64::INFINITY));
+    // Slowly: it must not be over before it is recorded.
+    let view = View::start(&["--file", common::text(&path), "--pace", "0.5"]);
+    let (address, origin) = (view.address().to_owned(), format!("http://{}", view.address()));
+    let json = |text: &str| -> Value { serde_json::from_str(text).unwrap_or_else(|_| panic!("{text}")) };
+    let get = |path: &str| request(&address, path, &address, LONG);
+    let received = || json(&get("/state.json").2)["live"]["counts"]["received"].as_u64().expect("a count");
+    let wait_for = |count: u64| {
+        let begun = Instant::now();
+        while received() < count {
+            assert!(begun.elapsed() < LONG, "{}", received());
+            sleep(Duration::from_millis(20));
+        }
+    };
+    wait_for(50);
+    let before = received();
     assert_eq!(post(&address, "/record", &origin, b""), (200, String::new()));
-    sleep(Duration::from_millis(1200));
+    assert!(json(&get("/state.json").2)["recording_s"].is_number());
+    wait_for(before + 200);
     let (status, body) = post(&address, "/record", &origin, b"");
     let run = json(&body);
-    assert!(status == 200 && run["frames"].as_u64() > Some(200), "{body}");
+    let frames = run["frames"].as_u64().expect("a count");
+    assert!(status == 200 && (150..=received()).contains(&frames) && run["name"] != "", "{body}");
+    // The last minute is all that has come, since it is shorter.
+    let (status, body) = post(&address, "/record/latest", &origin, b"");
+    let latest = json(&body);
+    assert!(status == 200 && latest["from_s"].as_f64() < Some(0.1), "{body}");
+    assert!(latest["frames"].as_u64() >= Some(frames + 40) && latest["until_s"].as_f64() >= run["until_s"].as_f64());
     let (_, _, file) = get(&format!("/runs/{}/file", run["id"]));
     assert!(file.starts_with("ridgetone telemetry 2 {"), "{}", &file[..40]);
 }
