@@ -2,6 +2,7 @@
 //! reported tone as curves over the same frames.
 
 use crate::digits::seconds;
+use crate::harmonics::{self, Harmonic, Harmonics};
 use crate::live::{Frame, Live, Strips};
 use ads1258::reading;
 use ridgetone::scan::CONVERSION_NS;
@@ -13,6 +14,17 @@ use std::f64::consts::TAU;
 
 /// Power of an empty bin, decibels: below the floor of 24 bits and 16 channels.
 const LEAST_DB: f32 = -120.0;
+
+/// The neighbourhood of a line reaches so many cycles a window to both sides: the estimator takes the noise there
+/// (`tone/src/neighbourhood.rs`).
+const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
+
+/// Channels in the spectrum of what is left: those with the least share of it, as the estimator's periodogram has them
+/// (`tone/src/spectrum.rs`).
+const REST_CHANNELS: usize = 4;
+const REST_CHANNELS_LONG: usize = 2;
+const LONG_FRAMES: usize = 192;
+const POINTS_MIN: usize = 64;
 
 /// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,6 +40,26 @@ pub struct Spectrum {
     pub power_db: Vec<f32>,
     /// The strongest line between the bins, hertz, if there is one.
     pub strongest_hz: Option<f64>,
+    /// The reported tone's harmonics, the fundamental first; empty without a tone of this window in time.
+    pub lines: Vec<Line>,
+}
+
+/// A harmonic in a spectrum.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Line {
+    pub frequency_hz: f64,
+    pub power_db: f32,
+}
+
+/// The spectrum of what the fit leaves, to the scale of [`Spectrum`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rest {
+    pub bin_hz: f64,
+    pub power_db: Vec<f32>,
+    /// The fundamental's neighbourhood, and the noise in it: the median of its bins.
+    pub from_hz: f64,
+    pub until_hz: f64,
+    pub noise_db: f32,
 }
 
 /// The reported tone over the frames of its window, as far as they are kept.
@@ -39,6 +71,13 @@ pub struct Curves {
     pub read_v: Vec<Vec<Option<f32>>>,
     /// For each taxel its offset and the fundamental, volts; none if the fit left it out.
     pub tone_v: Vec<Option<Vec<f32>>>,
+    /// For each taxel of the fit all of it: baseline, all harmonics, interferer. What is left is the residual.
+    pub fit_v: Vec<Option<Vec<f32>>>,
+    /// For each taxel of the fit its harmonics, the fundamental first.
+    pub harmonics: Vec<Option<Vec<Harmonic>>>,
+    /// For each taxel of the fit the root mean square of the residual, volts.
+    pub residual_v: Vec<Option<f32>>,
+    pub rest: Option<Rest>,
 }
 
 /// Spectrum of the latest estimate's window if all its frames are kept, else of the latest ones. None with too few frames.
@@ -57,21 +96,78 @@ pub fn spectrum(live: &Live) -> Option<Spectrum> {
     let mut span = FrameSpan::new(&mut source, 0, slots);
     let mut fitter = Box::new(Fitter::new(1));
     let found = fitter.spectrum(&mut span).ok()?;
-    let decibel = |power: f32| (10.0 * power.log10()).max(LEAST_DB);
+    let bin_hz = rate_hz / found.points as f64;
+    let power_db: Vec<f32> = found.power.iter().map(|power| decibel(*power)).collect();
+    let tone = live.estimate().filter(|found| of_estimate && found.status.has_tone() && in_time(found));
+    let lines = tone.map_or_else(Vec::new, |tone| lines(tone, bin_hz, &power_db));
     Some(Spectrum {
         from_s: first.t_s,
         until_s: last.t_s,
         of_estimate,
-        bin_hz: rate_hz / found.points as f64,
-        power_db: found.power.iter().map(|power| decibel(*power)).collect(),
+        bin_hz,
         strongest_hz: found.strongest_cycles.map(|cycles| f64::from(cycles) * rate_hz / f64::from(slots)),
+        lines,
+        power_db,
     })
+}
+
+fn in_time(estimate: &Estimate) -> bool {
+    estimate.abscissa == Abscissa::Time
+}
+
+/// A tone's harmonics below half the frame rate, each with the power of the highest bin beside it.
+fn lines(tone: &Estimate, bin_hz: f64, power_db: &[f32]) -> Vec<Line> {
+    let line = |k: u8| {
+        let frequency_hz = f64::from(k) * f64::from(tone.frequency);
+        let below = (frequency_hz / bin_hz) as usize;
+        let power_db = power_db.get(below)?.max(*power_db.get(below + 1)?);
+        Some(Line { frequency_hz, power_db })
+    };
+    (1..=tone.harmonics).map_while(line).collect()
+}
+
+fn decibel(power: f32) -> f32 {
+    (10.0 * power.log10()).max(LEAST_DB)
+}
+
+/// The spectrum of what `whole` leaves of `volts`, both by taxel, around the tone of `frequency_hz`.
+fn rest(volts: &[Vec<Option<f32>>], whole: &[Option<Harmonics>], (rate_hz, frequency_hz): (f64, f64)) -> Option<Rest> {
+    let mut channels: Vec<(f64, f64, Vec<f64>)> = Vec::new();
+    for (volts, found) in volts.iter().zip(whole) {
+        let Some(found) = found else { continue };
+        let (squares, residual) = (harmonics::about_line(volts), volts.iter().zip(&found.fit_v));
+        // A missing value leaves nothing.
+        let residual: Vec<f64> = residual.map(|(v, fit)| v.map_or(0.0, |v| f64::from(v) - f64::from(*fit))).collect();
+        let share = residual.iter().map(|v| v * v).sum::<f64>() / squares;
+        if share.is_finite() {
+            channels.push((share, squares, residual));
+        }
+    }
+    channels.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let frames = channels.first()?.2.len();
+    channels.truncate(if frames > LONG_FRAMES { REST_CHANNELS_LONG } else { REST_CHANNELS });
+    let points = frames.next_power_of_two().max(POINTS_MIN);
+    let bin_hz = rate_hz / points as f64;
+    let all = 0.5 * frames as f64 * channels.len() as f64;
+    let power = |bin: usize| {
+        let cycles = bin as f64 * frames as f64 / points as f64;
+        let sum: f64 = channels.iter().map(|(_, squares, rest)| harmonics::power(rest, cycles) / squares).sum();
+        decibel((sum / all) as f32)
+    };
+    let power_db: Vec<f32> = (0..points / 2).map(power).collect();
+    let reach_hz = NEIGHBOURHOOD_CYCLES * rate_hz / frames as f64;
+    let (from_hz, until_hz) = ((frequency_hz - reach_hz).max(0.0), frequency_hz + reach_hz);
+    let bins = power_db.iter().enumerate().skip(1).map(|(bin, db)| (bin as f64 * bin_hz, *db));
+    let mut beside: Vec<f32> = bins.filter(|(hz, _)| (from_hz..=until_hz).contains(hz)).map(|(_, db)| db).collect();
+    beside.sort_by(f32::total_cmp);
+    let noise_db = *beside.get(beside.len() / 2)?;
+    Some(Rest { bin_hz, power_db, from_hz, until_hz, noise_db })
 }
 
 /// The latest estimate's tone over the frames of its window. None without a tone in time, or without any of the frames.
 pub fn curves(live: &Live) -> Option<Curves> {
     let estimate = live.estimate()?;
-    if !estimate.status.has_tone() || estimate.abscissa != Abscissa::Time {
+    if !estimate.status.has_tone() || !in_time(estimate) {
         return None;
     }
     let Windowed { frames, centre_s, .. } = windowed(&live.strips, estimate)?;
@@ -89,9 +185,25 @@ pub fn curves(live: &Live) -> Option<Curves> {
         };
         Some(frames.iter().map(value).collect())
     };
+    let whole = |taxel: usize| -> Option<Harmonics> {
+        estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
+        let t_s: Vec<f64> = frames.iter().map(|frame| frame.t_s + taxel as f64 * slot_s - centre_s).collect();
+        let volts: Vec<Option<f32>> = frames.iter().map(|frame| frame.volts[taxel]).collect();
+        let interferer_hz = estimate.interferer_hz.map(f64::from);
+        harmonics::fit(&t_s, &volts, estimate.frequency.into(), estimate.harmonics, interferer_hz)
+    };
+    let whole: Vec<Option<Harmonics>> = (0..TAXELS).map(whole).collect();
+    let read_v: Vec<Vec<Option<f32>>> =
+        (0..TAXELS).map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect()).collect();
+    let (first, last) = (frames.first()?, frames.last()?);
+    let rate_hz = (frames.len() - 1) as f64 / (last.t_s - first.t_s).max(f64::MIN_POSITIVE);
     Some(Curves {
+        rest: rest(&read_v, &whole, (rate_hz, estimate.frequency.into())),
+        residual_v: whole.iter().map(|found| found.as_ref().map(|found| found.residual_v)).collect(),
+        harmonics: whole.iter().map(|found| found.as_ref().map(|found| found.harmonics.clone())).collect(),
+        fit_v: whole.into_iter().map(|found| found.map(|found| found.fit_v)).collect(),
         t_s: frames.iter().map(|frame| frame.t_s).collect(),
-        read_v: (0..TAXELS).map(|taxel| frames.iter().map(|frame| frame.volts[taxel]).collect()).collect(),
+        read_v,
         tone_v: (0..TAXELS).map(curve).collect(),
     })
 }

@@ -11,7 +11,7 @@ mod source;
 
 pub use decoded::Feed;
 pub use emulated::Emulated;
-pub use following::{Following, RawFrames};
+pub use following::{Following, RawFrames, SettingsReply};
 pub use pace::Pace;
 pub use requester::{Requester, new_requests, request};
 pub use source::{FeedEvent, Source};

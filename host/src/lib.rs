@@ -15,7 +15,7 @@
 //! | packets from a board, the emulated board or a recording | [`feed`], `listen` |
 //! | requests to a board | [`requests`], `client` |
 //! | a first power-up: a conversation with a board, and a verdict on each part of it | [`check`] |
-//! | the state of a board, for a screen | [`live`], [`analysis`] |
+//! | the state of a board, for a screen | [`live`], [`analysis`], `harmonics` |
 //! | the screen on a terminal, the page in a browser | `monitor`, [`view`] |
 //! | the messages of many boards on the buses of a robot | [`serve`] |
 //! | telemetry in a file, and in other formats | [`recording`], `record`, `export` |
@@ -42,6 +42,7 @@ pub mod feed;
 pub mod feel;
 pub mod fit_report;
 mod grid;
+mod harmonics;
 pub mod input;
 pub mod listen;
 pub mod live;

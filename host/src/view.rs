@@ -2,46 +2,85 @@
 //!
 //! | step | file |
 //! |---|---|
-//! | what the pages get, and when | [`hub`] |
-//! | the server, for this computer only | [`server`] |
+//! | what the pages get, and when | [`message`], [`hub`] |
+//! | runs to look back at, and what is recorded | [`run`], [`runs`], [`tape`] |
+//! | the server | [`server`], [`run_routes`] |
+//! | who may ask it | [`guard`] |
+//! | the page's files | [`files`] |
+//! | its address in a browser, and as a QR code | [`announce`] |
 //! | the status line | [`status`] |
 //!
 //! The page itself is in `host/assets`, inside the binary with the plotting library ([uPlot](https://github.com/leeoniya/uPlot),
 //! MIT). It loads nothing from anywhere else.
 
+pub mod announce;
+pub mod files;
+pub mod guard;
 pub mod hub;
+pub mod message;
+pub mod run;
+pub mod run_routes;
+pub mod runs;
 pub mod server;
 pub mod status;
+pub mod tape;
 
 use crate::feed::{Feed, Following};
-use crate::{output, stop};
+use crate::stop;
 use anyhow::Result;
+use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
 use ridgetone_proto::settings::Settings;
-use server::Server;
+use runs::Runs;
+use server::{App, Server};
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Serves the page at a [`server::loopback`] address, and prints its URL, until this process is to stop. `settings` are put
-/// into force on the board first, but not stored. Gives the feed back, for its counts.
-pub fn run(feed: Feed, settings: Option<Settings>, address: SocketAddr) -> (Feed, Result<()>) {
+/// Where the page is served, and what else is done with it.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub address: SocketAddr,
+    /// Opens it in the browser.
+    pub open: bool,
+    /// A recording that pages can look back at from the beginning.
+    pub run: Option<PathBuf>,
+}
+
+/// Serves the page, and prints its URL, until this process is to stop. `settings` are put into force on the board first, but
+/// not stored. Gives the feed back, for its counts.
+pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, Result<()>) {
     let mut following = Following::new(feed, settings);
-    let served = serve(&mut following, address);
+    let served = serve(&mut following, options);
     (following.finish(), served)
 }
 
-fn serve(following: &mut Following, address: SocketAddr) -> Result<()> {
-    let hub = Arc::new(Hub::new(following.live()));
-    let server = Server::start(address, Arc::clone(&hub))?;
-    output::line(&format!("http://{}/", server.address))?;
+fn serve(following: &mut Following, options: &Options) -> Result<()> {
+    let (hub, runs) = (Arc::new(Hub::new(following.live())), Arc::new(Runs::new()?));
+    let access = Access::new(options.address)?;
+    let server = Server::start(access, App { hub: Arc::clone(&hub), runs: Arc::clone(&runs) })?;
+    announce::announce(&server.access, options.open)?;
+    if let Some(path) = options.run.clone() {
+        std::thread::spawn(move || {
+            let name =
+                path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into());
+            if let Err(error) = runs.open(&name, &path) {
+                eprintln!("ridgetone: {error:#}");
+            }
+        });
+    }
     let mut published = Instant::now();
     while !stop::is_requested() {
+        following.idle(!hub.is_watched());
         let event = following.next(LOOK)?;
         hub.take(event.as_ref(), following);
+        if let Some(settings) = hub.wanted() {
+            following.set(settings);
+        }
         if published.elapsed() >= UPDATE_EVERY {
             published = Instant::now();
             hub.publish()?;

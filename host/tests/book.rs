@@ -17,10 +17,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
-/// `listen.rs`, `recordings.rs`, `serve.rs` and `streams.rs`.
-const WITH_A_BOARD: [&str; 18] = [
+/// `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
+const WITH_A_BOARD: [&str; 19] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
+    "ridgetone view --listen 0.0.0.0:8321",
     "ridgetone monitor --raw --json",
     "ridgetone listen --raw",
     "ridgetone record --raw -o -",
@@ -40,11 +41,12 @@ const WITH_A_BOARD: [&str; 18] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 19] = [
-    ("cargo xtask picture", "host/tests/recordings.rs"),
+const LITTLE_OF: [(&str, &str); 20] = [
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
     ("cargo xtask streams", "host/tests/streams.rs"),
     ("ridgetone serve --finger left=touch.rec --json", "host/tests/serve.rs"),
+    ("cargo xtask pictures", "host/tests/view/page.rs"),
+    ("cargo test -p ridgetone-host --test view -- --ignored", "xtask/src/test.rs"),
     ("pip install ./python", "python/tests/test_same.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),

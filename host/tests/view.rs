@@ -6,6 +6,8 @@ mod common;
 mod page;
 #[path = "view/served.rs"]
 mod served;
+#[path = "view/served_runs.rs"]
+mod served_runs;
 #[path = "view/updates.rs"]
 mod updates;
 
@@ -15,7 +17,7 @@ use ridgetone_host::recording::Keep;
 use ridgetone_host::{recording, replay};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
-use std::io::{BufRead, BufReader};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
@@ -39,7 +41,11 @@ fn packets(until_s: f64) -> Vec<Packet> {
 
 /// The same as a recording.
 fn recorded(folder: &Path, packets: &[Packet]) -> PathBuf {
-    let path = folder.join("touch.rec");
+    recorded_as(folder, "touch.rec", packets)
+}
+
+fn recorded_as(folder: &Path, name: &str, packets: &[Packet]) -> PathBuf {
+    let path = folder.join(name);
     let mut file = recording::create(&path, "a test", 0.0).expect("a file");
     for packet in packets {
         let mut wire = [0; WIRE_MAX];
@@ -62,16 +68,23 @@ impl View {
     }
 
     fn at(address: &str, arguments: &[&str]) -> Self {
+        Self::with(address, arguments, &[])
+    }
+
+    /// With some variables of the environment.
+    fn with(address: &str, arguments: &[&str], environment: &[(&str, &str)]) -> Self {
         let mut child = common::ridgetone()
             .args(["view", "--listen", address])
             .args(arguments)
+            .envs(environment.iter().copied())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command runs");
-        let mut url = String::new();
-        BufReader::new(child.stdout.as_mut().expect("a pipe")).read_line(&mut url).expect("a line");
-        Self { child, url: url.trim().to_owned() }
+        // Byte by byte: what follows is left to others.
+        let bytes = child.stdout.as_mut().expect("a pipe").bytes().map_while(Result::ok);
+        let url = bytes.take_while(|byte| *byte != b'\n').collect();
+        Self { child, url: String::from_utf8(url).expect("UTF-8") }
     }
 
     /// Address and port.

@@ -50,8 +50,6 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         scene: Option<PathBuf>,
     },
-    /// Makes the README's moving picture, docs/monitor.svg: the terminal during a touch of the emulated finger.
-    Picture,
     /// Counts the instructions of the firmware's steps on the emulated chip and measures its accuracy beside other
     /// methods', with the bars they have to meet. With --write it fills in docs/trade.md.
     #[command(disable_help_flag = true)]
@@ -87,6 +85,8 @@ enum Task {
         #[arg(long)]
         all: bool,
     },
+    /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a touch of scenes/c1.toml.
+    Pictures,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
     /// a broker of MQTT, Python.
     Setup,
@@ -117,7 +117,6 @@ enum Task {
 fn main() -> ExitCode {
     let done = match Arguments::parse().task {
         Task::Demo { svg, scene } => demo::demo(&svg, scene.as_deref()),
-        Task::Picture => demo::moving_picture(),
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
         Task::Touch(Flags { flags }) => eval::touch(&flags),
@@ -127,6 +126,7 @@ fn main() -> ExitCode {
         Task::Streams => streams::measure(),
         Task::CheckSystems => streams::check_systems(),
         Task::Test { all } => test::run_tests(all),
+        Task::Pictures => demo::moving_picture().and_then(|()| test::take_pictures()),
         Task::Release => release::run(),
         Task::Package => package::check(),
         Task::LintFirmware => images::lint(),

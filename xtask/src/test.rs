@@ -4,7 +4,7 @@ use crate::images::{self, Board};
 use crate::python;
 use crate::setup;
 use crate::streams;
-use crate::tools::{announce, clean, output_of, run};
+use crate::tools::{announce, clean, output_of, root, run};
 use anyhow::{Context, Result, anyhow};
 
 /// The emulated runs without `--all`: names of tests in `host/tests`.
@@ -36,6 +36,9 @@ const ALONE: [(&str, &str); 2] = [
 /// Tests of the pages in a browser: their module.
 const PAGES: &str = "page::";
 
+/// The one that takes the picture.
+const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
+
 /// `cargo test` of the whole workspace, always with the same features: so nothing is built twice.
 fn test(arguments: &[&str]) -> std::process::Command {
     let mut cargo = clean("cargo");
@@ -60,6 +63,16 @@ pub fn run_tests(all: bool) -> Result<()> {
     announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
     let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
+}
+
+/// Takes the pictures of the page that the documents show.
+pub fn take_pictures() -> Result<()> {
+    let browser = setup::browser()?;
+    setup::qemu()?;
+    images::build(Board::Emulated.image())?;
+    let mut picture = test(&["--test", "view", "--", "--ignored", PICTURE]);
+    picture.env("RIDGETONE_BROWSER", browser).env("RIDGETONE_PICTURES", root().join("docs"));
+    run(&mut picture).context("the picture of the page")
 }
 
 /// Runs everything that is ignored by default, but for [`NEVER`].
@@ -95,7 +108,6 @@ fn run_long() -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tools::root;
     use std::fs;
 
     /// A test that is renamed or moved must not fall out of the list.
@@ -111,7 +123,7 @@ mod tests {
         };
         let tests: String =
             ["host/tests", "host/tests/emulated", "host/tests/view", "tests", "rig/tests"].map(sources).concat();
-        for name in EMULATED.iter().chain(&NEVER).chain(ALONE.iter().map(|(_, name)| name)) {
+        for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE]).chain(ALONE.iter().map(|(_, name)| name)) {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));

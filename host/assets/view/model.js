@@ -25,7 +25,7 @@ export class Model {
     const excess = Math.max(0, strips.t_s.length - state.frames_most);
     [strips.t_s, strips.number, ...strips.volts].forEach((values) => values.splice(0, excess));
     state.live = { ...message.live, history, strips, log: message.log ?? log };
-    for (const part of ["update", "status", "no_raw", "remarks", "spectrum", "curves"]) {
+    for (const part of ["update", "status", "no_raw", "remarks", "spectrum", "curves", "settings_reply", "can_set", "recording_s"]) {
       if (part in message) state[part] = message[part];
     }
   }

@@ -1,6 +1,6 @@
 // All but the plots: the tiles, the static image, the board's health, and the log.
 import { PHASES, seconds, withSigma, words } from "./format.js";
-import { colour } from "./plots.js";
+import { colour } from "./plot.js";
 
 const $ = (id) => document.getElementById(id);
 const put = (id, text) => {
@@ -44,7 +44,7 @@ export function tiles({ live, remarks }) {
   const board = health ? health.conversions_lost + health.hops_skipped + health.messages_dropped : 0;
   const lost = missing + damaged + board;
   put("lost", lost === 0 ? "nothing" : String(lost));
-  put("lost-small", lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
+  put("lost-small", live.counts.received === 0 ? "" : lost === 0 ? `of ${live.counts.received} packets` : `${missing} packets, ${damaged} damaged, ${board} on the board`);
   $("lost").classList.toggle("alarm", lost > 0);
 }
 

@@ -1,5 +1,5 @@
 // Pictures and tables of what is shown.
-import { colour } from "./plots.js";
+import { colour } from "./plot.js";
 import { image } from "./panels.js";
 
 const PIXELS_TITLE = 28;
@@ -38,30 +38,26 @@ const cell = (value) => {
 };
 const table = (header, rows) => `${[header, ...rows].map((row) => row.map(cell).join(",")).join("\n")}\n`;
 
-// Rows of a plot that its zoom shows; all of them without one.
-const inSight = (plot, x) => {
-  const { min, max } = plot.plot.scales.x;
-  return !(x < min || x > max);
-};
-
 const TABLES = {
   // As `ridgetone fit` and `ridgetone replay` read it.
   strips({ live: { strips } }, plot) {
     const header = ["time_s", ...strips.volts.map((_, taxel) => `ain${taxel}`)];
     const frames = strips.t_s.map((t_s, frame) => [t_s, ...strips.volts.map((values) => values[frame])]);
-    return table(header, frames.filter(([t_s]) => inSight(plot, t_s)));
+    return table(header, frames.filter(([t_s]) => plot.shows(t_s)));
   },
   history({ live: { history } }, plot) {
     const header = Object.keys(history[0] ?? { t_s: 0 });
-    return table(header, history.filter((point) => inSight(plot, point.t_s)).map((point) => header.map((name) => point[name])));
+    return table(header, history.filter((point) => plot.shows(point.t_s)).map((point) => header.map((name) => point[name])));
   },
   spectrum(_, plot) {
-    const [hz, db] = plot.data ?? [[], []];
-    return table(["frequency_hz", "power_db"], hz.map((value, bin) => [value, db[bin]]).filter(([value]) => inSight(plot, value)));
+    const [x, db, rest] = plot.data ?? [[], [], []];
+    const rows = x.map((value, bin) => [value, plot.toHz(value), db[bin], rest[bin]]).filter(([value]) => plot.shows(value));
+    return table(["frequency_hz", "power_db", "rest_db"], rows.map(([, ...row]) => row));
   },
   fit(_, plot) {
-    const [t_s, read, fitted] = plot.data ?? [[], [], []];
-    return table(["t_s", "read_mv", "fitted_mv"], t_s.map((value, at) => [value, read[at], fitted[at]]).filter(([value]) => inSight(plot, value)));
+    const [t_s, ...columns] = plot.data ?? [[]];
+    const rows = t_s.map((value, at) => [value, ...columns.map((column) => column[at])]).filter(([value]) => plot.shows(value));
+    return table(["t_s", "read_mv", "fitted_mv", "fundamental_mv", "residual_mv"], rows);
   },
   map(state) {
     const found = image(state);

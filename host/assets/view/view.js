@@ -1,18 +1,27 @@
-// The page: takes the messages of the command, and shows them unless it is paused.
+// The page: takes the messages of the command, and shows them, or a run, unless it is paused.
 import { Model } from "./model.js";
-import { words } from "./format.js";
-import { Fit, History, Spectrum, Strips } from "./plots.js";
+import { drawMap, drawPlots } from "./draw.js";
+import { Fit } from "./fit.js";
+import { History } from "./history.js";
+import { Spectrum } from "./spectrum.js";
+import { Strips } from "./strips.js";
+import { Scrub } from "./scrub.js";
 import * as panels from "./panels.js";
+import * as runs from "./runs.js";
 import * as save from "./save.js";
+import * as settings from "./settings.js";
 
 const $ = (id) => document.getElementById(id);
+// Elements that have keys of their own.
+const OWN_KEYS = ["BUTTON", "SELECT", "INPUT", "A"];
 const model = new Model();
 // The state when the page was paused.
 let paused = null;
 let isConnected = false;
 let isDue = false;
+let source = null;
 
-const zoomed = () => pause(true);
+const zoomed = () => scrub.run === null && pause(true);
 const plots = {
   strips: new Strips($("strips"), zoomed),
   history: new History($("history"), zoomed),
@@ -20,6 +29,13 @@ const plots = {
   fit: new Fit($("fit"), zoomed),
 };
 const mapCanvas = $("map").querySelector("canvas");
+const scrub = new Scrub(() => {
+  list.list();
+  drawAll();
+});
+const list = runs.begin({ look: (run) => scrub.look(run), changed: () => drawAll(), shown: () => scrub.run });
+
+const shown = () => (scrub.run === null ? paused ?? model : scrub.model ?? model);
 
 function pause(wanted) {
   if (wanted === (paused !== null)) return;
@@ -36,85 +52,55 @@ function schedule() {
   isDue = true;
   requestAnimationFrame(() => {
     isDue = false;
-    draw();
+    // A zoomed plot stays as it is, and so does a run.
+    draw(paused === null && scrub.run === null);
   });
 }
 
-function showStatus() {
-  const { state } = model;
+const drawAll = () => draw(true);
+
+function showStatus({ state }) {
   $("status").textContent = isConnected ? state.status : "The command cannot be reached: it has ended, or is being restarted. Trying again every second.";
   $("status").classList.toggle("alarm", !isConnected || ["disconnected", "waiting"].includes(state.live.connection.state));
 }
 
-function draw() {
-  showStatus();
-  const shown = paused ?? model;
-  if (shown.state === null) return;
-  const { state } = shown;
+function draw(withPlots) {
+  if (model.state === null) return;
+  runs.showRecording(model.state);
+  const found = shown();
+  showStatus(scrub.run === null ? model : found);
+  const { state } = found;
   const { live } = state;
+  const { run } = scrub;
   document.title = `Ridgetone · ${live.source}`;
   $("source").textContent = live.now_s === null ? live.source : `${live.source}, ${live.now_s.toFixed(1)} s`;
   $("version").textContent = `Ridgetone ${state.version}.`;
+  $("pause").hidden = run !== null;
+  document.body.classList.toggle("looking", run !== null);
   panels.tiles(state);
-  panels.health(shown);
+  panels.health(found);
   panels.log(live);
-  drawMap(state);
-  // A zoomed plot stays as it is.
-  if (paused === null) drawPlots(state);
+  settings.show(run === null ? state : { ...state, can_set: run.frames > 0 && Boolean(live.latest.hello) }, run !== null);
+  drawMap(mapCanvas, state);
+  if (!withPlots) return;
+  const mark = run === null ? [null, null] : scrub.mark;
+  [plots.strips, plots.history].forEach((plot) => { plot.mark = mark; });
+  drawPlots(plots, state, compared(run, live));
 }
 
-function drawMap(state) {
-  const found = panels.image(state);
-  const empty = $("map").querySelector(".empty");
-  empty.hidden = found !== null;
-  mapCanvas.hidden = found === null;
-  if (found === null) {
-    empty.textContent = "No static image yet: it comes when a hold, before a slide or after one, is over.";
-    $("map-small").textContent = "";
-    return;
-  }
-  $("map-small").textContent = `${words(found.image.hold)}, mV, x →`;
-  panels.map(mapCanvas, found);
-}
-
-function drawPlots(state) {
-  const { live } = state;
-  const hasRaw = live.strips.t_s.length > 1;
-  const noRaw = state.no_raw ?? "No raw frames yet.";
-  if (hasRaw) plots.strips.draw(state, Number($("strips-s").value));
-  plots.strips.explain(hasRaw ? "" : noRaw);
-  const hasTone = plots.history.draw(state, Number($("history-s").value));
-  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
-  const { estimate } = live.latest;
-  const tone_hz = estimate?.frequency_hz ?? null;
-  const { spectrum, curves } = state;
-  if (spectrum) plots.spectrum.draw(state, spectrum.of_estimate ? tone_hz : null);
-  plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
-  $("spectrum-small").textContent = spectrum ? (spectrum.of_estimate ? "of the latest window" : "of the latest frames") : "";
-  const taxel = chosen(estimate);
-  const canFit = Boolean(curves) && taxel !== null;
-  const channel = estimate?.channels.find((found) => found.taxel === taxel);
-  $("fit-small").textContent = channel && tone_hz !== null
-    ? `Taxel ${taxel}: ${(1e3 * channel.amplitude_v).toFixed(2)} mV, residual ${(1e3 * channel.residual_v).toFixed(2)} mV. ` : "";
-  if (canFit) plots.fit.draw(state, taxel);
-  plots.fit.explain(canFit ? "" : hasRaw ? noFit(estimate) : noRaw);
-}
-
-const noFit = (estimate) => {
-  if (!estimate) return "No estimate yet.";
-  if (estimate.abscissa === "place") return "By place there is no curve in time.";
-  return estimate.frequency_hz === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
-};
-
-// The taxel to show: the one that was chosen, or the one whose tone is the strongest.
-function chosen(estimate) {
-  if ($("taxel").value !== "") return Number($("taxel").value);
-  const channels = estimate?.channels ?? [];
-  return channels.length ? channels.reduce((a, b) => (b.amplitude_v > a.amplitude_v ? b : a)).taxel : null;
+// The run to compare with, its first contact at that of this one; at a board its end is now.
+function compared(run, live) {
+  const beside = runs.compared();
+  $("difference").textContent = beside === null ? "" : runs.difference(run, beside.run);
+  if (beside === null || beside.run.id === run?.id) return null;
+  const [a, b] = [run?.contact_s ?? null, beside.run.contact_s];
+  const shift_s = run !== null && a !== null && b !== null ? a - b : (live.now_s ?? 0) - beside.run.until_s;
+  return { state: beside.state, shift_s };
 }
 
 function connect() {
-  const source = new EventSource("/events");
+  source?.close();
+  source = new EventSource("/events");
   const on = (take) => (event) => {
     isConnected = true;
     take(JSON.parse(event.data));
@@ -122,31 +108,29 @@ function connect() {
   };
   source.addEventListener("state", on((message) => model.begin(message)));
   source.addEventListener("update", on((message) => model.add(message)));
-  source.addEventListener("error", () => {
+  source.addEventListener("error", (event) => {
     isConnected = false;
     schedule();
     // The browser recovers from most errors by itself.
-    if (source.readyState === EventSource.CLOSED) setTimeout(connect, 1000);
+    if (event.target.readyState === EventSource.CLOSED && event.target === source) setTimeout(connect, 1000);
   });
 }
 
 $("pause").addEventListener("click", () => pause(paused === null));
 document.addEventListener("keydown", (event) => {
-  if (event.key === " " && !["BUTTON", "SELECT"].includes(event.target.tagName)) {
-    event.preventDefault();
+  const hasOwn = OWN_KEYS.includes(event.target.tagName) && (event.key === " " || event.target.type === "number");
+  if (hasOwn || event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
+  if (!scrub.key(event.key)) {
+    if (event.key !== " ") return;
     pause(paused === null);
   }
+  event.preventDefault();
 });
-for (const select of document.querySelectorAll("select")) {
-  select.addEventListener("change", () => {
-    const { state } = paused ?? model;
-    if (state !== null) drawPlots(state);
-  });
-}
+for (const select of document.querySelectorAll("select")) select.addEventListener("change", drawAll);
 for (let taxel = 0; taxel < 16; taxel += 1) $("taxel").add(new Option(String(taxel)));
 for (const button of document.querySelectorAll("[data-save]")) {
   button.addEventListener("click", () => {
-    const { state } = paused ?? model;
+    const { state } = shown();
     if (state === null) return;
     const card = button.closest(".card");
     const what = card.dataset.name;
@@ -160,4 +144,14 @@ const redraw = () => {
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 new ResizeObserver(schedule).observe($("map"));
+// A page that nobody sees asks for nothing: an emulated board waits meanwhile.
+document.addEventListener("visibilitychange", () => (document.hidden ? source?.close() : connect()));
+settings.begin(async (wanted) => {
+  if (scrub.run === null) return settings.post("/settings", wanted);
+  const found = JSON.parse(await settings.post(`/runs/${scrub.run.id}/settings`, wanted));
+  Object.assign(scrub.run, found);
+  list.update(found);
+  await scrub.go(scrub.t_s);
+  return "These are this run's estimates with the new settings.";
+});
 connect();

@@ -32,6 +32,10 @@ fn pace(text: &str) -> Result<f64, String> {
 }
 
 impl SourceOptions {
+    pub fn recording(&self) -> Option<&PathBuf> {
+        self.recording.as_ref()
+    }
+
     pub fn open(&self) -> Result<Feed> {
         let pace = (self.pace > 0.0).then_some(self.pace);
         let Some(path) = &self.recording else { return self.board.open(Some(&self.input), pace, !self.once) };

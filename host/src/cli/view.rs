@@ -2,7 +2,8 @@
 
 use super::lines::report;
 use super::source::SourceOptions;
-use crate::view::server::loopback;
+use crate::view::Options;
+use crate::view::guard::address;
 use crate::{settings_form, stop, view};
 use anyhow::Result;
 use clap::Args;
@@ -11,30 +12,40 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-It prints the page's address; open that in a browser. Only this computer can reach it.
+It prints the page's address; open that in a browser, or give --open. Only this computer can reach it. With an address of this
+computer that others reach, or 0.0.0.0 for all of them, --listen makes a token: the printed address has it, and the QR code is
+that address for a phone. What travels is not encrypted. The emulated board waits while nobody looks.
 
 Examples:
   ridgetone view
   ridgetone view --port /dev/ttyUSB0
-  ridgetone view --emulated
+  ridgetone view --emulated --open
   ridgetone view --emulated --scene scenes/c7.toml --listen 127.0.0.1:9000
-  ridgetone view --file touch.rec")]
+  ridgetone view --file touch.rec
+  ridgetone view --listen 0.0.0.0:8321")]
 pub struct ViewArgs {
     #[command(flatten)]
     source: SourceOptions,
     /// Put these settings into force first; they are not stored.
     #[arg(long, value_name = "FILE.toml", conflicts_with = "recording")]
     settings: Option<PathBuf>,
-    /// Where the page is served: an address of this computer's own, 127.0.0.1 or `[::1]`, and a port; port 0 is any free one.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = loopback)]
+    /// Where the page is served: an address of this computer and a port; port 0 is any free one. An address that others reach
+    /// needs the token that is printed with it.
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8321", value_parser = address)]
     listen: SocketAddr,
+    /// Open the page in the browser.
+    #[arg(long)]
+    open: bool,
 }
 
 impl ViewArgs {
     pub(super) fn run(self) -> Result<()> {
         let settings = self.settings.as_deref().map(settings_form::load).transpose()?;
         stop::on_signal()?;
-        let (feed, served) = view::run(self.source.open()?, settings, self.listen);
+        let (feed, served) = {
+            let options = Options { address: self.listen, open: self.open, run: self.source.recording().cloned() };
+            view::run(self.source.open()?, settings, &options)
+        };
         report(feed.counts());
         served
     }

@@ -132,6 +132,11 @@ impl Feed {
         self.source.send(bytes)
     }
 
+    /// See [`Source::idle`].
+    pub fn idle(&mut self, idle: bool) {
+        self.source.idle(idle);
+    }
+
     pub fn has_board(&self) -> bool {
         self.source.has_board()
     }

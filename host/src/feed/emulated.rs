@@ -18,12 +18,16 @@ const LATE_MAX: Duration = Duration::from_millis(500);
 /// Board time between two readings of this computer's clock.
 const LOOK: Duration = Duration::from_millis(5);
 
+/// Time between two looks whether somebody looks again.
+const LOOK_IDLE: Duration = Duration::from_millis(20);
+
 /// The emulated board. Dropped, it ends the emulator.
 #[derive(Debug)]
 pub struct Emulated {
     telemetry: Receiver<Vec<u8>>,
     requests: Sender<Vec<u8>>,
     stop: Arc<AtomicBool>,
+    idle: Arc<AtomicBool>,
     thread: Option<JoinHandle<Result<()>>>,
 }
 
@@ -35,10 +39,17 @@ impl Emulated {
         let (requests, to_board) = channel();
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = Arc::clone(&stop);
+        let idle = Arc::new(AtomicBool::new(false));
+        let waits = Arc::clone(&idle);
         let thread = std::thread::spawn(move || {
             let options = Options { silence, ..Options::new(&elf) };
             let (mut begun, mut next) = (Instant::now(), Duration::ZERO);
             let mut exchange = |now: Duration, bytes: &[u8]| {
+                let here = Instant::now();
+                while waits.load(Ordering::Relaxed) && !stopped.load(Ordering::Relaxed) {
+                    std::thread::sleep(LOOK_IDLE);
+                }
+                begun += here.elapsed();
                 if stopped.load(Ordering::Relaxed) {
                     bail!("the emulated board is no longer wanted");
                 }
@@ -61,7 +72,7 @@ impl Emulated {
             };
             emulator::run_bytes(input, options, &mut exchange, &mut |_, _| {}).map(|_| ())
         });
-        Self { telemetry, requests, stop, thread: Some(thread) }
+        Self { telemetry, requests, stop, idle, thread: Some(thread) }
     }
 
     fn join(&mut self) -> Result<()> {
@@ -88,6 +99,10 @@ impl Source for Emulated {
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.requests.send(bytes.to_vec()).context("the emulated board has ended")
+    }
+
+    fn idle(&mut self, idle: bool) {
+        self.idle.store(idle, Ordering::Relaxed);
     }
 }
 

@@ -11,6 +11,7 @@ use anyhow::Result;
 use ridgetone_proto::command::{Command, Outcome};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::Packet;
+use serde::Serialize;
 use std::time::Duration;
 
 /// Raw frames: what strips are drawn from.
@@ -32,6 +33,17 @@ pub struct Following {
     requester: Requester,
     /// Whether raw frames come, or why not.
     pub raw: RawFrames,
+    /// The board's answer to [`Self::set`]; none before it has come.
+    pub settings_reply: Option<SettingsReply>,
+    is_setting: bool,
+    is_idle: bool,
+}
+
+/// What became of settings that were sent.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SettingsReply {
+    pub text: String,
+    pub is_refused: bool,
 }
 
 impl Following {
@@ -42,7 +54,7 @@ impl Following {
         if raw == RawFrames::On {
             requester.want_raw(true);
         }
-        Self { feed, requester, raw }
+        Self { feed, requester, raw, settings_reply: None, is_setting: false, is_idle: false }
     }
 
     /// A state that knows the name of the source alone.
@@ -55,6 +67,31 @@ impl Following {
         if self.raw != RawFrames::Unavailable {
             self.raw = if wanted { RawFrames::On } else { RawFrames::Off };
             self.requester.want_raw(wanted);
+        }
+    }
+
+    /// Whether there is a board that takes settings.
+    pub fn has_board(&self) -> bool {
+        self.feed.has_board()
+    }
+
+    /// Nobody looks, or somebody does again: the emulated board waits meanwhile, and a board goes on.
+    pub fn idle(&mut self, idle: bool) {
+        self.feed.idle(idle);
+        self.is_idle = idle;
+    }
+
+    /// Puts settings into force on the board, without storing them.
+    pub fn set(&mut self, settings: Settings) {
+        (self.settings_reply, self.is_setting) = (None, true);
+        self.requester.push(Command::Set { settings, keep: false });
+        // Its greeting says what is in force.
+        self.requester.push(Command::Greet);
+    }
+
+    fn set_ended(&mut self, text: String, is_refused: bool) {
+        if std::mem::take(&mut self.is_setting) {
+            self.settings_reply = Some(SettingsReply { text, is_refused });
         }
     }
 
@@ -73,10 +110,16 @@ impl Following {
         match event {
             Some(FeedEvent::Data(packet)) => {
                 live.take(packet);
-                if let Some((command, outcome)) = self.requester.answered(packet)
-                    && !matches!(outcome, Outcome::Done | Outcome::DoneErased)
-                {
+                if let Some((command, outcome)) = self.requester.answered(packet) {
+                    let is_done = matches!(outcome, Outcome::Done | Outcome::DoneErased);
                     let why = events::outcome(&outcome);
+                    if matches!(command, Command::Set { .. }) {
+                        let text = if is_done { "In force until the board's next start.".into() } else { why.clone() };
+                        self.set_ended(text, !is_done);
+                    }
+                    if is_done {
+                        return self.follow_up(live);
+                    }
                     if matches!(command, Command::Raw { .. }) {
                         self.raw = RawFrames::Refused(format!("no raw frames: {why}"));
                     }
@@ -95,12 +138,19 @@ impl Following {
             Some(FeedEvent::Over) => live.now.connection = Connection::Over,
             None => {}
         }
+        self.follow_up(live);
+    }
+
+    fn follow_up(&mut self, live: &mut Live) {
         live.now.counts = self.feed.counts();
+        // What waits answers nothing.
         if self.feed.has_board()
+            && !self.is_idle
             && live.now.connection == Connection::Connected
             && let Err(error) = self.requester.tick(&mut self.feed)
         {
             live.note(format!("{error:#}"));
+            self.set_ended(format!("{error:#}"), true);
             self.raw = RawFrames::Refused("no raw frames: no answer (RX?)".into());
         }
     }

@@ -35,6 +35,9 @@ pub trait Source {
 
     fn send(&mut self, bytes: &[u8]) -> Result<()>;
 
+    /// Nobody looks, or somebody does again: what is emulated waits meanwhile. A board goes on.
+    fn idle(&mut self, _idle: bool) {}
+
     /// Whether a board can receive bytes.
     fn has_board(&self) -> bool {
         true

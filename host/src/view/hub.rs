@@ -3,23 +3,24 @@
 //! The thread that folds packets never waits for a page. Each page has a short queue; a page that is too slow for it loses
 //! the queue, and gets everything again with the number of updates that it missed.
 
+use super::message::{Common, Message, STREAM, State, Update};
 use super::status;
+use super::tape::{Latest, Tape};
 use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
-use crate::feed::{FeedEvent, Following};
-use crate::live::{Live, Log, Now, POINTS, Point, STRIP_FRAMES, Strips, columns};
+use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
+use crate::live::{Live, Log, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
-use crate::static_image::{PLACES, SIDE};
-use anyhow::Result;
+use crate::settings_form;
+use crate::static_image::PLACES;
+use anyhow::{Result, ensure};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet};
-use serde::Serialize;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast::{self, Receiver, Sender};
-
-/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields leave it.
-pub const STREAM: u32 = 1;
 
 /// Time between two updates.
 pub const UPDATE_EVERY: Duration = Duration::from_millis(100);
@@ -33,16 +34,11 @@ const PACKETS: usize = 1024;
 /// Time between two spectra.
 const SPECTRUM_EVERY: Duration = Duration::from_millis(250);
 
+/// Time after a look at the state in which somebody is taken to watch.
+const LOOKED: Duration = Duration::from_secs(3);
+
 /// A frame, seconds, roughly.
 const FRAME_S: f64 = 0.004;
-
-#[derive(Clone, Debug)]
-pub struct Message {
-    /// `state`: everything; `update`: what is new.
-    pub kind: &'static str,
-    /// JSON on one line.
-    pub json: Arc<str>,
-}
 
 /// The common state of all pages.
 pub struct Hub {
@@ -57,6 +53,15 @@ struct Inner {
     live: Live,
     /// Why there are no raw frames, if there is a reason.
     no_raw: Option<String>,
+    /// Whether there is a board that takes settings.
+    can_set: bool,
+    /// Settings that a page wants, for [`Hub::wanted`].
+    wanted: Option<Settings>,
+    settings_reply: Option<SettingsReply>,
+    tape: Option<Tape>,
+    latest: Latest,
+    /// When somebody asked for the state.
+    looked: Option<Instant>,
     /// Arrival of the latest packet.
     received: Option<Instant>,
     /// Estimates and frames since the latest update.
@@ -77,48 +82,6 @@ struct Inner {
     greeting: Option<Arc<str>>,
 }
 
-/// Fields of both kinds of message.
-#[derive(Serialize)]
-struct Common<'a> {
-    update: u64,
-    status: String,
-    no_raw: Option<&'a str>,
-    /// What helps against the latest estimate's status, and what is remarkable about it.
-    remarks: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct State<'a> {
-    #[serde(flatten)]
-    common: Common<'a>,
-    missed: u64,
-    /// Version of the stream.
-    stream: u32,
-    version: &'static str,
-    places: [[usize; SIDE]; SIDE],
-    points_most: usize,
-    frames_most: usize,
-    live: &'a Live,
-    spectrum: Option<&'a Spectrum>,
-    curves: Option<&'a Curves>,
-}
-
-/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are gone.
-#[derive(Serialize)]
-struct Update<'a> {
-    #[serde(flatten)]
-    common: Common<'a>,
-    live: &'a Now,
-    points: &'a [Point],
-    #[serde(serialize_with = "columns")]
-    strips: &'a Strips,
-    log: Option<&'a Log>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spectrum: Option<Option<&'a Spectrum>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    curves: Option<Option<&'a Curves>>,
-}
-
 impl Hub {
     pub fn new(live: Live) -> Self {
         let inner = Inner {
@@ -136,8 +99,17 @@ impl Hub {
         let inner = &mut *self.lock();
         following.fold(event, &mut inner.live);
         inner.no_raw = status::no_raw(&following.raw);
+        inner.can_set = following.has_board() && inner.live.hello().is_some();
+        inner.settings_reply.clone_from(&following.settings_reply);
         let Some(FeedEvent::Data(packet)) = event else { return };
         inner.received = Some(Instant::now());
+        inner.latest.push(packet, following.receipt());
+        if let Some(tape) = &mut inner.tape
+            && let Err(error) = tape.keep(packet, following.receipt(), inner.live.hello())
+        {
+            inner.live.note(format!("{error:#}"));
+            inner.tape = None;
+        }
         if let Ok(line) = inner.json.line(packet, following.receipt()) {
             let line: Arc<str> = (line + "\n").into();
             if matches!(packet.event, Event::Hello(_)) {
@@ -177,6 +149,7 @@ impl Hub {
     /// Everything, for a new page, and the queue of all updates after it.
     pub fn join(&self, missed: u64) -> Result<(Message, Receiver<Message>)> {
         let mut inner = self.lock();
+        inner.looked = Some(Instant::now());
         // Under one lock, so that the state and the queue neither overlap nor leave a gap.
         self.send_new(&mut inner)?;
         let updates = self.updates.subscribe();
@@ -189,10 +162,54 @@ impl Hub {
         (inner.greeting.clone(), self.packets.subscribe())
     }
 
+    /// Takes settings from a page: some of them, as a JSON object. Fails in words for people.
+    pub fn set(&self, json: &str) -> Result<()> {
+        let mut inner = self.lock();
+        ensure!(inner.can_set, "there is no board that takes settings");
+        inner.wanted = Some(settings_form::with_json(&inner.live.settings(), json)?);
+        inner.settings_reply = None;
+        Ok(())
+    }
+
+    /// The settings that a page wants, once.
+    pub fn wanted(&self) -> Option<Settings> {
+        self.lock().wanted.take()
+    }
+
+    /// Begins to record into a new file; if it records already, ends, and gives the tape.
+    pub fn record(&self, path: impl FnOnce() -> PathBuf) -> Option<Tape> {
+        let inner = &mut *self.lock();
+        let ended = inner.tape.take();
+        if ended.is_none() {
+            inner.tape = Some(Tape::new(path(), &inner.live.now.source));
+        }
+        ended
+    }
+
+    /// A tape of the latest minute.
+    pub fn record_latest(&self, path: PathBuf) -> Result<Tape> {
+        let inner = self.lock();
+        inner.latest.tape(path, &inner.live.now.source, inner.live.hello())
+    }
+
+    /// Whether a page or a program looks, or something is recorded.
+    pub fn is_watched(&self) -> bool {
+        let inner = self.lock();
+        let looked = inner.looked.is_some_and(|looked| looked.elapsed() < LOOKED);
+        looked || inner.tape.is_some() || self.updates.receiver_count() + self.packets.receiver_count() > 0
+    }
+
     fn lock(&self) -> MutexGuard<'_, Inner> {
         // A panic under the lock leaves a state that can still be shown.
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Everything of a state that somebody looks back at.
+pub fn state_of(live: Live) -> Result<String> {
+    let (spectrum, curves) = (spectrum(&live), curves(&live));
+    let no_raw = live.strips.is_empty().then(|| status::no_raw(&RawFrames::Unavailable)).flatten();
+    Inner { live, spectrum, curves, no_raw, received: Some(Instant::now()), ..Inner::default() }.state(0)
 }
 
 impl Inner {
@@ -223,7 +240,15 @@ impl Inner {
         let latest = self.live.estimate();
         let remedy = latest.and_then(|latest| remedy(latest.status)).map(str::to_owned);
         let remarks = remedy.into_iter().chain(latest.map(phrases).unwrap_or_default()).collect();
-        Common { update: self.number, status, no_raw: self.no_raw.as_deref(), remarks }
+        Common {
+            update: self.number,
+            status,
+            no_raw: self.no_raw.as_deref(),
+            remarks,
+            can_set: self.can_set,
+            settings_reply: self.settings_reply.as_ref(),
+            recording_s: self.tape.as_ref().map(Tape::length_s),
+        }
     }
 
     fn state(&self, missed: u64) -> Result<String> {

@@ -1,4 +1,4 @@
-//! The server of the page: for this computer only, and for its own pages only.
+//! The server of the page.
 //!
 //! | path | what |
 //! |---|---|
@@ -6,25 +6,29 @@
 //! | `/events` | everything first, then what is new, as server-sent events `state` and `update` ([`super::hub`]) |
 //! | `/state.json` | everything, once |
 //! | `/packets` | every packet as one JSON object a line, as with `--json`, the latest greeting first |
-//!
-//! A page from elsewhere could reach a loopback address through the user's browser, with a host name that points there: the
-//! server refuses requests with any other host than this computer. Other origins may neither read nor frame an answer.
+//! | `/settings` | POST: some settings for the board, as a JSON object |
+//! | `/runs`, `/record` | [`super::run_routes`] |
 
-use super::hub::{Hub, Message};
+use super::files::FILES;
+use super::guard::{Access, guard};
+use super::hub::Hub;
+use super::message::Message;
+use super::run_routes;
+use super::runs::Runs;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::{Request, State};
-use axum::http::uri::Authority;
-use axum::http::{HeaderName, HeaderValue, StatusCode, header};
-use axum::middleware::{Next, from_fn_with_state};
+use axum::extract::State;
+use axum::http::{StatusCode, header};
+use axum::middleware::from_fn_with_state;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use futures_util::future::{Either, select};
 use futures_util::stream::{Stream, unfold};
+use serde::Serialize;
 use std::convert::Infallible;
-use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::net::TcpListener;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::broadcast::Receiver;
@@ -34,65 +38,32 @@ use tokio::sync::oneshot;
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// The files of the page: name, type, content.
-const FILES: [(&str, &str, &str); 11] = [
-    ("/", "text/html; charset=utf-8", include_str!("../../assets/view/index.html")),
-    ("/view.css", "text/css; charset=utf-8", include_str!("../../assets/view/view.css")),
-    ("/view.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/view.js")),
-    ("/model.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/model.js")),
-    ("/plots.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/plots.js")),
-    ("/panels.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/panels.js")),
-    ("/format.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/format.js")),
-    ("/icon.svg", "image/svg+xml", include_str!("../../assets/view/icon.svg")),
-    ("/save.js", "text/javascript; charset=utf-8", include_str!("../../assets/view/save.js")),
-    ("/uPlot.js", "text/javascript; charset=utf-8", include_str!("../../assets/uplot/uPlot.iife.min.js")),
-    ("/uPlot.css", "text/css; charset=utf-8", include_str!("../../assets/uplot/uPlot.min.css")),
-];
-
-/// Headers of every answer: the page loads nothing from elsewhere, and nobody else may use or store it.
-const HEADERS: [(HeaderName, &str); 6] = [
-    (
-        header::CONTENT_SECURITY_POLICY,
-        "default-src 'self'; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
-    ),
-    (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-    (header::X_FRAME_OPTIONS, "DENY"),
-    (header::REFERRER_POLICY, "no-referrer"),
-    (header::CACHE_CONTROL, "no-store"),
-    (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
-];
+/// What the paths are served from.
+#[derive(Clone)]
+pub struct App {
+    pub hub: Arc<Hub>,
+    pub runs: Arc<Runs>,
+}
 
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
 pub struct Server {
-    pub address: SocketAddr,
+    /// With the port that it has.
+    pub access: Access,
     _running: oneshot::Sender<()>,
 }
 
-/// Reads an address to listen on, such as `127.0.0.1:8321`, `[::1]:8321` or `localhost:8321`; port 0 is any free one.
-pub fn loopback(text: &str) -> Result<SocketAddr, String> {
-    let numeric = text.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
-    let address: SocketAddr = numeric
-        .as_deref()
-        .unwrap_or(text)
-        .parse()
-        .map_err(|_| "write an address and a port, such as 127.0.0.1:8321".to_owned())?;
-    match address.ip().is_loopback() {
-        true => Ok(address),
-        false => Err(format!("{} can be reached from elsewhere: only 127.0.0.1 and [::1] are served", address.ip())),
-    }
-}
-
 impl Server {
-    /// Serves the hub's messages at a [`loopback`] address.
-    pub fn start(address: SocketAddr, hub: Arc<Hub>) -> Result<Self> {
+    /// Serves the hub's messages and the runs.
+    pub fn start(access: Access, app: App) -> Result<Self> {
+        let address = access.address;
         let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
         let listener = TcpListener::bind(address).with_context(what)?;
         listener.set_nonblocking(true)?;
-        let address = listener.local_addr()?;
+        let access = Access { address: listener.local_addr()?, ..access };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (running, dropped) = oneshot::channel::<()>();
-        let routes = routes(hub).layer(from_fn_with_state(address, guard));
+        let routes = routes(app).layer(from_fn_with_state(access.clone(), guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
@@ -103,53 +74,55 @@ impl Server {
             }
         };
         std::thread::spawn(move || runtime.block_on(serve));
-        Ok(Self { address, _running: running })
+        Ok(Self { access, _running: running })
     }
 }
 
-fn routes(hub: Arc<Hub>) -> Router {
-    let mut routes = Router::new();
-    for (path, kind, content) in FILES {
+fn routes(app: App) -> Router {
+    let mut routes = run_routes::routes();
+    for (path, kind, content) in FILES.iter().copied() {
         routes = routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
     }
     routes
         .route("/events", get(events))
         .route("/state.json", get(state))
         .route("/packets", get(packets))
-        .with_state(hub)
+        .route("/settings", post(settings))
+        .with_state(app)
 }
 
-/// Refuses requests with another host than this computer, and adds [`HEADERS`] to every answer.
-async fn guard(State(address): State<SocketAddr>, request: Request, next: Next) -> Response {
-    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
-    let mut response = match host.is_some_and(|host| is_ours(host, address)) {
-        true => next.run(request).await,
-        false => (StatusCode::FORBIDDEN, "this page is served to this computer only, as localhost\n").into_response(),
-    };
-    for (name, value) in HEADERS {
-        response.headers_mut().insert(name, HeaderValue::from_static(value));
-    }
-    response
-}
-
-/// Whether a Host header names this computer and this port.
-fn is_ours(host: &str, address: SocketAddr) -> bool {
-    let Ok(authority) = host.parse::<Authority>() else { return false };
-    let name = authority.host();
-    let ip = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
-    let is_here = name.eq_ignore_ascii_case("localhost") || ip.is_ok_and(|ip| ip.is_loopback());
-    // Without a port it is that of HTTP.
-    is_here && authority.port_u16().unwrap_or(80) == address.port() && !host.contains('@')
-}
-
-async fn state(State(hub): State<Arc<Hub>>) -> Response {
+async fn state(State(App { hub, .. }): State<App>) -> Response {
     match hub.join(0) {
         Ok((message, _)) => ([(header::CONTENT_TYPE, "application/json")], message.json.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}\n")).into_response(),
     }
 }
 
-async fn packets(State(hub): State<Arc<Hub>>) -> Response {
+/// Words or JSON, and a status by whether it went well.
+pub fn answer(done: Result<String>) -> Response {
+    match done {
+        Ok(text) if text.starts_with(['{', '[']) => {
+            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+        }
+        Ok(text) => text.into_response(),
+        Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
+    }
+}
+
+pub fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string(value)?)
+}
+
+/// Does what takes long without keeping the pages waiting.
+pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
+    tokio::task::spawn_blocking(work).await.context("the work ended without a result")?
+}
+
+async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response {
+    answer(hub.set(&json).map(|()| "Sent to the board.".to_owned()))
+}
+
+async fn packets(State(App { hub, .. }): State<App>) -> Response {
     let (greeting, packets) = hub.join_packets();
     let lines = unfold((greeting, packets), |(mut greeting, mut packets)| async move {
         let line = match greeting.take() {
@@ -165,7 +138,7 @@ async fn packets(State(hub): State<Arc<Hub>>) -> Response {
     ([(header::CONTENT_TYPE, "application/x-ndjson")], Body::from_stream(lines)).into_response()
 }
 
-async fn events(State(hub): State<Arc<Hub>>) -> impl IntoResponse {
+async fn events(State(App { hub, .. }): State<App>) -> impl IntoResponse {
     Sse::new(messages(hub)).keep_alive(KeepAlive::default())
 }
 
@@ -201,40 +174,6 @@ impl Page {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn only_this_computer_s_own_addresses_are_taken() {
-        for good in ["127.0.0.1:8321", "127.0.0.1:0", "[::1]:8321", "localhost:80"] {
-            assert!(loopback(good).is_ok_and(|address| address.ip().is_loopback()), "{good}");
-        }
-        for bad in ["0.0.0.0:8321", "[::]:8321", "192.168.1.7:80", "8.8.8.8:1", "[2001:db8::1]:80"] {
-            assert!(loopback(bad).is_err_and(|why| why.contains("elsewhere")), "{bad}");
-        }
-        for bad in ["", "8321", "127.0.0.1", "example.org:80", "localhost", "127.0.0.1:99999"] {
-            assert!(loopback(bad).is_err_and(|why| why.contains("127.0.0.1:8321")), "{bad}");
-        }
-    }
-
-    #[test]
-    fn a_host_that_is_not_this_one_is_known() {
-        let address = "127.0.0.1:8321".parse().unwrap();
-        for good in ["127.0.0.1:8321", "localhost:8321", "LOCALHOST:8321", "[::1]:8321"] {
-            assert!(is_ours(good, address), "{good}");
-        }
-        let bad = [
-            "",
-            "example.org:8321",
-            "127.0.0.1.example.org:8321",
-            "127.0.0.1",
-            "127.0.0.1:80",
-            "localhost:8321:1",
-            "0.0.0.0:8321",
-        ];
-        for bad in bad.into_iter().chain(["user@localhost:8321", "192.168.1.7:8321", "localhost.example.org:8321"]) {
-            assert!(!is_ours(bad, address), "{bad}");
-        }
-        assert!(is_ours("localhost", "127.0.0.1:80".parse().unwrap()));
-    }
 
     #[test]
     fn a_slow_page_gets_everything_again_and_the_number_of_missed_updates() {

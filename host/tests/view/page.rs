@@ -2,11 +2,16 @@
 
 #[path = "../common/browser.rs"]
 mod browser;
+#[path = "page_runs.rs"]
+mod runs;
 
-use super::{View, packets, recorded};
+use super::served::request;
+use super::{View, packets, recorded, recorded_as};
 use crate::common;
 use browser::{Browser, Look};
 use ridgetone_proto::telemetry::{Event, Movement, OtherTone, Packet, Status};
+use serde_json::{Value, json};
+use std::path::PathBuf;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -27,6 +32,14 @@ fn text(browser: &mut Browser, id: &str) -> String {
 
 fn save(what: &str, how: &str) -> String {
     format!("#{what} [data-save={how}]")
+}
+
+/// Chooses an option as somebody would.
+fn choose(browser: &mut Browser, id: &str, option: &str) {
+    browser.value(&format!(
+        "(() => {{ const select = document.getElementById('{id}'); select.value = '{option}'; \
+         select.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+    ));
 }
 
 /// Whether all plots have something on them.
@@ -87,6 +100,7 @@ fn a_recording_is_shown_with_the_numbers_of_json_and_can_be_paused_and_saved() {
 
     // A drag across the spectrum zooms in, and pauses.
     browser.value("scrollTo(0, 0)");
+    choose(&mut browser, "spectrum-x", "linear");
     let place = browser.value(
         "(({ left, top, width, height }) => [left + 0.2 * width, top + 0.5 * height, left + 0.6 * width])(document.querySelector('#spectrum .u-over').getBoundingClientRect())",
     );
@@ -151,6 +165,142 @@ fn a_restarted_command_is_found_again_and_missing_raw_frames_and_an_unsteady_ton
     assert_eq!(text(&mut browser, "frequency"), shown);
 }
 
+const PHONE: Look = Look { width: 390, height: 844, dark: false };
+
+/// What a finger hits on a phone that is smaller than 44 px (WCAG 2.2, 2.5.5).
+const TARGETS: &str = "[...document.querySelectorAll('button, select, input, a, label.button')] \
+    .filter((target) => target.id !== 'file') \
+    .map((target) => [target, target.getBoundingClientRect()]) \
+    .filter(([target, { width, height }]) => width > 0 && (height < 44 || width < 44)) \
+    .map(([target, { width, height }]) => `${target.id || target.textContent} ${width} x ${height}`)";
+
+#[test]
+#[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
+fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() {
+    let view = View::start(&["--emulated"]);
+    let now_s = || {
+        let (_, _, body) = request(view.address(), "/state.json", view.address(), Duration::from_secs(20));
+        serde_json::from_str::<Value>(&body).expect("JSON")["live"]["now_s"].as_f64().unwrap_or_default()
+    };
+    sleep(Duration::from_secs(2));
+    assert!(now_s() < 0.5, "nobody has looked yet");
+    let mut browser = Browser::start(LOOK);
+    browser.open(&view.url);
+    browser.wait("document.getElementById('settings')?.hidden === false");
+    browser.value("document.getElementById('record').click()");
+    for (id, value) in [("window_s", "0.5"), ("hop_s", "0.1"), ("harmonics", "2")] {
+        browser.value(&format!(
+            "(() => {{ const input = document.getElementById('{id}'); input.value = '{value}'; \
+             input.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
+        ));
+    }
+    browser.value("document.getElementById('settings-send').click()");
+    browser.wait("document.getElementById('settings-said').textContent.startsWith('In force')");
+    browser.wait("document.getElementById('frequency-small').textContent.includes('window of 0.50 s')");
+    let words = text(&mut browser, "fit-small");
+    assert!(words.contains("f ") && !words.contains("3f "), "{words}");
+    browser.value("document.getElementById('record').click()");
+    browser.wait("document.querySelectorAll('#run-rows tr').length === 1");
+    let row = browser.value("document.querySelector('#run-rows tr').textContent");
+    assert!(row.as_str().is_some_and(|row| row.starts_with("emulated-board-") && row.contains(" Hz")), "{row}");
+    // What has passed without anybody's recording can be looked at too.
+    browser.value("document.getElementById('latest').click()");
+    browser.wait("document.querySelectorAll('#run-rows tr').length === 2 && !document.getElementById('scrub').hidden");
+    let begins = browser.value("Number(document.getElementById('time').min)").as_f64().expect("a time");
+    assert!(begins < 0.1, "{begins}");
+    browser.value("document.getElementById('live').click()");
+    assert_quiet(&browser, &view);
+    // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
+    let see = |browser: &mut Browser, hidden: bool| {
+        browser.value(&format!(
+            "(() => {{ Object.defineProperty(document, 'hidden', {{ value: {hidden}, configurable: true }}); \
+             document.dispatchEvent(new Event('visibilitychange')); }})()"
+        ));
+    };
+    see(&mut browser, true);
+    sleep(Duration::from_secs(1));
+    let before_s = now_s();
+    sleep(Duration::from_secs(6));
+    let passed_s = now_s() - before_s;
+    assert!((0.0..4.5).contains(&passed_s), "{passed_s} s");
+    see(&mut browser, false);
+    let later_s = before_s + passed_s + 4.0;
+    browser.wait(&format!("parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"));
+}
+
+#[test]
+#[ignore = "needs a browser; cargo xtask test installs one"]
+fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() {
+    let folder = common::directory();
+    let plain = packets(3.2);
+    let mut wild = plain.clone();
+    let mut estimates = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Estimate(_)));
+    if let Some(Packet { event: Event::Estimate(estimate), .. }) = estimates.nth(1) {
+        (estimate.frequency, estimate.status) = (90.0, Status::Ambiguous);
+    }
+    let mut frames = wild.iter_mut().filter(|packet| matches!(packet.event, Event::Raw(_)));
+    if let Some(Packet { event: Event::Raw(raw), .. }) = frames.nth(700) {
+        raw.codes = [7_000_000; 16];
+    }
+    let mut said = Vec::new();
+    for (name, packets) in [("plain.rec", &plain), ("wild.rec", &wild)] {
+        let path = recorded_as(folder.path(), name, packets);
+        // Served as to a phone: with a token, which the address no longer shows afterwards.
+        let view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
+        let mut browser = Browser::start(LOOK);
+        let (_, rest) = view.url.trim_start_matches("http://").split_once(':').expect("a port");
+        browser.open(&format!("http://127.0.0.1:{rest}"));
+        browser.wait("document.getElementById('status')?.textContent.startsWith('The recording is over') === true");
+        browser.wait("document.querySelector('#fit .empty').hidden");
+        assert_eq!(browser.value("location.search"), "");
+        let axes = "['strips', 'history'].map((id) => document.querySelector(`#${id} .plot`).getAttribute('aria-description'))";
+        said.push((browser.value(axes), text(&mut browser, "history-small")));
+        assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit"]);
+        assert_eq!(browser.errors(), Vec::<String>::new());
+    }
+    assert_eq!(said[0].0[0], said[1].0[0], "the rows of the channels");
+    assert!(said[0].1.is_empty() && said[1].1 == "1 beyond the axis", "{said:?}");
+    let ends = |said: &Value| -> Vec<f64> {
+        said.as_str().expect("a range").split(' ').filter_map(|word| word.parse().ok()).collect()
+    };
+    let (plain, wild) = (ends(&said[0].0[1]), ends(&said[1].0[1]));
+    assert!(wild[1] - wild[0] < 3.0 * (plain[1] - plain[0]), "{plain:?} and {wild:?}");
+}
+
+/// The picture of the page that the documents show, in the folder that `cargo xtask pictures` names.
+#[test]
+#[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
+fn the_picture_of_the_page_shows_the_period_of_the_first_scene() {
+    let view = View::start(&["--emulated"]);
+    let mut browser = Browser::start(Look { width: 1280, height: 960, dark: false });
+    browser.call("Emulation.setScrollbarsHidden", json!({"hidden": true}));
+    browser.open(&view.url);
+    browser.wait("/, 5\\.[34] s$/.test(document.querySelector('#source')?.textContent)");
+    let period = text(&mut browser, "period");
+    let (mm, sigma_mm) = period.trim_end_matches(" mm").split_once(" ± ").unwrap_or_else(|| panic!("{period}"));
+    let apart_mm = (mm.parse::<f64>().expect("mm") - 3.6).abs();
+    assert!(apart_mm < 2.0 * sigma_mm.parse::<f64>().expect("mm"), "{period}");
+    assert_drawn(&mut browser, &["strips", "history", "spectrum", "fit", "map"]);
+    let taken = browser.call("Page.captureScreenshot", json!({"format": "png"}));
+    let kept = std::env::var_os("RIDGETONE_PICTURES");
+    let folder = common::directory();
+    let path = kept.map_or_else(|| folder.path().to_owned(), PathBuf::from).join("view.png");
+    std::fs::write(&path, base64(taken["data"].as_str().expect("a picture"))).expect("a file");
+    assert!(std::fs::read(&path).expect("a file").starts_with(b"\x89PNG"));
+}
+
+/// The bytes of a text in base 64 (RFC 4648, section 4).
+fn base64(text: &str) -> Vec<u8> {
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let digit = |byte: &u8| DIGITS.iter().position(|digit| digit == byte).map(|digit| digit as u32);
+    let digits: Vec<u32> = text.as_bytes().iter().filter_map(digit).collect();
+    let bytes = |four: &[u32]| {
+        let bits = four.iter().fold(0, |bits, digit| bits << 6 | digit) << (6 * (4 - four.len()));
+        bits.to_be_bytes()[1..four.len()].to_vec()
+    };
+    digits.chunks(4).flat_map(bytes).collect()
+}
+
 #[test]
 #[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
 fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
@@ -164,8 +314,8 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
     let looks = [
         ("light", LOOK),
         ("dark", Look { dark: true, ..LOOK }),
-        ("phone", Look { width: 390, height: 844, dark: false }),
-        ("phone-dark", Look { width: 390, height: 844, dark: true }),
+        ("phone", PHONE),
+        ("phone-dark", Look { dark: true, ..PHONE }),
     ];
     for (name, look) in looks {
         browser.look(look);
@@ -173,7 +323,10 @@ fn the_emulated_board_is_live_in_light_dark_and_on_a_phone() {
         let wide = browser.value("document.documentElement.scrollWidth").as_u64();
         assert!(wide <= Some(u64::from(look.width)), "{name}: {wide:?}");
         let found = browser.value(include_str!("readable.js"));
-        assert_eq!(found, serde_json::json!([]), "{name}");
+        assert_eq!(found, json!([]), "{name}");
+        if look.width == PHONE.width {
+            assert_eq!(browser.value(TARGETS), json!([]), "{name}");
+        }
         assert_drawn(&mut browser, &["strips", "history", "map"]);
     }
     browser.look(LOOK);

@@ -4,13 +4,13 @@ use super::{View, packets, recorded};
 use crate::common;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Status, head and body of the answer to a request; of an endless one what comes within `most`.
-fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
+pub fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, String, String) {
     let mut line = TcpStream::connect(address).expect("it listens");
     line.set_read_timeout(Some(Duration::from_millis(100))).expect("a timeout");
     write!(line, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").expect("sent");
@@ -28,7 +28,7 @@ fn request(address: &str, path: &str, host: &str, most: Duration) -> (u16, Strin
     (status, head.to_lowercase(), body.to_owned())
 }
 
-const LONG: Duration = Duration::from_secs(20);
+pub const LONG: Duration = Duration::from_secs(20);
 
 #[test]
 fn other_programs_get_every_packet_as_with_json() {
@@ -119,14 +119,10 @@ fn it_serves_this_computer_only_and_its_state_as_json() {
 }
 
 #[test]
-fn addresses_that_others_reach_or_that_are_taken_are_refused_on_one_line() {
+fn addresses_that_are_none_or_that_are_taken_are_refused_on_one_line() {
     let folder = common::directory();
     let path = recorded(folder.path(), &packets(0.5));
     let file = common::text(&path);
-    for address in ["0.0.0.0:8321", "[::]:8321", "192.168.1.2:8321"] {
-        let output = common::run(&["view", "--file", file, "--listen", address]);
-        common::assert_one_line(&output, 2, &["--listen", "can be reached from elsewhere"]);
-    }
     common::assert_one_line(&common::run(&["view", "--file", file, "--listen", "8321"]), 2, &["127.0.0.1:8321"]);
     let taken = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = taken.local_addr().expect("an address").to_string();
@@ -135,4 +131,57 @@ fn addresses_that_others_reach_or_that_are_taken_are_refused_on_one_line() {
     let stderr = common::stderr(&output);
     assert!(stderr.contains(&address) && stderr.contains("choose another"), "{stderr}");
     common::assert_one_line(&common::run(&["view", "--file", "no such file"]), 1, &["no such file"]);
+}
+
+#[test]
+fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(0.5));
+    let mut view = View::at("0.0.0.0:0", &["--file", common::text(&path), "--pace", "0"]);
+    let (place, token) = view.address().split_once("/?token=").expect("a token");
+    let port = place.rsplit(':').next().expect("a port");
+    let (address, token) = (format!("127.0.0.1:{port}"), token.to_owned());
+    assert!(token.len() == 32 && token.bytes().all(|byte| byte.is_ascii_hexdigit()), "{token}");
+    for path in ["/", "/events", "/state.json", "/packets", "/view.js", "/runs", "/?token=", "/?token=0"] {
+        for host in [address.as_str(), place, "localhost"] {
+            let (status, _, body) = request(&address, path, host, LONG);
+            assert!(status == 403 && body.contains("token") && !body.contains("uPlot"), "{path}: {status}");
+        }
+    }
+    let (status, head, _) = request(&address, &format!("/?token={token}"), place, LONG);
+    assert!(status == 303 && head.contains("location: /\r\n") && head.contains("httponly; samesite=lax"), "{head}");
+    let (status, _, body) = request(&address, &format!("/state.json?token={token}"), place, LONG);
+    assert!(status == 200 && body.contains("latest"), "{status}");
+    let mut warned = String::new();
+    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut warned).expect("a line");
+    let _ = view.child.kill();
+    let mut printed = String::new();
+    view.child.stdout.take().expect("a pipe").read_to_string(&mut printed).expect("text");
+    // Version 4: 33 modules and the quiet zone, two rows a line.
+    assert!(printed.lines().filter(|line| line.chars().count() == 41).count() == 21, "{printed}");
+    assert!(warned.contains("not encrypted"), "{warned}");
+}
+
+#[test]
+fn open_starts_the_browser_with_the_address() {
+    let folder = common::directory();
+    let path = recorded(folder.path(), &packets(0.5));
+    let opened = folder.path().join("opened");
+    let stub = common::file(folder.path(), "xdg-open", &format!("#!/bin/sh\necho \"$1\" > '{}'\n", opened.display()));
+    std::fs::set_permissions(&stub, std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("a mode");
+    let searched = format!("{}:{}", folder.path().display(), std::env::var("PATH").expect("a path"));
+    let view = View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", &searched)]);
+    let begun = Instant::now();
+    while std::fs::read_to_string(&opened).unwrap_or_default().trim() != view.url {
+        assert!(begun.elapsed() < LONG, "nothing was opened");
+        sleep(Duration::from_millis(20));
+    }
+    // Without one it says what to do, and goes on.
+    let nothing = folder.path().join("nothing");
+    let mut view =
+        View::with("127.0.0.1:0", &["--file", common::text(&path), "--open"], &[("PATH", common::text(&nothing))]);
+    let mut said = String::new();
+    BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut said).expect("a line");
+    let (status, _, _) = request(view.address(), "/", view.address(), LONG);
+    assert!(status == 200 && said.contains("xdg-open") && said.contains(&view.url), "{said}");
 }

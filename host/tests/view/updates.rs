@@ -68,6 +68,47 @@ fn the_spectrum_is_that_of_a_plain_fourier_sum_over_the_latest_window() {
     }
     let peak = found.power_db.iter().copied().fold(f32::NEG_INFINITY, f32::max);
     assert!((-3.0..=0.0).contains(&peak), "{peak}");
+    // The reported tone and its harmonics are marked, and the noise beside it is far below.
+    assert_eq!(found.lines.len(), usize::from(estimate.harmonics));
+    for (line, k) in found.lines.iter().zip(1..) {
+        assert!((line.frequency_hz / f64::from(estimate.frequency) - f64::from(k)).abs() < 1e-6);
+    }
+    let rest = curves(&live).expect("curves").rest.expect("noise beside the line");
+    assert!((found.lines[0].power_db - peak).abs() < 1.0 && rest.power_db.len() == found.power_db.len());
+    let hz = f64::from(estimate.frequency);
+    assert!((rest.until_hz - hz - 5.0).abs() < 0.1 && (rest.from_hz - (hz - 5.0).max(0.0)).abs() < 0.1);
+    // The scene's noise is white: by the board's residuals, its share of the power is spread over 120 bins.
+    let of = |power: f32| power.powi(2);
+    let share =
+        |c: &ridgetone_proto::telemetry::Channel| of(c.residual_v) / (0.5 * of(c.amplitude_v) + of(c.residual_v));
+    let mut shares: Vec<(f32, u8)> = estimate.channels.iter().map(|channel| (share(channel), channel.taxel)).collect();
+    shares.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let expected_db = 10.0 * (0.5 * (shares[0].0 + shares[1].0) / 120.0).log10();
+    assert!((rest.noise_db - expected_db).abs() < 3.0, "{} and {expected_db}", rest.noise_db);
+    // By a plain Fourier sum over what the curves leave of the two channels with the least noise.
+    let curves = curves(&live).expect("curves");
+    for bin in [3, 9, 40, 100] {
+        let power: f64 = shares[..2]
+            .iter()
+            .map(|(_, taxel)| {
+                let (read, fit) =
+                    (&curves.read_v[usize::from(*taxel)], curves.fit_v[usize::from(*taxel)].as_ref().expect("a fit"));
+                let read: Vec<f64> = read.iter().map(|v| f64::from(v.expect("a value"))).collect();
+                let (mean, middle) = (read.iter().sum::<f64>() / frames, 0.5 * (frames - 1.0));
+                let along = |n: usize| n as f64 - middle;
+                let slope = read.iter().enumerate().map(|(n, v)| along(n) * (v - mean)).sum::<f64>()
+                    / (0..read.len()).map(|n| along(n).powi(2)).sum::<f64>();
+                let about: f64 = read.iter().enumerate().map(|(n, v)| (v - mean - slope * along(n)).powi(2)).sum();
+                let (re, im) = read.iter().zip(fit).enumerate().fold((0.0, 0.0), |(re, im), (n, (read, fit))| {
+                    let angle = TAU * bin as f64 * n as f64 / 256.0;
+                    (re + (read - f64::from(*fit)) * angle.cos(), im + (read - f64::from(*fit)) * angle.sin())
+                });
+                (re * re + im * im) / about
+            })
+            .sum();
+        let db = 10.0 * (power / (0.5 * frames * 2.0)).log10();
+        assert!((f64::from(rest.power_db[bin]) - db).abs() < 0.2, "bin {bin}: {} and {db}", rest.power_db[bin]);
+    }
 }
 
 #[test]
@@ -78,6 +119,15 @@ fn the_curves_leave_nothing_of_the_fundamental_in_any_channel() {
     assert_eq!(curves.t_s.len(), 241);
     for channel in &estimate.channels {
         let taxel = usize::from(channel.taxel);
+        // All harmonics with a bend in the baseline: what is left is what the board says.
+        let residual_v = curves.residual_v[taxel].expect("a residual");
+        let share = residual_v / channel.residual_v;
+        assert!((0.93..1.07).contains(&share), "taxel {taxel}: {share} of the board's residual");
+        let harmonics = curves.harmonics[taxel].as_ref().expect("harmonics");
+        let share = harmonics[0].amplitude_v / channel.amplitude_v;
+        assert!(harmonics.len() == usize::from(estimate.harmonics) && (share - 1.0).abs() < 0.01, "{share}");
+        let turn = f64::from(harmonics[0].phase_rad - channel.phase_rad) / TAU;
+        assert!((turn - turn.round()).abs() < 0.005, "taxel {taxel}: {turn} turns off the board's phase");
         let tone = curves.tone_v[taxel].as_ref().expect("a curve");
         let rest: Vec<f64> = curves.read_v[taxel]
             .iter()

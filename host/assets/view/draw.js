@@ -1,0 +1,65 @@
+// Draws a state on the plots, or says why there is nothing to draw.
+import { words } from "./format.js";
+import { Fit } from "./fit.js";
+import * as panels from "./panels.js";
+
+const $ = (id) => document.getElementById(id);
+
+// `beside`: another run to compare with, as a state and the seconds by which it is shifted.
+export function drawPlots(plots, state, beside = null) {
+  const { live, spectrum, curves } = state;
+  const hasRaw = live.strips.t_s.length > 1;
+  const noRaw = state.no_raw ?? "No raw frames yet.";
+  if (hasRaw) plots.strips.draw(state, Number($("strips-s").value));
+  plots.strips.explain(hasRaw ? "" : noRaw);
+  const others = beside === null ? [] : beside.state.live.history
+    .filter((point) => (point.frequency ?? null) !== null && point.span === "window")
+    .map((point) => ({ ...point, t_s: point.t_s + beside.shift_s }));
+  const { hasTone, beyond } = plots.history.draw(state, Number($("history-s").value), others);
+  plots.history.explain(hasTone ? "" : (live.history.length ? "No frequency in this time." : "No frequency yet: it takes a slide of a window's length."));
+  $("history-small").textContent = beyond > 0 ? `${beyond} beyond the axis` : "";
+  const isLog = $("spectrum-x").value === "log";
+  if (spectrum) plots.spectrum.draw(state, isLog, beside?.state.spectrum ?? null);
+  plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
+  $("spectrum-small").textContent = spectrum ? aboutSpectrum(state) : "";
+  drawFit(plots.fit, state, hasRaw ? "" : noRaw);
+}
+
+function aboutSpectrum({ spectrum: { of_estimate: ofEstimate, lines }, curves }) {
+  const what = ofEstimate ? "Latest window" : "Latest frames";
+  if (!lines.length || !curves?.rest) return `${what}.`;
+  return `${what}: f is ${(lines[0].power_db - curves.rest.noise_db).toFixed(0)} dB above the noise of its neighbourhood.`;
+}
+
+function drawFit(plot, state, noRaw) {
+  const { live, curves } = state;
+  const { estimate } = live.latest;
+  const taxel = chosen(estimate);
+  const canFit = Boolean(curves) && taxel !== null;
+  $("fit-small").textContent = canFit ? Fit.words(state, taxel) : "";
+  if (canFit) plot.draw(state, taxel);
+  plot.explain(canFit ? "" : noRaw || noFit(estimate));
+}
+
+const noFit = (estimate) => {
+  if (!estimate) return "No estimate yet.";
+  if (estimate.abscissa === "place") return "By place there is no curve in time.";
+  return (estimate.frequency_hz ?? null) === null ? `No tone to draw: ${words(estimate.status)}.` : "Its frames are no longer here.";
+};
+
+// The taxel to show: the one that was chosen, or the one whose tone is the strongest.
+function chosen(estimate) {
+  if ($("taxel").value !== "") return Number($("taxel").value);
+  const channels = estimate?.channels ?? [];
+  return channels.length ? channels.reduce((a, b) => (b.amplitude_v > a.amplitude_v ? b : a)).taxel : null;
+}
+
+export function drawMap(canvas, state) {
+  const found = panels.image(state);
+  const empty = $("map").querySelector(".empty");
+  empty.hidden = found !== null;
+  canvas.hidden = found === null;
+  empty.textContent = found === null ? "No static image yet: it comes when a hold, before a slide or after one, is over." : "";
+  $("map-small").textContent = found === null ? "" : `${words(found.image.hold)}, mV, x →`;
+  if (found !== null) panels.map(canvas, found);
+}

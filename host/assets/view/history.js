@@ -1,0 +1,81 @@
+// The frequency over time, with its uncertainty.
+import { Plot, Steady, colour, dots, line, withoutWild } from "./plot.js";
+
+// Windows more than this many hops apart have a pause between them.
+const GAP = 2.5;
+// Least height, as a share of the frequency: magnified further, a millionth would look like noise.
+const LEAST_SHARE = 1e-4;
+// Share of the estimates at each end that may lie beyond the axis.
+const WILD = 0.08;
+
+// With an empty point in every pause that is longer: what is before it and behind it is not joined.
+const apart = (points, pause_s) => points.flatMap((point, at) => {
+  const before = points[at - 1];
+  return before && point.t_s - before.t_s > pause_s ? [{ t_s: 0.5 * (before.t_s + point.t_s) }, point] : [point];
+});
+
+export class History extends Plot {
+  constructor(card, onZoom) {
+    const edge = { stroke: "transparent", width: 0, points: { show: false } };
+    const axis = { range: [0, 1] };
+    super(card, onZoom, {
+      x: "device time, s", y: "frequency, Hz", ySize: 76,
+      series: [
+        edge, edge, line(() => colour("accent")), dots(() => colour("accent"), 6), dots(() => colour("alarm"), 8), dots(() => colour("text"), 10),
+        line(() => colour("other"), { dash: [5, 4], width: 2, points: { show: true, size: 5, fill: () => colour("other") } }),
+      ],
+      yAxis: { values: (_, splits) => splits.map((split) => String(Number(split.toPrecision(8)))) },
+      yRange: () => axis.range,
+    });
+    this.axis = axis;
+    this.steady = new Steady();
+    this.plot.addBand({ series: [2, 1], fill: () => colour("band") });
+  }
+
+  // The axis shows all good estimates but wild ones, and the latest; gives how many of all are beyond it.
+  scale(found) {
+    const known = found.filter((point) => (point.frequency ?? null) !== null);
+    if (!known.length) return 0;
+    const good = known.filter((point) => point.status === "good");
+    const frequencies = (good.length ? good : known).map((point) => point.frequency);
+    const [low, high] = withoutWild(frequencies, WILD);
+    const latest = known.at(-1).frequency;
+    const [least, most] = [Math.min(low, latest), Math.max(high, latest)];
+    const half = Math.max(0.65 * (most - least), 0.5 * LEAST_SHARE * most);
+    const centre = 0.5 * (least + most);
+    this.axis.range = this.steady.take([centre - half, centre + half]);
+    const [from, to] = this.axis.range;
+    return known.filter(({ frequency }) => frequency < from || frequency > to).length;
+  }
+
+  // `beside`: estimates of another run, shifted onto this one's time. Gives whether there is a frequency, and how many are
+  // beyond the axis.
+  draw({ live: { history, now_s, latest } }, length_s, beside = []) {
+    const abscissa = history.at(-1)?.abscissa;
+    const found = history.filter((point) => point.t_s > (now_s ?? 0) - length_s && point.abscissa === abscissa);
+    found.sort((a, b) => a.t_s - b.t_s);
+    const beyond = this.scale([...beside, ...found]);
+    const own = apart(found, GAP * (latest.hello?.settings.hop_s ?? 0.25));
+    const shown = [...own, ...beside.map((point) => ({ t_s: point.t_s, beside: point.frequency }))].sort((a, b) => a.t_s - b.t_s);
+    // To the plot null is a gap, and undefined nothing at all.
+    const windows = (value) => shown.map((point) => {
+      if (point.span === "slide" || point.beside !== undefined) return undefined;
+      return (point.frequency ?? null) === null ? null : value(point);
+    });
+    const only = (want) => shown.map((point) => ((point.frequency ?? null) !== null && want(point) ? point.frequency : undefined));
+    // What is hardly known must not flatten the rest.
+    const sigma = (point) => Math.min(point.sigma, 0.1 * point.frequency);
+    this.plot.axes[1].label = abscissa === "place" ? "cycles per mm" : "frequency, Hz";
+    this.show([
+      shown.map((point) => point.t_s),
+      windows((point) => point.frequency - sigma(point)),
+      windows((point) => point.frequency + sigma(point)),
+      windows((point) => point.frequency),
+      only((point) => point.span === "window" && point.status === "good"),
+      only((point) => point.span === "window" && point.status !== "good"),
+      only((point) => point.span === "slide"),
+      shown.map((point) => point.beside),
+    ], `from ${this.axis.range.map((end) => end.toPrecision(6)).join(" to ")}`);
+    return { hasTone: found.some((point) => point.frequency !== null), beyond };
+  }
+}

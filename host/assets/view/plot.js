@@ -1,0 +1,145 @@
+// Base of all plots: uPlot behind a common look, axes that a few wild values do not stretch, and keys for zoom.
+/* global uPlot */
+
+export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+// Share of the axis that new data may leave unused before it shrinks: a live axis must not tremble.
+const SLACK = 0.4;
+// Times the median deviation from the median.
+const FAR = 8;
+// A step to the side, and a step of zoom, as shares of what is shown.
+const STEP = 0.2;
+const ZOOM = 0.6;
+
+// The value that a share of the values lies below.
+export function quantile(sorted, share) {
+  return sorted[Math.min(sorted.length - 1, Math.max(0, Math.round(share * (sorted.length - 1))))];
+}
+
+// From the least to the greatest value, but for the outermost `share` at each end. Null without values.
+export function robust(values, share = 0.01) {
+  const sorted = values.filter((value) => value !== null && value !== undefined && Number.isFinite(value)).sort((a, b) => a - b);
+  return sorted.length ? [quantile(sorted, share), quantile(sorted, 1 - share)] : null;
+}
+
+// The same, but only values that are far from the median are left out, at most this share of them at each end: a second level
+// that lasts is none of them.
+export function withoutWild(values, share) {
+  const sorted = [...values].sort((a, b) => a - b);
+  const middle = quantile(sorted, 0.5);
+  const spread = quantile(sorted.map((value) => Math.abs(value - middle)).sort((a, b) => a - b), 0.5);
+  const isWild = (value) => Math.abs(value - middle) > FAR * spread;
+  const most = sorted.length > 2 ? Math.ceil(share * sorted.length) : 0;
+  const cut = (ordered) => ordered.slice(0, most).filter(isWild).length;
+  return [sorted[cut(sorted)], sorted.at(-1 - cut(sorted.toReversed()))];
+}
+
+// A range that grows at once, and shrinks when much of it is unused.
+export class Steady {
+  take(range) {
+    const [least, most] = range;
+    const fits = this.range && least >= this.range[0] && most <= this.range[1];
+    if (!fits || most - least < (1 - SLACK) * (this.range[1] - this.range[0])) this.range = range;
+    return this.range;
+  }
+}
+
+export const line = (stroke, more = {}) => ({ stroke, width: 1.5, points: { show: false }, ...more });
+export const dots = (stroke, size, more = {}) => ({
+  stroke, width: 0, paths: () => null, points: { show: true, size, stroke, fill: stroke, width: 1 }, ...more,
+});
+
+// `series` without x; `draw` of each plot makes the data of a state.
+export class Plot {
+  constructor(card, onZoom, options) {
+    this.box = card.querySelector(".plot");
+    this.empty = card.querySelector(".empty");
+    this.name = card.dataset.name;
+    this.title = card.querySelector("h2").textContent;
+    this.onZoom = onZoom;
+    // Beginning and end of a marked part of the time, each of them or none.
+    this.mark = [null, null];
+    const axis = (label, size, more = {}) => ({
+      label, size, stroke: () => colour("soft"), font: "12px system-ui", labelFont: "12px system-ui", labelSize: 16,
+      grid: { stroke: () => colour("grid"), width: 1 }, ticks: { stroke: () => colour("grid"), width: 1 }, ...more,
+    });
+    const { right } = options;
+    this.plot = new uPlot({
+      ...this.size(),
+      padding: [10, right ? 4 : 12, 0, 0],
+      legend: { show: false },
+      cursor: { drag: { x: true, y: true, uni: 30 }, points: { show: false } },
+      scales: { x: { time: false }, y: { range: options.yRange }, ...(right ? { right: { range: right.range } } : {}) },
+      axes: [
+        axis(options.x, 38, options.xAxis), axis(options.y, options.ySize ?? 62, options.yAxis),
+        ...(right ? [axis(right.label, 54, { scale: "right", side: 1, grid: { show: false }, splits: right.splits })] : []),
+      ],
+      series: [{}, ...options.series],
+      hooks: { setSelect: [(u) => (u.select.width > 0 || u.select.height > 0) && onZoom()], drawClear: [(u) => this.paintMark(u), ...(options.below ?? [])], draw: options.draw ?? [] },
+    }, [[], ...options.series.map(() => [])], this.box);
+    new ResizeObserver(() => this.plot.setSize(this.size())).observe(this.box);
+    this.box.tabIndex = 0;
+    this.box.setAttribute("role", "group");
+    this.box.setAttribute("aria-label", `${this.title}, plot. Plus and minus zoom, the arrows move, 0 shows all.`);
+    this.box.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  paintMark(u) {
+    const [from, until] = (this.mark ?? [null, null]).map((x) => (x === null ? null : u.valToPos(x, "x", true)));
+    const { left, top, width, height } = u.bbox;
+    const inside = (x) => Math.min(left + width, Math.max(left, x));
+    u.ctx.save();
+    u.ctx.fillStyle = colour("band");
+    if (from !== null && until !== null) u.ctx.fillRect(inside(from), top, inside(until) - inside(from), height);
+    u.ctx.fillStyle = colour("accent");
+    for (const x of [from, until]) if (x !== null && x === inside(x)) u.ctx.fillRect(x - 1, top, 2, height);
+    u.ctx.restore();
+  }
+
+  key(event) {
+    const { min, max } = this.plot.scales.x;
+    const span = max - min;
+    const middle = 0.5 * (min + max);
+    const to = {
+      "+": [middle - 0.5 * ZOOM * span, middle + 0.5 * ZOOM * span],
+      "-": [middle - 0.5 * span / ZOOM, middle + 0.5 * span / ZOOM],
+      ArrowLeft: [min - STEP * span, max - STEP * span],
+      ArrowRight: [min + STEP * span, max + STEP * span],
+    }[event.key === "=" ? "+" : event.key];
+    if (event.ctrlKey || event.metaKey || event.altKey || !(span > 0)) return;
+    if (to) {
+      this.onZoom();
+      this.plot.setScale("x", { min: to[0], max: to[1] });
+    } else if (event.key === "0") this.plot.setData(this.plot.data);
+    else return;
+    event.preventDefault();
+  }
+
+  size() {
+    return { width: Math.max(200, this.box.clientWidth), height: Math.max(120, this.box.clientHeight) };
+  }
+
+  // `said`: what the axes show, for those who do not see them.
+  show(data, said = "") {
+    this.data = data;
+    this.plot.setData(data);
+    this.box.setAttribute("aria-description", said);
+  }
+
+  // Shows the reason instead of an empty plot; none for a plot with data.
+  explain(why) {
+    this.empty.hidden = why === "";
+    this.empty.textContent = why;
+    this.box.classList.toggle("dim", why !== "");
+  }
+
+  // Whether its zoom shows this place of the x axis.
+  shows(x) {
+    const { min, max } = this.plot.scales.x;
+    return !(x < min || x > max);
+  }
+
+  canvas() {
+    return this.plot.ctx.canvas;
+  }
+}

@@ -1,0 +1,149 @@
+// The runs: files that are dropped, what is recorded, and one of them beside what is shown.
+import { post } from "./settings.js";
+import { seconds, withSigma } from "./format.js";
+
+const $ = (id) => document.getElementById(id);
+// A moment behind an estimate's time, in which it has arrived.
+const BEHIND_S = 0.005;
+
+let runs = [];
+let beside = null;
+
+export function say(text, isWrong = false) {
+  $("runs-said").textContent = text;
+  $("runs-said").classList.toggle("alarm", isWrong);
+}
+
+// Does something that the server may refuse, and shows the refusal.
+export async function trying(work) {
+  try {
+    return await work();
+  } catch (error) {
+    say(error.message, true);
+    return null;
+  }
+}
+
+export async function state(id, query) {
+  const answer = await fetch(`/runs/${id}/state.json?${new URLSearchParams(query)}`);
+  if (!answer.ok) throw new Error(await answer.text());
+  return answer.json();
+}
+
+const value = (point) => {
+  if (!point) return "no tone";
+  return withSigma(point.frequency, point.sigma, point.abscissa === "place" ? "/mm" : "Hz");
+};
+const period = (point) => (point && point.spatial_period_mm !== null ? withSigma(point.spatial_period_mm, point.spatial_period_sigma_mm, "mm") : "");
+
+// How far two runs are apart, in words.
+export function difference(one, other) {
+  const [a, b] = [one?.estimate, other?.estimate];
+  const shown = `Dashed in violet: ${other.name}.`;
+  if (!a || !b || a.abscissa !== b.abscissa) return shown;
+  const [apart, sigma] = [a.frequency - b.frequency, Math.hypot(a.sigma, b.sigma)];
+  const unit = a.abscissa === "place" ? "/mm" : "Hz";
+  return `${shown} ${one.name} − ${other.name}: ${withSigma(apart, sigma, unit)}, ${Math.abs(apart / sigma).toFixed(1)} σ apart.`;
+}
+
+export const of = (id) => runs.find((run) => run.id === id);
+export const compared = () => beside;
+
+// `look` shows a run and `changed` draws anew.
+export function begin({ look, changed, shown }) {
+  const update = (found) => {
+    runs = runs.some(({ id }) => id === found.id) ? runs.map((run) => (run.id === found.id ? found : run)) : [...runs, found];
+    list();
+  };
+  const open = (name, bytes) => trying(async () => {
+    say(`Reading ${name}.`);
+    const found = JSON.parse(await post(`/runs?${new URLSearchParams({ name })}`, bytes, "application/octet-stream"));
+    say(found.remark ?? "");
+    update(found);
+    await look(found);
+  });
+  const compare = (run) => trying(async () => {
+    if (beside?.run.id === run.id) beside = null;
+    else {
+      const whole = await state(run.id, { t_s: run.until_s });
+      const last = whole.live.history.findLast((point) => point.span === "window" && point.status === "good");
+      const then = last ? await state(run.id, { t_s: last.t_s + BEHIND_S }) : whole;
+      beside = { run, state: { ...whole, spectrum: then.spectrum } };
+    }
+    list();
+    changed();
+  });
+  const close = (run) => trying(async () => {
+    await post(`/runs/${run.id}/close`, "");
+    runs = runs.filter(({ id }) => id !== run.id);
+    if (beside?.run.id === run.id) beside = null;
+    if (shown()?.id === run.id) await look(null);
+    list();
+    changed();
+  });
+
+  function list() {
+    $("run-list").hidden = runs.length === 0;
+    $("run-rows").replaceChildren(...runs.map((run) => {
+      const row = document.createElement("tr");
+      const cells = [run.name, seconds(run.until_s - run.from_s), `${run.touches}`, value(run.estimate), period(run.estimate)];
+      row.append(...cells.map((text) => Object.assign(document.createElement("td"), { textContent: text })));
+      const actions = document.createElement("td");
+      const button = (text, act, isPressed) => {
+        const made = Object.assign(document.createElement("button"), { type: "button", textContent: text });
+        made.setAttribute("aria-label", `${text} ${run.name}`);
+        if (isPressed !== undefined) made.setAttribute("aria-pressed", String(isPressed));
+        made.addEventListener("click", act);
+        return made;
+      };
+      const save = Object.assign(document.createElement("a"), { href: `/runs/${run.id}/file`, download: run.name, textContent: "Save" });
+      save.className = "button";
+      save.setAttribute("aria-label", `Save ${run.name}`);
+      actions.append(
+        button("Look", () => trying(() => look(run)), shown()?.id === run.id),
+        button("Compare", () => compare(run), beside?.run.id === run.id), save, button("Close", () => close(run)),
+      );
+      row.append(actions);
+      return row;
+    }));
+  }
+
+  $("file").addEventListener("change", async () => {
+    for (const file of $("file").files) await open(file.name, file);
+    $("file").value = "";
+  });
+  document.addEventListener("dragover", (event) => {
+    event.preventDefault();
+    document.body.classList.add("dropping");
+  });
+  document.addEventListener("dragleave", (event) => event.relatedTarget === null && document.body.classList.remove("dropping"));
+  document.addEventListener("drop", async (event) => {
+    event.preventDefault();
+    document.body.classList.remove("dropping");
+    for (const file of event.dataTransfer.files) await open(file.name, file);
+  });
+  $("record").addEventListener("click", () => trying(async () => {
+    const ended = await post("/record", "");
+    if (ended === "") return;
+    const found = JSON.parse(ended);
+    update(found);
+    say("Recorded: Save keeps it.");
+  }));
+  $("latest").addEventListener("click", () => trying(async () => {
+    const found = JSON.parse(await post("/record/latest", ""));
+    update(found);
+    say("This was the last minute: Save keeps it.");
+    await look(found);
+  }));
+  // Those that the command has from before.
+  trying(async () => (await (await fetch("/runs")).json()).forEach(update));
+  return { update, list };
+}
+
+export function showRecording({ recording_s: length_s, live }) {
+  const isOn = (length_s ?? null) !== null;
+  $("record").hidden = live.connection.state === "over" && !isOn;
+  $("latest").hidden = live.counts.received === 0;
+  $("record").setAttribute("aria-pressed", String(isOn));
+  $("record").textContent = isOn ? `Stop, ${length_s.toFixed(0)} s` : "Record";
+}

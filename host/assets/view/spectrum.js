@@ -1,0 +1,104 @@
+// The spectrum in decibels: with the tone, its harmonics, and the noise beside it.
+import { Plot, Steady, colour, line, quantile } from "./plot.js";
+
+// Multiples of a power of ten that get a number on a logarithmic axis.
+const NUMBERED = [1, 2, 5];
+// The axis ends at so many decibels below what nearly all bins have.
+const MARGIN_DB = 6;
+
+const numbered = (min, max) => {
+  const found = [];
+  for (let power = Math.floor(min); power <= max; power += 1) {
+    for (const multiple of NUMBERED) {
+      const x = power + Math.log10(multiple);
+      if (x >= min && x <= max) found.push(x);
+    }
+  }
+  return found;
+};
+
+export class Spectrum extends Plot {
+  constructor(card, onZoom) {
+    const shown = { lines: [], rest: null, isLog: false, floor: -70 };
+    const toX = (hz) => (shown.isLog ? Math.log10(hz) : hz);
+    super(card, onZoom, {
+      x: "frequency, Hz", y: "share of power, dB",
+      series: [line(() => colour("accent")), line(() => colour("unit1"), { width: 1 }), line(() => colour("other"), { dash: [5, 4] })],
+      yRange: () => [shown.floor, 0],
+      xAxis: {
+        splits: (u, axis, min, max, increment) => {
+          if (shown.isLog) return numbered(min, max);
+          const first = Math.ceil(min / increment);
+          return Array.from({ length: Math.max(0, Math.floor(max / increment) - first + 1) }, (_, at) => (first + at) * increment);
+        },
+        values: (_, splits) => splits.map((split) => String(Number((shown.isLog ? 10 ** split : split).toPrecision(6)))),
+      },
+      below: [(u) => paintNeighbourhood(u, shown.rest, toX)],
+      draw: [(u) => paintLines(u, shown.lines, toX)],
+    });
+    [this.shown, this.toX] = [shown, toX];
+    this.steady = new Steady();
+  }
+
+  toHz(x) {
+    return this.shown.isLog ? 10 ** x : x;
+  }
+
+  // `beside`: the spectrum of another run.
+  draw({ spectrum, curves }, isLog, beside = null) {
+    // What is left is that of the latest window too.
+    const rest = spectrum.lines.length ? curves?.rest ?? null : null;
+    Object.assign(this.shown, { lines: spectrum.lines, rest, isLog });
+    this.plot.axes[0].label = isLog ? "frequency, Hz, logarithmic" : "frequency, Hz";
+    const db = spectrum.power_db.slice(1);
+    const hz = db.map((_, bin) => (bin + 1) * spectrum.bin_hz);
+    const low = quantile([...db, ...(rest?.power_db ?? [])].sort((a, b) => a - b), 0.03) - MARGIN_DB;
+    this.shown.floor = this.steady.take([Math.max(-120, Math.min(-20, 10 * Math.floor(low / 10))), 0])[0];
+    // The other's bins may lie elsewhere.
+    const other = (found) => hz.map((at) => (found ? found.power_db[Math.round(at / found.bin_hz)] ?? null : null));
+    this.show([hz.map(this.toX), db, other(rest), other(beside)], `from ${this.shown.floor} to 0 dB`);
+  }
+}
+
+function within(u, x) {
+  return x >= u.scales.x.min && x <= u.scales.x.max;
+}
+
+function paintNeighbourhood(u, beside, toX) {
+  if (!beside) return;
+  const { left, top, width, height } = u.bbox;
+  const at = (hz) => Math.min(left + width, Math.max(left, hz > 0 ? u.valToPos(toX(hz), "x", true) : left));
+  const [from, until] = [at(beside.from_hz), at(beside.until_hz)];
+  const level = u.valToPos(beside.noise_db, "y", true);
+  u.ctx.save();
+  u.ctx.fillStyle = colour("band");
+  u.ctx.fillRect(from, top, until - from, height);
+  u.ctx.strokeStyle = colour("soft");
+  u.ctx.lineWidth = 2;
+  u.ctx.beginPath();
+  u.ctx.moveTo(from, level);
+  u.ctx.lineTo(until, level);
+  u.ctx.stroke();
+  u.ctx.restore();
+}
+
+function paintLines(u, lines, toX) {
+  u.ctx.save();
+  const scale = window.devicePixelRatio;
+  u.ctx.strokeStyle = u.ctx.fillStyle = colour("alarm");
+  u.ctx.font = `${12 * scale}px system-ui`;
+  let labelled = -Infinity;
+  lines.forEach(({ frequency_hz: hz }, at) => {
+    if (!within(u, toX(hz))) return;
+    const x = Math.round(u.valToPos(toX(hz), "x", true));
+    u.ctx.setLineDash(at === 0 ? [6, 4] : [2, 4]);
+    u.ctx.beginPath();
+    u.ctx.moveTo(x, u.bbox.top);
+    u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
+    u.ctx.stroke();
+    if (x < labelled) return;
+    labelled = x + 20 * scale;
+    u.ctx.fillText(at === 0 ? "f" : `${at + 1}f`, x + 3 * scale, u.bbox.top + 12 * scale);
+  });
+  u.ctx.restore();
+}

@@ -1,0 +1,46 @@
+// Sixteen channels over time, one below the other.
+import { Plot, colour, line, robust } from "./plot.js";
+import { round125 } from "./format.js";
+
+const TAXELS = 16;
+// Of sixteen swings the one that sets the rows' distance: the liveliest three may reach into their neighbours' rows.
+const SWING = 12;
+// The distance shrinks only when the rows would fit into this share of it.
+const SLACK = 0.6;
+
+const unit = (taxel) => `unit${Math.floor(taxel / 4)}`;
+const middle = (values) => {
+  const known = values.filter((value) => value !== null);
+  return known.length ? known.reduce((a, b) => a + b, 0) / known.length : 0;
+};
+
+export class Strips extends Plot {
+  constructor(card, onZoom) {
+    const apart = { mv: 1 };
+    const series = Array.from({ length: TAXELS }, (_, taxel) => line(() => colour(unit(taxel)), { width: 1.25 }));
+    const rows = () => Array.from({ length: TAXELS }, (_, row) => (row + 1 - TAXELS) * apart.mv);
+    super(card, onZoom, {
+      x: "device time, s", y: "taxel", ySize: 34, series,
+      yRange: () => [(0.1 - TAXELS) * apart.mv, 1.1 * apart.mv],
+      yAxis: { splits: rows, values: (_, splits) => splits.map((split) => String(Math.round(-split / apart.mv))) },
+    });
+    this.apart = apart;
+  }
+
+  draw({ live: { strips } }, length_s) {
+    const end = strips.t_s.at(-1);
+    const from = Math.max(0, strips.t_s.findIndex((t_s) => t_s > end - length_s));
+    const t_s = strips.t_s.slice(from);
+    const mv = strips.volts.map((values) => {
+      const part = values.slice(from);
+      const zero = middle(part);
+      return part.map((value) => (value === null ? null : 1e3 * (value - zero)));
+    });
+    const swings = mv.map((values) => robust(values)).map((range) => (range ? range[1] - range[0] : 0)).sort((a, b) => a - b);
+    const wanted = Math.max(0.02, 0.6 * swings[SWING]);
+    if (wanted > this.apart.mv || wanted < SLACK * 0.5 * this.apart.mv) this.apart.mv = round125(wanted);
+    const rows = `rows ${this.apart.mv} mV apart`;
+    this.plot.axes[1].label = `taxel, ${rows}`;
+    this.show([t_s, ...mv.map((values, taxel) => values.map((value) => (value === null ? null : value - taxel * this.apart.mv)))], rows);
+  }
+}

@@ -1,0 +1,31 @@
+//! The files of the page, inside the binary.
+
+/// One of the page's own scripts: name, type, content.
+macro_rules! js {
+    ($name:literal) => {
+        (concat!("/", $name), "text/javascript; charset=utf-8", include_str!(concat!("../../assets/view/", $name)))
+    };
+}
+
+/// The files of the page: name, type, content.
+pub const FILES: &[(&str, &str, &str)] = &[
+    ("/", "text/html; charset=utf-8", include_str!("../../assets/view/index.html")),
+    ("/view.css", "text/css; charset=utf-8", include_str!("../../assets/view/view.css")),
+    ("/icon.svg", "image/svg+xml", include_str!("../../assets/view/icon.svg")),
+    ("/uPlot.js", "text/javascript; charset=utf-8", include_str!("../../assets/uplot/uPlot.iife.min.js")),
+    ("/uPlot.css", "text/css; charset=utf-8", include_str!("../../assets/uplot/uPlot.min.css")),
+    js!("view.js"),
+    js!("model.js"),
+    js!("draw.js"),
+    js!("plot.js"),
+    js!("strips.js"),
+    js!("history.js"),
+    js!("spectrum.js"),
+    js!("fit.js"),
+    js!("panels.js"),
+    js!("runs.js"),
+    js!("scrub.js"),
+    js!("settings.js"),
+    js!("format.js"),
+    js!("save.js"),
+];

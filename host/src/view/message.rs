@@ -1,0 +1,66 @@
+//! The two kinds of message to a page: everything, and what is new.
+
+use crate::analysis::{Curves, Spectrum};
+use crate::feed::SettingsReply;
+use crate::live::{Live, Log, Now, Point, Strips, columns};
+use crate::static_image::SIDE;
+use serde::Serialize;
+use std::sync::Arc;
+
+/// Version of what the pages get. It rises when a field goes or changes its meaning; new fields leave it.
+pub const STREAM: u32 = 1;
+
+#[derive(Clone, Debug)]
+pub struct Message {
+    /// `state`: everything; `update`: what is new.
+    pub kind: &'static str,
+    /// JSON on one line.
+    pub json: Arc<str>,
+}
+
+/// Fields of both kinds of message.
+#[derive(Serialize)]
+pub struct Common<'a> {
+    pub update: u64,
+    pub status: String,
+    pub no_raw: Option<&'a str>,
+    /// What helps against the latest estimate's status, and what is remarkable about it.
+    pub remarks: Vec<String>,
+    pub can_set: bool,
+    /// What became of the latest settings that a page sent.
+    pub settings_reply: Option<&'a SettingsReply>,
+    /// Length of the recording that is being made, seconds.
+    pub recording_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+pub struct State<'a> {
+    #[serde(flatten)]
+    pub common: Common<'a>,
+    pub missed: u64,
+    /// Version of the stream.
+    pub stream: u32,
+    pub version: &'static str,
+    pub places: [[usize; SIDE]; SIDE],
+    pub points_most: usize,
+    pub frames_most: usize,
+    pub live: &'a Live,
+    pub spectrum: Option<&'a Spectrum>,
+    pub curves: Option<&'a Curves>,
+}
+
+/// What is new. A spectrum or curves that have not changed are left out; `null` means that they are gone.
+#[derive(Serialize)]
+pub struct Update<'a> {
+    #[serde(flatten)]
+    pub common: Common<'a>,
+    pub live: &'a Now,
+    pub points: &'a [Point],
+    #[serde(serialize_with = "columns")]
+    pub strips: &'a Strips,
+    pub log: Option<&'a Log>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spectrum: Option<Option<&'a Spectrum>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub curves: Option<Option<&'a Curves>>,
+}

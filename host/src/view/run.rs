@@ -1,0 +1,223 @@
+//! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
+
+use crate::input::{Input, Source};
+use crate::live::{Live, Point, STRIP_FRAMES, time_s};
+use crate::messages::{Form, Message, messages};
+use crate::replay;
+use crate::samples::Samples;
+use anyhow::{Result, anyhow, ensure};
+use ridgetone::estimator::{Estimator, WindowFit};
+use ridgetone::pipeline::Pipeline;
+use ridgetone::window::Window;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span};
+use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Table, Values};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// A part of a run, seconds of device time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    pub from_s: f64,
+    pub until_s: f64,
+}
+
+#[derive(Clone, Debug)]
+pub struct Run {
+    pub name: String,
+    pub path: PathBuf,
+    /// All but raw frames, in the order of their arrival.
+    packets: Vec<Packet>,
+    frames: Vec<Raw>,
+    /// What was guessed of a table, or what is left out.
+    remark: Option<String>,
+}
+
+/// A run in a few numbers, to compare it with others.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    pub name: String,
+    pub from_s: f64,
+    pub until_s: f64,
+    pub frames: usize,
+    pub touches: usize,
+    /// The first contact.
+    pub contact_s: Option<f64>,
+    /// Of the latest whole slide; without one the latest with a tone.
+    pub estimate: Option<Point>,
+    pub remark: Option<String>,
+}
+
+impl Run {
+    /// Reads telemetry as it is; anything else, and telemetry with new `settings`, goes through the library first.
+    pub fn open(name: &str, path: &Path, settings: Option<Settings>) -> Result<Self> {
+        let (packets, frames) = (Vec::new(), Vec::new());
+        let mut run = Self { name: name.to_owned(), path: path.to_owned(), packets, frames, remark: None };
+        run.read(settings).map_err(|error| {
+            // The name that people know, once.
+            let text = format!("{error:#}").replace(&path.display().to_string(), name);
+            if text.starts_with(name) { anyhow!(text) } else { anyhow!("{name}: {text}") }
+        })?;
+        Ok(run)
+    }
+
+    fn read(&mut self, settings: Option<Settings>) -> Result<()> {
+        match (Form::of(&self.path)?, settings) {
+            (Form::Telemetry, None) => {
+                for message in messages(&self.path, Form::Telemetry)? {
+                    if let Message::Packet(packet, _) = message? {
+                        self.take(*packet);
+                    }
+                }
+            }
+            (_, settings) => self.replay(settings.unwrap_or(Settings::DEFAULT))?,
+        }
+        ensure!(self.ends_s().is_some(), "it holds nothing with a time");
+        Ok(())
+    }
+
+    /// Through the library, as `replay` does, with every frame.
+    fn replay(&mut self, settings: Settings) -> Result<()> {
+        let samples = Samples::file(&self.path)?;
+        let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
+        let input = Input { source, ..Input::default() }.open_for(settings.window_s)?;
+        self.remark = input.warning.clone().or_else(|| input.guessed.clone());
+        let uncertainty = input.uncertainty;
+        // The simulated chip has the default reference.
+        let mut pipeline = Box::new(Pipeline::new(Settings { vref_v: Settings::DEFAULT.vref_v, ..settings }));
+        pipeline.report_raw(u32::MAX);
+        let hello = pipeline.hello();
+        let mut sequence = 0;
+        let mut take = |mut event: Event| {
+            uncertainty.apply(&mut event);
+            self.take(Packet { sequence, event });
+            sequence = sequence.wrapping_add(1).max(1);
+        };
+        take(hello);
+        replay::conversions(input, &mut |timed| {
+            pipeline.push(timed, &mut take);
+            Ok(())
+        })?;
+        pipeline.finish(&mut take);
+        Ok(())
+    }
+
+    fn take(&mut self, packet: Packet) {
+        if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 && self.ends_s().is_some() {
+            // Its clock begins at zero again.
+            self.packets.clear();
+            self.frames.clear();
+            self.remark = Some("the board restarted: this is what came after the last restart".into());
+        }
+        match packet.event {
+            Event::Raw(raw) => self.frames.push(raw),
+            _ => self.packets.push(packet),
+        }
+    }
+
+    /// The first and the last time.
+    fn ends_s(&self) -> Option<(f64, f64)> {
+        let frames = self.frames.first().into_iter().chain(self.frames.last()).map(raw_s);
+        let times = self.packets.iter().filter_map(|packet| time_s(&packet.event)).chain(frames);
+        times.fold(None, |ends, t_s| {
+            let (from_s, until_s) = ends.unwrap_or((t_s, t_s));
+            Some((t_s.min(from_s), t_s.max(until_s)))
+        })
+    }
+
+    pub fn summary(&self) -> Summary {
+        let (from_s, until_s) = self.ends_s().unwrap_or_default();
+        let contacts = || self.packets.iter().filter(|packet| matches!(packet.event, Event::Contact(_)));
+        let estimates = || {
+            let estimate = |packet: &'_ Packet| match &packet.event {
+                Event::Estimate(found) if found.status.has_tone() => Some(Point::new(found)),
+                _ => None,
+            };
+            self.packets.iter().rev().filter_map(estimate)
+        };
+        Summary {
+            name: self.name.clone(),
+            from_s,
+            until_s,
+            frames: self.frames.len(),
+            touches: contacts().count(),
+            contact_s: contacts().next().and_then(|packet| time_s(&packet.event)),
+            estimate: estimates().find(|found| found.span == Span::Slide).or_else(|| estimates().next()),
+            remark: self.remark.clone(),
+        }
+    }
+
+    /// The settings of its board.
+    pub fn settings(&self) -> Settings {
+        self.hello().map_or(Settings::DEFAULT, |hello| hello.settings)
+    }
+
+    fn hello(&self) -> Option<&Hello> {
+        self.packets.iter().rev().find_map(|packet| match &packet.event {
+            Event::Hello(hello) => Some(hello),
+            _ => None,
+        })
+    }
+
+    /// The board's state at a time; with a `mark` at the mark's end, with the estimate of the marked part.
+    pub fn at(&self, t_s: f64, mark: Option<Part>) -> Result<Live> {
+        let t_s = mark.map_or(t_s, |mark| mark.until_s);
+        let mut live = Live::new(self.name.clone());
+        let is_past = |packet: &&Packet| time_s(&packet.event).is_none_or(|then_s| then_s <= t_s);
+        self.packets.iter().filter(is_past).for_each(|packet| live.take(packet));
+        let end = self.frames.partition_point(|raw| raw_s(raw) <= t_s);
+        for raw in &self.frames[end.saturating_sub(STRIP_FRAMES)..end] {
+            live.take(&Packet { sequence: 1, event: Event::Raw(*raw) });
+        }
+        if let Some(mark) = mark {
+            live.take(&Packet { sequence: 1, event: Event::Estimate(self.estimate(mark)?) });
+        }
+        live.now.now_s = Some(t_s);
+        Ok(live)
+    }
+
+    /// The board's own estimate of a part.
+    pub fn estimate(&self, Part { from_s, until_s }: Part) -> Result<Estimate> {
+        let begin = self.frames.partition_point(|raw| raw_s(raw) < from_s);
+        let end = self.frames.partition_point(|raw| raw_s(raw) <= until_s).max(begin);
+        let frames = &self.frames[begin..end];
+        let enough = frames.len() >= FRAMES_MIN as usize;
+        ensure!(enough, "the marked part has {} raw frames, and a fit needs {FRAMES_MIN}: mark more", frames.len());
+        let (first, last) = (frames[0], frames[frames.len() - 1]);
+        let slots = last.number.wrapping_sub(first.number) as usize + 1;
+        ensure!(slots <= FRAMES_MAX, "the marked part has {slots} frames, and a fit takes {FRAMES_MAX}: mark less");
+        let usable = |raw: &Raw, taxel: usize| raw.present & raw.good & 1 << taxel != 0;
+        let reference: Values = std::array::from_fn(|taxel| {
+            frames.iter().find(|raw| usable(raw, taxel)).map_or(0.0, |raw| raw.codes[taxel] as f32)
+        });
+        let (mut values, mut valid) = (vec![[0.0; TAXELS]; slots], vec![0; slots]);
+        for raw in frames {
+            let at = raw.number.wrapping_sub(first.number) as usize;
+            let (Some(values), Some(valid)) = (values.get_mut(at), valid.get_mut(at)) else { continue };
+            *valid = raw.present & raw.good;
+            for taxel in 0..TAXELS {
+                values[taxel] = if usable(raw, taxel) { raw.codes[taxel] as f32 - reference[taxel] } else { 0.0 };
+            }
+        }
+        let window = Window {
+            first: 0,
+            frames: slots as u32,
+            end_us: last.t_us,
+            frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
+            reference,
+            span: Span::Window,
+        };
+        // The part is as long as it was marked.
+        let settings = Settings { accuracy: 0.0, ..self.settings() };
+        let mut source = Table { values: &values, valid: &valid };
+        let mut estimator = Box::new(Estimator::new(settings));
+        match estimator.run(&window, &mut source, None) {
+            Ok(WindowFit::Done(estimate)) => Ok(estimate),
+            _ => Err(anyhow!("the fit did not reach all frames")),
+        }
+    }
+}
+
+fn raw_s(raw: &Raw) -> f64 {
+    raw.t_us as f64 * 1e-6
+}

@@ -1,0 +1,105 @@
+//! The runs that pages look back at, by their numbers. Their files are in a folder that goes with the command.
+
+use super::run::{Run, Summary};
+use crate::settings_form;
+use anyhow::{Context, Result, ensure};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tempfile::TempDir;
+
+/// Runs kept at a time.
+const MOST: usize = 8;
+
+pub struct Runs {
+    folder: TempDir,
+    list: Mutex<List>,
+}
+
+#[derive(Default)]
+struct List {
+    next: u64,
+    runs: Vec<(u64, Arc<Run>)>,
+}
+
+/// A run's number, and what is in it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Numbered {
+    pub id: u64,
+    #[serde(flatten)]
+    pub summary: Summary,
+}
+
+impl Runs {
+    pub fn new() -> Result<Self> {
+        let folder = tempfile::Builder::new().prefix("ridgetone-").tempdir().context("a temporary folder")?;
+        Ok(Self { folder, list: Mutex::default() })
+    }
+
+    /// A new file in the folder.
+    pub fn new_path(&self) -> PathBuf {
+        let mut list = self.lock();
+        list.next += 1;
+        self.folder.path().join(list.next.to_string())
+    }
+
+    /// Keeps a file's bytes, and opens it.
+    pub fn add(&self, name: &str, bytes: &[u8]) -> Result<Numbered> {
+        let path = self.new_path();
+        std::fs::write(&path, bytes).context("the temporary folder")?;
+        let opened = self.open(name, &path);
+        if opened.is_err() {
+            // Nobody asks for it again.
+            let _ = std::fs::remove_file(&path);
+        }
+        opened
+    }
+
+    /// Opens a file as a run.
+    pub fn open(&self, name: &str, path: &Path) -> Result<Numbered> {
+        let is_full = || self.lock().runs.len() >= MOST;
+        ensure!(!is_full(), "{MOST} runs are open: close one first");
+        let run = Arc::new(Run::open(name, path, None)?);
+        let summary = run.summary();
+        let mut list = self.lock();
+        list.next += 1;
+        let id = list.next;
+        list.runs.push((id, run));
+        Ok(Numbered { id, summary })
+    }
+
+    /// Runs the library over a run's frames again, with some settings in place of its own.
+    pub fn again(&self, id: u64, json: &str) -> Result<Numbered> {
+        let run = self.get(id)?;
+        let settings = settings_form::with_json(&run.settings(), json)?;
+        let run = Arc::new(Run::open(&run.name, &run.path, Some(settings))?);
+        let summary = run.summary();
+        self.lock().runs.iter_mut().filter(|(known, _)| *known == id).for_each(|(_, known)| *known = Arc::clone(&run));
+        Ok(Numbered { id, summary })
+    }
+
+    pub fn get(&self, id: u64) -> Result<Arc<Run>> {
+        let list = self.lock();
+        let found = list.runs.iter().find(|(known, _)| *known == id).context("this run is closed")?;
+        Ok(Arc::clone(&found.1))
+    }
+
+    /// Forgets a run; its file too if it is in the folder.
+    pub fn close(&self, id: u64) -> Result<()> {
+        let run = self.get(id)?;
+        self.lock().runs.retain(|(known, _)| *known != id);
+        if run.path.starts_with(self.folder.path()) {
+            std::fs::remove_file(&run.path)?;
+        }
+        Ok(())
+    }
+
+    pub fn list(&self) -> Vec<Numbered> {
+        self.lock().runs.iter().map(|(id, run)| Numbered { id: *id, summary: run.summary() }).collect()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, List> {
+        // A panic under the lock leaves a list that can still be shown.
+        self.list.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,101 @@
+//! What a page records, as `record` writes it: all packets from one moment to another, or those of the latest minute.
+
+use crate::live::time_s;
+use crate::recording::{self, Keep, Recording};
+use crate::utc::Receipt;
+use anyhow::{Context, Result, ensure};
+use ridgetone_proto::telemetry::{Event, Hello, Packet, WIRE_MAX, encode};
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+/// Longest tape, bytes: more than three hours of raw frames. For longer ones there is `record`.
+const MOST: usize = 256 << 20;
+
+/// What is kept without anybody's wish: so long, and so many packets, a bit more than a board sends in this time.
+const LATEST: Duration = Duration::from_secs(60);
+const LATEST_MOST: usize = 16_000;
+
+/// The packets of the latest minute.
+#[derive(Default)]
+pub struct Latest(VecDeque<(Instant, Packet, Option<Receipt>)>);
+
+impl Latest {
+    pub fn push(&mut self, packet: &Packet, receipt: Option<Receipt>) {
+        if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 {
+            // The board has restarted, and its clock begins at zero.
+            self.0.clear();
+        }
+        while self.0.len() >= LATEST_MOST || self.0.front().is_some_and(|(then, ..)| then.elapsed() > LATEST) {
+            self.0.pop_front();
+        }
+        self.0.push_back((Instant::now(), packet.clone(), receipt));
+    }
+
+    /// A tape with them.
+    pub fn tape(&self, path: PathBuf, source: &str, hello: Option<&Hello>) -> Result<Tape> {
+        let mut tape = Tape::new(path, source);
+        for (_, packet, receipt) in &self.0 {
+            tape.keep(packet, *receipt, hello)?;
+        }
+        Ok(tape)
+    }
+}
+
+pub struct Tape {
+    pub path: PathBuf,
+    source: String,
+    begun: Instant,
+    file: Option<Recording>,
+    bytes: usize,
+    /// First and last device time, seconds.
+    times_s: Option<(f64, f64)>,
+}
+
+impl Tape {
+    pub fn new(path: PathBuf, source: &str) -> Self {
+        Self { path, source: source.to_owned(), begun: Instant::now(), file: None, bytes: 0, times_s: None }
+    }
+
+    pub fn length_s(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// A name for its file.
+    pub fn name(&self) -> String {
+        let source = self.source.rsplit(['/', '\\']).next().unwrap_or_default().replace(' ', "-");
+        let (from_s, until_s) = self.times_s.unwrap_or_default();
+        format!("{source}-{from_s:.1}s-{until_s:.1}s.rec")
+    }
+
+    /// Whether there is anything on it.
+    pub fn is_empty(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Keeps a packet; in front of the first one the latest greeting, without which nobody knows the reference.
+    pub fn keep(&mut self, packet: &Packet, receipt: Option<Receipt>, hello: Option<&Hello>) -> Result<()> {
+        ensure!(self.bytes < MOST, "the recording is full; `ridgetone record` makes longer ones");
+        if self.file.is_none() {
+            let byte_s = receipt.map_or(0.0, |receipt| receipt.byte_s);
+            self.file = Some(recording::create(&self.path, &self.source, byte_s)?);
+            if let (Some(hello), false) = (hello, matches!(packet.event, Event::Hello(_))) {
+                let sequence = packet.sequence.wrapping_sub(1);
+                self.write(&Packet { sequence, event: Event::Hello(hello.clone()) }, receipt)?;
+            }
+        }
+        if let Some(t_s) = time_s(&packet.event) {
+            let (from_s, until_s) = self.times_s.unwrap_or((t_s, t_s));
+            self.times_s = Some((from_s.min(t_s), until_s.max(t_s)));
+        }
+        self.write(packet, receipt)
+    }
+
+    fn write(&mut self, packet: &Packet, receipt: Option<Receipt>) -> Result<()> {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(packet, &mut wire).context("a packet")?;
+        self.bytes += used;
+        let file = self.file.as_mut().context("the recording")?;
+        Ok(file.keep(&wire[..used], receipt)?)
+    }
+}
