@@ -272,7 +272,7 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
 #[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
 fn the_picture_of_the_page_shows_the_period_of_the_first_scene() {
     let view = View::start(&["--emulated"]);
-    let mut browser = Browser::start(Look { width: 1280, height: 960, dark: false });
+    let mut browser = Browser::start(Look { width: 1280, height: 978, dark: false });
     browser.call("Emulation.setScrollbarsHidden", json!({"hidden": true}));
     browser.open(&view.url);
     browser.wait("/, 5\\.[34] s$/.test(document.querySelector('#source')?.textContent)");
