@@ -75,7 +75,9 @@ fn serve(following: &mut Following, options: &Options) -> Result<()> {
     }
     let mut published = Instant::now();
     while !stop::is_requested() {
-        following.idle(!hub.is_watched());
+        if following.idle(!hub.is_watched()) {
+            hub.forget_clock();
+        }
         let event = following.next(LOOK)?;
         hub.take(event.as_ref(), following);
         if let Some(settings) = hub.wanted() {

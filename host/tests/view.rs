@@ -17,9 +17,9 @@ use ridgetone_host::recording::Keep;
 use ridgetone_host::{recording, replay};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
-use std::io::Read;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
+use std::process::{Child, ChildStdout, Stdio};
 
 /// What a board sends of the default scene up to a device time, with every frame as it was read.
 fn packets(until_s: f64) -> Vec<Packet> {
@@ -60,6 +60,8 @@ struct View {
     child: Child,
     /// Such as `http://127.0.0.1:34567/`.
     url: String,
+    /// What is printed after it.
+    stdout: BufReader<ChildStdout>,
 }
 
 impl View {
@@ -81,10 +83,10 @@ impl View {
             .stderr(Stdio::piped())
             .spawn()
             .expect("the command runs");
-        // Byte by byte: what follows is left to others.
-        let bytes = child.stdout.as_mut().expect("a pipe").bytes().map_while(Result::ok);
-        let url = bytes.take_while(|byte| *byte != b'\n').collect();
-        Self { child, url: String::from_utf8(url).expect("UTF-8") }
+        let mut stdout = BufReader::new(child.stdout.take().expect("a pipe"));
+        let mut url = String::new();
+        stdout.read_line(&mut url).expect("a line");
+        Self { child, url: url.trim().to_owned(), stdout }
     }
 
     /// Address and port.

@@ -11,7 +11,7 @@ export class Fit extends Plot {
     super(card, onZoom, {
       x: "device time, s", y: "mV",
       series: [
-        dots(() => colour("soft"), 4), line(() => colour("accent"), { width: 2 }), line(() => colour("accent"), { width: 1, dash: [4, 4] }),
+        dots(() => colour("soft"), 4), line(() => colour("accent"), { width: 2 }), line(() => colour("unit2"), { width: 1.5, dash: [4, 4] }),
         dots(() => colour("unit1"), 3, { scale: "right" }),
       ],
       yRange: () => axis.read,

@@ -133,8 +133,8 @@ impl Feed {
     }
 
     /// See [`Source::idle`].
-    pub fn idle(&mut self, idle: bool) {
-        self.source.idle(idle);
+    pub fn idle(&mut self, idle: bool) -> bool {
+        self.source.idle(idle)
     }
 
     pub fn has_board(&self) -> bool {

@@ -101,8 +101,8 @@ impl Source for Emulated {
         self.requests.send(bytes.to_vec()).context("the emulated board has ended")
     }
 
-    fn idle(&mut self, idle: bool) {
-        self.idle.store(idle, Ordering::Relaxed);
+    fn idle(&mut self, idle: bool) -> bool {
+        self.idle.swap(idle, Ordering::Relaxed) && !idle
     }
 }
 

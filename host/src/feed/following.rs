@@ -75,10 +75,10 @@ impl Following {
         self.feed.has_board()
     }
 
-    /// Nobody looks, or somebody does again: the emulated board waits meanwhile, and a board goes on.
-    pub fn idle(&mut self, idle: bool) {
-        self.feed.idle(idle);
+    /// See [`Source::idle`](super::Source::idle).
+    pub fn idle(&mut self, idle: bool) -> bool {
         self.is_idle = idle;
+        self.feed.idle(idle)
     }
 
     /// Puts settings into force on the board, without storing them.

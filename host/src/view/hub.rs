@@ -125,6 +125,11 @@ impl Hub {
         }
     }
 
+    /// The board's clock stood still: its times in UTC are found anew.
+    pub fn forget_clock(&self) {
+        self.lock().json = JsonLines::default();
+    }
+
     /// Sends all pages what is new. Call it every [`UPDATE_EVERY`].
     pub fn publish(&self) -> Result<()> {
         self.send_new(&mut self.lock())

@@ -226,6 +226,11 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     see(&mut browser, false);
     let later_s = before_s + passed_s + 4.0;
     browser.wait(&format!("parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"));
+    // Its clock stood still meanwhile; what programs get is not dated by the time before.
+    let (_, _, lines) = request(view.address(), "/packets", view.address(), Duration::from_secs(1));
+    let dated = lines.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let late_s = dated.filter_map(|line| Some(line["received_utc_s"].as_f64()? - line["utc_s"].as_f64()?)).last();
+    assert!((-0.1..1.0).contains(&late_s.expect("dated")), "{late_s:?} s");
 }
 
 #[test]
@@ -272,7 +277,7 @@ fn one_wild_estimate_and_one_spike_stretch_no_axis_and_a_token_opens_the_page() 
 #[ignore = "needs the firmware image and a browser; cargo xtask test builds and installs them"]
 fn the_picture_of_the_page_shows_the_period_of_the_first_scene() {
     let view = View::start(&["--emulated"]);
-    let mut browser = Browser::start(Look { width: 1280, height: 960, dark: false });
+    let mut browser = Browser::start(Look { width: 1280, height: 978, dark: false });
     browser.call("Emulation.setScrollbarsHidden", json!({"hidden": true}));
     browser.open(&view.url);
     browser.wait("/, 5\\.[34] s$/.test(document.querySelector('#source')?.textContent)");

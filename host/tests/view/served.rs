@@ -156,7 +156,7 @@ fn beyond_this_computer_it_needs_the_token_that_is_printed_and_is_a_code_too() {
     BufReader::new(view.child.stderr.take().expect("a pipe")).read_line(&mut warned).expect("a line");
     let _ = view.child.kill();
     let mut printed = String::new();
-    view.child.stdout.take().expect("a pipe").read_to_string(&mut printed).expect("text");
+    view.stdout.read_to_string(&mut printed).expect("text");
     // Version 4: 33 modules and the quiet zone, two rows a line.
     assert!(printed.lines().filter(|line| line.chars().count() == 41).count() == 21, "{printed}");
     assert!(warned.contains("not encrypted"), "{warned}");
