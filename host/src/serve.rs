@@ -10,7 +10,7 @@
 //! | its messages are read, again after a failure | `finger` |
 //! | a message gets its topic and its number there | [`message`], [`topic`] |
 //! | it waits, or is lost and counted | [`queue`] |
-//! | it is delivered | `lines`, `foxglove`, `mqtt` |
+//! | it is delivered | `lines`, `foxglove`, `mqtt`, `zenoh` |
 
 mod finger;
 #[cfg(feature = "foxglove")]
@@ -25,6 +25,8 @@ pub mod queue;
 pub mod schema;
 pub mod topic;
 mod url;
+#[cfg(feature = "zenoh")]
+mod zenoh;
 
 pub use open::Emulator;
 
@@ -82,7 +84,18 @@ pub fn mqtt(_: &str) -> Result<Box<dyn Sink>> {
     Err(not_built("MQTT", "mqtt"))
 }
 
-#[cfg(not(all(feature = "foxglove", feature = "mqtt")))]
+/// Peers of Zenoh that multicast finds, and one at an address such as `tcp/robot.local:7447`.
+#[cfg(feature = "zenoh")]
+pub fn zenoh(address: Option<&str>) -> Result<Box<dyn Sink>> {
+    Ok(Box::new(zenoh::Zenoh::new(address)?))
+}
+
+#[cfg(not(feature = "zenoh"))]
+pub fn zenoh(_: Option<&str>) -> Result<Box<dyn Sink>> {
+    Err(not_built("Zenoh", "zenoh"))
+}
+
+#[cfg(not(all(feature = "foxglove", feature = "mqtt", feature = "zenoh")))]
 fn not_built(what: &str, feature: &str) -> anyhow::Error {
     let why = format!("this command is built without {what}: `cargo install --path host --features {feature}` adds it");
     UsageError(why).into()
@@ -103,7 +116,7 @@ pub struct Serve {
 pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
     let Serve { names, sources, emulator, frames } = serve;
     if sinks.is_empty() {
-        return Err(UsageError("nothing to serve to: choose --foxglove, --mqtt or --json".into()).into());
+        return Err(UsageError("nothing to serve to: choose --foxglove, --mqtt, --zenoh or --json".into()).into());
     }
     let (names, emulator) = (Arc::new(names), emulator.map(Arc::new));
     let mut delivering = Vec::new();

@@ -5,24 +5,28 @@ use crate::tools::{announce, clean, run};
 use anyhow::{Context, Result};
 use std::process::Command;
 
-/// The tests of streams; their features are built here alone.
-fn test() -> Result<Command> {
-    setup::broker()?;
+/// A program of tests of `serve`; its features are built here alone.
+fn test(features: &str, program: &str) -> Command {
     let mut cargo = clean("cargo");
-    cargo.args(["test", "--package", "ridgetone-host", "--features", "foxglove,mqtt", "--test", "streams", "--"]);
-    Ok(cargo)
+    cargo.args(["test", "--package", "ridgetone-host", "--features", features, "--test", program, "--"]);
+    cargo
 }
 
 /// Runs the tests of streams.
 pub fn run_tests() -> Result<()> {
+    setup::broker()?;
     announce("streams: Foxglove, and MQTT beside mosquitto");
-    run(&mut test()?).context("tests of streams")
+    run(&mut test("foxglove,mqtt", "streams")).context("tests of streams")
 }
 
-/// Ten boards and a fast one, a minute each: prints what is lost and how late the rest arrives.
+/// Tests Zenoh, whose 196 crates take minutes. Then ten boards and a fast one, a minute each: prints what is lost and how late
+/// the rest arrives.
 pub fn measure() -> Result<()> {
+    setup::broker()?;
+    announce("streams: Zenoh");
+    run(&mut test("zenoh", "zenoh")).context("tests of Zenoh")?;
     announce("ten boards and a fast one, for a minute each");
-    run(test()?.args(["--ignored", "--nocapture"])).context("streams")
+    run(test("foxglove,mqtt", "streams").args(["--ignored", "--nocapture"])).context("streams")
 }
 
 /// Other systems on which the command has to build, by the targets of rustup.

@@ -13,7 +13,7 @@ use std::net::SocketAddr;
 #[command(after_help = "\
 Topics are /<board>/<finger>/ and frames, contact, tone, feel, diagnostics or health. Frames are best effort; all other
 messages are reliable. What a slow or dead receiver loses is counted, and reported to it when it is back.
-`cargo install --path host --features foxglove,mqtt` builds a command with these two in.
+`cargo install --path host --features foxglove,mqtt,zenoh` builds a command with these three in.
 
 Examples:
   ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove
@@ -33,6 +33,9 @@ pub struct ServeArgs {
     /// Publish to this broker of MQTT 5: mqtt://[USER:PASSWORD@]HOST[:PORT].
     #[arg(long, value_name = "URL", num_args = 0..=1, default_missing_value = "mqtt://127.0.0.1:1883")]
     mqtt: Option<String>,
+    /// Publish to peers of Zenoh that multicast finds, and to one at an address, such as tcp/robot.local:7447.
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1)]
+    zenoh: Option<Option<String>>,
     /// Print one JSON object a line: the topic and the message.
     #[arg(long)]
     json: bool,
@@ -53,6 +56,9 @@ impl ServeArgs {
         }
         if let Some(url) = &self.mqtt {
             sinks.push(serve::mqtt(url)?);
+        }
+        if let Some(address) = &self.zenoh {
+            sinks.push(serve::zenoh(address.as_deref())?);
         }
         if self.json {
             sinks.push(serve::lines());

@@ -1,6 +1,6 @@
 //! The emulator as a child process in a directory of its own, and the pipes to it.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl};
 use std::fs::File;
 use std::io::{ErrorKind, Write};
@@ -115,9 +115,20 @@ impl Drop for Emulator {
 /// Makes a FIFO and opens it for both directions, which never blocks, whatever happens at the other end.
 fn fifo(path: &Path) -> Result<File> {
     let named = || path.display().to_string();
-    // The program, since macOS has no call for it that is safe.
-    let made = Command::new("mkfifo").args(["-m", "600"]).arg(path).status().context("mkfifo")?;
-    ensure!(made.success(), "{}: mkfifo failed", named());
+    make_fifo(path).with_context(named)?;
     let flags = OFlags::RDWR | OFlags::NONBLOCK | OFlags::CLOEXEC;
     Ok(File::from(rustix::fs::open(path, flags, Mode::empty()).with_context(named)?))
+}
+
+#[cfg(target_os = "linux")]
+fn make_fifo(path: &Path) -> Result<()> {
+    Ok(rustix::fs::mkfifoat(rustix::fs::CWD, path, Mode::RUSR | Mode::WUSR)?)
+}
+
+/// By the program: rustix has no call for macOS.
+#[cfg(not(target_os = "linux"))]
+fn make_fifo(path: &Path) -> Result<()> {
+    let made = Command::new("mkfifo").args(["-m", "600"]).arg(path).status().context("mkfifo")?;
+    anyhow::ensure!(made.success(), "mkfifo failed");
+    Ok(())
 }

@@ -12,6 +12,9 @@ use std::sync::Arc;
 /// Distance between two units of the array, millimetres (Oddo et al. 2009, section 2.1).
 const UNIT_PITCH_MM: f64 = 2.3;
 
+/// Characters of a line that is no message in the error about it.
+const SHOWN: usize = 60;
+
 #[derive(Clone, Debug)]
 pub struct Message {
     /// Whose, by its place in [`Names`](super::topic::Names).
@@ -46,7 +49,8 @@ impl Publisher {
 
     /// An object of `--json`. It gets `index`, its number on its topic, from 0; a greeting `positions_mm`.
     pub fn publish(&mut self, mut json: String) -> Result<()> {
-        let head: Head<'_> = serde_json::from_str(&json).with_context(|| json.clone())?;
+        let head: Head<'_> =
+            serde_json::from_str(&json).with_context(|| json.chars().take(SHOWN).collect::<String>())?;
         let (topic, is_hello) = (Topic::of(head.r#type), head.r#type == "hello");
         let time_s = head.utc_s.or(head.received_utc_s);
         let time_ns = time_s.map_or_else(|| Receipt::now(0.0).utc_ns, |time_s| (time_s * 1e9) as u64);

@@ -9,6 +9,7 @@ use super::queue::{Queue, Taken};
 use super::schema;
 use super::topic::{Names, Topic};
 use crate::usage::UsageError;
+use crate::utc::Receipt;
 use anyhow::{Result, anyhow};
 use rumqttc::v5::mqttbytes::QoS;
 use rumqttc::v5::mqttbytes::v5::LastWill;
@@ -124,7 +125,9 @@ impl Mqtt {
     }
 
     fn options(&self, names: &Names) -> MqttOptions {
-        let mut options = MqttOptions::new(format!("ridgetone-{}", std::process::id()), &self.host, self.port);
+        // No two on a broker may have the same.
+        let client = format!("ridgetone-{:x}", Receipt::now(0.0).utc_ns);
+        let mut options = MqttOptions::new(client, &self.host, self.port);
         options.set_keep_alive(PING).set_clean_start(true).set_outgoing_inflight_upper_limit(UNACKNOWLEDGED_MAX);
         // Otherwise a frame waits for the acknowledgement of the one before, up to 40 ms.
         let mut network = NetworkOptions::new();

@@ -12,7 +12,7 @@ use tokio::sync::Notify;
 /// Frames that wait: 1.7 s of ten fingers, 3 MB.
 const FRAMES_MAX: usize = 4096;
 
-/// Other messages that wait: an hour of ten fingers that nothing touches, 50 MB.
+/// Other messages that wait: an hour and a half of ten fingers that nothing touches, 50 MB.
 const EVENTS_MAX: usize = 1 << 16;
 
 /// Time between two reports of losses to a sink that loses all the time.

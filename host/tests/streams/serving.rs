@@ -1,4 +1,5 @@
 //! `serve`, as a process.
+#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use crate::common;
 use crate::serial_board::SerialBoard;
