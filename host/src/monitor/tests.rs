@@ -3,7 +3,7 @@
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};
 use crate::feed::RawFrames;
-use crate::input::Input;
+use crate::input::{Input, Source, first_scene};
 use crate::live::{Connection, Live, time_s};
 use crate::replay;
 use ratatui::Terminal;
@@ -162,13 +162,17 @@ fn an_empty_model_a_small_screen_and_the_help_are_drawn_too() {
     assert_shows(&lines(&drawn(&live, &view, LEAST)), &["request raw frames of the board", "any key closes this"]);
 }
 
-/// The default scene with raw frames, up to a moment of its slide.
+/// The plain scene with raw frames, up to a moment of its slide.
 fn sliding(until_s: f64) -> Live {
+    sliding_over(Input::default(), until_s)
+}
+
+fn sliding_over(input: Input, until_s: f64) -> Live {
     let mut live = Live::new("emulated board");
     let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
     pipeline.report_raw(u32::MAX);
     let mut packets = vec![Packet { sequence: 0, event: pipeline.hello() }];
-    replay::conversions(Input::default().open().unwrap(), &mut |conversion| {
+    replay::conversions(input.open().unwrap(), &mut |conversion| {
         pipeline.push(conversion, &mut |event| packets.push(Packet { sequence: packets.len() as u16, event }));
         Ok(())
     })
@@ -202,7 +206,9 @@ fn what_helps_against_a_status_is_on_the_smallest_screen_too() {
 /// The screen in the book, which is to be copied by hand when it changes.
 #[test]
 fn the_book_shows_the_screen() {
-    let lines = lines(&drawn(&sliding(3.3), &view(), LEAST));
+    let scene = first_scene().unwrap();
+    let input = Input { seed: scene.seed, source: Source::Scene(scene), ..Input::default() };
+    let lines = lines(&drawn(&sliding_over(input, 3.4), &view(), LEAST));
     let shown = lines.iter().map(|line| line.trim_end()).collect::<Vec<_>>().join("\n");
     let page = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/book/2-first-run.md")).unwrap();
     assert!(page.contains(&shown), "the page lacks\n{shown}");
