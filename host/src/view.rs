@@ -3,7 +3,7 @@
 //! | step | file |
 //! |---|---|
 //! | what the pages get, and when | [`message`], [`hub`] |
-//! | runs to look back at, and what is recorded | [`run`], [`runs`], [`tape`] |
+//! | runs to look back at, and what is recorded | [`mod@run`], [`runs`], [`tape`] |
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |

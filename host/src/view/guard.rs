@@ -100,7 +100,7 @@ fn is_same(given: &str, token: &str) -> bool {
     given.len() == token.len() && given.bytes().zip(token.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b)) == 0
 }
 
-/// Refuses requests that [`Access`] does not allow, and adds [`HEADERS`] to every answer. The page's address with the token
+/// Refuses requests that [`Access`] does not allow, and adds headers to every answer. The page's address with the token
 /// leads to the one without, which the browser then knows by a cookie.
 pub async fn guard(State(access): State<Access>, request: Request, next: Next) -> Response {
     let mut response = if !access.allows(&request) {

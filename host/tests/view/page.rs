@@ -226,11 +226,6 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     see(&mut browser, false);
     let later_s = before_s + passed_s + 4.0;
     browser.wait(&format!("parseFloat(document.getElementById('source').textContent.split(', ').at(-1)) > {later_s}"));
-    // Its clock stood still meanwhile; what programs get is not dated by the time before.
-    let (_, _, lines) = request(view.address(), "/packets", view.address(), Duration::from_secs(1));
-    let dated = lines.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
-    let late_s = dated.filter_map(|line| Some(line["received_utc_s"].as_f64()? - line["utc_s"].as_f64()?)).last();
-    assert!((-0.1..1.0).contains(&late_s.expect("dated")), "{late_s:?} s");
 }
 
 #[test]

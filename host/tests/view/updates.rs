@@ -2,11 +2,12 @@
 
 use super::{packets, recorded};
 use ridgetone_host::analysis::{curves, spectrum};
-use ridgetone_host::feed::{Feed, FeedEvent, Following};
+use ridgetone_host::feed::{Feed, FeedEvent, Following, Source};
 use ridgetone_host::live::{Live, Strips};
 use ridgetone_host::recording::Recorded;
+use ridgetone_host::utc::Receipt;
 use ridgetone_host::view::hub::Hub;
-use ridgetone_proto::telemetry::Event;
+use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -230,4 +231,65 @@ fn updates_make_of_an_early_state_what_a_late_one_is() {
         assert_eq!(early["live"][name], late["live"][name], "{name}");
     }
     assert_eq!(late["places"][1], json("[3, 2, 7, 6]"));
+}
+
+/// A board whose frames, a hundredth of a second apart, are received without delay, but for `late_s` of the later half.
+struct Paused {
+    next: u32,
+    late_s: f64,
+}
+
+impl Paused {
+    const HALF: u32 = 300;
+
+    fn receipt_s(&self, number: u32) -> f64 {
+        let late_s = if number < Self::HALF { 0.0 } else { self.late_s };
+        1.7e9 + 0.01 * f64::from(number) + late_s
+    }
+}
+
+impl Source for Paused {
+    fn name(&self) -> String {
+        "paused".into()
+    }
+
+    fn next(&mut self, _: Duration) -> anyhow::Result<Option<FeedEvent<Vec<u8>>>> {
+        let number = self.next;
+        self.next += 1;
+        let raw = Raw { t_us: u64::from(number) * 10_000, number, present: 1, good: 1, codes: [0; 16] };
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence: number as u16, event: Event::Raw(raw) }, &mut wire)?;
+        Ok(Some(FeedEvent::Data(wire[..used].to_vec())))
+    }
+
+    fn receipt(&self) -> Option<Receipt> {
+        Some(Receipt { utc_ns: (1e9 * self.receipt_s(self.next - 1)) as u64, byte_s: 0.0 })
+    }
+
+    fn send(&mut self, _: &[u8]) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn after_a_pause_of_the_board_s_clock_its_times_are_not_those_of_before() {
+    let late_s = 75.0;
+    let mut following = Following::new(Feed::new(Paused { next: 0, late_s }), None);
+    let hub = Hub::new(following.live());
+    let (_, mut packets) = hub.join_packets();
+    let mut dated = |count: u32| -> Vec<f64> {
+        (0..count)
+            .filter_map(|_| {
+                let event = following.next(Duration::ZERO).expect("a feed");
+                hub.take(event.as_ref(), &mut following);
+                let line = json(&packets.try_recv().ok()?);
+                Some(line["received_utc_s"].as_f64()? - line["utc_s"].as_f64()?)
+            })
+            .collect()
+    };
+    let before = dated(Paused::HALF);
+    assert!(before.len() > 200 && before.iter().all(|apart_s| apart_s.abs() < 0.01));
+    hub.forget_clock();
+    let after = dated(Paused::HALF);
+    assert!(after.len() > 200 && after.iter().all(|apart_s| apart_s.abs() < 0.01), "{:?}", after.last());
 }
