@@ -10,7 +10,7 @@
 //! | its messages are read, again after a failure | `finger` |
 //! | a message gets its topic and its number there | [`message`], [`topic`] |
 //! | it waits, or is lost and counted | [`queue`] |
-//! | it is delivered | `lines`, `foxglove`, `mqtt`, `zenoh` |
+//! | it is delivered | `lines`, `foxglove`, `mqtt`, `zenoh`, `ros2` |
 
 mod finger;
 #[cfg(feature = "foxglove")]
@@ -22,6 +22,8 @@ mod mqtt;
 pub mod name;
 mod open;
 pub mod queue;
+#[cfg(feature = "ros2")]
+mod ros2;
 pub mod schema;
 pub mod topic;
 mod url;
@@ -95,7 +97,18 @@ pub fn zenoh(_: Option<&str>) -> Result<Box<dyn Sink>> {
     Err(not_built("Zenoh", "zenoh"))
 }
 
-#[cfg(not(all(feature = "foxglove", feature = "mqtt", feature = "zenoh")))]
+/// A node of ROS 2 in the domain of `ROS_DOMAIN_ID`.
+#[cfg(feature = "ros2")]
+pub fn ros2() -> Result<Box<dyn Sink>> {
+    Ok(Box::new(ros2::Ros2))
+}
+
+#[cfg(not(feature = "ros2"))]
+pub fn ros2() -> Result<Box<dyn Sink>> {
+    Err(not_built("ROS 2", "ros2"))
+}
+
+#[cfg(not(all(feature = "foxglove", feature = "mqtt", feature = "ros2", feature = "zenoh")))]
 fn not_built(what: &str, feature: &str) -> anyhow::Error {
     let why = format!("this command is built without {what}: `cargo install --path host --features {feature}` adds it");
     UsageError(why).into()
@@ -116,7 +129,9 @@ pub struct Serve {
 pub fn run(serve: Serve, sinks: Vec<Box<dyn Sink>>) -> Result<()> {
     let Serve { names, sources, emulator, frames } = serve;
     if sinks.is_empty() {
-        return Err(UsageError("nothing to serve to: choose --foxglove, --mqtt, --zenoh or --json".into()).into());
+        return Err(
+            UsageError("nothing to serve to: choose --foxglove, --mqtt, --zenoh, --ros2 or --json".into()).into()
+        );
     }
     let (names, emulator) = (Arc::new(names), emulator.map(Arc::new));
     let mut delivering = Vec::new();

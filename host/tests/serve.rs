@@ -203,6 +203,8 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     refused(&["--foxglove", "nowhere", "--finger", "a=x"], &["nowhere"]);
     #[cfg(not(feature = "mqtt"))]
     refused(&["--mqtt", "--finger", "a=x"], &["cargo install --path host --features mqtt"]);
+    #[cfg(not(feature = "ros2"))]
+    refused(&["--ros2", "--finger", "a=x"], &["cargo install --path host --features ros2"]);
     #[cfg(not(feature = "zenoh"))]
     refused(&["--zenoh", "--finger", "a=x"], &["cargo install --path host --features zenoh"]);
     #[cfg(not(feature = "foxglove"))]

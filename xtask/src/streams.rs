@@ -19,12 +19,14 @@ pub fn run_tests() -> Result<()> {
     run(&mut test("foxglove,mqtt", "streams")).context("tests of streams")
 }
 
-/// Tests Zenoh, whose 196 crates take minutes. Then ten boards and a fast one, a minute each: prints what is lost and how late
+/// Tests Zenoh and ROS 2, whose 253 crates take minutes. Then ten boards and a fast one, a minute each: prints what is lost and how late
 /// the rest arrives.
 pub fn measure() -> Result<()> {
     setup::broker()?;
-    announce("streams: Zenoh");
-    run(&mut test("zenoh", "zenoh")).context("tests of Zenoh")?;
+    for one in ["zenoh", "ros2"] {
+        announce(format_args!("streams: {one}"));
+        run(&mut test(one, one)).with_context(|| format!("tests of {one}"))?;
+    }
     announce("ten boards and a fast one, for a minute each");
     run(test("foxglove,mqtt", "streams").args(["--ignored", "--nocapture"])).context("streams")
 }

@@ -13,7 +13,7 @@ use std::net::SocketAddr;
 #[command(after_help = "\
 Topics are /<board>/<finger>/ and frames, contact, tone, feel, diagnostics or health. Frames are best effort; all other
 messages are reliable. What a slow or dead receiver loses is counted, and reported to it when it is back.
-`cargo install --path host --features foxglove,mqtt,zenoh` builds a command with these three in.
+`cargo install --path host --features foxglove,mqtt,zenoh,ros2` builds a command with all receivers in.
 
 Examples:
   ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove
@@ -36,6 +36,9 @@ pub struct ServeArgs {
     /// Publish to peers of Zenoh that multicast finds, and to one at an address, such as tcp/robot.local:7447.
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1)]
     zenoh: Option<Option<String>>,
+    /// Be a node of ROS 2 in the domain of ROS_DOMAIN_ID.
+    #[arg(long)]
+    ros2: bool,
     /// Print one JSON object a line: the topic and the message.
     #[arg(long)]
     json: bool,
@@ -59,6 +62,9 @@ impl ServeArgs {
         }
         if let Some(address) = &self.zenoh {
             sinks.push(serve::zenoh(address.as_deref())?);
+        }
+        if self.ros2 {
+            sinks.push(serve::ros2()?);
         }
         if self.json {
             sinks.push(serve::lines());

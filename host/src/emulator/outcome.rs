@@ -7,7 +7,7 @@ use std::time::Duration;
 
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Every byte of the telemetry line, if [`Options::keep_serial`].
+    /// Every byte of the telemetry line, if `Options::keep_serial`.
     pub serial: Vec<u8>,
     /// Messages of the firmware and of the emulator, line by line.
     pub messages: String,
@@ -21,7 +21,7 @@ pub struct Outcome {
     /// When each injected fault acted, nanoseconds of board time.
     pub injected: Vec<hal_mock::Injected>,
     pub registers: [u8; hal_mock::chip::REGISTERS],
-    /// Those read, with the board's time of their DRDY edge, if [`Options::keep_conversions`].
+    /// Those read, with the board's time of their DRDY edge, if `Options::keep_conversions`.
     pub conversions: Vec<TimedConversion>,
     /// Board time at which START first rose, microseconds: zero of the scene's time.
     pub start_us: u64,

@@ -12,9 +12,14 @@ pub struct Serving(Option<Child>);
 impl Serving {
     /// Fingers f0, f1 and so on at these boards.
     pub fn start(boards: &[&SerialBoard], arguments: &[&str]) -> Self {
+        Self::start_with(boards, arguments, &[])
+    }
+
+    /// The same with these variables.
+    pub fn start_with(boards: &[&SerialBoard], arguments: &[&str], variables: &[(&str, &str)]) -> Self {
         let fingers = boards.iter().enumerate().map(|(number, board)| format!("--finger=f{number}={}", board.name));
         let mut command = common::ridgetone();
-        command.arg("serve").args(fingers).args(arguments);
+        command.arg("serve").args(fingers).args(arguments).envs(variables.iter().copied());
         let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
         Self(Some(child.expect("the command runs")))
     }
