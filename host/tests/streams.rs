@@ -86,7 +86,8 @@ fn what_a_broken_connection_costs_is_counted_and_reported() {
         assert_eq!(gaps(&found), 0, "{topic}: {found:?}");
     }
     assert!(indices(&all, "ridgetone/f0/health").len() >= 9, "events of the break arrive later");
-    assert!(board.late_s() < 0.5, "the board was held up for {} s", board.late_s());
+    // Held up, it would be as late as the break is long, 4 s.
+    assert!(board.late_s() < 2.0, "the board was held up for {} s", board.late_s());
     assert!(said.contains("; trying again") && said.matches("connected").count() >= 2, "{said}");
 }
 
@@ -100,7 +101,8 @@ fn a_broker_that_hangs_holds_up_no_board() {
     broker.hang();
     sleep(Duration::from_secs(8));
     board.stop();
-    assert!(board.late_s() < 0.5 && board.frames() > 15_000, "{} s late, {} frames", board.late_s(), board.frames());
+    // Held up, it would be as late as the broker hangs, 8 s. A processor that is busy makes it late too.
+    assert!(board.late_s() < 4.0 && board.frames() > 12_000, "{} s late, {} frames", board.late_s(), board.frames());
     broker.go_on();
     sleep(Duration::from_secs(2));
     let said = serving.interrupt();
