@@ -19,6 +19,9 @@
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Image, Pressed};
 
+/// Distance between the centres of two units, millimetres (Oddo et al. 2009, section 2.1).
+pub const UNIT_PITCH_MM: f64 = 2.3;
+
 /// Rows and columns of the map.
 pub const SIDE: usize = 4;
 

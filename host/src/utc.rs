@@ -49,6 +49,11 @@ impl Receipt {
         let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         Self { utc_ns: since.as_nanos() as u64, byte_s }
     }
+
+    /// Seconds since 1970, to a quarter of a microsecond.
+    pub fn utc_s(&self) -> f64 {
+        self.utc_ns as f64 * 1e-9
+    }
 }
 
 /// A moment of the board's clock in UTC.

@@ -35,7 +35,7 @@ pub fn demo(svg: &Path, scene: Option<&Path>) -> Result<()> {
 /// Makes the README's moving picture: the screen of `monitor` while the demo's grating slides over the emulated finger.
 pub fn moving_picture() -> Result<()> {
     let elf = build()?;
-    announce("following a touch of the emulated finger, as fast as it is");
+    announce("following a touch of the emulated finger in real time");
     let mut monitor = program("ridgetone-host", "ridgetone", "monitor");
     monitor.args(["--force", "--emulated", "--once", "--svg"]).arg(root().join(MOVING_PICTURE)).arg("--elf").arg(elf);
     run(&mut monitor)?;
@@ -43,7 +43,7 @@ pub fn moving_picture() -> Result<()> {
     Ok(())
 }
 
-/// Installs what is missing, and builds the command and the image, whose path it gives.
+/// Installs what is missing. Builds the command and the image, and gives the image's path.
 fn build() -> Result<PathBuf> {
     setup::qemu()?;
     Toolchain::find_or_install()?;

@@ -5,6 +5,7 @@ use crate::calibrate::{self, Grating};
 use crate::input::{Input, Source, frame_rate_hz};
 use crate::output;
 use crate::samples::Samples;
+use crate::static_image::UNIT_PITCH_MM;
 use anyhow::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -22,7 +23,7 @@ pub struct CalibrateArgs {
     #[arg(value_name = "MM=FILE", required = true, value_parser = grating)]
     files: Vec<(f64, PathBuf)>,
     /// Pitch of the units themselves, mm.
-    #[arg(long, value_name = "MM", default_value_t = 2.3)]
+    #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
     /// One JSON object on one line instead of text.
     #[arg(long)]

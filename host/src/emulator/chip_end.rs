@@ -114,8 +114,10 @@ impl ChipEnd {
         if is_new && self.reads == 1 {
             self.read_once += 1;
             // The board counts it as lost: no second read has confirmed it.
-            self.arrived -=
-                u64::from(self.arrived_ns.is_some() && self.arrived_ns == self.read_ns && edge_ns != self.read_ns);
+            let had_arrived = self.arrived_ns.is_some() && self.arrived_ns == self.read_ns;
+            if had_arrived && edge_ns != self.read_ns {
+                self.arrived -= 1;
+            }
         }
         if is_right && edge_ns != self.arrived_ns {
             (self.arrived, self.arrived_ns) = (self.arrived + 1, edge_ns);
@@ -126,15 +128,13 @@ impl ChipEnd {
         }
         (self.reads, self.read_ns) = (1, edge_ns);
         self.served += 1;
-        self.first_edge_us = self.first_edge_us.or_else(|| Some(self.chip.latest_drdy_fall_ns()? / NS_PER_US));
+        self.first_edge_us = self.first_edge_us.or_else(|| Some(edge_ns? / NS_PER_US));
         if self.keep {
             self.conversions.push(TimedConversion { t_us: self.edge_us(), conversion });
         }
         // Decided by the edge and not by the time of the read: then the board's speed does not matter, and the board gets
         // what `replay` gets.
-        let (Some(edge_ns), Some(zero_ns)) = (self.chip.latest_drdy_fall_ns(), self.chip.scene_zero_ns()) else {
-            return;
-        };
+        let (Some(edge_ns), Some(zero_ns)) = (edge_ns, self.chip.scene_zero_ns()) else { return };
         self.ended |= edge_ns.saturating_sub(zero_ns) as f64 * 1e-9 >= self.end_s;
     }
 

@@ -201,7 +201,7 @@ impl JsonLines {
             let utc = packet.event.t_us().and_then(|t_us| self.clock.utc(seconds(t_us)));
             let is_health = matches!(packet.event, Event::Health(_));
             JsonReceipt {
-                received_utc_s: receipt.utc_ns as f64 * 1e-9,
+                received_utc_s: receipt.utc_s(),
                 utc_s: utc.map(|utc| utc.utc_s()),
                 utc_sigma_s: utc.map(|utc| utc.sigma_s),
                 relation: utc.filter(|_| is_health).map(|utc| utc.relation),

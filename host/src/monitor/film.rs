@@ -55,6 +55,7 @@ fn images(following: &mut Following, has_colour: bool) -> Result<Vec<Buffer>> {
         }
         // The screen stood still meanwhile.
         while now_s - *due_s >= STEP_S
+            && images.len() < IMAGES_MAX
             && let Some(latest) = images.last().cloned()
         {
             images.push(latest);

@@ -2,15 +2,12 @@
 
 use super::queue::{Lost, Queue};
 use super::topic::Topic;
-use crate::static_image::PLACES;
+use crate::static_image::{PLACES, UNIT_PITCH_MM};
 use crate::utc::Receipt;
 use anyhow::{Context, Result};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::sync::Arc;
-
-/// Distance between two units of the array, millimetres (Oddo et al. 2009, section 2.1).
-const UNIT_PITCH_MM: f64 = 2.3;
 
 /// Characters of a line that is no message in the error about it.
 const SHOWN: usize = 60;
@@ -69,7 +66,7 @@ impl Publisher {
 
     /// An object of this command's own.
     pub fn note(&mut self, mut object: Value) -> Result<()> {
-        object["received_utc_s"] = now_s().into();
+        object["received_utc_s"] = Receipt::now(0.0).utc_s().into();
         self.publish(object.to_string())
     }
 }
@@ -77,13 +74,10 @@ impl Publisher {
 /// What a sink has lost of a finger. It is for that sink alone, and so has no number on its topic.
 pub fn lost(finger: usize, sink: &str, lost: Lost) -> Message {
     let Lost { frames, events, unconfirmed } = lost;
+    let now = Receipt::now(0.0);
     let json = json!({"type": "lost", "at": sink, "frames": frames, "events": events,
-        "frames_unconfirmed": unconfirmed, "received_utc_s": now_s()});
-    Message { finger, topic: Topic::Diagnostics, json: json.to_string(), time_ns: Receipt::now(0.0).utc_ns }
-}
-
-fn now_s() -> f64 {
-    Receipt::now(0.0).utc_ns as f64 * 1e-9
+        "frames_unconfirmed": unconfirmed, "received_utc_s": now.utc_s()});
+    Message { finger, topic: Topic::Diagnostics, json: json.to_string(), time_ns: now.utc_ns }
 }
 
 /// The centre of each taxel's unit: along the sliding direction and across, millimetres from the array's centre. The four
