@@ -1,6 +1,7 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
 pub use crate::ring::{Ring, reached};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Span;
 pub use ridgetone_tone::{FrameSource, Table, Values};
 
@@ -19,4 +20,6 @@ pub struct Window {
     pub reference: Values,
     /// What it covers.
     pub span: Span,
+    /// The plan of its frames.
+    pub plan: Plan,
 }

@@ -1,5 +1,6 @@
 //! Commands of the PC, and the board's replies.
 
+use crate::plan::Gives;
 use crate::profile::{After, Knot};
 use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
@@ -71,6 +72,15 @@ pub struct Reply {
     pub number: u16,
     /// The result.
     pub outcome: Outcome,
+    /// To settings that are not refused: what their plan gives.
+    pub gives: Option<Gives>,
+}
+
+impl Reply {
+    /// A reply that is not to settings.
+    pub const fn new(number: u16, outcome: Outcome) -> Self {
+        Self { number, outcome, gives: None }
+    }
 }
 
 /// Result of a request.
