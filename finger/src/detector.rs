@@ -22,8 +22,8 @@ const AHEAD_US: u32 = 1000;
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
-    /// Settings of another plan, until its first conversion.
-    coming: Option<Settings>,
+    /// The plan of the conversions; another one in `settings` comes with [`Self::begin`].
+    plan: Plan,
     source: SettingsSource,
     boot: Boot,
     assembler: Assembler,
@@ -42,7 +42,7 @@ impl Detector {
     pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
         Self {
             settings,
-            coming: None,
+            plan: settings.plan,
             source,
             boot,
             assembler: Assembler::new(settings.vref_v, &settings.plan),
@@ -165,12 +165,10 @@ impl Detector {
     /// length, and none of them reaches back before it. Settings of another plan wait for [`Self::begin`]; then false.
     #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
-        self.source = source;
-        if settings.plan != self.settings.plan {
-            self.coming = Some(*settings);
+        (self.settings, self.source) = (*settings, source);
+        if settings.plan != self.plan {
             return false;
         }
-        (self.settings, self.coming) = (*settings, None);
         self.assembler.vref_v = settings.vref_v;
         self.episodes.set_reference(settings.vref_v);
         self.tracker.change(settings);
@@ -192,23 +190,23 @@ impl Detector {
         assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
         add_flaws(assembler, diagnostics);
         tracker.finish(ring, emit, due);
-        let settings = self.coming.take().filter(|coming| coming.plan == plan);
-        self.settings = settings.unwrap_or(self.settings.with_plan(plan));
+        self.plan = plan;
+        if self.settings.plan != plan {
+            // Others are wanted by now, and their plan follows.
+            return;
+        }
         let Self { settings, assembler, tracker, episodes, health_reporter, .. } = self;
         assembler.change(&plan);
         assembler.vref_v = settings.vref_v;
         episodes.set_reference(settings.vref_v);
         health_reporter.change(&plan, tracker.clock.latest);
-        tracker.begin(settings, ring);
+        tracker.begin(settings);
         emit(self.hello());
     }
 
     /// Settings that are in force, or wait for their plan.
     pub const fn settings(&self) -> &Settings {
-        match &self.coming {
-            Some(coming) => coming,
-            None => &self.settings,
-        }
+        &self.settings
     }
 
     /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and raw frames. The

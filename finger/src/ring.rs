@@ -62,13 +62,13 @@ impl Ring {
         }
     }
 
-    /// Empties the ring; it takes frames of this plan from now on.
-    pub fn change(&mut self, plan: &Plan) {
+    /// Empties the ring; it takes frames of this plan from now on, the first of which gets `number`.
+    pub fn change(&mut self, plan: &Plan, number: u32) {
         self.frames = plan.ring_frames();
         self.in_row = plan.frames_a_row() as u32;
         (self.inputs, self.channels) = (plan.inputs, plan.channels() as u32);
         self.frame_ns = Scan::new(plan).frame_ns();
-        self.restart(self.next);
+        self.restart(number);
     }
 
     /// Number of the frame that is written next.
@@ -333,9 +333,8 @@ mod tests {
         for (name, inputs) in [("two", 0x8001u16), ("three", 0x0412), ("five", 0x001f), ("one", 0x0100), ("nine", 0x01ff)] {
             let plan = Plan { inputs, ..Plan::HAND };
             let mut ring = Box::new(Ring::new());
-            ring.change(&plan);
             let first = u32::MAX - 5000;
-            ring.restart(first);
+            ring.change(&plan, first);
             let number = |n: u32| first.wrapping_add(n);
             let value = |n: u32, c: usize| if inputs >> c & 1 == 1 { (n * 16 + c as u32) as f32 } else { 0.0 };
             let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };

@@ -9,6 +9,7 @@ use crate::touch::averages::{Averager, Averages};
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
 use ads1258::reading;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
@@ -29,8 +30,7 @@ pub struct Tracker {
     has_begun: bool,
     /// The latest values of good conversions.
     values: Values,
-    /// Bit k: taxel k is converted.
-    inputs: u16,
+    plan: Plan,
     averager: Averager,
 }
 
@@ -45,7 +45,7 @@ impl Tracker {
             is_stopped: false,
             has_begun: false,
             values: [0.0; TAXELS],
-            inputs: settings.plan.inputs,
+            plan: settings.plan,
             averager: Averager::new(&settings.plan),
         }
     }
@@ -59,10 +59,9 @@ impl Tracker {
     }
 
     /// The next frames are of another plan: begins again with them. `settings` are of that plan.
-    pub fn begin(&mut self, settings: &Settings, ring: &mut Ring) {
+    pub fn begin(&mut self, settings: &Settings) {
         let Settings { plan, .. } = settings;
-        ring.change(plan);
-        (self.inputs, self.values) = (plan.inputs, [0.0; TAXELS]);
+        (self.plan, self.values) = (*plan, [0.0; TAXELS]);
         self.averager = Averager::new(plan);
         self.clock.change(&Scan::new(plan));
         self.scheduler = WindowScheduler::new(settings);
@@ -85,8 +84,8 @@ impl Tracker {
     }
 
     pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, averager, inputs, .. } = self;
-        let inputs = *inputs;
+        let Self { contact, clock, scheduler, events, averager, plan, .. } = self;
+        let inputs = plan.inputs;
         clock.latest = (frame.number, frame.t_us);
         if self.raw_frames > 0 {
             self.raw_frames -= 1;
@@ -104,7 +103,7 @@ impl Tracker {
             self.has_begun = true;
             scheduler.reference = frame.codes.map(|code| code as f32);
             clock.rate_from = Some(clock.latest);
-            ring.restart(frame.number);
+            ring.change(plan, frame.number);
             averager.restart(frame.number);
         }
         fill_gap(frame, ring);

@@ -55,14 +55,14 @@ impl<'a> Averages<'a> {
 #[derive(Clone, Debug)]
 pub struct Averager {
     grid: Grid,
-    share: f32,
     /// The frames of the mean under way, and how many there were.
     sums: Values,
     squares: Values,
     count: u32,
     /// The latest mean, and the squares of its frames about it.
     mean: Values,
-    about_mean: Values,
+    /// A mean has just ended: `squares` are those of its frames about it.
+    has_ended: bool,
 }
 
 impl Averager {
@@ -71,12 +71,11 @@ impl Averager {
         let frames = plan.frames_averaged();
         Self {
             grid: Grid { frames, number: 0, first: 0 },
-            share: 1.0 / frames as f32,
             sums: [0.0; TAXELS],
             squares: [0.0; TAXELS],
             count: 0,
             mean: [0.0; TAXELS],
-            about_mean: [0.0; TAXELS],
+            has_ended: false,
         }
     }
 
@@ -84,11 +83,11 @@ impl Averager {
     pub fn restart(&mut self, first: u32) {
         self.grid = Grid { number: if self.grid.frames == 1 { first } else { self.grid.number }, first, ..self.grid };
         self.begin();
-        (self.mean, self.about_mean) = ([0.0; TAXELS], [0.0; TAXELS]);
+        self.mean = [0.0; TAXELS];
     }
 
     fn begin(&mut self) {
-        (self.sums, self.squares, self.count) = ([0.0; TAXELS], [0.0; TAXELS], 0);
+        (self.sums, self.squares, self.count, self.has_ended) = ([0.0; TAXELS], [0.0; TAXELS], 0, false);
     }
 
     /// Where the means are.
@@ -115,9 +114,13 @@ impl Averager {
     fn add(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
         let frames = self.grid.frames;
         let mut beyond = number.wrapping_sub(self.grid.first);
+        if self.has_ended {
+            self.begin();
+        }
         if beyond >= frames {
             // The last frames of a mean are missing.
             self.skip(beyond / frames);
+            self.begin();
             beyond %= frames;
         }
         if is_valid {
@@ -136,36 +139,35 @@ impl Averager {
             return None;
         }
         let ended = self.grid.number;
-        let is_there = self.count > 0;
-        if is_there {
-            self.end(inputs);
-        }
         self.skip(1);
-        is_there.then_some(ended)
+        if self.count == 0 {
+            return None;
+        }
+        self.end(inputs);
+        Some(ended)
     }
 
-    #[inline(never)]
     fn skip(&mut self, means: u32) {
         self.grid.number = self.grid.number.wrapping_add(means);
         self.grid.first = self.grid.first.wrapping_add(means.wrapping_mul(self.grid.frames));
-        self.begin();
     }
 
     fn end(&mut self, inputs: u16) {
-        let share = if self.count == self.grid.frames { self.share } else { 1.0 / self.count as f32 };
+        let share = 1.0 / self.count as f32;
         // Where frames are missing their squares are taken to be as those that are there.
         let times = self.grid.frames as f32 * share;
         for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
             let off = self.sums[c] * share;
-            self.about_mean[c] = (self.squares[c] - self.sums[c] * off) * times;
+            self.squares[c] = (self.squares[c] - self.sums[c] * off) * times;
             self.mean[c] += off;
         }
+        self.has_ended = true;
     }
 
-    /// The latest mean, and the squares of its frames about it, if frames are averaged.
+    /// The mean that has just ended, and the squares of its frames about it, if frames are averaged.
     #[inline(always)]
     pub fn latest(&self) -> Option<(&Values, &Values)> {
-        if self.grid.frames == 1 { None } else { Some((&self.mean, &self.about_mean)) }
+        if self.grid.frames == 1 { None } else { Some((&self.mean, &self.squares)) }
     }
 }
 
@@ -182,9 +184,8 @@ mod tests {
         let plan = Plan::TEXTURE;
         let (inputs, frames) = (plan.inputs, plan.frames_averaged());
         let (mut averager, mut ring) = (Averager::new(&plan), Box::new(Ring::new()));
-        ring.change(&plan);
         let first = u32::MAX - 100;
-        ring.restart(first);
+        ring.change(&plan, first);
         averager.restart(first);
         let value = |n: u32, c: usize| 3e6 + c as f32 * 1e5 + (n.wrapping_mul(2_654_435_761) >> 20) as f32;
         let is_missing = |n: u32| (300..310).contains(&n) || n % 53 == 7 || (455..560).contains(&n);

@@ -190,7 +190,7 @@ impl Motion {
     #[inline]
     pub fn push(&mut self, values: &Values, squares: Option<&Values>) -> Option<Block> {
         if let Some(squares) = squares {
-            self.swing.add(squares);
+            self.swing.add(squares, &self.noise.weights);
         }
         self.frames[self.count % BLOCK_FRAMES as usize] = *values;
         self.count += 1;
@@ -240,11 +240,13 @@ impl Motion {
             if_known(1, change.square()) * (frames / 2.0),
             if_known(2 * SHORT, bend.square()) * (frames / 6.0),
             long,
-            if self.swing.is_on() { self.swing.compare() } else { 0.0 },
+            core::mem::take(&mut self.swing.sum),
         ];
         let taxels = self.taxels;
         let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
-        let limits = [jumping, moving, moving, moving, self.swing.limit];
+        // Until it is known what is typical nothing swings.
+        let typical_swing = if self.learned[4] >= KNOWN_BLOCKS { self.typical[4] } else { f32::INFINITY };
+        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing];
         self.greatest_bend = greater(self.greatest_bend, long);
         let limit = |which: usize| {
             let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
@@ -257,7 +259,7 @@ impl Motion {
         let [within, beside, short, _, swing] = self.typical;
         let typical = [within, within + BESIDE * beside, short, swing];
         let [one, both, third] = FAINT.map(|limit| taxels.limit(limit));
-        let limits = [one, both, third, self.swing.faint_limit];
+        let limits = [one, both, third, self.swing.faint_limit * typical_swing];
         let mut faint = false;
         for which in 0..AVERAGES {
             self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
@@ -295,7 +297,6 @@ impl Motion {
             return;
         }
         self.noise.learn(&self.past, &self.squares);
-        self.swing.learn(self.noise.learned);
         if self.has_load {
             self.aim();
         }
@@ -377,72 +378,40 @@ impl Motion {
     }
 }
 
-/// The squares of averaged frames about their means: what is faster than the means, in units of its noise. Noise alone makes them
-/// a chi-square with a degree of freedom for each frame but one of a mean, of each taxel.
+/// The squares of averaged frames about their means: what is faster than the means. They are weighted as differences of the means are,
+/// so only their ratio to what is typical says something. Noise alone makes them a chi-square with a degree of freedom for
+/// each frame but one of a mean, of each taxel.
 #[derive(Clone, Debug)]
 struct Swing {
-    /// Degrees of freedom of a taxel in a block; 0 where frames are not averaged.
-    freedom: f32,
-    /// One block is motion above this, and an average of blocks.
+    /// One block is motion above so many times what is typical, and an average of blocks.
     limit: f32,
     faint_limit: f32,
-    /// Of the means of the block under way; their sum in the latest block.
-    under_way: Values,
-    latest: Values,
-    /// One over what a block has on the average.
-    weights: Values,
-    mean: Values,
+    /// The sum over the block under way.
+    sum: f32,
 }
 
 impl Swing {
     const fn new(plan: &Plan) -> Self {
-        let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32;
+        let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
         // Standard deviation over mean, by Newton's method: there is no root in a constant.
-        let all = freedom * plan.channels() as f32;
-        let square = if all > 0.0 { 2.0 / all } else { 0.0 };
+        let square = if freedom > 0.0 { 2.0 / freedom } else { 0.0 };
         let (mut root, mut step) = (0.5, 0);
         while step < 12 {
             root = 0.5 * (root + square / root);
             step += 1;
         }
+        let (limit, faint_limit) = (1.0 + SWINGING * root, 1.0 + SWINGING_FAINT * root);
         Self {
-            freedom,
-            limit: all * (1.0 + SWINGING * root),
-            faint_limit: all * (1.0 + SWINGING_FAINT * root),
-            under_way: [0.0; TAXELS],
-            latest: [0.0; TAXELS],
-            weights: [0.0; TAXELS],
-            mean: [0.0; TAXELS],
+            limit: if limit > OVER_TYPICAL { limit } else { OVER_TYPICAL },
+            faint_limit: if faint_limit > FAINT_OVER_TYPICAL { faint_limit } else { FAINT_OVER_TYPICAL },
+            sum: 0.0,
         }
-    }
-
-    const fn is_on(&self) -> bool {
-        self.freedom > 0.0
     }
 
     /// Adds those about one mean.
     #[inline(never)]
-    fn add(&mut self, squares: &Values) {
-        (0..TAXELS).for_each(|c| self.under_way[c] += squares[c]);
-    }
-
-    /// A block is over: its squares in units of the noise.
-    #[inline(never)]
-    fn compare(&mut self) -> f32 {
-        self.latest = core::mem::replace(&mut self.under_way, [0.0; TAXELS]);
-        self.latest.iter().zip(&self.weights).fold(0.0, |sum, (square, weight)| sum + square * weight)
-    }
-
-    /// The latest block was a still one, by which there are so many.
-    fn learn(&mut self, blocks: f32) {
-        if !self.is_on() {
-            return;
-        }
-        let least = self.freedom * ROUNDING_VARIANCE;
-        for c in 0..TAXELS {
-            self.mean[c] += (greater(self.latest[c], least) - self.mean[c]) / blocks;
-            self.weights[c] = self.freedom / self.mean[c];
-        }
+    fn add(&mut self, squares: &Values, weights: &Values) {
+        self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
     }
 }
 
