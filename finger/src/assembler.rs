@@ -331,9 +331,9 @@ impl Assembler {
             // As many whole scans more as bring the count of slots nearest to the time that passed. Of a scan of one slot the
             // time is rounded itself.
             let rounding_ns = if slots == 1 { conversion_ns / 2 } else { 0 };
-            let by_time = ((passed_us as u64 * 1000 + rounding_ns as u64) / conversion_ns as u64) as u32;
+            let by_time = ((passed_us as u64 * 1000 + rounding_ns as u64) / conversion_ns.max(1) as u64) as u32;
             let by_order = scans * slots + slot - before;
-            scans += (by_time.saturating_sub(by_order) + slots / 2) / slots;
+            scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
             // A chip that was set up again restarts its scan: by order there may be fewer.
             lost_by_time = by_time;
         }

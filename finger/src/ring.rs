@@ -120,7 +120,7 @@ impl Ring {
     /// Writes a frame beside others.
     #[inline(never)]
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
-        let (row, place) = ((self.head / self.in_row) as usize, self.head % self.in_row * self.channels);
+        let (row, place) = ((self.head / self.in_row.max(1)) as usize, self.head % self.in_row.max(1) * self.channels);
         let (Some(to), Some(mask), Some(t)) = (self.values.get_mut(row), self.valid.get_mut(row), self.t_us.get_mut(row))
         else {
             return;
@@ -162,7 +162,7 @@ impl Ring {
 
     /// Copies a frame from beside others; gives its mask.
     fn unpack(&self, at: u32, to: &mut Values) -> u16 {
-        let (row, mut place) = ((at / self.in_row) as usize, (at % self.in_row * self.channels) as usize);
+        let (row, mut place) = ((at / self.in_row.max(1)) as usize, (at % self.in_row.max(1) * self.channels) as usize);
         let (Some(from), Some(mask)) = (self.values.get(row), self.valid.get(row)) else { return 0 };
         let (mut rest, mut valid) = (self.inputs, 0);
         while rest != 0 {
@@ -188,7 +188,7 @@ impl Ring {
                 number = number.wrapping_add(1);
                 continue;
             };
-            let (row, beside) = ((at / self.in_row) as usize, at % self.in_row);
+            let (row, beside) = ((at / self.in_row.max(1)) as usize, at % self.in_row.max(1));
             let (Some(values), Some(valid)) = (self.values.get(row), self.valid.get(row)) else { return false };
             if beside == 0 && left >= self.in_row && *valid == whole {
                 (0..TAXELS).for_each(|place| sums[place] += values[place]);
@@ -214,12 +214,15 @@ impl Ring {
             *mean = sums.map(|sum| sum * share);
             return true;
         }
-        let (mut rest, mut at) = (self.inputs, 0);
+        let (mut rest, mut first) = (self.inputs, 0);
         while rest != 0 {
-            let taxel = rest.trailing_zeros() as usize % TAXELS;
-            let beside = (at..self.channels as usize * self.in_row as usize).step_by(self.channels as usize);
-            mean[taxel] = beside.fold(0.0, |sum, place| sum + sums[place % TAXELS]) * share;
-            (rest, at) = (rest & (rest - 1), at + 1);
+            let (mut sum, mut at) = (0.0, first);
+            for _ in 0..self.in_row {
+                sum += sums[at % TAXELS];
+                at += self.channels as usize;
+            }
+            mean[rest.trailing_zeros() as usize % TAXELS] = sum * share;
+            (rest, first) = (rest & (rest - 1), first + 1);
         }
         true
     }
@@ -231,8 +234,8 @@ impl Ring {
         if self.in_row == 1 {
             return self.t_us.get(at as usize).copied();
         }
-        let first_us = *self.t_us.get((at / self.in_row) as usize)?;
-        Some(first_us.wrapping_add((at % self.in_row) * self.frame_ns / 1000))
+        let first_us = *self.t_us.get((at / self.in_row.max(1)) as usize)?;
+        Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
     /// See [`FrameSource::read`].

@@ -120,7 +120,7 @@ impl WindowScheduler {
         let late = until.wrapping_sub(self.next_end);
         if self.averaged > 1 && reached(until, self.next_end) && late >= self.hop_frames {
             // Windows are short beside the time in which a slide shows: of those that fall due at once the latest counts.
-            self.next_end = until.wrapping_sub(late % self.hop_frames);
+            self.next_end = until.wrapping_sub(late % self.hop_frames.max(1));
         }
         while reached(until, self.next_end) {
             let mut frames = self.window_frames;

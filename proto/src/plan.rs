@@ -1,7 +1,7 @@
 //! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames, windows and touches.
 
 use crate::scan::{RING_FRAMES, TAXELS};
-use ads1258::{Config, DataRate, Delay, IdleMode, Mux, Sysred};
+use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use serde::{Deserialize, Serialize};
 
 /// Frames per second that touch detection works at, nearly: the paper's. Faster frames are averaged for it.
@@ -164,8 +164,7 @@ impl Plan {
 
     /// A conversion's period at the nominal clock, nanoseconds.
     pub const fn conversion_ns(&self) -> u32 {
-        let config = self.config();
-        (config.conversion_ticks() as u64 * 1_000_000_000 / config.clock_hz as u64) as u32
+        (self.config().conversion_ticks() as u64 * 1_000_000_000 / CRYSTAL_CLOCK_HZ as u64) as u32
     }
 
     /// Frames per second at the nominal clock.
@@ -186,8 +185,10 @@ impl Plan {
 
     /// Frames that share a row of the ring, which holds a sample for each of [`TAXELS`] taxels.
     pub const fn frames_a_row(&self) -> usize {
-        let channels = self.channels();
-        if channels == 0 { 1 } else { TAXELS / channels }
+        match TAXELS.checked_div(self.channels()) {
+            Some(frames) => frames,
+            None => 1,
+        }
     }
 
     /// Frames that the ring holds.

@@ -55,7 +55,7 @@ impl Unseen {
     /// The most conversions that a chip with the right registers and a fast clock made in this time, microseconds, beyond
     /// those of a nominal clock; and those that it finishes before its reset.
     pub fn of_clock(&self, since_us: u32) -> u32 {
-        since_us / self.clock_share_us + 2
+        since_us / self.clock_share_us.max(1) + 2
     }
 }
 

@@ -165,7 +165,7 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
         (FaultKind::Channel, channel),
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
-        (FaultKind::Silent, (lost >= SILENT_NS / conversion_ns) as u32),
+        (FaultKind::Silent, (lost >= SILENT_NS / conversion_ns.max(1)) as u32),
     ] {
         diagnostics.faults.add(kind, times, board_us);
     }

@@ -112,7 +112,7 @@ impl Averager {
 
     #[inline(never)]
     fn add(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
-        let frames = self.grid.frames;
+        let frames = self.grid.frames.max(1);
         let mut beyond = number.wrapping_sub(self.grid.first);
         if self.has_ended {
             self.begin();
@@ -156,7 +156,10 @@ impl Averager {
         let share = 1.0 / self.count as f32;
         // Where frames are missing their squares are taken to be as those that are there.
         let times = self.grid.frames as f32 * share;
-        for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
+        let mut rest = inputs;
+        while rest != 0 {
+            let c = rest.trailing_zeros() as usize % TAXELS;
+            rest &= rest - 1;
             let off = self.sums[c] * share;
             self.squares[c] = (self.squares[c] - self.sums[c] * off) * times;
             self.mean[c] += off;
