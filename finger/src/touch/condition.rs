@@ -25,8 +25,9 @@ pub struct Condition {
     latest: u32,
     /// Frames are what they are in the ring: nothing is taken off.
     is_plain: bool,
-    /// Frames per second.
+    /// Frames per second, and whether they are means of the scan's.
     rate_hz: f32,
+    is_averaged: bool,
 }
 
 impl Condition {
@@ -40,7 +41,13 @@ impl Condition {
             latest: 0,
             is_plain: true,
             rate_hz: plan.frame_rate_hz() / plan.frames_averaged() as f32,
+            is_averaged: plan.frames_averaged() > 1,
         }
+    }
+
+    /// Whether frames are means of the scan's.
+    pub const fn is_averaged(&self) -> bool {
+        self.is_averaged
     }
 
     /// Frames in a time, rounded.

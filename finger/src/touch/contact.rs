@@ -262,7 +262,7 @@ impl ContactDetector {
         if self.planned.is_some() {
             return;
         }
-        if let Some(sure) = moved_until(block, number)
+        if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
             && reached(sure, self.moving_until)
         {
             self.moving_until = sure;
