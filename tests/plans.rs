@@ -53,10 +53,7 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
         ("others than the first", Plan { inputs: 0xe0c1, ..paper }),
         ("a higher data rate", Plan { data_rate: 2, ..paper }),
         ("a lower one", Plan { data_rate: 0, inputs: 0x000f, ..paper }),
-        (
-            "chopped",
-            Plan { data_rate: 2, delay: 4, chop: true, health: HealthReadings::BetweenTouches, ..paper },
-        ),
+        ("chopped", Plan { data_rate: 2, delay: 4, chop: true, health: HealthReadings::BetweenTouches, ..paper }),
     ] {
         finds(what, plan, tones);
     }

@@ -92,7 +92,8 @@ impl HealthReporter {
             return;
         }
         self.rate_from = (number, t_us, breaks);
-        let (passed_us, nominal_us) = (t_us.wrapping_sub(from_us), frames as u64 * assembler.scan().frame_ns() as u64 / 1000);
+        let (passed_us, nominal_us) =
+            (t_us.wrapping_sub(from_us), frames as u64 * assembler.scan().frame_ns() as u64 / 1000);
         // Frame numbers may have wrapped in a longer time.
         let is_known = frames < 10 * self.health_frames && passed_us <= u32::MAX as u64 && breaks == from_breaks;
         if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {

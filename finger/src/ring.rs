@@ -102,7 +102,8 @@ impl Ring {
         let at = self.head;
         if self.in_row == 1 {
             let at = at as usize;
-            if let (Some(v), Some(m), Some(t)) = (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at))
+            if let (Some(v), Some(m), Some(t)) =
+                (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at))
             {
                 *v = *values;
                 *m = valid;
@@ -121,7 +122,8 @@ impl Ring {
     #[inline(never)]
     fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
         let (row, place) = ((self.head / self.in_row.max(1)) as usize, self.head % self.in_row.max(1) * self.channels);
-        let (Some(to), Some(mask), Some(t)) = (self.values.get_mut(row), self.valid.get_mut(row), self.t_us.get_mut(row))
+        let (Some(to), Some(mask), Some(t)) =
+            (self.values.get_mut(row), self.valid.get_mut(row), self.t_us.get_mut(row))
         else {
             return;
         };
@@ -333,7 +335,9 @@ mod tests {
     /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a list of what was written.
     #[test]
     fn frames_that_share_rows_are_as_they_were_written() {
-        for (name, inputs) in [("two", 0x8001u16), ("three", 0x0412), ("five", 0x001f), ("one", 0x0100), ("nine", 0x01ff)] {
+        for (name, inputs) in
+            [("two", 0x8001u16), ("three", 0x0412), ("five", 0x001f), ("one", 0x0100), ("nine", 0x01ff)]
+        {
             let plan = Plan { inputs, ..Plan::HAND };
             let mut ring = Box::new(Ring::new());
             let first = u32::MAX - 5000;

@@ -88,11 +88,7 @@ pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Resul
 
 /// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`. If the plan's scan has no
 /// health readings, they come once, before it.
-pub fn conversions_of(
-    input: Opened,
-    plan: &Plan,
-    take: &mut dyn FnMut(TimedConversion) -> Result<()>,
-) -> Result<()> {
+pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 

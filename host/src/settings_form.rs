@@ -61,7 +61,10 @@ mod plan_form {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     #[derive(Deserialize)]
-    #[serde(untagged, expecting = "a plan: paper, hand, texture, vibration, single, or a table of inputs, data_rate, delay, chop, health")]
+    #[serde(
+        untagged,
+        expecting = "a plan: paper, hand, texture, vibration, single, or a table of inputs, data_rate, delay, chop, health"
+    )]
     enum Form {
         Name(String),
         Fields(Plan),
@@ -211,7 +214,8 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
         }
         let mut with_plan = all.clone();
         merge(&mut with_plan, [("plan".to_owned(), plan.clone())].into_iter().collect());
-        let Written(with_plan) = with_plan.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
+        let Written(with_plan) =
+            with_plan.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
         if with_plan.plan != settings.plan {
             let (window_s, hop_s) = with_plan.plan.default_window();
             all.insert("window_s".into(), Value::try_from(window_s)?);
@@ -241,10 +245,14 @@ pub fn explained(error: &SettingsError) -> String {
 /// `text` with the reason for the bounds of a setting.
 pub fn explain(field: &str, text: &str) -> String {
     let why = match field {
-        "window_s" => "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan",
+        "window_s" => {
+            "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan"
+        }
         "inputs" => "bit k of `plan.inputs` stands for AINk",
         "chop" => "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\"",
-        "frame_rate_hz" => "what this plan gives: touch detection needs 180 frames a second; choose fewer inputs, a higher data_rate or a shorter delay",
+        "frame_rate_hz" => {
+            "what this plan gives: touch detection needs 180 frames a second; choose fewer inputs, a higher data_rate or a shorter delay"
+        }
         "hop_s" => "0.02 s are five frames; a hop longer than a window leaves frames out",
         "harmonics" => "the fundamental counts as one",
         "accuracy" => "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth",

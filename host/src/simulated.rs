@@ -87,7 +87,8 @@ fn run_until_restart<F: NorFlash>(
     around: &mut dyn Surroundings,
 ) -> Result<Option<FlashStore<F>>> {
     let mut wait = board.delay();
-    let acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin(), start.settings.plan);
+    let acquisition =
+        Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin(), start.settings.plan);
     wait.delay_us(crate::replay::START_US);
 
     let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());

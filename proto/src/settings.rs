@@ -175,7 +175,8 @@ impl Settings {
             (("window_s", self.plan.window_least_s(), most_s), self.window_s),
             (("hop_s", HOP_LEAST_S, if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S }), self.hop_s),
         ];
-        for ((field, least, greatest), value) in windows.into_iter().chain(BOUNDS.into_iter().zip(values)).chain([order])
+        for ((field, least, greatest), value) in
+            windows.into_iter().chain(BOUNDS.into_iter().zip(values)).chain([order])
         {
             // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {

@@ -96,7 +96,8 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
     let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
     // The means of two times sixteen frames: only what their noise does not make is a creep.
-    let is_creep = skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
+    let is_creep =
+        skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
     let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
     let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
