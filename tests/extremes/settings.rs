@@ -40,6 +40,7 @@ fn any_settings_are_refused_or_run() {
                 front: 0xf0f0,
                 alike: [0x1111, 0x2222, 0xcccc, 0],
             },
+            plan: Settings::DEFAULT.plan,
         };
         let mut buffer = [0; 128];
         let bytes = postcard::to_slice(&settings, &mut buffer).unwrap();

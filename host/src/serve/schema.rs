@@ -76,7 +76,7 @@ const TONE: [Field; 32] = [
     ("channels", "object[]", "V, rad", "taxel, offset_v, amplitude_v, phase_rad and residual_v of each channel"),
 ];
 
-const DIAGNOSTICS: [Field; 25] = [
+const DIAGNOSTICS: [Field; 27] = [
     ("protocol", "integer", "", "hello: version of the wire contract"),
     ("version", "string", "", "hello: of the firmware"),
     ("frame_rate_hz", "number", "Hz", "hello, reply to settings: nominal frame rate"),
