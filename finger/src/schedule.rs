@@ -6,7 +6,7 @@ use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::scan::{RING_FRAMES, TAXELS, frames_in};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Span;
+use ridgetone_proto::telemetry::{Measured, Span};
 use ridgetone_tone::{FRAMES_MIN, Values};
 
 /// Frames left out at either end of a whole slide: its ends are known to within a few frames.
@@ -33,6 +33,8 @@ pub(crate) struct WindowScheduler {
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
     pub whole: Option<(u32, u32)>,
+    /// Tangential over normal force by the latest static image of this touch.
+    pub force_ratio: Option<Measured>,
 }
 
 impl WindowScheduler {
@@ -45,6 +47,7 @@ impl WindowScheduler {
             hop_frames: 0,
             next_end: 0,
             whole: None,
+            force_ratio: None,
         };
         scheduler.set(settings);
         scheduler
@@ -89,7 +92,8 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { .. } | Change::HoldEnd { .. } | Change::Release(_) => {}
+            Change::Contact { .. } => self.force_ratio = None,
+            Change::HoldEnd { .. } | Change::Release(_) => {}
         }
     }
 
@@ -127,6 +131,7 @@ impl WindowScheduler {
             frame_rate_hz: (frames - 1) as f32 * 1e6 / last_us.wrapping_sub(first_us).max(1) as f32,
             reference: self.reference,
             span,
+            force_ratio: self.force_ratio,
         });
     }
 }

@@ -1,7 +1,7 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
 pub use crate::ring::{Ring, reached};
-use ridgetone_proto::telemetry::Span;
+use ridgetone_proto::telemetry::{Measured, Span};
 pub use ridgetone_tone::{FrameSource, Table, Values};
 
 /// Frames to fit.
@@ -19,4 +19,6 @@ pub struct Window {
     pub reference: Values,
     /// What it covers.
     pub span: Span,
+    /// Tangential over normal force by the static image of the hold before the slide, if there is one.
+    pub force_ratio: Option<Measured>,
 }

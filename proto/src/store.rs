@@ -17,9 +17,9 @@ use crate::settings::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of a record's content; other versions are not read. Raise it when [`Settings`] change.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
-/// Bytes of a record: number, version, settings (72 at most), and the checksum of all three.
+/// Bytes of a record: number, version, settings (83 at most), and the checksum of all three.
 pub const RECORD_BYTES: usize = 96;
 
 /// Place of the settings in a record.

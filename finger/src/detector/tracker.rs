@@ -1,6 +1,7 @@
 //! What becomes of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
+use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::schedule::WindowScheduler;
@@ -96,7 +97,11 @@ impl Tracker {
         scheduler.give_whole(clock, ring, due);
         contact.push(frame.number, &self.values, ring, &mut |change| {
             scheduler.follow(&change, ring);
-            emit(events.event(&change, clock, ring));
+            let event = events.event(&change, clock, ring);
+            if let Event::Image(image) = &event {
+                scheduler.force_ratio = image_ratio(image);
+            }
+            emit(event);
         });
         if let Some((start, until)) = contact.sliding() {
             scheduler.hop(start, until, clock, ring, due);

@@ -27,9 +27,20 @@ const KNOWN_STILL_US: u32 = ((LONG_BLOCKS + 6) as f32 * BLOCK_FRAMES as f32 * 1e
 /// window.
 #[inline(never)]
 pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnostics) {
-    let length_us = (estimate.window_s * 1e6) as u32;
-    let end_us = estimate.t_us as u32;
-    let begin_us = end_us.wrapping_sub(length_us).wrapping_sub(MARGIN_US);
+    let (faults, is_end_unsure) = faults_of(window, estimate.window_s, diagnostics);
+    estimate.faults = faults;
+    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
+    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
+        estimate.status = Status::Doubtful;
+        estimate.travel = Travel::NONE;
+    }
+}
+
+/// The kinds of faults that were seen since the latest `window_s` seconds of a window began; whether its end is unsure.
+#[inline(never)]
+pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
+    let end_us = window.end_us as u32;
+    let begin_us = end_us.wrapping_sub((window_s * 1e6) as u32).wrapping_sub(MARGIN_US);
     let before =
         diagnostics.faults.since(begin_us.wrapping_sub(KNOWN_STILL_US)).iter().filter(|kind| kind.moves_levels());
     let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
@@ -43,10 +54,5 @@ pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnosti
         // It may have been before the beginning of a short window.
         faults = faults.with(FaultKind::Overload);
     }
-    estimate.faults = faults;
-    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
-    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
-        estimate.status = Status::Doubtful;
-        estimate.travel = Travel::NONE;
-    }
+    (faults, is_end_unsure)
 }

@@ -206,6 +206,7 @@ impl Run {
             frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
             reference,
             span: Span::Window,
+            force_ratio: None,
         };
         // The part is as long as it was marked.
         let settings = Settings { accuracy: 0.0, ..self.settings() };
