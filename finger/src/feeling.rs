@@ -2,7 +2,7 @@
 
 use crate::window::Window;
 use ads1258::reading;
-use core::f32::consts::{LN_10, PI};
+use core::f32::consts::LN_10;
 use ridgetone_feel::{
     Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, amplitude_spectrum,
     force_ratio, points, strongest_in_bands,
@@ -10,6 +10,7 @@ use ridgetone_feel::{
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{BANDS, Feel, Image, Measured, NO_LEVEL, RECEPTORS};
+use ridgetone_tone::phase::{cos_sin, from_turns};
 use ridgetone_tone::{FrameSource, Overwritten};
 
 /// Most values of a transform. A PC has tables for more, but gives the chip's numbers.
@@ -174,7 +175,8 @@ impl Part {
         if self.stride == 1 || !(cycles > 0.0) {
             return 1.0;
         }
-        let (stride, half_turns) = (self.stride as f32, PI * cycles);
-        stride * libm::sinf(half_turns / stride) / libm::sinf(half_turns)
+        let stride = self.stride as f32;
+        let sin_of_half = |turns: f32| cos_sin(from_turns(0.5 * turns)).1;
+        stride * sin_of_half(cycles / stride) / sin_of_half(cycles)
     }
 }
