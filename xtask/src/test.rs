@@ -28,10 +28,7 @@ const NEVER: [&str; 3] = [
 ];
 
 /// Long tests that are alone in their program, and so keep one core busy at most: they run beside the others.
-const ALONE: [(&str, &str); 2] = [
-    ("other_scan", "firmware_and_command_of_another_scan_find_the_frequency"),
-    ("book", "the_commands_that_take_long_run"),
-];
+const ALONE: [(&str, &str); 1] = [("book", "the_commands_that_take_long_run")];
 
 /// Tests of the pages in a browser: their module.
 const PAGES: &str = "page::";
