@@ -332,6 +332,8 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         reference: [0.0; 16],
         span: fit.span,
         plan: Settings::DEFAULT.plan,
+        slide_first: 0,
+        force_ratio: None,
     };
     let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
     for kind in FaultKind::ALL {

@@ -7,7 +7,7 @@ use crate::window::Window;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Span;
+use ridgetone_proto::telemetry::{Measured, Span};
 use ridgetone_tone::{FRAMES_MIN, Values};
 
 /// Frames of touch detection left out at either end of a whole slide: its ends are known to within a few of them.
@@ -45,6 +45,8 @@ pub(crate) struct WindowScheduler {
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
     pub whole: Option<(u32, u32)>,
+    /// Tangential over normal force by the latest static image of this touch.
+    pub force_ratio: Option<Measured>,
 }
 
 impl WindowScheduler {
@@ -61,6 +63,7 @@ impl WindowScheduler {
             hop_frames: 0,
             next_end: 0,
             whole: None,
+            force_ratio: None,
         };
         scheduler.set(settings);
         scheduler
@@ -111,7 +114,8 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { .. } | Change::HoldEnd { .. } | Change::Release(_) => {}
+            Change::Contact { .. } => self.force_ratio = None,
+            Change::HoldEnd { .. } | Change::Release(_) => {}
         }
     }
 
@@ -127,7 +131,7 @@ impl WindowScheduler {
             if self.growing {
                 frames = frames.min(self.next_end.wrapping_sub(start));
             }
-            self.give(self.next_end.wrapping_sub(frames), frames, Span::Window, clock, ring, due);
+            self.give((self.next_end.wrapping_sub(frames), frames, start), Span::Window, clock, ring, due);
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
         }
     }
@@ -135,13 +139,20 @@ impl WindowScheduler {
     /// Gives the slide that is over, as a whole.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
-            self.give(first, frames, Span::Slide, clock, ring, due);
+            self.give((first, frames, first), Span::Slide, clock, ring, due);
         }
     }
 
-    /// Gives a window, if it is long enough and in the ring.
+    /// Gives a window of so many frames from a first one on, of a slide, if it is long enough and in the ring.
     #[inline(never)]
-    fn give(&self, first: u32, frames: u32, span: Span, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+    fn give(
+        &self,
+        (first, frames, slide_first): (u32, u32, u32),
+        span: Span,
+        clock: &FrameClock,
+        ring: &Ring,
+        due: &mut dyn FnMut(Window),
+    ) {
         if frames < FRAMES_MIN {
             return;
         }
@@ -154,6 +165,8 @@ impl WindowScheduler {
             frame_rate_hz: (frames - 1) as f32 * 1e6 / last_us.wrapping_sub(first_us).max(1) as f32,
             reference: self.reference,
             span,
+            slide_first,
+            force_ratio: self.force_ratio,
             plan: self.plan,
         });
     }

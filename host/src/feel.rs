@@ -1,6 +1,7 @@
 //! `feel`: what the receptors of a finger would fire over a recording, and what people would say of the surface.
 
 mod coefficients;
+pub(crate) mod event;
 mod measure;
 mod picture;
 mod report;

@@ -10,6 +10,9 @@
 //!
 //! [array]
 //! period_most_mm = 3.5
+//!
+//! [feel]
+//! volts_per_um = 0.002
 //! ```
 //!
 //! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on the command line the
@@ -18,7 +21,7 @@
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
 use ridgetone_proto::plan::Plan;
-use ridgetone_proto::settings::{Array, Settings, SettingsError, SlideRule};
+use ridgetone_proto::settings::{Array, Feeling, Settings, SettingsError, SlideRule};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};
@@ -38,6 +41,7 @@ pub struct SettingsForm {
     #[serde(with = "SlideForm")]
     slide: SlideRule,
     array: Array,
+    feel: Feeling,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -137,6 +141,9 @@ fn meaning(name: &str) -> Option<&'static str> {
         "may_go_forward" => "whether the grating may move along +x",
         "may_go_backward" => "whether it may move against +x",
         "front" => "taxels of the front column: bit k is taxel k",
+        "volts_per_um" => "of a taxel's reading by displacement, V/um from peak to peak; 0: no event `feel`",
+        "sigma_share" => "standard deviation of volts_per_um over it",
+        "force_ratio" => "tangential over normal force; 0: by the static image before the slide",
         "alike" => "taxels that respond alike, as bits: the same sensor of every unit",
         _ => return None,
     })

@@ -48,8 +48,8 @@ fn replayed(input: &Input) -> Vec<Packet> {
 /// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
 /// pipeline on a PC does not have.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
-    let mut kinds = [const { Vec::new() }; 10];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
+    let mut kinds = [const { Vec::new() }; 11];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -67,6 +67,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
             Event::Fault(_) => 7,
             Event::Reply(_) => 8,
             Event::Raw(_) => 9,
+            Event::Feel(_) => 10,
         };
         kinds[kind].push(event);
     }

@@ -7,7 +7,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
-pub const REQUEST_WIRE_MAX: usize = 96;
+pub const REQUEST_WIRE_MAX: usize = 112;
 
 /// Most knots of a speed profile that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;

@@ -66,6 +66,30 @@ impl Array {
     };
 }
 
+/// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate `ridgetone-feel`). **Measure it with
+/// your own finger** on a surface of known roughness: `ridgetone feel`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Feeling {
+    /// Amplitude of a taxel's reading over the displacement from peak to peak, volts per micrometre (equation 6), measured
+    /// in windows as long as those of the events. Zero: no event `feel`.
+    pub volts_per_um: f32,
+    /// Its standard deviation over it.
+    pub sigma_share: f32,
+    /// Tangential over normal force. Zero: that of the static image before the slide.
+    pub force_ratio: f32,
+}
+
+impl Feeling {
+    /// No event `feel`: nobody knows the conversion of a finger that was not measured.
+    pub const DEFAULT: Self = Self { volts_per_um: 0.0, sigma_share: 0.0, force_ratio: 0.0 };
+
+    /// Whether events `feel` are reported.
+    pub fn is_on(&self) -> bool {
+        self.volts_per_um > 0.0
+    }
+}
+
 /// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -86,6 +110,8 @@ pub struct Settings {
     pub slide: SlideRule,
     /// Positions of the piezoresistors.
     pub array: Array,
+    /// What turns a vibration into what a finger feels.
+    pub feel: Feeling,
     /// What the chip converts, and how fast.
     pub plan: Plan,
 }
@@ -122,6 +148,7 @@ impl Settings {
         vref_v: 4.096,
         slide: SlideRule::Found,
         array: Array::DEFAULT,
+        feel: Feeling::DEFAULT,
         plan: Plan::PAPER,
     };
 
@@ -168,6 +195,9 @@ impl Settings {
             period_most_mm,
             (may_go_forward || may_go_backward) as u8 as f32,
             twice as f32,
+            unless_zero(self.feel.volts_per_um, 1e-9),
+            self.feel.sigma_share,
+            self.feel.force_ratio,
         ];
         let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
         let most_s = self.plan.window_most_s();
@@ -196,7 +226,7 @@ const PERIOD_GREATEST_MM: f32 = 100.0;
 
 /// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
 /// each field takes a kilobyte of flash more.
-const BOUNDS: [(&str, f32, f32); 14] = [
+const BOUNDS: [(&str, f32, f32); 17] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),
@@ -214,6 +244,10 @@ const BOUNDS: [(&str, f32, f32); 14] = [
     // With neither direction possible no travel has an answer.
     ("may_go_forward", 1.0, 1.0),
     ("alike", 0.0, 0.0),
+    // From below a nanovolt, which is no reading, to the whole range.
+    ("volts_per_um", 1e-9, 10.0),
+    ("sigma_share", 0.0, 1.0),
+    ("force_ratio", 0.0, 100.0),
 ];
 
 #[cfg(test)]
@@ -228,6 +262,7 @@ mod tests {
     #[test]
     fn the_field_outside_its_bounds_is_named() {
         let with = |array| Settings { array, ..Settings::DEFAULT };
+        let feeling = |feel| Settings { feel, ..Settings::DEFAULT };
         for (settings, field) in [
             (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
             (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
@@ -244,6 +279,9 @@ mod tests {
             (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
             (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),
             (with(Array { alike: [0x1111, 0x2222, 0x4444, 0x8889], ..Array::DEFAULT }), "alike"),
+            (feeling(Feeling { volts_per_um: -1.0, ..Feeling::DEFAULT }), "volts_per_um"),
+            (feeling(Feeling { sigma_share: f32::NAN, ..Feeling::DEFAULT }), "sigma_share"),
+            (feeling(Feeling { force_ratio: f32::INFINITY, ..Feeling::DEFAULT }), "force_ratio"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },

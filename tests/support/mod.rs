@@ -119,7 +119,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),
-            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) => {}
+            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
         }
     }
     out

@@ -1,6 +1,7 @@
 //! What becomes of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
+use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::scan::Scan;
@@ -122,7 +123,11 @@ impl Tracker {
         contact.push(number, values, Averages::new(ring, *grid), &mut |change| {
             let change = change.in_frames(grid);
             scheduler.follow(&change, ring);
-            emit(events.event(&change, clock, ring));
+            let event = events.event(&change, clock, ring);
+            if let Event::Image(image) = &event {
+                scheduler.force_ratio = image_ratio(image);
+            }
+            emit(event);
         });
         if let Some((start, until)) = contact.sliding() {
             scheduler.hop(grid.first_frame(start), grid.first_frame(until), clock, ring, due);

@@ -26,12 +26,23 @@ const KNOWN_STILL_FRAMES: u32 = (LONG_BLOCKS + 6) * BLOCK_FRAMES;
 /// window.
 #[inline(never)]
 pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnostics) {
+    let (faults, is_end_unsure) = faults_of(window, estimate.window_s, diagnostics);
+    estimate.faults = faults;
+    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
+    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
+        estimate.status = Status::Doubtful;
+        estimate.travel = Travel::NONE;
+    }
+}
+
+/// The kinds of faults that were seen since the latest `window_s` seconds of a window began; whether its end is unsure.
+#[inline(never)]
+pub fn faults_of(window: &Window, window_s: f32, diagnostics: &Diagnostics) -> (FaultSet, bool) {
     let nominal_hz = window.plan.frame_rate_hz();
     let in_us = |frames: f32| (frames * 1e6 / nominal_hz) as u32;
     let known_still_us = in_us((KNOWN_STILL_FRAMES * window.plan.frames_averaged()) as f32);
-    let length_us = (estimate.window_s * 1e6) as u32;
-    let end_us = estimate.t_us as u32;
-    let begin_us = end_us.wrapping_sub(length_us).wrapping_sub(in_us(MARGIN_FRAMES));
+    let end_us = window.end_us as u32;
+    let begin_us = end_us.wrapping_sub((window_s * 1e6) as u32).wrapping_sub(in_us(MARGIN_FRAMES));
     let before =
         diagnostics.faults.since(begin_us.wrapping_sub(known_still_us)).iter().filter(|kind| kind.moves_levels());
     let mut faults = before.fold(diagnostics.faults.since(begin_us), FaultSet::with);
@@ -45,10 +56,5 @@ pub fn qualify(estimate: &mut Estimate, window: &Window, diagnostics: &Diagnosti
         // It may have been before the beginning of a short window.
         faults = faults.with(FaultKind::Overload);
     }
-    estimate.faults = faults;
-    let is_doubtful = is_end_unsure || faults.iter().any(FaultKind::changes_frequency);
-    if is_doubtful && matches!(estimate.status, Status::Good | Status::Unsteady) {
-        estimate.status = Status::Doubtful;
-        estimate.travel = Travel::NONE;
-    }
+    (faults, is_end_unsure)
 }

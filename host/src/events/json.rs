@@ -1,6 +1,7 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::digits::seconds;
+use crate::feel::event::JsonFeel;
 use crate::live::Frame;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
@@ -105,6 +106,7 @@ enum Body<'a> {
         #[serde(skip_serializing_if = "Option::is_none")]
         volts: Option<[Option<f32>; TAXELS]>,
     },
+    Feel(JsonFeel),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -261,6 +263,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Image(image) => Body::Image { t_s, image },
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
+        Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }

@@ -1,6 +1,7 @@
 //! One line a packet: time, type, and values with units. A static image has its map below.
 
 use crate::digits::{seconds, with_sigma};
+use crate::feel::event::words;
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
@@ -34,6 +35,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Image(e) => line(e.end_us, "image", &image(e)),
         Event::Fault(e) => line(e.until_us.unwrap_or(e.from_us), "fault", &fault(e)),
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
+        Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
     }
 }

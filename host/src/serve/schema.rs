@@ -76,6 +76,33 @@ const TONE: [Field; 32] = [
     ("channels", "object[]", "V, rad", "taxel, offset_v, amplitude_v, phase_rad and residual_v of each channel"),
 ];
 
+const FEEL: [Field; 9] = [
+    ("window_s", "number", "s", "length of the window"),
+    ("rate_hz", "number", "Hz", "values a second in it"),
+    ("taxels", "integer", "", "bit k: taxel k counts"),
+    ("faults", "string[]", "", "kinds of faults in the window"),
+    ("m", "number", "", "tangential over normal force"),
+    ("m_sigma", "number", "", "its standard deviation"),
+    (
+        "receptors",
+        "object[]",
+        "",
+        "receptor (fa1, fa2, sa1, sa2), its firing intensity, the same by hertz, their standard deviations; or why it is absent",
+    ),
+    (
+        "scores",
+        "object[]",
+        "",
+        "name (soft, rough), score from 1 to 7 with its standard deviation; or why it is absent",
+    ),
+    (
+        "spectrum",
+        "object[]",
+        "Hz, dB",
+        "hz and level_db over 1 um from peak to peak of the strongest line in each third of an octave",
+    ),
+];
+
 const DIAGNOSTICS: [Field; 27] = [
     ("protocol", "integer", "", "hello: version of the wire contract"),
     ("version", "string", "", "hello: of the firmware"),
@@ -136,7 +163,7 @@ fn fields(topic: Topic) -> &'static [Field] {
         Topic::Frames => &FRAMES,
         Topic::Contact => &CONTACT,
         Topic::Tone => &TONE,
-        Topic::Feel => &[],
+        Topic::Feel => &FEEL,
         Topic::Diagnostics => &DIAGNOSTICS,
         Topic::Health => &HEALTH,
     }

@@ -206,6 +206,8 @@ impl Run {
             frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
             reference,
             span: Span::Window,
+            slide_first: 0,
+            force_ratio: None,
             plan: self.settings().plan,
         };
         // The part is as long as it was marked.

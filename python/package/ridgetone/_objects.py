@@ -167,16 +167,12 @@ class Health(Event):
     load: float
 
 
-def _hook(value: dict[str, Any]) -> Object:
-    return Object(value)
-
-
 def event(line: str) -> Event:
     """The event of one line of JSON."""
-    fields = json.loads(line, object_hook=_hook)
+    fields = json.loads(line, object_hook=Object)
     return _KINDS.get(fields.get("type", ""), Event)(fields)
 
 
 def load(kind: type[T], text: str) -> T:
     """An object of a kind from its JSON."""
-    return kind(json.loads(text, object_hook=_hook))
+    return kind(json.loads(text, object_hook=Object))

@@ -1,0 +1,123 @@
+//! The board's event `feel`: the command's form of it, as JSON and in words.
+
+use super::coefficients::NAMES;
+use super::report::{JsonReceptor, JsonScore, absent, needs};
+use crate::digits::with_sigma;
+use crate::names::name;
+use ridgetone_feel::{Indices, ROUGH, Receptor, SOFT, Score, band_hz};
+use ridgetone_proto::fault::FaultSet;
+use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL};
+use serde::Serialize;
+
+/// The scores of the board.
+const SCORES: [(&str, Score); 2] = [("soft", SOFT), ("rough", ROUGH)];
+
+/// The event in the form of `ridgetone feel --json`.
+#[derive(Serialize)]
+pub struct JsonFeel {
+    t_s: f64,
+    window_s: f32,
+    rate_hz: f32,
+    /// Bit k: taxel k counts.
+    taxels: u16,
+    faults: FaultSet,
+    m: Option<f32>,
+    m_sigma: Option<f32>,
+    receptors: Vec<JsonReceptor>,
+    scores: Vec<JsonScore<'static>>,
+    spectrum: Vec<JsonLevel>,
+}
+
+/// The strongest line in a third of an octave.
+#[derive(Serialize)]
+struct JsonLevel {
+    /// The band's middle.
+    hz: f32,
+    /// Decibels over one micrometre from peak to peak.
+    level_db: i8,
+}
+
+impl From<&Feel> for JsonFeel {
+    fn from(feel: &Feel) -> Self {
+        let value = |found: Option<Measured>| found.map(|found| found.value);
+        let sigma = |found: Option<Measured>| found.map(|found| found.sigma);
+        let receptor = |(receptor, per_hz): (Receptor, Option<Measured>)| JsonReceptor {
+            receptor: NAMES[receptor as usize],
+            intensity: value(per_hz).map(|per_hz| per_hz * feel.window_s),
+            intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * feel.window_s),
+            intensity_per_hz: value(per_hz),
+            intensity_per_hz_sigma: sigma(per_hz),
+            absent: why(feel, receptor),
+        };
+        Self {
+            t_s: crate::digits::seconds(feel.t_us),
+            window_s: feel.window_s,
+            rate_hz: feel.rate_hz,
+            taxels: feel.taxels,
+            faults: feel.faults,
+            m: value(feel.force_ratio),
+            m_sigma: sigma(feel.force_ratio),
+            receptors: Receptor::ALL.into_iter().zip(feel.per_hz).map(receptor).collect(),
+            scores: scores(feel)
+                .map(|(name, found, absent)| JsonScore { name, score: value(found), score_sigma: sigma(found), absent })
+                .into(),
+            spectrum: levels(feel).map(|(hz, level_db)| JsonLevel { hz, level_db }).collect(),
+        }
+    }
+}
+
+/// Middles and levels of the bands that have a line, hertz and decibels over one micrometre from peak to peak.
+pub fn levels(feel: &Feel) -> impl Iterator<Item = (f32, i8)> {
+    let known = feel.levels_db.into_iter().enumerate().filter(|(_, level_db)| *level_db != NO_LEVEL);
+    known.map(|(band, level_db)| (band_hz(band), level_db))
+}
+
+/// Why a receptor has no intensity.
+fn why(feel: &Feel, receptor: Receptor) -> Option<String> {
+    let (rate_hz, window_s) = (f64::from(feel.rate_hz), f64::from(feel.window_s));
+    absent(receptor, rate_hz, window_s, (rate_hz * window_s / 2.0).round() as usize)
+}
+
+/// The scores, each with why it is absent.
+fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] {
+    let [fa1, fa2, sa1, sa2] = feel.per_hz.map(|found| found.map(|found| found.value));
+    let values = [fa1, fa2, sa1, sa2, feel.force_ratio.map(|ratio| ratio.value)];
+    let indices = Indices { values, covariance: Default::default() };
+    let [soft, rough] = SCORES;
+    let of = |(name, score): (&'static str, Score), found| (name, found, needs(&score, &indices));
+    [of(soft, feel.soft), of(rough, feel.rough)]
+}
+
+/// Receptors by name with their intensities for each hertz, then the scores; `-` for what is absent.
+pub fn values(feel: &Feel) -> Vec<(&'static str, Option<Measured>)> {
+    let receptors = Receptor::ALL.into_iter().zip(feel.per_hz).map(|(receptor, found)| (receptor.name(), found));
+    receptors.chain([("soft", feel.soft), ("rough", feel.rough)]).collect()
+}
+
+/// The event in words.
+pub fn words(feel: &Feel) -> String {
+    let word = |(name, found): (&str, Option<Measured>)| match found {
+        Some(Measured { value, sigma }) => {
+            let (value, sigma) = with_sigma(value.into(), sigma.into());
+            format!("{name} {value} +- {sigma}")
+        }
+        None => format!("{name} -"),
+    };
+    let values: Vec<String> = values(feel).into_iter().map(word).collect();
+    let mut out = format!(
+        "{:.3} s at {:.0} Hz  {} a hertz; {}; {} taxels",
+        feel.window_s,
+        feel.rate_hz,
+        values[..4].join(", "),
+        values[4..].join(", "),
+        feel.taxels.count_ones()
+    );
+    if let Some(why) = Receptor::ALL.into_iter().find_map(|receptor| why(feel, receptor)) {
+        out += &format!("; {why}");
+    }
+    if !feel.faults.is_none() {
+        let names: Vec<_> = feel.faults.iter().map(name).collect();
+        out += &format!(", faults: {}", names.join(", "));
+    }
+    out
+}
