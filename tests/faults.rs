@@ -333,6 +333,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         span: fit.span,
         slide_first: 0,
         force_ratio: None,
+        plan: Settings::DEFAULT.plan,
     };
     let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
     for kind in FaultKind::ALL {

@@ -216,10 +216,11 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
         all.remove("slide");
     }
     if let Some(plan) = given.get("plan") {
+        let mut with_plan = Table::try_from(Written(*settings))?;
         if plan.is_table() {
             all.insert("plan".into(), Value::try_from(settings.plan)?);
+            with_plan.insert("plan".into(), Value::try_from(settings.plan)?);
         }
-        let mut with_plan = all.clone();
         merge(&mut with_plan, [("plan".to_owned(), plan.clone())].into_iter().collect());
         let Written(with_plan) =
             with_plan.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
@@ -315,7 +316,7 @@ mod tests {
     #[test]
     fn a_plan_has_a_name_or_fields_and_brings_its_window() {
         for (name, plan) in Plan::NAMED {
-            let found = changed(&[&format!("plan={name}")]).unwrap();
+            let found = changed(&[format!("plan={name}").as_str()]).unwrap();
             assert_eq!(found, Settings::DEFAULT.with_plan(plan), "{name}");
             assert!(toml(&found).unwrap().contains(&format!("plan = \"{name}\"")));
             assert_eq!(changed(&["hop_s=0.08", &format!("plan={name}")]).unwrap().hop_s, 0.08);

@@ -4,6 +4,8 @@
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
+#[path = "emulated/plans.rs"]
+mod plans;
 #[path = "emulated/requests.rs"]
 mod requests;
 #[path = "common/steady.rs"]

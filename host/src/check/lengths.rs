@@ -3,6 +3,7 @@
 use crate::requests::encode;
 use anyhow::Result;
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Request};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::profile::Knot;
 use ridgetone_proto::settings::{Settings, SlideRule};
 
@@ -42,7 +43,10 @@ pub fn probes() -> Result<Vec<Probe>> {
         }
     }
     let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
-    for settings in [Settings::DEFAULT, Settings { slide, ..Settings::DEFAULT }] {
+    // Fourteen inputs take a byte less than sixteen.
+    let fourteen = Plan { inputs: 0x3fff, ..Plan::PAPER };
+    let with_slide = Settings { slide, ..Settings::DEFAULT };
+    for settings in [Settings::DEFAULT, Settings { plan: fourteen, ..with_slide }, with_slide] {
         let set = Command::Set { settings: Settings { window_s: 0.0, ..settings }, keep: false };
         probes.push(Probe::new(set, |outcome| matches!(outcome, Outcome::Setting(_)))?);
     }

@@ -132,7 +132,7 @@ fn another_protocol_and_another_version_are_found() {
     }
     .findings();
     assert_eq!((findings[0].name, findings[0].verdict), ("firmware", Fail));
-    assert!(findings[0].finding.contains("speaks protocol 8"), "{}", findings[0].finding);
+    assert!(findings[0].finding.contains("speaks protocol 9"), "{}", findings[0].finding);
     assert!(findings[1..].iter().all(|check| check.verdict == Skipped), "{findings:#?}");
     let findings = Bench {
         altered: Box::new(|event| {
