@@ -331,6 +331,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         frame_rate_hz: 241.14,
         reference: [0.0; 16],
         span: fit.span,
+        slide_first: 0,
         force_ratio: None,
     };
     let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };

@@ -4,6 +4,7 @@ use ads1258::reading::volts;
 use ridgetone::feeling::{MEMORY, feel, image_ratio};
 use ridgetone::window::{Table, Window};
 use ridgetone_feel::Receptor;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Feel, Hold, Image, Measured, NO_LEVEL, Pressed, Span};
 use std::f64::consts::TAU;
@@ -38,7 +39,9 @@ fn felt(
         frame_rate_hz: rate_hz as f32,
         reference: [0.0; TAXELS],
         span: Span::Window,
+        slide_first: 0,
         force_ratio,
+        plan: Plan::PAPER,
     };
     let mut source = Table { values: &values, valid: &valid };
     feel(&window, &mut source, &mut [0.0; MEMORY], &settings()).expect("a table loses no frames")

@@ -79,6 +79,7 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             reference: [0.0; 16],
             span: Span::Window,
+            slide_first: 0,
             force_ratio: None,
         };
         abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")

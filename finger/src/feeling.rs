@@ -2,7 +2,7 @@
 
 use crate::window::Window;
 use ads1258::reading;
-use core::f32::consts::{LN_10, PI};
+use core::f32::consts::LN_10;
 use ridgetone_feel::{
     Conversion, Firing, Indices, MeanFiring, PAPER_WINDOW_S, ROUGH, Receptor, SOFT, Score, amplitude_spectrum,
     force_ratio, points, strongest_in_bands,
@@ -10,6 +10,7 @@ use ridgetone_feel::{
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{BANDS, Feel, Image, Measured, NO_LEVEL, RECEPTORS};
+use ridgetone_tone::phase::{cos_sin, from_turns};
 use ridgetone_tone::{FrameSource, Overwritten};
 
 /// Most values of a transform. A PC has tables for more, but gives the chip's numbers.
@@ -25,8 +26,8 @@ const READ_FRAMES: usize = 16;
 
 const _: () = assert!(RECEPTORS == ridgetone_feel::RECEPTORS && BANDS == ridgetone_feel::BANDS);
 
-/// What a finger would feel in the latest part of a window that a transform can hold. `settings.feel` must be on. None if the
-/// window is too short, or no taxel is alive. Fails if frames were overwritten.
+/// What a finger would feel in the latest part of a slide that a transform can hold, at the end of a window. `settings.feel` must
+/// be on. None if that is too short, or no taxel is alive. Fails if frames were overwritten.
 // Not inlined: it runs between fits, which need the stack.
 #[inline(never)]
 pub fn feel(
@@ -36,11 +37,13 @@ pub fn feel(
     settings: &Settings,
 ) -> Result<Option<Feel>, Overwritten> {
     let stride = ((window.frame_rate_hz / RATE_ENOUGH_HZ) as u32).max(1);
-    let Some(count) = points(((window.frames / stride) as usize).min(POINTS)) else { return Ok(None) };
+    let end = window.first.wrapping_add(window.frames);
+    let frames = end.wrapping_sub(window.slide_first);
+    let Some(count) = points(((frames / stride) as usize).min(POINTS)) else { return Ok(None) };
     let Some((powers, samples)) = memory.split_at_mut_checked(count / 2) else { return Ok(None) };
     let Some(samples) = samples.get_mut(..count) else { return Ok(None) };
     let part = Part {
-        first: window.first.wrapping_add(window.frames - count as u32 * stride),
+        first: end.wrapping_sub(count as u32 * stride),
         stride,
         scale: reading::volts(1, settings.vref_v) / stride as f32,
     };
@@ -174,7 +177,8 @@ impl Part {
         if self.stride == 1 || !(cycles > 0.0) {
             return 1.0;
         }
-        let (stride, half_turns) = (self.stride as f32, PI * cycles);
-        stride * libm::sinf(half_turns / stride) / libm::sinf(half_turns)
+        let stride = self.stride as f32;
+        let sin_of_half = |turns: f32| cos_sin(from_turns(0.5 * turns)).1;
+        stride * sin_of_half(cycles / stride) / sin_of_half(cycles)
     }
 }

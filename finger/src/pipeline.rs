@@ -48,7 +48,7 @@ impl Pipeline {
             detector: Detector::new(settings),
             estimator: Estimator::new(settings),
             ring: Ring::new(),
-            shared: Shared::new(OneCall),
+            shared: Shared::new(OneCall, settings.plan),
             profile: None,
         }
     }

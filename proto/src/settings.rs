@@ -1,7 +1,7 @@
 //! Settings, with units, bounds and the source of each default.
 
+use crate::plan::{Plan, PlanError};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
-use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
 use core::f32::consts::PI;
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -112,6 +112,8 @@ pub struct Settings {
     pub array: Array,
     /// What turns a vibration into what a finger feels.
     pub feel: Feeling,
+    /// What the chip converts, and how fast.
+    pub plan: Plan,
 }
 
 impl Default for Settings {
@@ -147,12 +149,27 @@ impl Settings {
         slide: SlideRule::Found,
         array: Array::DEFAULT,
         feel: Feeling::DEFAULT,
+        plan: Plan::PAPER,
     };
+
+    /// These settings for another plan, with its default window and hop.
+    pub const fn with_plan(self, plan: Plan) -> Self {
+        let (window_s, hop_s) = plan.default_window();
+        Self { plan, window_s, hop_s, ..self }
+    }
 
     /// Checks every bound. The error is the first field outside its own.
     // Inlined where it is called once: smaller than a call.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
+        let error = |field: &str, value, (least, greatest)| {
+            // A test shows that every name fits.
+            let field = String::try_from(field).unwrap_or_default();
+            Err(SettingsError { field, value, least, greatest })
+        };
+        if let Err(PlanError { field, value, bounds }) = self.plan.validate() {
+            return error(field, value, bounds);
+        }
         let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
         let Array { may_go_forward, may_go_backward, alike, .. } = self.array;
         // A taxel in two masks would count twice. The error reports the mask of such taxels.
@@ -164,8 +181,6 @@ impl Settings {
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => (delay_s, speed_mm_s, length_mm),
         };
         let values = [
-            self.window_s,
-            self.hop_s,
             self.harmonics as f32,
             unless_zero(self.accuracy, 1e-6),
             unless_zero(self.interferer_hz, 5.0),
@@ -185,26 +200,33 @@ impl Settings {
             self.feel.force_ratio,
         ];
         let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
-        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values).chain([order]) {
+        let most_s = self.plan.window_most_s();
+        let windows = [
+            (("window_s", self.plan.window_least_s(), most_s), self.window_s),
+            (("hop_s", HOP_LEAST_S, if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S }), self.hop_s),
+        ];
+        for ((field, least, greatest), value) in
+            windows.into_iter().chain(BOUNDS.into_iter().zip(values)).chain([order])
+        {
             // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {
-                // A test shows that every name fits.
-                let field = String::try_from(field).unwrap_or_default();
-                return Err(SettingsError { field, value, least, greatest });
+                return error(field, value, (least, greatest));
             }
         }
         Ok(())
     }
 }
 
+/// Least hop, seconds.
+const HOP_LEAST_S: f32 = 0.02;
+/// Least bound of the longest hop, seconds: short windows may be far apart.
+const HOP_LEAST_MOST_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
 /// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
 /// each field takes a kilobyte of flash more.
-const BOUNDS: [(&str, f32, f32); 19] = [
-    ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
-    ("hop_s", 0.02, WINDOW_MOST_S),
+const BOUNDS: [(&str, f32, f32); 17] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),
@@ -271,5 +293,18 @@ mod tests {
             assert_eq!(settings.validate().map_err(|error| error.field).unwrap_err(), field);
         }
         assert!(BOUNDS.iter().all(|(field, ..)| String::<24>::try_from(*field).is_ok()));
+    }
+
+    #[test]
+    fn windows_are_bounded_by_the_plan() {
+        for (name, plan) in Plan::NAMED {
+            let settings = Settings::DEFAULT.with_plan(plan);
+            assert_eq!(settings.validate(), Ok(()), "{name}");
+            let longer = Settings { window_s: plan.window_most_s() + 0.002, ..settings };
+            assert_eq!(longer.validate().unwrap_err().field, "window_s", "{name}");
+        }
+        let settings = Settings { plan: Plan { inputs: 0, ..Plan::PAPER }, ..Settings::DEFAULT };
+        assert_eq!(settings.validate().unwrap_err().field, "inputs");
+        assert_eq!(Settings::DEFAULT.with_plan(Plan::PAPER), Settings::DEFAULT);
     }
 }
