@@ -226,7 +226,7 @@ mod tests {
         crate::replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
         let raw = Raw { t_us: 1, number: 2, present: 3, good: 1, codes: [5; 16] };
         let fault = Fault { kind: FaultKind::Lost, from_us: 1, until_us: Some(2), count: 3 };
-        let reply = Reply { number: 7, outcome: Outcome::Done };
+        let reply = Reply::new(7, Outcome::Done);
         for event in [Event::Raw(raw), Event::Fault(fault), Event::Reply(reply)] {
             sink(&Packet { sequence: 1, event }).unwrap();
         }
