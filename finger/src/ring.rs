@@ -44,9 +44,9 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// An empty ring for frames of the default plan; `const`, so that it can live in a static.
+    /// An empty ring, for frames of the default plan if no other one is set before the first of them. `const`, so that it can live in
+    /// a static, and all zeros, so that the flash holds no copy of it.
     pub const fn new() -> Self {
-        let plan = Plan::PAPER;
         Self {
             values: [[0.0; TAXELS]; RING_FRAMES],
             valid: [0; RING_FRAMES],
@@ -54,11 +54,11 @@ impl Ring {
             head: 0,
             next: 0,
             filled: 0,
-            frames: plan.ring_frames(),
-            in_row: plan.frames_a_row() as u32,
-            inputs: plan.inputs,
-            channels: plan.channels() as u32,
-            frame_ns: Scan::new(&plan).frame_ns(),
+            frames: 0,
+            in_row: 0,
+            inputs: 0,
+            channels: 0,
+            frame_ns: 0,
         }
     }
 
@@ -99,6 +99,9 @@ impl Ring {
     /// in microseconds).
     #[inline]
     pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
+        if self.in_row == 0 {
+            self.change(&Plan::PAPER, self.next);
+        }
         let at = self.head;
         if self.in_row == 1 {
             let at = at as usize;

@@ -3,6 +3,7 @@
 use crate::requests::encode;
 use anyhow::Result;
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Request};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::profile::Knot;
 use ridgetone_proto::settings::{Array, Settings, SlideRule};
 
@@ -13,7 +14,7 @@ const NUMBER: u16 = u16::MAX;
 const TIME_MORE_BYTES: usize = 4;
 
 /// Masks of taxels in settings, and bytes that each takes besides its first, at most.
-const MASKS: usize = 5;
+const MASKS: usize = 6;
 const MASK_MORE_BYTES: usize = 2;
 
 /// A command, its length on the wire, bytes, and whether an outcome is the one that it must have.
@@ -48,13 +49,12 @@ pub fn probes() -> Result<Vec<Probe>> {
     let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
     for slide in [SlideRule::Found, slide] {
         for more_bytes in 0..=MASKS * MASK_MORE_BYTES {
-            let mask = |at: usize| match more_bytes.saturating_sub(at * MASK_MORE_BYTES).min(MASK_MORE_BYTES) {
-                0 => 0,
-                more => 1 << (7 * more),
-            };
-            let [alike @ .., front] = std::array::from_fn::<u16, MASKS, _>(mask);
-            let array = Array { front, alike, ..Array::DEFAULT };
-            let settings = Settings { window_s: 0.0, slide, array, ..Settings::DEFAULT };
+            // Seven bits a byte.
+            let more = |at: usize| more_bytes.saturating_sub(at * MASK_MORE_BYTES).min(MASK_MORE_BYTES);
+            let mask = |at: usize| u16::MAX >> (7 * (MASK_MORE_BYTES - more(at)));
+            let [alike @ .., front, inputs] = std::array::from_fn::<u16, MASKS, _>(mask);
+            let (array, plan) = (Array { front, alike, ..Array::DEFAULT }, Plan { inputs, ..Plan::PAPER });
+            let settings = Settings { window_s: 0.0, slide, array, plan, ..Settings::DEFAULT };
             let is_refused = |outcome: &Outcome| matches!(outcome, Outcome::Setting(_));
             probes.push(Probe::new(Command::Set { settings, keep: false }, is_refused)?);
         }

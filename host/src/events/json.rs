@@ -10,6 +10,7 @@ use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
+use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
@@ -95,6 +96,8 @@ enum Body<'a> {
         number: u16,
         #[serde(flatten, with = "JsonOutcome")]
         outcome: &'a Outcome,
+        #[serde(flatten)]
+        gives: Option<&'a Gives>,
     },
     Raw {
         #[serde(flatten)]
@@ -259,7 +262,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Health(health) => Body::Health(health),
         Event::Image(image) => Body::Image { t_s, image },
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
-        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
+        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
         Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };

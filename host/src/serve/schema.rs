@@ -103,10 +103,10 @@ const FEEL: [Field; 9] = [
     ),
 ];
 
-const DIAGNOSTICS: [Field; 25] = [
+const DIAGNOSTICS: [Field; 27] = [
     ("protocol", "integer", "", "hello: version of the wire contract"),
     ("version", "string", "", "hello: of the firmware"),
-    ("frame_rate_hz", "number", "Hz", "hello: nominal frame rate"),
+    ("frame_rate_hz", "number", "Hz", "hello, reply to settings: nominal frame rate"),
     ("settings", "object", "", "hello: settings in force, with units in their names"),
     ("settings_source", "string", "", "hello: where they come from"),
     ("reset_cause", "string", "", "hello: why the board started"),
@@ -121,6 +121,8 @@ const DIAGNOSTICS: [Field; 25] = [
     ("count", "integer", "", "fault: how often; missed: messages that a page's server has lost"),
     ("number", "integer", "", "reply: number of the request"),
     ("outcome", "string", "", "reply: done, or why not"),
+    ("nyquist_hz", "number", "Hz", "reply to settings: half their plan's frame rate"),
+    ("window_most_s", "number", "s", "reply to settings: longest window of their plan"),
     ("source", "string", "", "connection: port, recording or address"),
     ("why", "string", "", "connection: the system's message"),
     ("at", "string", "", "lost: line, or the receiver whose messages were lost"),
@@ -226,7 +228,8 @@ mod tests {
         crate::replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
         let raw = Raw { t_us: 1, number: 2, present: 3, good: 1, codes: [5; 16] };
         let fault = Fault { kind: FaultKind::Lost, from_us: 1, until_us: Some(2), count: 3 };
-        let reply = Reply::new(7, Outcome::Done);
+        let gives = Some(ridgetone_proto::plan::Plan::HAND.gives());
+        let reply = Reply { gives, ..Reply::new(7, Outcome::Done) };
         for event in [Event::Raw(raw), Event::Fault(fault), Event::Reply(reply)] {
             sink(&Packet { sequence: 1, event }).unwrap();
         }
