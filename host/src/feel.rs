@@ -6,6 +6,7 @@ mod measure;
 mod picture;
 mod report;
 mod stepwise;
+pub(crate) mod threshold;
 mod train;
 
 pub use coefficients::Coefficients;

@@ -210,11 +210,6 @@ fn of_json(value: serde_json::Value) -> Option<Value> {
 /// Settings with those of a table in place of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut all = Table::try_from(Written(*settings))?;
-    // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
-    let rule = |table: &Table| table.get("slide").and_then(|slide| slide.get("rule")).cloned();
-    if rule(&given).is_some_and(|new| Some(new) != rule(&all)) {
-        all.remove("slide");
-    }
     if let Some(plan) = given.get("plan") {
         let mut with_plan = Table::try_from(Written(*settings))?;
         if plan.is_table() {
@@ -229,6 +224,11 @@ fn over(settings: &Settings, given: Table) -> Result<Settings> {
             all.insert("window_s".into(), Value::try_from(window_s)?);
             all.insert("hop_s".into(), Value::try_from(hop_s)?);
         }
+    }
+    // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
+    let rule = |table: &Table| table.get("slide").and_then(|slide| slide.get("rule")).cloned();
+    if rule(&given).is_some_and(|new| Some(new) != rule(&all)) {
+        all.remove("slide");
     }
     merge(&mut all, given);
     let Written(settings) = all.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;

@@ -1,12 +1,12 @@
 //! The board's event `feel`: the command's form of it, as JSON and in words.
 
 use super::coefficients::NAMES;
-use super::report::{JsonReceptor, JsonScore, absent, needs};
+use super::report::{JsonReceptor, JsonScore, absent, in_short, needs};
 use crate::digits::with_sigma;
 use crate::names::name;
-use ridgetone_feel::{Indices, ROUGH, Receptor, SOFT, Score, band_hz};
+use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
 use ridgetone_proto::fault::FaultSet;
-use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL};
+use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL, RECEPTORS};
 use serde::Serialize;
 
 /// The scores of the board.
@@ -74,8 +74,12 @@ pub fn levels(feel: &Feel) -> impl Iterator<Item = (f32, i8)> {
 
 /// Why a receptor has no intensity.
 fn why(feel: &Feel, receptor: Receptor) -> Option<String> {
-    let (rate_hz, window_s) = (f64::from(feel.rate_hz), f64::from(feel.window_s));
-    absent(receptor, rate_hz, window_s, (rate_hz * window_s / 2.0).round() as usize)
+    absent(receptor, feel.rate_hz.into(), feel.window_s.into(), bins(feel))
+}
+
+/// Bins of the event's transform.
+fn bins(feel: &Feel) -> usize {
+    (f64::from(feel.rate_hz) * f64::from(feel.window_s) / 2.0).round() as usize
 }
 
 /// The scores, each with why it is absent.
@@ -88,28 +92,46 @@ fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] 
     [of(soft, feel.soft), of(rough, feel.rough)]
 }
 
-/// Receptors by name with their intensities for each hertz, then the scores; `-` for what is absent.
-pub fn values(feel: &Feel) -> Vec<(&'static str, Option<Measured>)> {
-    let receptors = Receptor::ALL.into_iter().zip(feel.per_hz).map(|(receptor, found)| (receptor.name(), found));
-    receptors.chain([("soft", feel.soft), ("rough", feel.rough)]).collect()
+/// An intensity a hertz, or a score.
+pub struct Reading {
+    /// In words; in JSON and in plots it is `key`.
+    pub name: &'static str,
+    pub key: &'static str,
+    pub found: Option<Measured>,
+    /// Why there is none, in a few words.
+    pub absent: Option<String>,
+}
+
+/// What the receptors do, in the order of [`Receptor::ALL`].
+pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
+    Receptor::ALL.map(|receptor| Reading {
+        name: receptor.name(),
+        key: NAMES[receptor as usize],
+        found: feel.per_hz[receptor as usize],
+        absent: Firing::absent(receptor, bins(feel), 1.0 / feel.window_s).map(in_short),
+    })
+}
+
+/// What people would say, from 1 to 7.
+pub fn ratings(feel: &Feel) -> [Reading; 2] {
+    scores(feel).map(|(name, found, absent)| Reading { name, key: name, found, absent })
 }
 
 /// The event in words.
 pub fn words(feel: &Feel) -> String {
-    let word = |(name, found): (&str, Option<Measured>)| match found {
+    let word = |Reading { name, found, .. }: Reading| match found {
         Some(Measured { value, sigma }) => {
             let (value, sigma) = with_sigma(value.into(), sigma.into());
             format!("{name} {value} +- {sigma}")
         }
         None => format!("{name} -"),
     };
-    let values: Vec<String> = values(feel).into_iter().map(word).collect();
     let mut out = format!(
         "{:.3} s at {:.0} Hz  {} a hertz; {}; {} taxels",
         feel.window_s,
         feel.rate_hz,
-        values[..4].join(", "),
-        values[4..].join(", "),
+        receptors(feel).map(word).join(", "),
+        ratings(feel).map(word).join(", "),
         feel.taxels.count_ones()
     );
     if let Some(why) = Receptor::ALL.into_iter().find_map(|receptor| why(feel, receptor)) {

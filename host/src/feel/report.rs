@@ -2,7 +2,7 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
-use crate::digits::{decimals, significant};
+use crate::digits::{plus_minus, significant};
 use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor, Score};
 use serde::Serialize;
 use std::fmt::Write;
@@ -108,8 +108,8 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
 pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
     let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
     Some(match why {
-        Absent::RateTooLow(hz) => {
-            format!("{} needs more than {hz} rows a second, here are {}", receptor.name(), significant(rate_hz, 5))
+        Absent::RateTooLow(_) => {
+            format!("{} {}, here are {}", receptor.name(), in_short(why), significant(rate_hz, 5))
         }
         Absent::WindowTooShort => {
             let seconds = significant(window_s, 2);
@@ -120,6 +120,14 @@ pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usiz
             )
         }
     })
+}
+
+/// The same in a few words, beside the receptor's name.
+pub(super) fn in_short(why: Absent) -> String {
+    match why {
+        Absent::RateTooLow(hz) => format!("needs more than {hz} rows a second"),
+        Absent::WindowTooShort => "needs a longer window".to_owned(),
+    }
 }
 
 fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>) -> Vec<JsonScore<'c>> {
@@ -192,6 +200,5 @@ fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
     if sigma == 0.0 {
         return significant(value.into(), 4);
     }
-    let places = decimals(sigma.into(), 1);
-    format!("{value:.places$} +- {sigma:.places$}")
+    plus_minus(value.into(), sigma.into(), 1)
 }

@@ -197,7 +197,7 @@ mod tests {
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
-    use ridgetone_proto::settings::Settings;
+    use ridgetone_proto::settings::{Feeling, Settings};
     use ridgetone_proto::telemetry::{Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -223,8 +223,9 @@ mod tests {
         let mut sink = |packet: &Packet| {
             publisher.publish(lines.line(packet, Some(Receipt { utc_ns: 1_769_862_605_000_000_000, byte_s: 0.0 }))?)
         };
-        crate::replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {})
-            .unwrap();
+        let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 };
+        let settings = Settings { feel, ..Settings::DEFAULT };
+        crate::replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
         let raw = Raw { t_us: 1, number: 2, present: 3, good: 1, codes: [5; 16] };
         let fault = Fault { kind: FaultKind::Lost, from_us: 1, until_us: Some(2), count: 3 };
         let gives = Some(ridgetone_proto::plan::Plan::HAND.gives());
@@ -247,6 +248,7 @@ mod tests {
                 seen.insert((topic, name.clone()));
             }
         }
+        assert!(seen.iter().any(|(topic, name)| *topic == Topic::Feel && name == "receptors"));
         // And nothing is described that does not exist, but for what estimates by place and lines of a page have.
         for topic in Topic::ALL {
             let absent: Vec<&str> = fields(topic)

@@ -74,6 +74,7 @@ class Settings(Object):
     vref_v: float
     slide: Object
     array: Object
+    feel: Object
 
 
 _KINDS: dict[str, type[Event]] = {}
@@ -126,6 +127,21 @@ class Estimate(Event):
     spatial_period_mm: float | None
     speed_mm_s: float | None
     channels: list[Object]
+
+
+class Feel(Event):
+    """What a finger feels: intensities of receptors, and scores from 1 to 7; what is absent says why in `absent`."""
+
+    t_s: float
+    window_s: float
+    rate_hz: float
+    taxels: int
+    faults: list[str]
+    m: float | None
+    m_sigma: float | None
+    receptors: list[Object]
+    scores: list[Object]
+    spectrum: list[Object]
 
 
 class Release(Event):
