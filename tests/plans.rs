@@ -61,12 +61,34 @@ fn the_papers_plan_and_others_as_slow_find_slides_and_their_frequencies() {
 
 #[test]
 fn fast_plans_find_tones_that_the_papers_cannot() {
+    // The scene's overtones are below half the frame rate, or too weak to show.
     for (what, plan, tones) in [
-        ("hand", Plan::HAND, &[(150.0, 0.6), (200.0, 0.4), (48.0, 1.6), (30.0, 0.2)][..]),
-        ("texture", Plan::TEXTURE, &[(120.0, 0.3), (200.0, 0.2), (200.0, 0.1)]),
-        ("vibration", Plan::VIBRATION, &[(150.0, 0.2), (200.0, 0.05)]),
+        ("hand", Plan::HAND, &[(150.0, 0.6), (200.0, 1.0), (48.0, 1.6), (30.0, 0.2)][..]),
+        ("texture", Plan::TEXTURE, &[(120.0, 0.3), (200.0, 0.25)]),
+        ("vibration", Plan::VIBRATION, &[(150.0, 0.2), (200.0, 0.125)]),
         ("single", Plan::SINGLE, &[(150.0, 0.2), (200.0, 0.1)]),
     ] {
         finds(what, plan, tones);
+    }
+}
+
+/// Their overtones fold to other frequencies, which a comb of a lower tone may have: they may be ambiguous, and never wrong.
+#[test]
+fn tones_whose_overtones_alias_are_never_called_good_at_another_frequency() {
+    for (plan, speed_mm_s, period_mm) in [
+        (Plan::HAND, 200.0, 0.4),
+        (Plan::HAND, 200.0, 0.5),
+        (Plan::HAND, 100.0, 0.2),
+        (Plan::TEXTURE, 200.0, 0.1),
+        (Plan::VIBRATION, 200.0, 0.05),
+        (Plan::SINGLE, 200.0, 0.04),
+    ] {
+        let (_, out, truth) = touch(plan, speed_mm_s, period_mm);
+        assert_eq!((out.contacts_s.len(), out.slides_s.len(), out.releases_s.len()), (1, 1, 1), "{truth:?}: {out:?}");
+        let good = out.slide_fits.iter().chain(&out.window_fits).filter(|fit| fit.status == Status::Good);
+        for fit in good {
+            let off_hz = f64::from(fit.frequency) - truth.frequency_hz;
+            assert!(off_hz.abs() < 6.0 * f64::from(fit.sigma), "{truth:?}: {fit:?}");
+        }
     }
 }

@@ -18,7 +18,7 @@ pub const KNOTS_A_COMMAND: usize = 8;
 pub enum Command {
     /// Send `hello`, which carries the settings in force.
     Greet,
-    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,365th time
+    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,170th time
     /// keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never during a touch.
     Set {
         /// All of them.

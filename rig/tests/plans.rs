@@ -11,12 +11,13 @@ use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Health, Status};
 use rig::{Board, Start};
 
-/// A stroke of 60 mm at 200 mm/s over a grating of 0.5 mm: 400 Hz for 0.3 s.
+/// A stroke of 60 mm at 200 mm/s over a grating: 200 Hz for 0.3 s, and 400 Hz where the overtones do not alias.
 fn scene(plan: &Plan) -> Sliding {
-    if *plan == Plan::PAPER {
-        return Sliding::default();
+    match *plan {
+        Plan::PAPER => Sliding::default(),
+        Plan::HAND => Sliding { speed_mm_s: 200.0, period_mm: 1.0, ..Sliding::default() },
+        _ => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
     }
-    Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() }
 }
 
 /// What a plan did in so many seconds.

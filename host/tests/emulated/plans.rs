@@ -9,11 +9,12 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Health, Packet, Span, Status};
 
-/// The plan's tone: 400 Hz for 0.3 s; with the paper's plan 8.33 Hz.
+/// The plan's tone: 200 or 400 Hz for 0.3 s; with the paper's plan 8.33 Hz.
 fn scene(plan: &Plan) -> Sliding {
-    match *plan == Plan::PAPER {
-        true => Sliding::default(),
-        false => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
+    match *plan {
+        Plan::PAPER => Sliding::default(),
+        Plan::HAND => Sliding { speed_mm_s: 200.0, period_mm: 1.0, ..Sliding::default() },
+        _ => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
     }
 }
 
