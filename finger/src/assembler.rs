@@ -213,19 +213,32 @@ impl Assembler {
                 (frame.number.wrapping_add(1), passed_us)
             }
         };
-        let is_expected = |(timed, status): (&TimedConversion, &u8)| timed.conversion.status.0 == *status;
-        if !is_on_time(span_us, expected_us) || !buffer.iter().zip(&*flawless).all(is_expected) {
+        // Without a branch for each: all of them are nearly always as they should be.
+        let flawed = buffer
+            .iter()
+            .zip(&*flawless)
+            .fold(0, |flawed, (timed, status)| flawed | timed.conversion.status.0 ^ *status);
+        if flawed != 0 || !is_on_time(span_us, expected_us) {
             return false;
         }
         let channels = (scan.channels as usize).min(buffer.len());
         let (taxels, own) = buffer.split_at(channels);
+        let mut is_any_clipped = false;
         // No frame is open here, so these codes are nobody's.
-        for (taxel, timed) in self.taxels.iter().zip(taxels) {
-            let code = timed.conversion.code;
-            frame.codes[*taxel as usize % TAXELS] = code;
-            if is_clipped(code) {
-                return false;
+        if let Ok(all) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
+            for (place, timed) in frame.codes.iter_mut().zip(all) {
+                *place = timed.conversion.code;
+                is_any_clipped |= is_clipped(*place);
             }
+        } else {
+            for (taxel, timed) in self.taxels.iter().zip(taxels) {
+                let code = timed.conversion.code;
+                frame.codes[*taxel as usize % TAXELS] = code;
+                is_any_clipped |= is_clipped(code);
+            }
+        }
+        if is_any_clipped {
+            return false;
         }
         for (code, timed) in self.own.iter_mut().zip(own) {
             *code = Some(timed.conversion.code);
@@ -389,7 +402,8 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
 
 /// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
-    code <= -0x80_0000 || code >= 0x7f_ffff
+    // One comparison: codes in between are from 0 on when so moved.
+    code.wrapping_add(0x7f_ffff) as u32 >= 0xff_fffe
 }
 
 #[cfg(test)]
