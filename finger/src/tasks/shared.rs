@@ -14,7 +14,7 @@ pub const SAMPLES: usize = 128;
 pub const WINDOWS: usize = 4;
 
 /// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is encoded.
-pub const BYTES: usize = 640;
+pub const BYTES: usize = 616;
 
 /// With no more than this many bytes in their queue the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
