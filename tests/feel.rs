@@ -12,14 +12,14 @@ use std::f64::consts::TAU;
 /// A hundredth of a volt is a micrometre from peak to peak.
 const VOLTS_PER_UM: f32 = 0.01;
 
-fn settings() -> Settings {
+fn settings(plan: Plan) -> Settings {
     let feel = Feeling { volts_per_um: VOLTS_PER_UM, sigma_share: 0.1, force_ratio: 0.0 };
-    Settings { feel, ..Settings::DEFAULT }
+    Settings { feel, ..Settings::DEFAULT.with_plan(plan) }
 }
 
 /// The event of a vibration of so many micrometres in the taxels of a mask, whose missing frames are those of `is_missing`.
 fn felt(
-    rate_hz: f64,
+    plan: Plan,
     frames: usize,
     hz: f64,
     um: f64,
@@ -27,6 +27,7 @@ fn felt(
     is_missing: impl Fn(usize) -> bool,
     force_ratio: Option<Measured>,
 ) -> Option<Feel> {
+    let rate_hz = f64::from(plan.frame_rate_hz());
     let amplitude = um * f64::from(VOLTS_PER_UM) / f64::from(volts(1, Settings::DEFAULT.vref_v));
     let value = |frame: usize| (500.0 + amplitude * (TAU * hz * frame as f64 / rate_hz + 0.4).cos()) as f32;
     let values: Vec<[f32; TAXELS]> =
@@ -41,10 +42,10 @@ fn felt(
         span: Span::Window,
         slide_first: 0,
         force_ratio,
-        plan: Plan::PAPER,
+        plan,
     };
     let mut source = Table { values: &values, valid: &valid };
-    feel(&window, &mut source, &mut [0.0; MEMORY], &settings()).expect("a table loses no frames")
+    feel(&window, &mut source, &mut [0.0; MEMORY], &settings(plan)).expect("a table loses no frames")
 }
 
 /// By equations 8 and 9: decades above the threshold, in the line's bin and in those beside it, which Hamming's window gives
@@ -63,19 +64,26 @@ fn closed_form(receptor: Receptor, hz: f64, um: f64, bin_hz: f64) -> f64 {
 
 #[test]
 fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
-    // Rate, frames, points of the transform, frames in a value.
-    for (rate_hz, frames, points, stride) in
-        [(241.0, 300, 256, 1), (2000.0, 1500, 1024, 1), (5_900.0, 4000, 1024, 1), (23_700.0, 8000, 1024, 7)]
-    {
-        let bin_hz = rate_hz / f64::from(stride) / f64::from(points);
+    // Points of the transform, frames in a value.
+    for (plan, points, stride) in [
+        (Plan::PAPER, 128, 1),
+        (Plan::HAND, 512, 1),
+        (Plan::TEXTURE, 1024, 1),
+        (Plan::VIBRATION, 1024, 3),
+        (Plan::SINGLE, 1024, 7),
+    ] {
+        let rate_hz = f64::from(plan.frame_rate_hz());
+        // Longer slides have windows as long.
+        let frames = points * stride + 777;
+        let bin_hz = rate_hz / (stride * points) as f64;
         for (cycles, um) in [(20.0, 300.0), (55.0, 90.0)] {
             let hz = cycles * bin_hz;
-            let found = felt(rate_hz, frames, hz, um, 0x00f3, |_| false, None).expect("an event");
+            let found = felt(plan, frames, hz, um, 0x00f3, |_| false, None).expect("an event");
             assert_eq!((found.taxels, found.t_us), (0x00f3, 7_000_000));
-            assert!((f64::from(found.rate_hz) * f64::from(stride) / rate_hz - 1.0).abs() < 1e-6);
+            assert!((f64::from(found.rate_hz) * stride as f64 / rate_hz - 1.0).abs() < 1e-6);
             assert!((f64::from(found.window_s) * bin_hz - 1.0).abs() < 1e-6);
             for (receptor, per_hz) in Receptor::ALL.into_iter().zip(found.per_hz) {
-                let is_too_fast = 2.0 * f64::from(receptor.corners_hz()[2]) >= rate_hz / f64::from(stride);
+                let is_too_fast = 2.0 * f64::from(receptor.corners_hz()[2]) >= rate_hz / stride as f64;
                 assert_eq!(per_hz.is_none(), is_too_fast, "{receptor:?} at {rate_hz}");
                 let Some(per_hz) = per_hz else { continue };
                 let expected = closed_form(receptor, hz, um, bin_hz);
@@ -96,10 +104,14 @@ fn a_vibration_of_known_amplitude_fires_by_the_closed_form() {
 
 #[test]
 fn what_is_not_there_is_absent_and_never_zero() {
-    assert_eq!(felt(241.0, 40, 30.0, 50.0, u16::MAX, |_| false, None), None, "fewer than 64 frames");
-    assert_eq!(felt(241.0, 200, 30.0, 50.0, 0, |_| false, None), None, "no taxel");
-    assert_eq!(felt(241.0, 200, 30.0, 0.0, u16::MAX, |_| false, None), None, "dead taxels");
-    let found = felt(241.0, 200, 30.0, 50.0, u16::MAX, |_| false, None).unwrap();
+    assert_eq!(
+        felt(Plan::PAPER, 127, 30.0, 50.0, u16::MAX, |_| false, None),
+        None,
+        "a slide shorter than the transform"
+    );
+    assert_eq!(felt(Plan::PAPER, 200, 30.0, 50.0, 0, |_| false, None), None, "no taxel");
+    assert_eq!(felt(Plan::PAPER, 200, 30.0, 0.0, u16::MAX, |_| false, None), None, "dead taxels");
+    let found = felt(Plan::PAPER, 200, 30.0, 50.0, u16::MAX, |_| false, None).unwrap();
     assert_eq!(
         found.per_hz.map(|found| found.is_some()),
         [true, false, true, false],
@@ -112,8 +124,8 @@ fn what_is_not_there_is_absent_and_never_zero() {
 #[test]
 fn missing_frames_are_bridged_and_forces_make_a_score() {
     let ratio = Measured { value: 1.4, sigma: 0.1 };
-    let whole = felt(2000.0, 1024, 40.0, 80.0, u16::MAX, |_| false, Some(ratio)).unwrap();
-    let holed = felt(2000.0, 1024, 40.0, 80.0, u16::MAX, |i| i < 3 || i % 50 == 7, Some(ratio)).unwrap();
+    let whole = felt(Plan::TEXTURE, 1024, 40.0, 80.0, u16::MAX, |_| false, Some(ratio)).unwrap();
+    let holed = felt(Plan::TEXTURE, 1024, 40.0, 80.0, u16::MAX, |i| i < 3 || i % 50 == 7, Some(ratio)).unwrap();
     for (whole, holed) in whole.per_hz.into_iter().zip(holed.per_hz).take(1) {
         let (whole, holed) = (whole.unwrap().value, holed.unwrap().value);
         assert!((holed / whole - 1.0).abs() < 0.2, "{whole} {holed}");

@@ -21,13 +21,16 @@ pub const MEMORY: usize = POINTS / 2 + POINTS;
 /// Values a second that are enough: four times the 800 Hz that receptors respond to. From twice as many frames on, means of
 /// several frames make a longer window, and what they fold onto 800 Hz they weaken by 10 dB and more.
 const RATE_ENOUGH_HZ: f32 = 3200.0;
+/// Least time of a window, seconds, where the frames are fast: so much of 1024 values of that rate.
+const WINDOW_LEAST_S: f32 = 0.31;
 /// Frames that are read at a time, so that higher tasks wait for microseconds only.
 const READ_FRAMES: usize = 16;
 
 const _: () = assert!(RECEPTORS == ridgetone_feel::RECEPTORS && BANDS == ridgetone_feel::BANDS);
 
-/// What a finger would feel in the latest part of a slide that a transform can hold, at the end of a window. `settings.feel` must
-/// be on. None if that is too short, or no taxel is alive. Fails if frames were overwritten.
+/// What a finger would feel in the latest part of a slide, at the end of a window: as much of the settings' window as a transform
+/// can hold, and always the same length, for that is what a conversion belongs to. `settings.feel` must be on. None if the slide is
+/// not as long yet, or no taxel is alive. Fails if frames were overwritten.
 // Not inlined: it runs between fits, which need the stack.
 #[inline(never)]
 pub fn feel(
@@ -36,10 +39,13 @@ pub fn feel(
     memory: &mut [f32],
     settings: &Settings,
 ) -> Result<Option<Feel>, Overwritten> {
-    let stride = ((window.frame_rate_hz / RATE_ENOUGH_HZ) as u32).max(1);
+    let stride = ((window.plan.frame_rate_hz() / RATE_ENOUGH_HZ) as u32).max(1);
     let end = window.first.wrapping_add(window.frames);
-    let frames = end.wrapping_sub(window.slide_first);
-    let Some(count) = points(((frames / stride) as usize).min(POINTS)) else { return Ok(None) };
+    let wanted = settings.window_s.max(WINDOW_LEAST_S) * window.plan.frame_rate_hz() + 0.5;
+    let Some(count) = points((wanted as usize / stride as usize).min(POINTS)) else { return Ok(None) };
+    if end.wrapping_sub(window.slide_first) < count as u32 * stride {
+        return Ok(None);
+    }
     let Some((powers, samples)) = memory.split_at_mut_checked(count / 2) else { return Ok(None) };
     let Some(samples) = samples.get_mut(..count) else { return Ok(None) };
     let part = Part {
