@@ -5,7 +5,7 @@
 use ridgetone_display::{Error, Grid, Limits, Matching, Pins, Quantity};
 
 fn main() -> Result<(), Error> {
-    let (sensors, grid) = (Grid::new(4, 4, 1.5)?, Grid::new(6, 4, 1.0)?);
+    let (sensors, grid) = (Grid::new(4, 4, 1.5)?, Grid::new(6, 4, 1.2)?);
     let mut memory = [0.0; Matching::floats(24, 16)];
     let map = sensors.map(&grid, 1.5, 0.5, Quantity::Stress)?;
     let mut matching = Matching::new(&mut memory, grid.count(), sensors.count(), 0.01, map)?;

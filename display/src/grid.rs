@@ -11,14 +11,14 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// `spacing_mm` is the distance of neighbours, millimetres, from 0.01 to 100. Columns and rows: 1 to 100.
+    /// `spacing_mm` is the distance of neighbours, millimetres, from 0.01 to 100. Columns and rows: 1 to 1000.
     pub const fn new(columns: usize, rows: usize, spacing_mm: f64) -> Result<Self, Error> {
         // `within` is not const: a grid is often a constant.
-        if !(columns >= 1 && columns <= 100) {
-            return Err(Error::Setting { name: "columns", value: columns as f64, least: 1.0, greatest: 100.0 });
+        if !(columns >= 1 && columns <= 1000) {
+            return Err(Error::Setting { name: "columns", value: columns as f64, least: 1.0, greatest: 1000.0 });
         }
-        if !(rows >= 1 && rows <= 100) {
-            return Err(Error::Setting { name: "rows", value: rows as f64, least: 1.0, greatest: 100.0 });
+        if !(rows >= 1 && rows <= 1000) {
+            return Err(Error::Setting { name: "rows", value: rows as f64, least: 1.0, greatest: 1000.0 });
         }
         if !(spacing_mm >= 0.01 && spacing_mm <= 100.0) {
             return Err(Error::Setting { name: "spacing_mm", value: spacing_mm, least: 0.01, greatest: 100.0 });

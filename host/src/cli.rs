@@ -17,6 +17,7 @@ mod input;
 mod lines;
 mod monitor;
 mod parse;
+mod pins;
 mod ports;
 mod record;
 mod replay;
@@ -66,6 +67,8 @@ enum Command {
     Monitor(monitor::MonitorArgs),
     /// Show a board live in a browser on this computer, without any network. Ctrl-C ends it.
     View(view::ViewArgs),
+    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
+    Pins(pins::PinsArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
@@ -107,6 +110,7 @@ impl Cli {
             Command::Ports(args) => args.run(),
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),
+            Command::Pins(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Export(args) => args.run(),

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | how receptors fire over a recording, and scores | `feel` |
+//! | a pin display: forces, and what it must be able to do | [`pins`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -52,6 +53,7 @@ pub mod names;
 pub mod output;
 mod part;
 pub mod picture;
+pub mod pins;
 pub mod port;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]
