@@ -69,8 +69,9 @@ const LITTLE_OF: [(&str, &str); 21] = [
 const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
 
 /// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
-const ENDLESS: [(&str, &str, &str); 2] = [
+const ENDLESS: [(&str, &str, &str); 3] = [
     ("ridgetone monitor --emulated", "15", " estimate "),
+    ("ridgetone pins --emulated", "15", " sensor "),
     ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
 ];
 

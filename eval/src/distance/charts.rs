@@ -110,15 +110,16 @@ pub fn indices() -> String {
     let mut svg = picture(380.0, "Modulation indices of gratings under 2 mm of rubber");
     let all: Vec<(f64, Indices)> = PERIODS_MM.iter().map(|mm| (*mm, Indices::of(*mm))).collect();
     let labels = ["index of strain 2.7 mm deep", "index of stress 2.0 mm deep"];
-    let values: [fn(&Indices) -> (f64, f64); 2] = [|i| i.strain, |i| i.stress];
-    for ((label, of), (left, right)) in labels.into_iter().zip(values).zip(COLUMNS) {
+    for (n, (label, (left, right))) in labels.into_iter().zip(COLUMNS).enumerate() {
         let frame = Frame::new((left, 46.0, right, 296.0), (2.2, 5.4), (0.0, 0.6));
         let (top, bottom) = (frame.y.place(NOTICEABLE.1), frame.y.place(NOTICEABLE.0));
         svg.rect(left, top, right - left, bottom - top, "band");
         frame.axes(&mut svg, (8, 6), "period, mm", label);
-        let curve = |of: &dyn Fn(&Indices) -> f64| all.iter().map(|(mm, indices)| (*mm, of(indices))).collect::<Vec<_>>();
-        frame.curve(&mut svg, &curve(&|i| of(i).0), "one");
-        frame.curve(&mut svg, &curve(&|i| of(i).1), "two");
+        let pair = |indices: &Indices| if n == 0 { indices.strain } else { indices.stress };
+        let with: Vec<(f64, f64)> = all.iter().map(|(mm, indices)| (*mm, pair(indices).0)).collect();
+        let without: Vec<(f64, f64)> = all.iter().map(|(mm, indices)| (*mm, pair(indices).1)).collect();
+        frame.curve(&mut svg, &with, "one");
+        frame.curve(&mut svg, &without, "two");
     }
     let frame = Frame::new((COLUMNS[0].0, 46.0, COLUMNS[0].1, 296.0), (2.2, 5.4), (0.0, 0.6));
     marker(&mut svg, Shape::Diamond, frame.at((4.0, 0.18)), "filltwo");

@@ -65,7 +65,7 @@ impl Memory {
     }
 }
 
-/// One update of the display. Strains have no unit.
+/// One update of the display. Strains have no unit; where stresses are matched, they are stresses over Young's modulus.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
@@ -156,7 +156,8 @@ impl<'a> Player<'a> {
             self.updated_s = Some(frame.t_s);
             return Ok(None);
         }
-        // The frames between two updates are averaged: the display shows nothing faster.
+        // The frames between two updates are averaged: the display shows nothing faster. Updates are whole frames apart, so that
+        // they are never too many.
         if since_s < 0.999 / f64::from(self.setup.limits.update_hz) {
             return Ok(None);
         }
