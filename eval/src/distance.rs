@@ -1,9 +1,11 @@
 //! Touch at a distance: a paper's numbers beside ours, for docs/touch-at-a-distance.md.
 //!
+//! Okamoto et al., "Transmission of Tactile Roughness through Master-slave Systems"; and
 //! Moy et al., "Human Psychophysics for Teletaction System Design" (the author's text has the tables, the captions and the prose;
 //! its curves are lost).
 
 mod charts;
+pub mod experiment;
 pub mod gratings;
 pub mod layers;
 pub mod matching;
@@ -21,7 +23,7 @@ const PICTURES: &str = "touch-at-a-distance";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
-Takes a few seconds: nothing is random.
+Takes a few seconds. What is drawn is the same in every run.
 
 Examples:
   cargo xtask distance
@@ -47,6 +49,7 @@ pub fn pictures() -> Result<Vec<(&'static str, String)>> {
         ("figure-18-19.svg", charts::indices()),
         ("figure-22.svg", charts::errors()),
         ("table-6.svg", charts::skin()),
+        ("figure-12-textures.svg", charts::experiment()?),
     ])
 }
 

@@ -26,6 +26,7 @@ mod serve;
 mod settings;
 mod settings_command;
 mod source;
+mod texture;
 mod view;
 
 pub use firmware::FirmwareOptions;
@@ -73,6 +74,9 @@ enum Command {
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
     Serve(serve::ServeArgs),
+    /// Learn what a texture is from recordings, for a person's hand.
+    #[command(subcommand)]
+    Texture(texture::TextureCommand),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
     Export(export::ExportArgs),
     /// Print or change the settings in force on a board.
@@ -113,6 +117,7 @@ impl Cli {
             Command::Pins(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
+            Command::Texture(command) => command.run(),
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
             Command::Board(command) => command.run(),

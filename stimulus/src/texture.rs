@@ -22,14 +22,19 @@ pub struct Texture {
     /// Spatial period, millimetres, 0.05 to 100.
     pub period_mm: f32,
     /// Its standard deviation, millimetres, 0 to 100.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub period_sigma_mm: f32,
     /// Signal power of the sensor at the period, in the unit of the [`AmplitudeLaw`](crate::AmplitudeLaw), 0 to 1e12; 0: by the law.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub power: f32,
     /// Force under which it was touched, newtons, 0 to 1000.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub force_n: f32,
     /// Time of the measurement, seconds of the sender's clock, 0 to 1e9.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub t_s: f32,
     /// The second harmonic and those above it.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub overtones: [Harmonic; HARMONICS_MAX - 1],
 }
 

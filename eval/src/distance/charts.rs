@@ -4,6 +4,7 @@ use super::gratings::{INDENT_MM, Indices, PERIODS_MM, SPACING_MM, figure_17d, fi
 use super::layers::{Filter, figure_12, figure_16};
 use super::matching::Figure8;
 use super::tables::TABLE_6;
+use anyhow::Result;
 use crate::plot::{Frame, Sample, Shape, key, marker, picture, range};
 use ridgetone_display::SUBJECTS;
 use ridgetone_host::pins::{NOTICEABLE, ridges};
@@ -180,6 +181,21 @@ pub fn skin() -> String {
     ];
     key(&mut svg, 62.0, 306.0, &entries);
     svg.finish()
+}
+
+/// Figure 12 of Okamoto et al.: answers over gratings.
+pub fn experiment() -> Result<String> {
+    let mut svg = picture(360.0, "Gratings that people would choose for those under the robot's finger");
+    let frame = Frame::new((62.0, 46.0, 942.0, 276.0), (0.7, 2.1), (0.6, 2.4));
+    frame.axes(&mut svg, (7, 6), "period under the robot's finger, mm", "mean answer, mm");
+    frame.curve(&mut svg, &[(0.7, 0.7), (2.1, 2.1)], "truth");
+    let mut entries = vec![(Sample::Line("truth"), "the same".to_owned())];
+    for ((condition, outcome), class) in super::experiment::outcomes()?.into_iter().zip(["one", "two", "three"]) {
+        frame.curve(&mut svg, &zip(&super::experiment::PERIODS_MM, &outcome.answers_mm), class);
+        entries.push((Sample::Line(class), condition.name.to_owned()));
+    }
+    named(&mut svg, 344.0, &entries);
+    Ok(svg.finish())
 }
 
 fn zip(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {

@@ -8,8 +8,8 @@ use anyhow::Result;
 use ridgetone_display::SUBJECTS;
 use ridgetone_host::pins::Design;
 
-pub const NAMES: [&str; 8] =
-    ["table_1", "figure_8", "figure_12", "figure_16", "figures_17_18_19", "figure_22", "table_6", "design"];
+pub const NAMES: [&str; 9] =
+    ["table_1", "figure_8", "figure_12", "figure_16", "figures_17_18_19", "figure_22", "table_6", "design", "experiment"];
 
 /// Finger 1.8 s after a ridge of 3 s (Table 6), subject by subject.
 pub const TABLE_6: [f64; 6] = [0.43, 0.74, 0.62, 0.61, 0.69, 0.66];
@@ -25,6 +25,7 @@ pub fn table(name: &str) -> Result<Option<String>> {
         "figure_22" => errors(),
         "table_6" => skin(),
         "design" => designs()?,
+        "experiment" => experiment()?,
         _ => return Ok(None),
     }))
 }
@@ -137,6 +138,25 @@ fn designs() -> Result<String> {
             ]
             .concat(),
         );
+    }
+    Ok(table.end())
+}
+
+fn experiment() -> Result<String> {
+    let mut table = Table::new(
+        1,
+        "condition|paper: correlation|correlation|from person to person|vibration against the surface, rms of the amplitude, %|its period in looks of 50 ms, rms error, %",
+    );
+    for (condition, outcome) in super::experiment::outcomes()? {
+        let (mean, sigma) = outcome.correlation;
+        table.row(&[
+            condition.name.into(),
+            condition.paper.into(),
+            format!("{mean:.2}"),
+            format!("{sigma:.2}"),
+            format!("{:.1}", outcome.surface_percent),
+            format!("{:.1}", outcome.error_percent),
+        ]);
     }
     Ok(table.end())
 }
