@@ -134,7 +134,7 @@ fn period_by_amplitude(period_mm: f64) -> f64 {
     magnitude(period_mm) - mean(&magnitude) + mean(&f64::ln)
 }
 
-/// Runs a condition. 200 people give 0.87, 0.78 and 0.79, each with 0.006: seeds 7, 107, 207 and 307.
+/// Runs a condition. 200 people give 0.87, 0.77 to 0.79 and 0.78 to 0.79, each with 0.006: seeds 7, 107, 207 and 307.
 fn run(condition: Condition, people: usize, seed: u64) -> Result<Outcome> {
     let mut draw = Draw::new(seed);
     let amplitude_sigma = MAGNITUDE_EXPONENT * AMPLITUDE_DB / 20.0 * std::f64::consts::LN_10;
