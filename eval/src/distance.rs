@@ -5,6 +5,7 @@
 //! its curves are lost).
 
 mod charts;
+mod chip;
 pub mod experiment;
 pub mod gratings;
 pub mod layers;
@@ -27,11 +28,15 @@ Takes a few seconds. What is drawn is the same in every run.
 
 Examples:
   cargo xtask distance
+  cargo xtask distance --chip
   cargo xtask distance --write docs")]
 pub struct DistanceArgs {
     /// Folder with touch-at-a-distance.md to fill in; the pictures go into touch-at-a-distance/ beside it.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
+    /// Count the instructions of a frame of a display with this image, and do nothing else.
+    #[arg(long, value_name = "FILE.elf", conflicts_with = "write")]
+    elf: Option<PathBuf>,
 }
 
 /// The page with its tables filled in.
@@ -54,6 +59,9 @@ pub fn pictures() -> Result<Vec<(&'static str, String)>> {
 }
 
 pub fn run(args: &DistanceArgs) -> Result<()> {
+    if let Some(elf) = &args.elf {
+        return chip::run(elf);
+    }
     let Some(folder) = &args.write else {
         for name in tables::NAMES {
             output::line(&format!("{name}\n{}\n", tables::table(name)?.unwrap_or_default()))?;

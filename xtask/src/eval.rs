@@ -39,9 +39,15 @@ pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))
 }
 
-/// Computes on this PC.
+/// Computes on this PC; with `--chip` it builds the benchmark of a display and counts in the emulator.
 pub fn distance(flags: &[String]) -> Result<()> {
-    run(eval("distance").args(flags))
+    let mut distance = eval("distance");
+    distance.args(flags.iter().filter(|flag| *flag != "--chip"));
+    if has(flags, "--chip") && !has(flags, "--help") {
+        setup::qemu()?;
+        distance.arg("--elf").arg(images::build(images::PINS)?.0);
+    }
+    run(&mut distance)
 }
 
 /// Builds both boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.

@@ -62,7 +62,7 @@ enum Task {
     #[command(disable_help_flag = true)]
     Touch(Flags),
     /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it fills in
-    /// docs/touch-at-a-distance.md.
+    /// docs/touch-at-a-distance.md; with --chip it counts the instructions of a frame in the emulator.
     #[command(disable_help_flag = true)]
     Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
