@@ -26,6 +26,7 @@ mod limits;
 mod matching;
 mod nonnegative;
 mod packed;
+mod sensor_space;
 
 pub use afterimage::Afterimage;
 pub use error::Error;

@@ -3,8 +3,9 @@
 //! Equations 9 to 11 of Moy et al., with forces that only press and with Tikhonov's regularisation, which the paper leaves to others.
 
 use crate::error::{Error, finite, length, within};
-use crate::nonnegative::{Program, Set, solve_from};
-use crate::packed::{dot, factor, invert, triangle};
+use crate::nonnegative::{Found, Program, Set, solve_from};
+use crate::packed::{at, dot, factor, invert, triangle};
+use crate::sensor_space::{SensorSpace, add};
 
 /// Most pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
@@ -23,15 +24,28 @@ pub struct Matching<'a> {
     pins: usize,
     /// The map, a row for each pin.
     map: &'a [f32],
-    /// Sensors to forces without a bound, a row for each pin.
-    free_map: &'a [f32],
-    program: Program<'a>,
-    free: &'a mut [f32],
-    b: &'a mut [f32],
+    way: Way<'a>,
     x: &'a mut [f32],
-    y: &'a mut [f32],
     pressing: Set,
     pivots_max: u32,
+}
+
+/// Which unknowns are the fewer ones.
+enum Way<'a> {
+    Pins {
+        /// Sensors to forces without a bound, a row for each pin.
+        free_map: &'a [f32],
+        program: Program<'a>,
+        free: &'a mut [f32],
+        b: &'a mut [f32],
+        y: &'a mut [f32],
+    },
+    Sensors(SensorSpace<'a>),
+}
+
+/// Whether a display is solved by its sensors.
+const fn by_sensors(pins: usize, sensors: usize) -> bool {
+    2 * sensors <= pins
 }
 
 /// Forces for one frame.
@@ -48,12 +62,17 @@ pub struct Solution<'a> {
 }
 
 impl<'a> Matching<'a> {
-    /// Values that the memory of [`Self::new`] must hold for so many pins and sensors: 15,000 (60 kB) for 100 pins and 16 sensors.
+    /// Values that the memory of [`Self::new`] must hold for so many pins and sensors: 2000 (8 kB) for 100 pins and 16 sensors.
     pub const fn floats(pins: usize, sensors: usize) -> usize {
-        2 * pins * sensors + 2 * triangle(pins) + triangle(pins / 2) + 4 * pins + pins / 2
+        if by_sensors(pins, sensors) {
+            pins * sensors + 2 * triangle(sensors) + sensors + pins
+        } else {
+            2 * pins * sensors + 2 * triangle(pins) + triangle(pins / 2) + 4 * pins + pins / 2
+        }
     }
 
-    /// Computes everything that does not change from frame to frame: about `pins^3` multiplications.
+    /// Computes everything that does not change from frame to frame: about `pins^3` multiplications, or `pins sensors^2` if the sensors
+    /// are at most half as many as the pins.
     ///
     /// - `memory`: at least [`Self::floats`] values; their content does not matter.
     /// - `pins`: 1 to [`PINS_MAX`]. `sensors`: 1 to 1024.
@@ -79,38 +98,30 @@ impl<'a> Matching<'a> {
             return Err(Error::Length { what: "memory", found, needed });
         }
         let (by_pin, memory) = memory.split_at_mut(pins * sensors);
-        let (free_map, memory) = memory.split_at_mut(pins * sensors);
-        let (gram, memory) = memory.split_at_mut(triangle(pins));
-        let (inverse, memory) = memory.split_at_mut(triangle(pins));
-        let (lower, memory) = memory.split_at_mut(triangle(pins / 2));
-        let (small, memory) = memory.split_at_mut(pins / 2);
-        let (free, memory) = memory.split_at_mut(pins);
-        let (b, memory) = memory.split_at_mut(pins);
         let (x, memory) = memory.split_at_mut(pins);
-        let y = &mut memory[..pins];
         for (pin, row) in by_pin.chunks_exact_mut(sensors).enumerate() {
             row.iter_mut().enumerate().for_each(|(sensor, value)| *value = map(sensor, pin));
         }
         finite("element of the map", by_pin)?;
-        let row = |pin: usize| &by_pin[pin * sensors..][..sensors];
-        let mean = (0..pins).map(|pin| dot(row(pin), row(pin))).sum::<f32>() / pins as f32;
-        for i in 0..pins {
-            for j in 0..=i {
-                gram[triangle(i) + j] = dot(row(i), row(j)) + if i == j { regularisation * mean } else { 0.0 };
+        let by_pin = &*by_pin;
+        let mean = by_pin.chunks_exact(sensors).map(|row| dot(row, row)).sum::<f32>() / pins as f32;
+        let constant = regularisation * mean;
+        let way = if by_sensors(pins, sensors) {
+            let (all, memory) = memory.split_at_mut(triangle(sensors));
+            let (lower, memory) = memory.split_at_mut(triangle(sensors));
+            all.fill(0.0);
+            (0..sensors).for_each(|i| all[triangle(i) + i] = constant);
+            by_pin.chunks_exact(sensors).for_each(|row| add(all, row, 1.0));
+            // With more pins than sensors only the regularisation determines the forces.
+            if !(regularisation > PIVOT_MIN) {
+                return Err(Error::Singular { pin: sensors });
             }
-        }
-        inverse.copy_from_slice(gram);
-        factor(inverse, pins, PIVOT_MIN).map_err(|pin| Error::Singular { pin })?;
-        invert(inverse, pins);
-        for i in 0..pins {
-            for sensor in 0..sensors {
-                free_map[i * sensors + sensor] =
-                    (0..pins).map(|j| crate::packed::at(inverse, i, j) * by_pin[j * sensors + sensor]).sum();
-            }
-        }
+            Way::Sensors(SensorSpace { constant, all, lower, v: &mut memory[..sensors] })
+        } else {
+            by_pins(memory, by_pin, (pins, sensors), constant)?
+        };
         let pressing = if pins == Set::BITS as usize { Set::MAX } else { (1 << pins) - 1 };
-        let program = Program { gram, inverse, lower, small };
-        Ok(Self { pins, map: by_pin, free_map, program, free, b, x, y, pressing, pivots_max: PIVOTS_MAX })
+        Ok(Self { pins, map: by_pin, way, x, pressing, pivots_max: PIVOTS_MAX })
     }
 
     /// Number of pins.
@@ -135,24 +146,26 @@ impl<'a> Matching<'a> {
         let sensors = self.sensors();
         length("wanted strains", wanted.len(), sensors)?;
         finite("wanted strain", wanted)?;
-        for pin in 0..self.pins {
-            self.b[pin] = dot(&self.map[pin * sensors..][..sensors], wanted);
-            self.free[pin] = dot(&self.free_map[pin * sensors..][..sensors], wanted);
-        }
-        // Values near the end of f32's range would give infinite forces.
-        finite("force of pin", self.b)?;
-        finite("force of pin", self.free)?;
-        let found = solve_from(
-            &mut self.program,
-            self.pressing,
-            (&*self.free, &*self.b),
-            (&mut *self.x, &mut *self.y),
-            self.pivots_max,
-        );
-        self.pressing = found.pressing;
+        let found = match &mut self.way {
+            Way::Pins { free_map, program, free, b, y } => {
+                for pin in 0..self.pins {
+                    b[pin] = dot(&self.map[pin * sensors..][..sensors], wanted);
+                    free[pin] = dot(&free_map[pin * sensors..][..sensors], wanted);
+                }
+                // Values near the end of f32's range would give infinite forces.
+                finite("force of pin", b)?;
+                finite("force of pin", free)?;
+                let mut found =
+                    solve_from(program, self.pressing, (&**free, &**b), (&mut *self.x, &mut **y), self.pivots_max);
+                found.multiply_adds += 2 * (self.pins * sensors) as u32;
+                found
+            }
+            Way::Sensors(space) => space.solve_from(self.map, wanted, self.pressing, self.x, self.pivots_max),
+        };
         finite("force of pin", self.x)?;
-        let multiply_adds = found.multiply_adds + 2 * (self.pins * sensors) as u32;
-        Ok(Solution { forces: self.x, pivots: found.pivots, is_optimal: found.is_optimal, multiply_adds })
+        self.pressing = found.pressing;
+        let Found { pivots, is_optimal, multiply_adds, .. } = found;
+        Ok(Solution { forces: self.x, pivots, is_optimal, multiply_adds })
     }
 
     /// Strains that forces make in the finger at once, a value for each sensor (equation 10).
@@ -167,4 +180,37 @@ impl<'a> Matching<'a> {
         }
         Ok(())
     }
+}
+
+/// What is computed once for unknowns of the pins.
+fn by_pins<'a>(
+    memory: &'a mut [f32],
+    map: &[f32],
+    (pins, sensors): (usize, usize),
+    constant: f32,
+) -> Result<Way<'a>, Error> {
+    let (free_map, memory) = memory.split_at_mut(pins * sensors);
+    let (gram, memory) = memory.split_at_mut(triangle(pins));
+    let (inverse, memory) = memory.split_at_mut(triangle(pins));
+    let (lower, memory) = memory.split_at_mut(triangle(pins / 2));
+    let (small, memory) = memory.split_at_mut(pins / 2);
+    let (free, memory) = memory.split_at_mut(pins);
+    let (b, memory) = memory.split_at_mut(pins);
+    let y = &mut memory[..pins];
+    let row = |pin: usize| &map[pin * sensors..][..sensors];
+    for i in 0..pins {
+        for j in 0..=i {
+            gram[triangle(i) + j] = dot(row(i), row(j)) + if i == j { constant } else { 0.0 };
+        }
+    }
+    inverse.copy_from_slice(gram);
+    factor(inverse, pins, PIVOT_MIN).map_err(|pin| Error::Singular { pin })?;
+    invert(inverse, pins);
+    for i in 0..pins {
+        for sensor in 0..sensors {
+            free_map[i * sensors + sensor] = (0..pins).map(|j| at(inverse, i, j) * map[j * sensors + sensor]).sum();
+        }
+    }
+    let program = Program { gram, inverse, lower, small };
+    Ok(Way::Pins { free_map, program, free, b, y })
 }

@@ -38,29 +38,25 @@ const TRIES: u32 = 3;
 /// What counts as zero, over the largest unknown, or over the largest right-hand side.
 const ZERO: f32 = 2e-6;
 
-/// Solves from the set that pressed last. `free` is the solution without a bound; `x` gets the solution, `y` the gradient.
-pub(crate) fn solve_from(
-    program: &mut Program<'_>,
+/// Exchanges pins until none is in the wrong set, from the set that pressed last. `solve` gives those that are wrong for a set, and the
+/// number of its multiplications.
+pub(crate) fn exchange(
+    pins: usize,
     mut pressing: Set,
-    (free, b): (&[f32], &[f32]),
-    (x, y): (&mut [f32], &mut [f32]),
     pivots_max: u32,
+    mut solve: impl FnMut(Set) -> (Set, u32),
 ) -> Found {
-    let n = x.len();
-    let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, value| most.max(value.abs()));
-    let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
-    let (mut fewest, mut tries) = (n + 1, TRIES);
+    let (mut fewest, mut tries) = (pins + 1, TRIES);
     let mut found = Found { pressing, pivots: 0, is_optimal: false, multiply_adds: 0 };
     loop {
-        found.pivots += 1;
-        found.multiply_adds += pivot(program, pressing, (free, b), (x, y));
-        let is_wrong = |i: usize| if pressing >> i & 1 != 0 { x[i] < -zero_x } else { y[i] < -zero_y };
-        let wrong: Set = (0..n).filter(|i| is_wrong(*i)).map(|i| 1 << i).sum();
+        let (wrong, multiply_adds) = solve(pressing);
         let count = wrong.count_ones() as usize;
+        found.pivots += 1;
+        found.multiply_adds += multiply_adds;
         found.pressing = pressing;
         if count == 0 || found.pivots >= pivots_max {
             found.is_optimal = count == 0;
-            break;
+            return found;
         }
         if count < fewest {
             (fewest, tries) = (count, TRIES);
@@ -73,6 +69,24 @@ pub(crate) fn solve_from(
             pressing ^= 1 << (Set::BITS - 1 - wrong.leading_zeros());
         }
     }
+}
+
+/// Solves with G. `free` is the solution without a bound; `x` gets the solution, `y` the gradient.
+pub(crate) fn solve_from(
+    program: &mut Program<'_>,
+    pressing: Set,
+    (free, b): (&[f32], &[f32]),
+    (x, y): (&mut [f32], &mut [f32]),
+    pivots_max: u32,
+) -> Found {
+    let n = x.len();
+    let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, value| most.max(value.abs()));
+    let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
+    let found = exchange(n, pressing, pivots_max, |pressing| {
+        let multiply_adds = pivot(program, pressing, (free, b), (x, y));
+        let is_wrong = |i: usize| if pressing >> i & 1 != 0 { x[i] < -zero_x } else { y[i] < -zero_y };
+        ((0..n).filter(|i| is_wrong(*i)).map(|i| 1 << i).sum(), multiply_adds)
+    });
     x.iter_mut().for_each(|x| *x = x.max(0.0));
     found
 }

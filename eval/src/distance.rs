@@ -5,7 +5,7 @@
 //! its curves are lost).
 
 mod charts;
-mod chip;
+pub mod chip;
 pub mod experiment;
 pub mod gratings;
 pub mod layers;

@@ -41,7 +41,8 @@ const WITH_A_BOARD: [&str; 19] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 21] = [
+const LITTLE_OF: [(&str, &str); 22] = [
+    ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
     ("cargo xtask streams", "host/tests/streams.rs"),

@@ -119,9 +119,8 @@ fn trial(period_mm: f64, speed_mm_s: f64, condition: Condition, draw: &mut Draw)
 
 /// Frequency of a vibration about 0 by its rising crossings; none if there are fewer than two.
 fn frequency(volts: &[f64], rate_hz: f64) -> Option<f64> {
-    let mut crossings = volts.windows(2).enumerate().filter_map(|(n, pair)| {
-        (pair[0] < 0.0 && pair[1] >= 0.0).then(|| n as f64 - pair[0] / (pair[1] - pair[0]))
-    });
+    let mut crossings = volts.windows(2).enumerate().filter(|(_, pair)| pair[0] < 0.0 && pair[1] >= 0.0);
+    let mut crossings = crossings.by_ref().map(|(n, pair)| n as f64 - pair[0] / (pair[1] - pair[0]));
     let first = crossings.next()?;
     let (last, count) = crossings.fold((first, 0u32), |(_, count), at| (at, count + 1));
     (count > 0).then(|| f64::from(count) * rate_hz / (last - first))
