@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[derive(Debug, Subcommand)]
 #[command(after_help = "\
 Example:
-  ridgetone texture learn recording.csv --speed 30 -o mine.toml")]
+  ridgetone texture learn recording.csv --speed 30 -o texture.toml")]
 pub enum TextureCommand {
     /// Learn a texture from recordings of a slide at a known speed.
     Learn(LearnArgs),
@@ -27,7 +27,7 @@ A texture is its spatial period with sigma, its power, and its overtones: what a
 Several recordings are of one texture at one speed.
 
 Examples:
-  ridgetone texture learn recording.csv --speed 30 -o mine.toml
+  ridgetone texture learn recording.csv --speed 30 -o texture.toml
   ridgetone texture learn recording.csv --speed 30+-0.1 --from 1.6 --to 13 --json")]
 pub struct LearnArgs {
     /// Recordings: CSV with a header.
