@@ -5,7 +5,7 @@
 //! this.
 
 pub mod baselines;
-mod emulated;
+pub mod emulated;
 pub mod fits;
 mod frames;
 pub mod report;

@@ -3,6 +3,7 @@
 use crate::bench::report::Report;
 use crate::bench::{self, BenchArgs};
 use crate::board::{self, BoardArgs};
+use crate::distance::{self, DistanceArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
 use crate::reproduce;
@@ -39,6 +40,8 @@ enum Command {
     Noise(NoiseArgs),
     /// Look for contacts, slides and releases in traces with known times.
     Touch(TouchArgs),
+    /// Compute what a pin display does to a finger, beside a paper's figures.
+    Distance(DistanceArgs),
     /// Inject faults into the chip, its bus and its lines, and count the consequences.
     Faults(FaultsArgs),
 }
@@ -127,6 +130,7 @@ pub fn main() -> ExitCode {
         Command::Board(args) => board::run(&args),
         Command::Noise(args) => run_noise(&args),
         Command::Touch(args) => touch::run(&args),
+        Command::Distance(args) => distance::run(&args),
         Command::Faults(args) => faults::run(&args),
     };
     match result {

@@ -12,6 +12,7 @@
 //! | noise that is not white, and what is no tone | `noise` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
+//! | a pin display under a finger, beside another paper | `distance` |
 //! | injected faults | `faults` |
 #![cfg_attr(target_os = "none", no_std)]
 #![forbid(unsafe_code)]
@@ -22,6 +23,7 @@
 
 #[cfg(any(not(target_os = "none"), feature = "bench-baselines"))]
 pub mod baselines;
+pub mod moving_bump;
 pub mod workload;
 
 #[cfg(not(target_os = "none"))]
@@ -32,7 +34,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(accuracy axis bar bench board bound commands draw faults noise page parallel plot reproduce setting simulated touch trade);
+on_the_pc!(accuracy axis bar bench board bound commands distance draw faults noise page parallel plot reproduce setting simulated touch trade);
 
 #[cfg(test)]
 mod tests;

@@ -3,6 +3,7 @@
 mod bench;
 mod board;
 mod bound;
+mod distance;
 mod emulated_faults;
 mod faults;
 mod methods;

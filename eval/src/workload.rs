@@ -56,6 +56,12 @@ pub enum Job {
         channels: u8,
         frames: u32,
     },
+    /// Forces of a display of so many rows and columns, under a bump that moves ([`crate::moving_bump`]); gives a [`Measured::Pins`]
+    /// for every frame.
+    Pins {
+        side: u8,
+        frames: u32,
+    },
 }
 
 /// The values of a frame, and the mask of its valid taxels.
@@ -146,6 +152,12 @@ pub enum Measured {
         instructions: u32,
         frequency_bits: Option<u32>,
     },
+    /// One frame of a display: multiplications, and the bits of the sum of the forces.
+    Pins {
+        instructions: u32,
+        multiply_adds: u32,
+        bits: u32,
+    },
 }
 
 #[cfg(test)]
@@ -171,7 +183,15 @@ mod tests {
     fn jobs_frames_and_conversions_come_back() {
         let fit = Job::Fit { harmonics: 4, frames: 70_000 };
         let baseline = Job::Baseline { method: 6, channels: 16, frames: 241 };
-        for job in [Job::End, fit, Job::Detect { conversions: 21 }, Job::Encode, Job::Intake, baseline] {
+        for job in [
+            Job::End,
+            fit,
+            Job::Detect { conversions: 21 },
+            Job::Encode,
+            Job::Intake,
+            baseline,
+            Job::Pins { side: 10, frames: 80 },
+        ] {
             assert_eq!(back(&job).0, job);
         }
         assert_eq!(read_from::<Job>(&[1, 9]), None);
@@ -193,6 +213,7 @@ mod tests {
             Measured::Intake { instructions: most },
             Measured::Baseline { instructions: most, frequency_bits: Some(1) },
             Measured::Baseline { instructions: most, frequency_bits: None },
+            Measured::Pins { instructions: most, multiply_adds: 3, bits: most },
         ] {
             assert_eq!(back(&measured).0, measured);
         }

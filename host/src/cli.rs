@@ -17,6 +17,7 @@ mod input;
 mod lines;
 mod monitor;
 mod parse;
+mod pins;
 mod ports;
 mod record;
 mod replay;
@@ -25,6 +26,7 @@ mod serve;
 mod settings;
 mod settings_command;
 mod source;
+mod texture;
 mod view;
 
 pub use firmware::FirmwareOptions;
@@ -66,10 +68,15 @@ enum Command {
     Monitor(monitor::MonitorArgs),
     /// Show a board live in a browser on this computer, without any network. Ctrl-C ends it.
     View(view::ViewArgs),
+    /// Show what the finger feels on a display of pins, and what a finger on that would feel.
+    Pins(pins::PinsArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
     Serve(serve::ServeArgs),
+    /// Learn what a texture is from recordings, for a person's hand.
+    #[command(subcommand)]
+    Texture(texture::TextureCommand),
     /// Turn a recording of telemetry into CSV, JSON lines, MCAP or lines for Teleplot.
     Export(export::ExportArgs),
     /// Print or change the settings in force on a board.
@@ -107,8 +114,10 @@ impl Cli {
             Command::Ports(args) => args.run(),
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),
+            Command::Pins(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
+            Command::Texture(command) => command.run(),
             Command::Export(args) => args.run(),
             Command::Settings(command) => command.run(),
             Command::Board(command) => command.run(),

@@ -83,7 +83,7 @@ pub fn power(values: &[f64], cycles: f64) -> f64 {
 
 /// The unknowns, and the sum of squares of what is left, by the modified Gram-Schmidt process (Björck, "Solving linear least
 /// squares problems by Gram-Schmidt orthogonalization", BIT 7, 1967).
-fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
+pub(crate) fn least_squares(rows: &[Vec<f64>], mut rest: Vec<f64>) -> (Vec<f64>, f64) {
     let size = rows[0].len();
     let mut columns: Vec<Vec<f64>> = (0..size).map(|at| rows.iter().map(|row| row[at]).collect()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | a recording through the fit alone | `table_fit`, `grid`, `speed`, `fit_report` |
 //! | how receptors fire over a recording, and scores | `feel` |
+//! | a pin display: forces, and what it must be able to do | [`pins`] |
+//! | what a texture is, learned from recordings | [`texture`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -52,6 +54,7 @@ pub mod names;
 pub mod output;
 mod part;
 pub mod picture;
+pub mod pins;
 pub mod port;
 #[cfg(test)]
 #[path = "../tests/common/ram_flash.rs"]
@@ -72,6 +75,7 @@ mod stop;
 pub mod svg;
 pub mod table_fit;
 mod teleplot;
+pub mod texture;
 mod tone;
 pub mod usage;
 pub mod utc;

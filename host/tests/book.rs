@@ -43,7 +43,9 @@ const WITH_A_BOARD: [&str; 21] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 20] = [
+const LITTLE_OF: [(&str, &str); 22] = [
+    ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
+    ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
     ("cargo xtask streams", "host/tests/streams.rs"),
     ("ridgetone serve --finger left=touch.rec --json", "host/tests/serve.rs"),
@@ -70,8 +72,9 @@ const LITTLE_OF: [(&str, &str); 20] = [
 const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
 
 /// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
-const ENDLESS: [(&str, &str, &str); 2] = [
+const ENDLESS: [(&str, &str, &str); 3] = [
     ("ridgetone monitor --emulated", "15", " estimate "),
+    ("ridgetone pins --emulated", "15", " sensor "),
     ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
 ];
 

@@ -1,4 +1,4 @@
-//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `touch`, `faults`, `reproduce`.
+//! Tasks that `ridgetone-eval` does, with the images that they need: `bench`, `board`, `noise`, `touch`, `distance`, `faults`, `reproduce`.
 
 use crate::images::{self, Board};
 use crate::setup;
@@ -37,6 +37,17 @@ pub fn noise(flags: &[String]) -> Result<()> {
 /// Runs traces through the detector on this PC.
 pub fn touch(flags: &[String]) -> Result<()> {
     run(eval("touch").args(flags))
+}
+
+/// Computes on this PC; with `--chip` it builds the benchmark of a display and counts in the emulator.
+pub fn distance(flags: &[String]) -> Result<()> {
+    let mut distance = eval("distance");
+    distance.args(flags.iter().filter(|flag| *flag != "--chip"));
+    if has(flags, "--chip") && !has(flags, "--help") {
+        setup::qemu()?;
+        distance.arg("--elf").arg(images::build(images::PINS)?.0);
+    }
+    run(&mut distance)
 }
 
 /// Builds both boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.

@@ -28,6 +28,9 @@ pub const BENCH: Image = bench("bench", "ridgetone-bench");
 /// The benchmark of the methods that the fit is compared with.
 pub const BASELINES: Image = bench("bench-baselines", "baselines-bench");
 
+/// The benchmark of a display of pins.
+pub const PINS: Image = bench("bench-pins", "pins-bench");
+
 const fn bench(name: &'static str, binary: &'static str) -> Image {
     Image { package: "ridgetone-eval", name, binary, profile: USUAL, interrupts: &[] }
 }
@@ -113,7 +116,7 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
 /// denied.
 pub fn lint() -> Result<()> {
     let toolchain = Toolchain::find_or_install()?;
-    for image in Board::value_variants().iter().map(|board| board.image()).chain([BENCH, BASELINES]) {
+    for image in Board::value_variants().iter().map(|board| board.image()).chain([BENCH, BASELINES, PINS]) {
         announce(format_args!("linting the image {}", image.name));
         let clippy = toolchain == Toolchain::Rustup;
         let mut cargo = image.cargo(&toolchain, if clippy { "clippy" } else { "check" });

@@ -61,6 +61,10 @@ enum Task {
     /// Looks for contacts, slides and releases in traces with known times. With --write docs it fills in docs/touch.md.
     #[command(disable_help_flag = true)]
     Touch(Flags),
+    /// Computes what a pin display does to a finger, beside a paper's figures. With --write docs it fills in
+    /// docs/touch-at-a-distance.md; with --chip it counts the instructions of a frame in the emulator.
+    #[command(disable_help_flag = true)]
+    Distance(Flags),
     /// Measures start, load, interrupts and jitter of the boards' images on the register model.
     Board {
         /// Fill in docs/board.md.
@@ -120,6 +124,7 @@ fn main() -> ExitCode {
         Task::Bench(Flags { flags }) => eval::bench(&flags),
         Task::Noise(Flags { flags }) => eval::noise(&flags),
         Task::Touch(Flags { flags }) => eval::touch(&flags),
+        Task::Distance(Flags { flags }) => eval::distance(&flags),
         Task::Board { write } => eval::board(write),
         Task::Faults(Flags { flags }) => eval::faults(&flags),
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),

@@ -6,7 +6,15 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Those that are published, each after those that it needs.
-const PACKAGES: [&str; 5] = ["ads1258", "ridgetone-proto", "ridgetone-tone", "ridgetone-feel", "ridgetone"];
+const PACKAGES: [&str; 7] = [
+    "ads1258",
+    "ridgetone-proto",
+    "ridgetone-tone",
+    "ridgetone-feel",
+    "ridgetone-display",
+    "ridgetone-stimulus",
+    "ridgetone",
+];
 
 /// Packs each and builds it from its package, without network.
 ///

@@ -79,6 +79,7 @@ fn run_long() -> Result<()> {
     let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
     let (bench, _) = images::build(images::BENCH)?;
     let (baselines, _) = images::build(images::BASELINES)?;
+    let (pins, _) = images::build(images::PINS)?;
     announce("long tests, and all tests of the emulated firmware and of the boards' images");
     let mut alone = test(&[]);
     alone.args(ALONE.iter().flat_map(|(program, _)| ["--test", program])).args(["--", "--ignored"]);
@@ -87,6 +88,7 @@ fn run_long() -> Result<()> {
     long.args(NEVER.iter().chain(ALONE.iter().map(|(_, name)| name)).flat_map(|name| ["--skip", name]));
     long.env("RIDGETONE_CHECKED_ELF", checked);
     long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
+    long.env("RIDGETONE_PINS_ELF", pins);
     run(&mut long).context("long tests and tests of the emulated firmware")?;
     let alone = alone.join().map_err(|_| anyhow!("the tests beside the others ended without a result"))?;
     println!("{}", alone.context("long tests beside the others")?);

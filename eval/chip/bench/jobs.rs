@@ -58,8 +58,8 @@ impl Bench<'_> {
                     let instructions = intake::measure(&self.counter)?;
                     self.files.write(Measured::Intake { instructions })?;
                 }
-                // The baselines have an image of their own.
-                Job::Baseline { .. } => return None,
+                // The baselines and the pins have images of their own.
+                Job::Baseline { .. } | Job::Pins { .. } => return None,
             }
         }
     }

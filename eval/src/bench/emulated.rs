@@ -75,4 +75,4 @@ macro_rules! next {
         }
     };
 }
-pub(super) use next;
+pub(crate) use next;

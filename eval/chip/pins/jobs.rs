@@ -1,0 +1,38 @@
+//! The jobs, one after the other.
+
+use crate::files::Files;
+use crate::machine::Counter;
+use ridgetone_display::Matching;
+use ridgetone_eval::moving_bump::{FLOATS, matching, step};
+use ridgetone_eval::workload::{Job, Measured};
+
+/// Does all jobs and leaves the emulator.
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    static mut MEMORY: [f32; FLOATS] = [0.0; FLOATS];
+
+    let counter = Counter::start();
+    Files::run(|files| {
+        loop {
+            match files.read()? {
+                Job::End => return Some(()),
+                Job::Pins { side, frames } => {
+                    let mut matching = matching(MEMORY, side.into()).ok()?;
+                    for frame in 0..frames {
+                        let (instructions, done) = counter.measure(|| measured(&mut matching, frame));
+                        let (multiply_adds, bits) = done?;
+                        files.write(Measured::Pins { instructions, multiply_adds, bits })?;
+                    }
+                }
+                // Other images do the others.
+                _ => return None,
+            }
+        }
+    })
+}
+
+/// What is measured, with nothing of the rest inlined into it.
+#[inline(never)]
+fn measured(matching: &mut Matching<'_>, frame: u32) -> Option<(u32, u32)> {
+    step(matching, frame)
+}

@@ -1,0 +1,80 @@
+//! The screen: strain in the sensor, forces of the pins, strain in the finger, as shades and numbers.
+
+use super::player::{Player, Update};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::Line;
+use ratatui::widgets::{Block, Paragraph};
+
+/// From nothing to the greatest.
+const SHADES: [char; 5] = [' ', '\u{2591}', '\u{2592}', '\u{2593}', '\u{2588}'];
+
+/// Columns from which on cells have no numbers.
+const WIDE: usize = 6;
+
+pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player: &Player<'_>) {
+    let setup = player.setup();
+    let rows = setup.pins.rows().max(4) as u16;
+    let [top, middle, below, keys, _] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(2 * rows + 2),
+        Constraint::Length(2),
+        Constraint::Length(1),
+        Constraint::Min(0),
+    ])
+    .areas(frame.area());
+    let Some(update) = update else {
+        frame.render_widget(Line::raw(format!("ridgetone pins  {source}  learning the level without touch")), top);
+        frame.render_widget(Line::raw("q quit"), keys);
+        return;
+    };
+    frame.render_widget(Line::raw(format!("ridgetone pins  {source}  {:.2} s", update.t_s)), top);
+    let boxes: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(middle);
+    let gained: Vec<f32> = update.sensor_strain.iter().map(|strain| setup.gain as f32 * strain).collect();
+    let greatest = |values: &[f32]| values.iter().fold(1e-6f32, |most, value| most.max(*value));
+    // The same scale for both strains, so that equal shades are equal strains.
+    let strain = greatest(&gained).max(greatest(&update.felt_strain));
+    let force = setup.limits.greatest_n().min(greatest(&update.forces_n).max(0.05));
+    for (place, title, values, columns, most, scale, decimals) in [
+        (boxes[0], "strain in the sensor, %", &gained, 4, strain, 100.0, 2),
+        (boxes[1], "forces of the pins, N", &update.forces_n, update.columns, force, 1.0, 2),
+        (boxes[2], "strain in the finger, %", &update.felt_strain, 4, strain, 100.0, 2),
+    ] {
+        let lines: Vec<Line<'static>> =
+            cells(values, columns, most, scale, decimals).into_iter().map(Line::raw).collect();
+        frame.render_widget(Paragraph::new(lines).block(Block::bordered().title(format!(" {title} "))), place);
+    }
+    frame.render_widget(Paragraph::new(summary(update, setup.gain)), below);
+    frame.render_widget(Line::raw("q quit"), keys);
+}
+
+/// Two lines a row: shades, and below them numbers if there is room.
+fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize) -> Vec<String> {
+    let shade = |value: &f32| SHADES[((value / most).clamp(0.0, 1.0) * 4.0).round() as usize];
+    let mut lines = Vec::new();
+    for row in values.chunks(columns) {
+        let width = if columns < WIDE { 6 } else { 2 };
+        let shades: String = row.iter().map(|value| shade(value).to_string().repeat(width)).collect();
+        let numbers: String = match columns < WIDE {
+            true => row.iter().map(|value| format!("{:>6.decimals$}", scale * value)).collect(),
+            false => shades.clone(),
+        };
+        lines.extend([shades, numbers]);
+    }
+    lines
+}
+
+/// What a person wants to know of an update, in a line.
+pub fn summary(update: &Update, gain: f64) -> String {
+    let most = |values: &[f32]| values.iter().fold(f32::MIN, |most, value| most.max(*value));
+    let limited = if update.limited > 0 { format!(", {} pins at their limit", update.limited) } else { String::new() };
+    format!(
+        "{:8.3} s  sensor {:+.2} %  finger {:+.2} %, off by {:.2} % rms  pins {:.2} N at most, {:.2} N in all{limited}",
+        update.t_s,
+        100.0 * gain * f64::from(most(&update.sensor_strain)),
+        100.0 * most(&update.felt_strain),
+        100.0 * update.error(gain),
+        most(&update.forces_n),
+        update.forces_n.iter().sum::<f32>(),
+    )
+}

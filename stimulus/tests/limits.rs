@@ -1,0 +1,145 @@
+//! Never beyond the limits, never a step beyond the slew, whatever comes.
+
+use proptest::prelude::*;
+use ridgetone_stimulus::{Actuator, AmplitudeLaw, Encoder, Error, Harmonic, Stimulus, Texture};
+
+#[derive(Clone, Debug)]
+enum Step {
+    Texture(Texture),
+    Counts(i32),
+    Moves(i32, u16),
+    Lift,
+    Down,
+}
+
+fn texture() -> impl Strategy<Value = Texture> {
+    let value = || prop_oneof![4 => 0.0f32..5.0, 1 => any::<f32>(), 1 => Just(f32::NAN)];
+    (value(), value(), value(), prop::array::uniform3((value(), value()))).prop_map(
+        |(period_mm, sigma, power, overtones)| {
+            let overtones = overtones.map(|(amplitude, phase_cycles)| Harmonic { amplitude, phase_cycles });
+            Texture { period_sigma_mm: sigma, power: 2000.0 * power, overtones, ..Texture::new(period_mm) }
+        },
+    )
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    prop_oneof![
+        2 => texture().prop_map(Step::Texture),
+        2 => (0.1f32..3.0).prop_map(|period_mm| Step::Texture(Texture::new(period_mm))),
+        1 => any::<i32>().prop_map(Step::Counts),
+        6 => (-200i32..200, 1u16..200).prop_map(|(speed, samples)| Step::Moves(speed, samples)),
+        1 => Just(Step::Lift),
+        2 => Just(Step::Down),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn limits_hold_whatever_comes(
+        steps in prop::collection::vec(step(), 1..40),
+        (voltage_v, slew_v_s, cutoff_hz) in (0.1f32..200.0, 10.0f32..1e6, 10.0f32..1000.0),
+        resonance in (0.0f32..1000.0, 1.0f32..50.0),
+        latency_s in 0.0f32..0.02,
+    ) {
+        let actuator = Actuator { voltage_v, slew_v_s, cutoff_hz, resonance, ..Actuator::PIEZO };
+        let encoder = Encoder { latency_s, ..Encoder::OKAMOTO };
+        let mut stimulus = Stimulus::new(actuator, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+        let (mut counts, mut last) = (0i32, 0.5 * voltage_v);
+        let mut next = |stimulus: &mut Stimulus, counts| {
+            let v = stimulus.next(counts);
+            assert!((0.0..=voltage_v).contains(&v), "{v}");
+            assert!((v - last).abs() <= slew_v_s / 5000.0 + 1e-5 * voltage_v, "{last} {v}");
+            last = v;
+        };
+        for step in steps {
+            match step {
+                Step::Texture(texture) => prop_assert_eq!(stimulus.set_texture(&texture).is_ok(), texture.check().is_ok()),
+                Step::Counts(to) => { counts = to; next(&mut stimulus, counts) }
+                Step::Moves(speed, samples) => for _ in 0..samples {
+                    counts = counts.wrapping_add(speed);
+                    next(&mut stimulus, counts);
+                },
+                Step::Lift => stimulus.lift(),
+                Step::Down => stimulus.down(),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_hand_that_leaves_stops_the_vibration_softly() {
+    let mut stimulus = Stimulus::new(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    stimulus.set_texture(&Texture::new(2.0)).expect("a texture");
+    stimulus.down();
+    for n in 0..1000 {
+        stimulus.next(4 * n);
+    }
+    assert!((stimulus.amplitude_v() - 55.0).abs() < 0.3, "{}", stimulus.amplitude_v());
+    stimulus.lift();
+    // 20 ms are 100 samples for the greatest amplitude.
+    let after: Vec<f32> = (1000..1100).map(|n| stimulus.next(4 * n)).collect();
+    assert!(after.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 6.0));
+    assert_eq!((stimulus.amplitude_v(), after[99]), (0.0, 75.0));
+}
+
+#[test]
+fn fast_hands_and_resonances_are_held_back() {
+    let amplitude = |actuator: Actuator, counts_a_sample: i32| {
+        let mut stimulus = Stimulus::new(actuator, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+        stimulus.set_texture(&Texture { power: 6000.0, ..Texture::new(1.0) }).expect("a texture");
+        stimulus.down();
+        for n in 0..2000 {
+            stimulus.next(counts_a_sample * n);
+        }
+        stimulus.amplitude_v()
+    };
+    // 100, 400 and 700 Hz: the reach is 310 Hz, and nothing from 620 Hz on.
+    assert_eq!(amplitude(Actuator::PIEZO, 4), 75.0);
+    let faded = amplitude(Actuator::PIEZO, 16);
+    assert!((faded - 75.0 * (2.0 - 400.0 / 310.0)).abs() < 0.5, "{faded}");
+    assert_eq!(amplitude(Actuator::PIEZO, 28), 0.0);
+    // At its resonance it moves five times as much.
+    let held = amplitude(Actuator { resonance: (100.0, 5.0), ..Actuator::PIEZO }, 4);
+    assert!((held - 15.0).abs() < 0.2, "{held}");
+}
+
+#[test]
+fn what_is_impossible_is_refused_and_the_last_texture_stays() {
+    let new = |actuator, encoder, law| Stimulus::new(actuator, encoder, law).err();
+    let (a, e, l) = (Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO);
+    for (error, setting) in [
+        (new(Actuator { voltage_v: f32::NAN, ..a }, e, l), "voltage_v"),
+        (new(Actuator { cutoff_hz: 0.0, ..a }, e, l), "cutoff_hz"),
+        (new(Actuator { resonance: (100.0, 0.5), ..a }, e, l), "resonance.1"),
+        (new(Actuator { slew_v_s: -1.0, ..a }, e, l), "slew_v_s"),
+        (new(Actuator { fade_s: 0.0, ..a }, e, l), "fade_s"),
+        (new(a, Encoder { count_mm: 0.0, ..e }, l), "count_mm"),
+        (new(a, Encoder { rate_hz: f32::INFINITY, ..e }, l), "rate_hz"),
+        (new(a, Encoder { latency_s: 1.0, ..e }, l), "latency_s"),
+        (new(a, e, AmplitudeLaw { power_max: 0.0, ..l }), "power_max"),
+        (new(a, e, AmplitudeLaw { period_mm: (2.0, 1.0), ..l }), "period_mm.1"),
+    ] {
+        assert!(matches!(error, Some(Error::Setting { name, .. }) if name == setting), "{setting}: {error:?}");
+    }
+    let mut stimulus = Stimulus::new(a, e, l).expect("a stimulus");
+    stimulus.set_texture(&Texture::new(1.4)).expect("a texture");
+    let mut other = stimulus;
+    for texture in [Texture::new(0.0), Texture::new(f32::NAN), Texture { power: f32::INFINITY, ..Texture::new(1.0) }] {
+        assert!(stimulus.set_texture(&texture).is_err());
+    }
+    stimulus.down();
+    other.down();
+    for n in 0..500 {
+        assert_eq!(stimulus.next(3 * n), other.next(3 * n));
+    }
+}
+
+#[test]
+fn a_texture_differs_by_more_than_its_sigma() {
+    let texture = |period_mm, period_sigma_mm| Texture { period_sigma_mm, ..Texture::new(period_mm) };
+    assert!(!texture(1.0, 0.03).differs(&texture(1.04, 0.03)));
+    assert!(texture(1.0, 0.03).differs(&texture(1.05, 0.03)));
+    assert!(texture(f32::NAN, 0.03).differs(&texture(1.05, 0.03)));
+}
