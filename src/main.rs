@@ -131,8 +131,8 @@ mod app {
         // Before the chip scans: the search in blank sectors takes milliseconds, in which conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
-        let shared = Shared::new(Rtic);
-        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset);
+        let shared = Shared::new(Rtic, settings.plan);
+        let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset, settings.plan);
         // The counter has run since the start.
         Wait.delay_us(POWER_UP_US.saturating_sub(board::now_us()));
         if acquisition.set_up(&shared.diagnostics, &mut Wait) {
@@ -155,7 +155,7 @@ mod app {
                 shared,
             },
             Local {
-                drdy: Drdy { acquisition, pin: drdy, samples: samples_in },
+                drdy: Drdy::new(acquisition, drdy, samples_in),
                 line: SerialLine { port: line, bytes: bytes_out },
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),

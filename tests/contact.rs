@@ -3,7 +3,9 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use ridgetone::ring::Ring;
+use ridgetone::touch::averages::{Averager, Averages};
 use ridgetone::touch::{change::Change, contact::ContactDetector};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, SlideRule};
 use std::f64::consts::TAU;
 
@@ -15,7 +17,8 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
     let mut rng = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || (0..12).map(|_| rng.next_u32() as f64 / 4_294_967_296.0).sum::<f64>() - 6.0;
     let mut ring = Box::new(Ring::new());
-    let mut detector = ContactDetector::new(SlideRule::Found);
+    let mut detector = ContactDetector::new(SlideRule::Found, &Plan::PAPER);
+    let mut averager = Averager::new(&Plan::PAPER);
     let mut found = Vec::new();
     let mut report = |change: Change| {
         let at = |frame: u32| frame as f64 / rate;
@@ -35,7 +38,8 @@ fn changes(seconds: f64, noise: f64, signal: Signal) -> Vec<(&'static str, f64)>
             *value = (signal(n as f64 / rate, sign, c as f64 / 16.0) + noise * normal()).round() as f32;
         }
         ring.push(&values, u16::MAX, 0);
-        detector.push(n, &values, &ring, &mut report);
+        averager.push(n, &values, u16::MAX, true);
+        detector.push(n, (&values, None), Averages::new(&ring, averager.grid()), &mut report);
     }
     detector.finish(frames, &mut report);
     found

@@ -331,6 +331,9 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         frame_rate_hz: 241.14,
         reference: [0.0; 16],
         span: fit.span,
+        slide_first: 0,
+        force_ratio: None,
+        plan: Settings::DEFAULT.plan,
     };
     let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
     for kind in FaultKind::ALL {

@@ -8,6 +8,7 @@ use ridgetone::abscissa::{self, Fitted};
 use ridgetone::surface::lag::lag;
 use ridgetone::surface::travel::by_phases;
 use ridgetone::window::Window;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, FRAME_RATE_HZ};
 use ridgetone_proto::telemetry::{Direction, Span, Travel, TravelStatus};
 use ridgetone_tone::{Fitter, Table};
@@ -79,6 +80,9 @@ impl Wave {
             frame_rate_hz: FRAME_RATE_HZ,
             reference: [0.0; 16],
             span: Span::Window,
+            slide_first: 0,
+            force_ratio: None,
+            plan: Plan::PAPER,
         };
         abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
     }

@@ -17,6 +17,7 @@ use ridgetone::pipeline::Pipeline;
 use ridgetone::scan::{CONVERSION_NS, SLOTS};
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Release, Span, Status, WIRE_MAX, encode};
 use touch::{SCANS, TONE_HZ, scan};
@@ -264,7 +265,7 @@ fn every_message_is_sent_dropped_or_lost_and_counted() {
 
 #[test]
 fn counters_stay_at_the_most_that_they_hold() {
-    let mut assembler = Assembler::new(4.096);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     (assembler.lost, assembler.doubtful) = (u32::MAX - 3, u32::MAX - 3);
     // The first conversion is counted with those that are missing in front of it, so it is pushed before.
     let mut scans = (0..40).flat_map(|n| scan(n, n, 0).map(move |conversion| (n, conversion)));

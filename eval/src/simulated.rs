@@ -3,7 +3,8 @@
 use crate::bound::{self, Channel, Clue, Harmonic};
 use anyhow::{Result, ensure};
 use hal_mock::{Scene, Sliding, SlidingScene};
-use ridgetone::schedule::{TRIM_FRAMES, WINDOW_FRAMES_MAX};
+use ridgetone::schedule::{TRIM_FRAMES, window_frames_max};
+use ridgetone_proto::plan::Plan;
 use ridgetone_host::input::{REFERENCE_V, frame_rate_hz};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::{FRAMES_MIN, Values};
@@ -47,7 +48,7 @@ impl Simulated {
         let (truth, rate_hz) = (scene.truth(), frame_rate_hz());
         let slide = ((truth.slide_end_s - truth.slide_start_s) * rate_hz) as u32;
         let frames = slide.saturating_sub(2 * TRIM_FRAMES);
-        ensure!((FRAMES_MIN..=WINDOW_FRAMES_MAX).contains(&frames), "a slide of {slide} frames");
+        ensure!((FRAMES_MIN..=window_frames_max(&Plan::PAPER)).contains(&frames), "a slide of {slide} frames");
         let from_s = truth.slide_start_s + (f64::from(TRIM_FRAMES) + spread(parameters.seed)) / rate_hz;
         Ok(Self::at(scene, from_s, frames as usize))
     }

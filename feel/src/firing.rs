@@ -72,17 +72,22 @@ impl Firing {
     /// The same with the mean of several windows, such as those of all channels at one time. Their scatter is taken as
     /// common to all: it is not divided by their number.
     pub fn mean<'f>(firings: impl Iterator<Item = &'f Self>) -> Self {
-        let (mut mean, mut count) = (Self::default(), 0.0);
-        for firing in firings {
-            count += 1.0;
-            for a in 0..RECEPTORS {
-                let so_far = mean.intensity[a].unwrap_or(0.0);
-                mean.intensity[a] = firing.intensity[a].map(|value| so_far + (value - so_far) / count);
-                for b in 0..RECEPTORS {
-                    mean.above[a][b] += (firing.above[a][b] - mean.above[a][b]) / count;
-                }
-            }
+        let mut mean = Self::default();
+        for (before, firing) in firings.enumerate() {
+            mean.average(firing, before);
         }
         mean
+    }
+
+    /// Turns the mean of `before` windows into that of one more.
+    pub fn average(&mut self, firing: &Self, before: usize) {
+        let count = before as f32 + 1.0;
+        for a in 0..RECEPTORS {
+            let so_far = self.intensity[a].unwrap_or(0.0);
+            self.intensity[a] = firing.intensity[a].map(|value| so_far + (value - so_far) / count);
+            for b in 0..RECEPTORS {
+                self.above[a][b] += (firing.above[a][b] - self.above[a][b]) / count;
+            }
+        }
     }
 }

@@ -19,7 +19,7 @@ pub fn force_ratio<const UNITS: usize>(
         variance += sigma.iter().map(|sigma| sigma * sigma).sum::<f32>();
     }
     // Each pair has half of the variance of all four.
-    let ratio = libm::hypotf(along, across) / normal.abs();
+    let ratio = libm::sqrtf(along * along + across * across) / normal.abs();
     let sigma = libm::sqrtf(variance * (0.5 + ratio * ratio)) / normal.abs();
     ratio.is_finite().then_some((gain * ratio, gain.abs() * sigma))
 }

@@ -16,6 +16,7 @@
 // Receptors and indices are numbered; loops over several arrays at once read better by number.
 #![allow(clippy::needless_range_loop)]
 
+mod bands;
 mod firing;
 mod force;
 mod mean;
@@ -24,6 +25,7 @@ mod reference;
 mod score;
 mod spectrum;
 
+pub use bands::{BANDS, band_hz, strongest_in_bands};
 pub use firing::{Absent, Firing};
 pub use force::force_ratio;
 pub use mean::MeanFiring;

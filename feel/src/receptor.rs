@@ -62,6 +62,14 @@ impl Receptor {
         (from < hz && hz <= to).then_some(line.intercept + line.slope * log_hz)
     }
 
+    /// The ends of the threshold's two lines, below the bend and above it: frequency in hertz, um from peak to peak. In
+    /// logarithms the threshold is straight between them.
+    pub fn threshold_ends(self) -> [[(f32, f32); 2]; 2] {
+        let ([from, bend, to], [below, above]) = (self.corners_hz(), self.lines());
+        let at = |line: Line, hz: f32| (hz, libm::exp10f(line.intercept + line.slope * libm::log10f(hz)));
+        [[at(below, from), at(below, bend)], [at(above, bend), at(above, to)]]
+    }
+
     /// The threshold at a frequency, um from peak to peak; none outside the receptor's range.
     pub fn threshold_um(self, hz: f32) -> Option<f32> {
         self.log_threshold(hz, libm::log10f(hz)).map(libm::exp10f)

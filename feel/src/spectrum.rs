@@ -25,6 +25,8 @@ pub fn points(samples: usize) -> Option<usize> {
 /// The amplitude spectrum of a window of 64, 128, ... [`POINTS_MAX`] samples, under Hamming's window and less its mean: a
 /// sine of n whole cycles has its amplitude in bin n. The bins take the first half of the samples' memory; bin 0 is 0.
 /// None for another number of samples.
+// Not inlined: large, and called once a channel.
+#[inline(never)]
 pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
     if points(samples.len()) != Some(samples.len()) {
         return None;
@@ -42,7 +44,9 @@ pub fn amplitude_spectrum(samples: &mut [f32]) -> Option<&mut [f32]> {
             Some(&[re, im]) => [re, im],
             _ => [nyquist, 0.0],
         };
-        let [re, im] = [0, 1].map(|i| MEAN * here[i] - SIDE * (left[i] + right[i]));
+        let ([left_re, left_im], [here_re, here_im], [right_re, right_im]) = (left, here, right);
+        let re = MEAN * here_re - SIDE * (left_re + right_re);
+        let im = MEAN * here_im - SIDE * (left_im + right_im);
         // Bins from k + 2 on are still to be read, and lie behind place k.
         if let Some(place) = samples.get_mut(k) {
             *place = if k == 0 { 0.0 } else { scale * libm::sqrtf(re * re + im * im) };

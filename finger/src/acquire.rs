@@ -4,7 +4,13 @@
 //! (SBAS297G, read by command), so a bit error on the bus shows. Then a third read decides, by whole records. A
 //! conversion that no two reads agree on is dropped. The next conversion may end between two reads: the second and third
 //! then agree on that one, and the first, read only once, is dropped. A dropped conversion leaves a gap in the ids, which
-//! [`crate::assembler`] counts. A bit error that two reads share is not detected.
+//! [`crate::assembler`] counts. A bit error that two reads share is not detected. A plan whose conversions come too fast for
+//! that has them read once ([`Plan::is_read_twice`]), and again only where id or status is not the expected one: bit errors
+//! in a code then pass.
+//!
+//! **The plan** ([`Acquisition::change`]) is written with read-back while the scan stands still. A mark in the queue
+//! ([`TimedConversion::of_plan`]) separates its conversions from those before. Where the scan has no health readings
+//! ([`Acquisition::read_health`]) they have a scan of their own, at the start and between touches.
 //!
 //! **The watch** ([`Acquisition::watch`]) reads the registers back. It sets the chip up again if they changed, if no
 //! conversion comes, or if the chip did not answer before: at once the first time, then after pauses that double.
@@ -15,7 +21,7 @@ mod unseen;
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::TimedConversion;
-use crate::scan::{FIRST, NEW, NEW_AND_ID, next_status, skipped};
+use crate::scan::{NEW, NEW_AND_ID, Order};
 use ads1258::{Ads1258, Conversion, Register};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
@@ -23,7 +29,7 @@ use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
 use resolve::{Reads, Resolved, resolve};
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::scan::SCAN;
+use ridgetone_proto::plan::{HealthReadings, Plan};
 use unseen::Unseen;
 
 /// Unexpected edges of DRDY, less expected ones, from which on DRDY is muted. At the default scan's 5064 conversions a
@@ -54,6 +60,8 @@ pub enum Drdy {
     Listen,
     /// It goes on, and the caller calls [`Acquisition::watch`] at once.
     Watch,
+    /// The health readings are there: the caller calls [`Acquisition::read_inputs`] at once.
+    HealthRead,
     /// The caller mutes it before it calls [`Acquisition::watch`]: a storm.
     Mute,
 }
@@ -64,6 +72,14 @@ pub struct Acquisition<SPI, START, RESET> {
     adc: Ads1258<SPI>,
     start: START,
     reset: RESET,
+    plan: Plan,
+    /// The order of the scan under way.
+    order: Order,
+    is_read_twice: bool,
+    /// The scan under way is that of the health readings.
+    is_health: bool,
+    /// The plan is not in the queue yet.
+    is_unannounced: bool,
     /// NEW and CHID of the expected conversion.
     next: u8,
     /// The latest conversion; none since the chip was set up.
@@ -86,35 +102,89 @@ pub struct Acquisition<SPI, START, RESET> {
 }
 
 impl<SPI, START, RESET> Acquisition<SPI, START, RESET> {
-    /// Takes the driver and the pins START and RESET. Nothing is transferred.
-    pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET) -> Self {
+    /// Takes the driver, the pins START and RESET, and a plan that has passed [`Plan::validate`]. Nothing is transferred.
+    pub const fn new(adc: Ads1258<SPI>, start: START, reset: RESET, plan: Plan) -> Self {
+        let order = Order::of(&plan.config());
         Self {
             adc,
             start,
             reset,
-            next: FIRST,
+            plan,
+            order,
+            is_read_twice: plan.is_read_twice(),
+            is_health: false,
+            is_unannounced: false,
+            next: order.first(),
             latest: None,
             latest_us: 0,
             early: false,
             storm_count: 0,
             unexpected_edges: 0,
             muted: false,
-            unseen: Unseen::new(),
+            unseen: Unseen::new(plan.conversion_ns()),
             is_set_up: false,
             restarted_us: 0,
             pause_us: 0,
         }
     }
+
+    /// The plan in force.
+    pub const fn plan(&self) -> Plan {
+        self.plan
+    }
 }
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START, RESET> {
-    /// Resets the chip, writes its registers, reads them back and starts the scan. False if the chip does not answer;
-    /// then [`Self::watch`] tries again. Takes [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
+    /// Resets the chip, writes its registers, reads them back and starts the scan, first that of the health readings if the
+    /// plan's scan has none. False if the chip does not answer; then [`Self::watch`] tries again. Takes
+    /// [`ads1258::RESET_LOW_US`] and 36 bytes on the bus.
     pub fn set_up(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
-        (self.next, self.latest, self.early) = (FIRST, None, false);
+        self.is_health = self.plan.health == HealthReadings::BetweenTouches;
+        self.begin_scan(diagnostics, wait)
+    }
+
+    /// Puts another plan into force, which has passed [`Plan::validate`], as [`Self::set_up`] does. The caller unmutes DRDY
+    /// after it.
+    #[inline(never)]
+    pub fn change(&mut self, plan: Plan, now_us: u32, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
+        (self.plan, self.is_unannounced) = (plan, true);
+        self.is_read_twice = plan.is_read_twice();
+        self.unseen = Unseen::new(plan.conversion_ns());
+        self.latest_us = now_us;
+        let _ = self.set_up(diagnostics, wait);
+    }
+
+    /// Interrupts the plan's scan for one of the health readings, if the plan's has none. True if it did: the caller
+    /// unmutes DRDY after it.
+    #[inline(never)]
+    pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+        let is_due = self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
+        if is_due {
+            let _ = self.set_up(diagnostics, wait);
+        }
+        is_due
+    }
+
+    /// Goes on with the plan's scan after [`Drdy::HealthRead`]. The caller unmutes DRDY after it.
+    #[inline(never)]
+    pub fn read_inputs(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
+        self.is_health = false;
+        let _ = self.begin_scan(diagnostics, wait);
+    }
+
+    /// Begins a scan. It is tried again at once: a single bit error of the bus is no reason for a pause.
+    fn begin_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+        self.try_scan(diagnostics, wait) || self.try_scan(diagnostics, wait)
+    }
+
+    #[inline(never)]
+    fn try_scan(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
+        let config = if self.is_health { self.plan.health_config() } else { self.plan.config() };
+        self.order = Order::of(&config);
+        (self.next, self.latest, self.early) = (self.order.first(), None, false);
         let is_configured = self.adc.stop(&mut self.start).is_ok()
             && self.adc.reset_by_pin(&mut self.reset, wait).is_ok()
-            && self.adc.configure(&SCAN).is_ok();
+            && self.adc.configure(&config).is_ok();
         // Also if the chip does not answer: what is read shows which wire is bad. Before START: with it high ID may read wrong.
         let mut found = [0; Register::ALL.len()];
         if self.adc.read_registers(Register::Config0, &mut found).is_ok() {
@@ -133,18 +203,32 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         samples: &mut Samples<'_>,
         diagnostics: &Diagnostics,
     ) -> Drdy {
-        let (first, again) = (self.adc.read().ok(), self.adc.read().ok());
+        let first = self.adc.read().ok();
+        let is_expected = first.filter(|first| first.status.0 & NEW_AND_ID == self.next);
+        if !self.is_read_twice
+            && let Some(conversion) = is_expected
+        {
+            let timed = TimedConversion { t_us: edge_us(), conversion };
+            return self.expected(timed, samples, diagnostics);
+        }
+        let again = self.adc.read().ok();
         let t_us = edge_us();
-        if let (Some(conversion), Some(again)) = (first, again)
+        if let (Some(conversion), Some(again)) = (is_expected, again)
             && conversion.code == again.code
             && conversion.status.0 ^ again.status.0 == NEW
-            && conversion.status.0 & NEW_AND_ID == self.next
         {
-            self.storm_count = self.storm_count.saturating_sub(1);
-            self.queue(TimedConversion { t_us, conversion }, samples, diagnostics);
-            return Drdy::Listen;
+            return self.expected(TimedConversion { t_us, conversion }, samples, diagnostics);
         }
         self.unexpected([first, again], t_us, samples, diagnostics)
+    }
+
+    /// Takes the expected conversion.
+    #[inline(always)]
+    fn expected(&mut self, timed: TimedConversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) -> Drdy {
+        self.storm_count = self.storm_count.saturating_sub(1);
+        self.queue(timed, samples, diagnostics);
+        let is_health_read = self.is_health && timed.conversion.status.chid() == self.order.last_id();
+        if is_health_read { Drdy::HealthRead } else { Drdy::Listen }
     }
 
     /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
@@ -202,10 +286,12 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
                 let config0 = self.adc.read_register(Register::Config0).ok();
                 diagnostics.unseen.add(self.unseen.at_most(since_us, config0));
             }
-            _ => diagnostics.unseen.add(Unseen::of_clock(since_us)),
+            _ => diagnostics.unseen.add(self.unseen.of_clock(since_us)),
         }
         self.unseen.reset();
-        let is_set_up = self.set_up(diagnostics, wait);
+        // A touch may last: its health readings can wait.
+        self.is_health = false;
+        let is_set_up = self.begin_scan(diagnostics, wait);
         // Reported even if the chip answers now: nobody reported it before.
         diagnostics.fault(if is_set_up { fault } else { FaultKind::NoAnswer }, now_us);
     }
@@ -219,10 +305,19 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         }
         self.latest = Some(conversion);
         self.latest_us = t_us;
-        self.next = next_status(conversion.status.0);
-        if samples.enqueue(timed).is_err() {
+        self.next = self.order.next_status(conversion.status.0);
+        if self.is_unannounced {
+            self.announce(t_us, samples);
+        }
+        if self.is_unannounced || samples.enqueue(timed).is_err() {
             diagnostics.overruns.add(1);
         }
+    }
+
+    /// Puts the mark of a new plan into the queue, if there is a place.
+    #[inline(never)]
+    fn announce(&mut self, t_us: u32, samples: &mut Samples<'_>) {
+        self.is_unannounced = samples.enqueue(TimedConversion::of_plan(self.plan, t_us)).is_err();
     }
 
     /// Takes two reads that are not both the expected conversion.
@@ -232,7 +327,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         let resolved = resolve(self.latest, self.next, reads, || adc.read().ok());
         if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
             // Before a later one they include the one that was read only once.
-            diagnostics.overruns.add(skipped(self.next, conversion.status.0));
+            diagnostics.overruns.add(self.order.skipped(self.next, conversion.status.0));
             self.queue(TimedConversion { t_us, conversion }, samples, diagnostics);
         }
         match resolved {
@@ -246,7 +341,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             Resolved::Garbled => {
                 diagnostics.fault(FaultKind::Bus, t_us);
                 diagnostics.overruns.add(1);
-                self.next = next_status(self.next);
+                self.next = self.order.next_status(self.next);
             }
             Resolved::Dead => diagnostics.fault(FaultKind::BusDead, t_us),
             Resolved::Repeated if core::mem::take(&mut self.early) => return Drdy::Listen,

@@ -8,24 +8,45 @@
 //! others take the slow path, conversion by conversion.
 
 use crate::frame::{Frame, Readings, TimedConversion};
-use crate::scan::{CONVERSION_NS, FRAME_NS, ID_OF, IDS, OWN, SLOT_OF, SLOTS};
+use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
 use ads1258::Conversion;
 use heapless::Vec;
-use ridgetone_proto::scan::{INPUTS, SCANNED};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
 
-/// A gap in time above which whole scans may be missing: half a scan, microseconds.
-const GAP_US: u32 = (FRAME_NS / 2000) as u32;
 /// How far from its time a conversion may be, microseconds: an interrupt may be late by so much, and by default it is
-/// 1 % of a scan.
+/// 1 % of a scan. Of a fast scan it is three eighths of a conversion at most.
 const JITTER_US: u32 = 50;
-/// Time from one conversion to the next, microseconds.
-const STEP_US: u32 = (CONVERSION_NS / 1000) as u32;
-/// Time from the first to the last conversion of a scan, microseconds.
-const SPAN_US: u32 = (CONVERSION_NS * (SLOTS as u64 - 1) / 1000) as u32;
 /// NEW and no other flag (SBAS297G, status byte): a conversion without a flaw.
 const FLAWLESS: u8 = 0x80;
-/// Channel id of a scan's last slot.
-const LAST_ID: u8 = ID_OF[SLOTS as usize - 1];
+
+/// What the assembler needs of a plan at every scan.
+#[derive(Clone, Copy, Debug)]
+struct Times {
+    /// How far from its time a conversion may be, microseconds.
+    jitter_us: u32,
+    /// Time from one conversion to the next, microseconds.
+    step_us: u32,
+    /// Time from the first to the last conversion of a scan, microseconds.
+    span_us: u32,
+    /// A gap in time above which whole scans may be missing: half a scan, microseconds; of a scan of one conversion that is one
+    /// and a half.
+    gap_us: u32,
+}
+
+impl Times {
+    const fn new(scan: &Scan) -> Self {
+        let share_us = scan.conversion_ns * 3 / 8000;
+        let half_us = scan.frame_ns() / 2000;
+        let step_us = scan.conversion_ns / 1000;
+        Self {
+            jitter_us: if share_us < JITTER_US { share_us } else { JITTER_US },
+            step_us,
+            span_us: scan.conversion_ns * (scan.slots - 1) / 1000,
+            gap_us: if half_us > step_us + step_us / 2 { half_us } else { step_us + step_us / 2 },
+        }
+    }
+}
 
 /// Flaws of the conversions on the slow path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,7 +79,16 @@ struct OffTime {
 pub struct Assembler {
     /// The reference, volts.
     pub vref_v: f32,
-    buffer: Vec<TimedConversion, { SLOTS as usize }>,
+    scan: Scan,
+    order: Order,
+    times: Times,
+    /// NEW and CHID of the scan's conversions in their order, without any flag.
+    flawless: [u8; SLOTS_MAX],
+    /// The taxels that are converted, in their order.
+    taxels: [u8; TAXELS],
+    /// The scan was interrupted for health readings: nothing is lost before its next conversion.
+    has_paused: bool,
+    buffer: Vec<TimedConversion, SLOTS_MAX>,
     /// Slot of the latest conversion that was taken.
     pub latest_slot: Option<u32>,
     /// Set if that conversion was off its time.
@@ -84,10 +114,19 @@ pub struct Assembler {
 }
 
 impl Assembler {
-    /// An assembler that has seen nothing. `vref_v` is the reference, volts.
-    pub const fn new(vref_v: f32) -> Self {
+    /// An assembler that has seen nothing. `vref_v` is the reference, volts. The plan has passed [`Plan::validate`].
+    pub const fn new(vref_v: f32, plan: &Plan) -> Self {
+        let scan = Scan::new(plan);
+        let order = Order::of(&plan.config());
+        let (flawless, taxels) = table(order, &scan);
         Self {
             vref_v,
+            scan,
+            order,
+            times: Times::new(&scan),
+            flawless,
+            taxels,
+            has_paused: false,
             buffer: Vec::new(),
             latest_slot: None,
             off_time: None,
@@ -103,6 +142,22 @@ impl Assembler {
         }
     }
 
+    /// From the next conversion on the scan is that of another plan. Its frames' numbers and times go on.
+    pub fn change(&mut self, plan: &Plan) {
+        self.scan = Scan::new(plan);
+        self.order = Order::of(&plan.config());
+        self.times = Times::new(&self.scan);
+        (self.flawless, self.taxels) = table(self.order, &self.scan);
+        self.buffer.clear();
+        (self.has_paused, self.is_open, self.off_time) = (true, false, None);
+        self.latest_slot = self.latest_slot.map(|_| self.scan.slots - 1);
+    }
+
+    /// The scan.
+    pub const fn scan(&self) -> &Scan {
+        &self.scan
+    }
+
     /// The chip's internal readings.
     pub fn readings(&self) -> Readings {
         Readings::new(self.own, self.vref_v)
@@ -114,7 +169,7 @@ impl Assembler {
     pub fn buffer(&mut self, timed: &TimedConversion) -> bool {
         // The buffer is never full here.
         let _ = self.buffer.push(*timed);
-        self.buffer.is_full()
+        self.buffer.len() >= self.scan.slots as usize
     }
 
     /// Takes one conversion and calls `done` with every frame that is over.
@@ -140,41 +195,64 @@ impl Assembler {
     /// false, and only codes that belong to no frame have changed.
     #[inline(never)]
     pub fn try_fast_path(&mut self) -> bool {
-        let Some((buffer, _)) = self.buffer.split_first_chunk::<{ SLOTS as usize }>() else { return false };
-        let [first, .., last] = buffer;
-        let is_on_time = |passed_us: u32, expected_us| passed_us.wrapping_sub(expected_us - JITTER_US) <= 2 * JITTER_US;
+        let Self { scan, times, buffer, flawless, frame, .. } = self;
+        let Times { jitter_us, step_us, span_us: expected_us, .. } = *times;
+        let (Some(first), Some(last), false) = (buffer.first(), buffer.last(), self.has_paused) else { return false };
+        let is_on_time = |passed_us: u32, expected_us: u32| {
+            passed_us.wrapping_add(jitter_us).wrapping_sub(expected_us) <= 2 * jitter_us
+        };
         let span_us = last.t_us.wrapping_sub(first.t_us);
+        let last_us = last.t_us;
         let (number, passed_us) = match self.latest_slot {
             None => (0, 0),
             Some(slot) => {
                 let passed_us = first.t_us.wrapping_sub(self.board_us);
-                if slot != SLOTS - 1 || self.off_time.is_some() || !is_on_time(passed_us, STEP_US) {
+                if slot != scan.slots - 1 || self.off_time.is_some() || !is_on_time(passed_us, step_us) {
                     return false;
                 }
-                (self.frame.number.wrapping_add(1), passed_us)
+                (frame.number.wrapping_add(1), passed_us)
             }
         };
-        let is_expected = |(timed, id): (&TimedConversion, &u8)| timed.conversion.status.0 == FLAWLESS | id;
-        let (taxels, own) = buffer.split_at(INPUTS);
-        if !is_on_time(span_us, SPAN_US) || !buffer.iter().zip(&ID_OF).all(is_expected) {
+        // Without a branch for each, and by sevens: all of them are nearly always as they should be.
+        let (sevens, rest) = buffer.as_chunks::<7>();
+        let statuses = flawless.get(..buffer.len()).unwrap_or_default();
+        let (seven_statuses, rest_statuses) = statuses.as_chunks::<7>();
+        let off = |timed: &TimedConversion, status: &u8| timed.conversion.status.0 ^ *status;
+        let mut flawed = rest.iter().zip(rest_statuses).fold(0, |flawed, (timed, status)| flawed | off(timed, status));
+        for ([a, b, c, d, e, f, g], [h, i, j, k, l, m, n]) in sevens.iter().zip(seven_statuses) {
+            flawed |= off(a, h) | off(b, i) | off(c, j) | off(d, k) | off(e, l) | off(f, m) | off(g, n);
+        }
+        if flawed != 0 || !is_on_time(span_us, expected_us) {
             return false;
         }
+        let channels = (scan.channels as usize).min(buffer.len());
+        let (taxels, own) = buffer.split_at(channels);
+        let mut is_any_clipped = false;
         // No frame is open here, so these codes are nobody's.
-        for (code, timed) in self.frame.codes.iter_mut().zip(taxels) {
-            *code = timed.conversion.code;
-            if is_clipped(*code) {
-                return false;
+        if let Ok(all) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
+            for (place, timed) in frame.codes.iter_mut().zip(all) {
+                *place = timed.conversion.code;
+                is_any_clipped |= is_clipped(*place);
+            }
+        } else {
+            for (taxel, timed) in self.taxels.iter().zip(taxels) {
+                let code = timed.conversion.code;
+                frame.codes[*taxel as usize % TAXELS] = code;
+                is_any_clipped |= is_clipped(code);
             }
         }
-        self.board_us = last.t_us;
-        self.latest_slot = Some(SLOTS - 1);
+        if is_any_clipped {
+            return false;
+        }
         for (code, timed) in self.own.iter_mut().zip(own) {
             *code = Some(timed.conversion.code);
         }
-        self.frame.number = number;
-        self.frame.t_us = self.now_us.wrapping_add(passed_us as u64);
-        (self.frame.present, self.frame.good) = (SCANNED, SCANNED);
-        self.now_us = self.frame.t_us.wrapping_add(span_us as u64);
+        self.board_us = last_us;
+        self.latest_slot = Some(scan.slots - 1);
+        frame.number = number;
+        frame.t_us = self.now_us.wrapping_add(passed_us as u64);
+        (frame.present, frame.good) = (scan.inputs, scan.inputs);
+        self.now_us = frame.t_us.wrapping_add(span_us as u64);
         self.buffer.clear();
         self.frames = self.frames.wrapping_add(1);
         true
@@ -185,7 +263,8 @@ impl Assembler {
     #[inline(never)]
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
-        let is_last = |timed: &TimedConversion| timed.conversion.status.chid() == LAST_ID;
+        let last_id = self.order.last_id();
+        let is_last = |timed: &TimedConversion| timed.conversion.status.chid() == last_id;
         let taken = buffer.iter().rposition(is_last).map_or(buffer.len(), |last| last + 1);
         for (at, timed) in buffer.iter().enumerate() {
             if at < taken {
@@ -200,34 +279,45 @@ impl Assembler {
     #[inline(never)]
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
         let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
-        let Some(slot) = SLOT_OF[status.chid() as usize % IDS].filter(|_| status.is_new()) else {
+        let own = own_of(status.chid());
+        let Some(slot) = self.order.slot_of(status.chid()).filter(|_| status.is_new()) else {
+            if let (Some(own), true, true) = (own, status.is_new(), self.scan.slots == self.scan.channels) {
+                // The plan's scan was interrupted for it.
+                if let Some(place) = self.own.get_mut(own) {
+                    *place = Some(code);
+                }
+                self.flaws.supply += status.is_supply_low() as u32;
+                self.has_paused = true;
+                return;
+            }
             self.doubtful = self.doubtful.saturating_add(1);
             let flaw = if status.is_new() { &mut self.flaws.channel } else { &mut self.flaws.repeated };
             *flaw = flaw.saturating_add(1);
             return;
         };
-        let slot = slot as usize;
+        let taxel = (status.chid().wrapping_sub(FIRST_INPUT)) as usize % TAXELS;
         let is_clean = !status.is_overflow() && !status.is_supply_low();
         self.flaws.supply += status.is_supply_low() as u32;
-        self.flaws.overload += (status.is_overflow() || slot < INPUTS && is_clipped(code)) as u32;
+        self.flaws.overload += (status.is_overflow() || own.is_none() && is_clipped(code)) as u32;
         self.doubtful = self.doubtful.saturating_add(!is_clean as u32);
 
-        let scans = self.advance(slot as u32, t_us);
+        let scans = self.advance(slot, t_us);
         if scans > 0 {
             self.give(done);
             self.frame.number = self.frame.number.wrapping_add(scans);
-            self.frame.t_us = self.now_us.saturating_sub(slot as u64 * CONVERSION_NS / 1000);
+            self.frame.t_us = self.now_us.saturating_sub(slot as u64 * self.scan.conversion_ns as u64 / 1000);
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.is_open = true;
-        if slot < INPUTS {
-            self.frame.codes[slot] = code;
-            self.frame.present |= 1 << slot;
-            self.frame.good |= ((is_clean && !is_clipped(code)) as u16) << slot;
-        } else if let Some(own) = self.own.get_mut(slot - INPUTS) {
-            *own = Some(code);
+        match own.and_then(|own| self.own.get_mut(own)) {
+            Some(own) => *own = Some(code),
+            None => {
+                self.frame.codes[taxel] = code;
+                self.frame.present |= 1 << taxel;
+                self.frame.good |= ((is_clean && !is_clipped(code)) as u16) << taxel;
+            }
         }
-        if slot as u32 == SLOTS - 1 {
+        if slot == self.scan.slots - 1 {
             self.give(done);
         }
     }
@@ -237,22 +327,34 @@ impl Assembler {
     fn advance(&mut self, slot: u32, t_us: u32) -> u32 {
         let passed_us = t_us.wrapping_sub(self.board_us);
         self.board_us = t_us;
+        let has_paused = core::mem::take(&mut self.has_paused);
         let Some(before) = self.latest_slot.replace(slot) else {
             self.lost = slot;
             self.flaws.lost = slot;
             return 0;
         };
         self.now_us = self.now_us.wrapping_add(passed_us as u64);
+        let Scan { slots, conversion_ns, .. } = self.scan;
+        if has_paused {
+            self.lost = self.lost.saturating_add(slot);
+            self.flaws.lost = self.flaws.lost.saturating_add(slot);
+            // The scan begins at its top, a part of a scan later than it would have: the nearest whole number counts.
+            self.off_time = None;
+            let frame_us = (self.scan.frame_ns() / 1000).max(1);
+            return (passed_us.saturating_add(frame_us / 2) / frame_us).max(1);
+        }
         let (mut scans, mut lost_by_time) = ((slot <= before) as u32, 0);
-        if passed_us > GAP_US {
-            // As many whole scans more as bring the count of slots nearest to the time that passed.
-            let by_time = (passed_us as u64 * 1000 / CONVERSION_NS) as u32;
-            let by_order = scans * SLOTS + slot - before;
-            scans += (by_time.saturating_sub(by_order) + SLOTS / 2) / SLOTS;
+        if passed_us > self.times.gap_us {
+            // As many whole scans more as bring the count of slots nearest to the time that passed. Of a scan of one slot the
+            // time is rounded itself.
+            let rounding_ns = if slots == 1 { conversion_ns / 2 } else { 0 };
+            let by_time = ((passed_us as u64 * 1000 + rounding_ns as u64) / conversion_ns.max(1) as u64) as u32;
+            let by_order = scans * slots + slot - before;
+            scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
             // A chip that was set up again restarts its scan: by order there may be fewer.
             lost_by_time = by_time;
         }
-        let steps = scans.saturating_mul(SLOTS).saturating_add(slot).saturating_sub(before);
+        let steps = scans.saturating_mul(slots).saturating_add(slot).saturating_sub(before);
         let lost = steps.max(lost_by_time).saturating_sub(1);
         self.lost = self.lost.saturating_add(lost);
         self.flaws.lost = self.flaws.lost.saturating_add(lost);
@@ -263,13 +365,13 @@ impl Assembler {
     /// Whether so many steps of the scan fit the time that passed. After a chip stood still or restarted its scan, every
     /// later conversion is off the time that the fit assumes. After a single late time stamp the next one is on time.
     fn check_time(&mut self, passed_us: u32, steps: u32) {
-        let expected_us = (steps as u64 * CONVERSION_NS / 1000) as u32;
+        let expected_us = (steps as u64 * self.scan.conversion_ns as u64 / 1000) as u32;
         let before = self.off_time.take();
         let late_us =
             (passed_us.wrapping_sub(expected_us) as i32).saturating_add(before.map_or(0, |before| before.late_us));
         let has_gap = steps > 1 || before.is_some_and(|before| before.has_gap);
         // 122 ppm, for the difference of the two crystals over a long gap.
-        if late_us.unsigned_abs() <= JITTER_US + (passed_us >> 13) {
+        if late_us.unsigned_abs() <= self.times.jitter_us + (passed_us >> 13) {
             return;
         }
         if before.is_none() {
@@ -289,9 +391,23 @@ impl Assembler {
     }
 }
 
+/// A scan's flawless statuses in their order, and its taxels.
+const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
+    let (mut statuses, mut taxels, mut status, mut slot) = ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
+    while slot < scan.slots as usize && slot < SLOTS_MAX {
+        statuses[slot] = status & !NEW | FLAWLESS;
+        if slot < scan.channels as usize && slot < TAXELS {
+            taxels[slot] = (status & !NEW) - FIRST_INPUT;
+        }
+        (status, slot) = (order.next_status(status), slot + 1);
+    }
+    (statuses, taxels)
+}
+
 /// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
-    code <= -0x80_0000 || code >= 0x7f_ffff
+    // One comparison: codes in between are from 0 on when so moved.
+    code.wrapping_add(0x7f_ffff) as u32 >= 0xff_fffe
 }
 
 #[cfg(test)]

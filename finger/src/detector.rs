@@ -10,7 +10,7 @@ use crate::health::{HealthReporter, health};
 use crate::ring::Ring;
 use crate::window::Window;
 use ridgetone_proto::boot::{Boot, SettingsSource};
-use ridgetone_proto::scan::FRAME_RATE_HZ;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Hello, PROTOCOL};
 use tracker::Tracker;
@@ -22,6 +22,8 @@ const AHEAD_US: u32 = 1000;
 #[derive(Clone, Debug)]
 pub struct Detector {
     settings: Settings,
+    /// The plan of the conversions; another one in `settings` comes with [`Self::begin`].
+    plan: Plan,
     source: SettingsSource,
     boot: Boot,
     assembler: Assembler,
@@ -40,12 +42,13 @@ impl Detector {
     pub const fn booted(settings: Settings, source: SettingsSource, boot: Boot) -> Self {
         Self {
             settings,
+            plan: settings.plan,
             source,
             boot,
-            assembler: Assembler::new(settings.vref_v),
+            assembler: Assembler::new(settings.vref_v, &settings.plan),
             tracker: Tracker::new(&settings),
             episodes: FaultEpisodes::new(settings.vref_v),
-            health_reporter: HealthReporter::new(),
+            health_reporter: HealthReporter::new(&settings.plan),
         }
     }
 
@@ -60,7 +63,7 @@ impl Detector {
                 part(env!("CARGO_PKG_VERSION_MINOR")),
                 part(env!("CARGO_PKG_VERSION_PATCH")),
             ],
-            frame_rate_hz: FRAME_RATE_HZ,
+            frame_rate_hz: self.settings.plan.frame_rate_hz(),
             settings: self.settings,
             source: self.source,
             boot: self.boot.clone(),
@@ -159,13 +162,51 @@ impl Detector {
     }
 
     /// Puts settings in force that passed [`Settings::validate`]. A slide that lasts goes on; its windows get the new
-    /// length, and none of them reaches back before it.
+    /// length, and none of them reaches back before it. Settings of another plan wait for [`Self::begin`]; then false.
     #[inline(never)]
-    pub fn change(&mut self, settings: &Settings, source: SettingsSource) {
+    pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
         (self.settings, self.source) = (*settings, source);
+        if settings.plan != self.plan {
+            return false;
+        }
         self.assembler.vref_v = settings.vref_v;
         self.episodes.set_reference(settings.vref_v);
         self.tracker.change(settings);
+        true
+    }
+
+    /// The next conversions are of this plan, with the settings that wait for it. What lasts is over; numbers and times of frames
+    /// go on, and the level without touch is measured again.
+    #[inline(never)]
+    pub fn begin(
+        &mut self,
+        plan: Plan,
+        ring: &mut Ring,
+        diagnostics: &Diagnostics,
+        emit: &mut dyn FnMut(Event),
+        due: &mut dyn FnMut(Window),
+    ) {
+        let Self { assembler, tracker, .. } = self;
+        assembler.finish(&mut |frame| tracker.push(frame, ring, emit, due));
+        add_flaws(assembler, diagnostics);
+        tracker.finish(ring, emit, due);
+        self.plan = plan;
+        if self.settings.plan != plan {
+            // Others are wanted by now, and their plan follows.
+            return;
+        }
+        let Self { settings, assembler, tracker, episodes, health_reporter, .. } = self;
+        assembler.change(&plan);
+        assembler.vref_v = settings.vref_v;
+        episodes.set_reference(settings.vref_v);
+        health_reporter.change(&plan, tracker.clock.latest);
+        tracker.begin(settings);
+        emit(self.hello());
+    }
+
+    /// Settings that are in force, or wait for their plan.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Starts again, as after power-up, or stops; then nothing is reported but `health`, faults and raw frames. The

@@ -1,6 +1,7 @@
 //! The estimator: one window in, one estimate out.
 
 use crate::abscissa::{self, Fitted};
+use crate::feeling::feel;
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
@@ -12,7 +13,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 
@@ -76,6 +77,14 @@ impl Estimator {
         }
         self.reported_end = end;
         Ok(WindowFit::Done(estimate))
+    }
+
+    /// What a finger would feel in a window; None where the settings have no conversion, and of a whole slide.
+    pub fn feel(&mut self, window: &Window, source: &mut dyn FrameSource) -> Result<Option<Feel>, Overwritten> {
+        if !self.settings.feel.is_on() || window.span == Span::Slide {
+            return Ok(None);
+        }
+        feel(window, source, self.fitter.scratch(), &self.settings)
     }
 
     fn fit(

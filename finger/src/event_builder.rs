@@ -31,9 +31,9 @@ impl EventBuilder {
                 taxel,
                 height_v: height * self.volts_per_code,
             }),
-            Change::HoldEnd { held, idle, idle_frames, weights } => {
-                let span_us = (clock.time_us(held.from, ring), clock.time_us(held.until, ring));
-                Event::Image(image(held, (idle, idle_frames), weights, self.volts_per_code, span_us))
+            Change::HoldEnd { held, span: (from, until), frames, idle, idle_frames, weights } => {
+                let span_us = (clock.time_us(from, ring), clock.time_us(until, ring));
+                Event::Image(image((held, frames), (idle, idle_frames), weights, self.volts_per_code, span_us))
             }
             Change::SlideStart(start) => {
                 self.slide_start_us = clock.time_us(start, ring);

@@ -1,9 +1,10 @@
 //! One conversion with its time, one scan of them, and when the scans were.
 
 use crate::ring::Ring;
-use crate::scan::{FRAME_NS, OWN};
-use ads1258::{Conversion, reading};
-use ridgetone_proto::scan::{FRAME_RATE_HZ, INPUTS, SCANNED, TAXELS};
+use crate::scan::{OWN, Scan};
+use ads1258::{Conversion, Status, reading};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
 
 /// One conversion with the time of its DRDY edge.
@@ -13,6 +14,22 @@ pub struct TimedConversion {
     pub t_us: u32,
     /// Status byte and 24-bit code as read.
     pub conversion: Conversion,
+}
+
+/// Status of a mark in the queue: no conversion has it, since NEW is set in all of them.
+const MARK: Status = Status(0x1f);
+
+impl TimedConversion {
+    /// A mark: from here on conversions are of this plan.
+    pub const fn of_plan(plan: Plan, t_us: u32) -> Self {
+        Self { t_us, conversion: Conversion { status: MARK, code: plan.to_bits() as i32 } }
+    }
+
+    /// The plan of a mark.
+    #[inline(always)]
+    pub fn as_plan(&self) -> Option<Plan> {
+        (self.conversion.status.0 == MARK.0).then_some(Plan::from_bits(self.conversion.code as u32))
+    }
 }
 
 /// One scan.
@@ -34,19 +51,19 @@ impl Frame {
     /// Before the first scan.
     pub const EMPTY: Self = Self { number: 0, t_us: 0, codes: [0; TAXELS], present: 0, good: 0 };
 
-    /// Whether every taxel of the scan is present.
-    pub const fn is_complete(&self) -> bool {
-        self.present == SCANNED
-    }
-
     /// Writes the good codes, less their references, to their places in `values`.
     pub fn put(&self, reference: &Values, values: &mut Values) {
         // Exact: codes have 24 bits.
         let value = |c: usize| self.codes[c] as f32 - reference[c];
-        if self.good == SCANNED {
-            (0..INPUTS).for_each(|c| values[c] = value(c));
-        } else {
-            (0..INPUTS).filter(|c| self.good & 1 << c != 0).for_each(|c| values[c] = value(c));
+        if self.good == u16::MAX {
+            (0..TAXELS).for_each(|c| values[c] = value(c));
+            return;
+        }
+        let mut rest = self.good;
+        while rest != 0 {
+            let c = rest.trailing_zeros() as usize % TAXELS;
+            values[c] = value(c);
+            rest &= rest - 1;
         }
     }
 }
@@ -86,24 +103,31 @@ pub(crate) struct FrameClock {
     pub latest: (u32, u64),
     /// The same of the first complete frame: the rate is measured from there.
     pub rate_from: Option<(u32, u64)>,
+    /// The scan's nominal period, nanoseconds.
+    frame_ns: u32,
 }
 
 impl FrameClock {
     /// Before the first frame.
-    pub const fn new() -> Self {
-        Self { latest: (0, 0), rate_from: None }
+    pub const fn new(scan: &Scan) -> Self {
+        Self { latest: (0, 0), rate_from: None, frame_ns: scan.frame_ns() }
+    }
+
+    /// Goes on with another scan.
+    pub fn change(&mut self, scan: &Scan) {
+        (self.rate_from, self.frame_ns) = (None, scan.frame_ns());
     }
 
     /// Frames per second by the board's clock; zero until there are two.
     pub fn frame_rate_hz(&self) -> f32 {
-        /// Frame numbers wrap after so many: 206 days.
+        /// Frame numbers wrap after so many: 206 days at 241 Hz.
         const WRAP_FRAMES: f32 = 4_294_967_296.0;
         match self.rate_from {
             Some((frame, t_us)) if self.latest.1 > t_us => {
                 let passed_us = (self.latest.1 - t_us) as f32;
                 let beyond_wraps = self.latest.0.wrapping_sub(frame) as f32;
                 // The time and the nominal rate say how often the numbers have wrapped.
-                let nominal = passed_us * (FRAME_RATE_HZ * 1e-6);
+                let nominal = passed_us * (1e3 / self.frame_ns as f32);
                 let wraps = ((nominal - beyond_wraps) / WRAP_FRAMES + 0.5) as u32 as f32;
                 (beyond_wraps + wraps * WRAP_FRAMES) * 1e6 / passed_us
             }
@@ -120,7 +144,7 @@ impl FrameClock {
             return t_us.wrapping_sub((t_us as u32).wrapping_sub(low) as u64);
         }
         let back = number.wrapping_sub(frame) as i32;
-        let away_us = back.unsigned_abs() as u64 * FRAME_NS / 1000;
+        let away_us = back.unsigned_abs() as u64 * self.frame_ns as u64 / 1000;
         if back < 0 { t_us.wrapping_add(away_us) } else { t_us.saturating_sub(away_us) }
     }
 }

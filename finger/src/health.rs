@@ -4,22 +4,19 @@ use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{FrameClock, Readings};
 use crate::ring::reached;
-use crate::scan::FRAME_NS;
 use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::fault::FaultKind;
-use ridgetone_proto::scan::{FRAME_RATE_HZ, frames_in};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Health;
 
-/// Frames from one `health` to the next: one second.
-const HEALTH_FRAMES: u32 = FRAME_RATE_HZ as u32;
 /// The greeting is repeated after so many `health`, for a listener that connects later.
 const GREETING_HEALTHS: u8 = 10;
 /// The rate may be off by this share of it, 1 / 200: no crystal is.
 const RATE_SHARE: u64 = 200;
-/// Frames from one check of the rate to the next, at least. The checks twice a second and those with each `health` make
-/// 141 at most by default. So a clock that is off by 1 % for 0.6 s, 145 frames, is off for more than half of one of
+/// Time from one check of the rate to the next, at least, seconds. The checks twice a second and those with each `health` make
+/// 141 frames at most by default. So a clock that is off by 1 % for 0.6 s, 145 frames, is off for more than half of one of
 /// these intervals.
-const RATE_FRAMES: u32 = frames_in(0.415);
+const RATE_S: f32 = 0.415;
 /// Checks, twice a second, from one `health` to the next while no conversion comes.
 const SILENT_CHECKS: u8 = 2;
 /// No conversion for so long is silence, microseconds: by default a hundred frames.
@@ -28,6 +25,10 @@ const SILENCE_US: u32 = 400_000;
 /// Makes `health` when it is due.
 #[derive(Clone, Debug)]
 pub struct HealthReporter {
+    /// Frames from one `health` to the next: one second.
+    health_frames: u32,
+    /// Frames from one check of the rate to the next, at least.
+    rate_frames: u32,
     /// Frame at which `health` is due.
     due: u32,
     /// Number of `health` since the latest greeting.
@@ -40,8 +41,18 @@ pub struct HealthReporter {
 
 impl HealthReporter {
     /// Before the first frame.
-    pub const fn new() -> Self {
-        Self { due: HEALTH_FRAMES, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }
+    pub const fn new(plan: &Plan) -> Self {
+        let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
+        Self { health_frames, rate_frames, due: health_frames, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }
+    }
+
+    /// Goes on with another plan after the frame `latest`.
+    pub fn change(&mut self, plan: &Plan, latest: (u32, u64)) {
+        let (number, t_us) = latest;
+        let Self { health_frames, rate_frames, .. } = Self::new(plan);
+        (self.health_frames, self.rate_frames) = (health_frames, rate_frames);
+        self.due = number.wrapping_add(health_frames);
+        self.rate_from = (number, t_us, u32::MAX);
     }
 
     /// Whether `health` is due with the frame `latest`; then the next one is due a second later.
@@ -49,8 +60,8 @@ impl HealthReporter {
     pub fn is_due(&mut self, latest: u32) -> bool {
         let is_due = reached(latest, self.due);
         if is_due {
-            let next = self.due.wrapping_add(HEALTH_FRAMES);
-            self.due = if reached(latest, next) { latest.wrapping_add(HEALTH_FRAMES) } else { next };
+            let next = self.due.wrapping_add(self.health_frames);
+            self.due = if reached(latest, next) { latest.wrapping_add(self.health_frames) } else { next };
         }
         is_due
     }
@@ -77,13 +88,14 @@ impl HealthReporter {
         let breaks = assembler.lost.wrapping_add(diagnostics.chip_restarts.get());
         let (from, from_us, from_breaks) = self.rate_from;
         let frames = number.wrapping_sub(from);
-        if frames < RATE_FRAMES {
+        if frames < self.rate_frames {
             return;
         }
         self.rate_from = (number, t_us, breaks);
-        let (passed_us, nominal_us) = (t_us.wrapping_sub(from_us), frames as u64 * FRAME_NS / 1000);
+        let (passed_us, nominal_us) =
+            (t_us.wrapping_sub(from_us), frames as u64 * assembler.scan().frame_ns() as u64 / 1000);
         // Frame numbers may have wrapped in a longer time.
-        let is_known = frames < 10 * HEALTH_FRAMES && passed_us <= u32::MAX as u64 && breaks == from_breaks;
+        let is_known = frames < 10 * self.health_frames && passed_us <= u32::MAX as u64 && breaks == from_breaks;
         if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
             diagnostics.fault(FaultKind::Clock, assembler.board_us);
         }

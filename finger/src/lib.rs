@@ -54,6 +54,7 @@ pub mod detector;
 pub mod estimator;
 pub(crate) mod event_builder;
 pub mod faults;
+pub mod feeling;
 pub mod frame;
 pub(crate) mod health;
 pub mod pipeline;

@@ -9,7 +9,7 @@ use crate::frame::TimedConversion;
 use crate::ring::Ring;
 use crate::surface::profile::Profile;
 use crate::tasks::detect::admit;
-use crate::tasks::fit::fit;
+use crate::tasks::fit::{feel, fit};
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
 use heapless::Vec;
@@ -48,7 +48,7 @@ impl Pipeline {
             detector: Detector::new(settings),
             estimator: Estimator::new(settings),
             ring: Ring::new(),
-            shared: Shared::new(OneCall),
+            shared: Shared::new(OneCall, settings.plan),
             profile: None,
         }
     }
@@ -91,6 +91,9 @@ impl Pipeline {
         for window in &windows {
             if let Some(estimate) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
                 emit(Event::Estimate(estimate));
+            }
+            if let Some(feel) = feel(window, estimator, &mut &*ring, shared) {
+                emit(Event::Feel(feel));
             }
         }
     }

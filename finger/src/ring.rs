@@ -4,32 +4,48 @@
 //! frames by number. The fit reads a short block at a time. On the chip it does so behind a lock that lasts for one block,
 //! so that higher tasks wait for microseconds only. A reader learns which frames were overwritten.
 
+use crate::scan::Scan;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, TAXELS};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 
 /// Whether frame `number` is frame `mark` or a later one. The numbers wrap, so the two must be less than half their range
-/// apart: 103 days at 241 Hz.
+/// apart: 103 days at 241 Hz, a day at 23.3 kHz.
 pub const fn reached(number: u32, mark: u32) -> bool {
     number.wrapping_sub(mark) as i32 >= 0
 }
 
-/// The latest [`RING_FRAMES`] frames.
+/// The latest frames: [`RING_FRAMES`] rows of a sample for each of sixteen taxels. Of fewer taxels several frames share a row, so
+/// that the ring holds as many samples ([`Plan::frames_a_row`]).
 #[derive(Debug)]
 pub struct Ring {
+    /// Where a row holds one frame, each taxel has its own place; else the taxels of a frame follow each other.
     values: [Values; RING_FRAMES],
+    /// Bit for bit: which of them are valid.
     valid: [u16; RING_FRAMES],
+    /// Of the row's first frame.
     t_us: [u32; RING_FRAMES],
-    /// Place in the arrays that is written next. It does not follow from the number: 2^32 is no multiple of the ring's
-    /// length.
-    head: usize,
+    /// Place of the frame that is written next, in frames. It does not follow from the number: 2^32 is no multiple of the
+    /// ring's length.
+    head: u32,
     /// Number of the frame that is written next.
     next: u32,
-    /// Frames that are there, at most [`RING_FRAMES`].
+    /// Frames that are there.
     filled: u32,
+    /// Frames that there can be.
+    frames: u32,
+    /// Frames of a row.
+    in_row: u32,
+    /// The taxels that are converted, and how many.
+    inputs: u16,
+    channels: u32,
+    /// From one frame to the next, nanoseconds.
+    frame_ns: u32,
 }
 
 impl Ring {
-    /// An empty ring; `const`, so that it can live in a static.
+    /// An empty ring, for frames of the default plan if no other one is set before the first of them. `const`, so that it can live in
+    /// a static, and all zeros, so that the flash holds no copy of it.
     pub const fn new() -> Self {
         Self {
             values: [[0.0; TAXELS]; RING_FRAMES],
@@ -38,7 +54,21 @@ impl Ring {
             head: 0,
             next: 0,
             filled: 0,
+            frames: 0,
+            in_row: 0,
+            inputs: 0,
+            channels: 0,
+            frame_ns: 0,
         }
+    }
+
+    /// Empties the ring; it takes frames of this plan from now on, the first of which gets `number`.
+    pub fn change(&mut self, plan: &Plan, number: u32) {
+        self.frames = plan.ring_frames();
+        self.in_row = plan.frames_a_row() as u32;
+        (self.inputs, self.channels) = (plan.inputs, plan.channels() as u32);
+        self.frame_ns = Scan::new(plan).frame_ns();
+        self.restart(number);
     }
 
     /// Number of the frame that is written next.
@@ -49,6 +79,11 @@ impl Ring {
     /// Number of the oldest frame that is there.
     pub const fn oldest(&self) -> u32 {
         self.next.wrapping_sub(self.filled)
+    }
+
+    /// Frames that the ring can hold.
+    pub const fn frames(&self) -> u32 {
+        self.frames
     }
 
     /// Empties the ring; the next frame written gets `number`.
@@ -62,47 +97,180 @@ impl Ring {
 
     /// Writes the next frame: values, mask of valid taxels, and the time of its first slot (low 32 bits of the device time
     /// in microseconds).
+    #[inline]
     pub fn push(&mut self, values: &Values, valid: u16, t_us: u32) {
-        let at = self.head;
-        if let (Some(v), Some(m), Some(t)) = (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at)) {
-            *v = *values;
-            *m = valid;
-            *t = t_us;
+        if self.in_row == 0 {
+            self.change(&Plan::PAPER, self.next);
         }
-        self.head = if at + 1 < RING_FRAMES { at + 1 } else { 0 };
+        let at = self.head;
+        if self.in_row == 1 {
+            let at = at as usize;
+            if let (Some(v), Some(m), Some(t)) =
+                (self.values.get_mut(at), self.valid.get_mut(at), self.t_us.get_mut(at))
+            {
+                *v = *values;
+                *m = valid;
+                *t = t_us;
+            }
+        } else {
+            self.pack(values, valid, t_us);
+        }
+        self.head = if at + 1 < self.frames { at + 1 } else { 0 };
         self.next = self.next.wrapping_add(1);
-        self.filled = (self.filled + 1).min(RING_FRAMES as u32);
+        // The frame that is written next to others takes their places in its row.
+        self.filled = (self.filled + 1).min(self.frames + 1 - self.in_row);
     }
 
-    /// Place of a frame in the arrays, if it is there.
-    fn place(&self, number: u32) -> Option<usize> {
+    /// Writes a frame beside others.
+    #[inline(never)]
+    fn pack(&mut self, values: &Values, valid: u16, t_us: u32) {
+        let (row, place) = ((self.head / self.in_row.max(1)) as usize, self.head % self.in_row.max(1) * self.channels);
+        let (Some(to), Some(mask), Some(t)) =
+            (self.values.get_mut(row), self.valid.get_mut(row), self.t_us.get_mut(row))
+        else {
+            return;
+        };
+        if place == 0 {
+            (*mask, *t) = (0, t_us);
+        }
+        let (mut rest, mut at) = (self.inputs, place as usize);
+        // What is left of the frame that was there.
+        *mask &= ((1u32 << place) - 1) as u16;
+        while rest != 0 {
+            let taxel = rest.trailing_zeros() as usize % TAXELS;
+            to[at % TAXELS] = values[taxel];
+            *mask |= (valid >> taxel & 1) << (at % TAXELS);
+            (rest, at) = (rest & (rest - 1), at + 1);
+        }
+    }
+
+    /// Place of a frame, if it is there.
+    fn place(&self, number: u32) -> Option<u32> {
         let age = self.next.wrapping_sub(number);
-        let back = age as usize;
-        // For a frame that is far from those in the ring, as after a gap, this is not a place in the arrays.
-        let at = if back <= self.head { self.head - back } else { (self.head + RING_FRAMES).wrapping_sub(back) };
+        // For a frame that is far from those in the ring, as after a gap, this is no place in it.
+        let at = if age <= self.head { self.head - age } else { (self.head + self.frames).wrapping_sub(age) };
         (age >= 1 && age <= self.filled).then_some(at)
     }
 
-    /// One frame's values and mask, if it is there and has a valid value.
-    pub fn frame(&self, number: u32) -> Option<(&Values, u16)> {
+    /// One frame's values and mask, if it is there and has a valid value; `place` takes values that are not in the ring as
+    /// they should be.
+    #[inline]
+    pub fn frame<'a>(&'a self, number: u32, place: &'a mut Values) -> Option<(&'a Values, u16)> {
         let at = self.place(number)?;
-        let valid = *self.valid.get(at)?;
-        (valid != 0).then_some((self.values.get(at)?, valid))
+        if self.in_row > 1 {
+            let valid = self.unpack(at, place);
+            return (valid != 0).then_some((&*place, valid));
+        }
+        let valid = *self.valid.get(at as usize)?;
+        (valid != 0).then_some((self.values.get(at as usize)?, valid))
     }
 
-    /// Time of a frame's first slot, low 32 bits of the device time in microseconds.
+    /// Copies a frame from beside others; gives its mask.
+    fn unpack(&self, at: u32, to: &mut Values) -> u16 {
+        let (row, mut place) = ((at / self.in_row.max(1)) as usize, (at % self.in_row.max(1) * self.channels) as usize);
+        let (Some(from), Some(mask)) = (self.values.get(row), self.valid.get(row)) else { return 0 };
+        let (mut rest, mut valid) = (self.inputs, 0);
+        while rest != 0 {
+            let taxel = rest.trailing_zeros() as usize % TAXELS;
+            to[taxel] = from[place % TAXELS];
+            valid |= (mask >> (place % TAXELS) & 1) << taxel;
+            (rest, place) = (rest & (rest - 1), place + 1);
+        }
+        valid
+    }
+
+    /// The mean of those of `count` frames from `first` on that have a valid value, into `mean`. False if none has.
+    #[inline(never)]
+    pub fn mean(&self, first: u32, count: u32, mean: &mut Values) -> bool {
+        // By their place in a row: rows are added as they are.
+        let (mut sums, mut frames, mut number) = ([0.0f32; TAXELS], 0, first);
+        let end = first.wrapping_add(count);
+        let whole = ((1u32 << (self.channels * self.in_row)) - 1) as u16;
+        let whole = if self.in_row == 1 { self.inputs } else { whole };
+        while number != end {
+            let left = end.wrapping_sub(number);
+            let Some(at) = self.place(number) else {
+                number = number.wrapping_add(1);
+                continue;
+            };
+            let (row, beside) = ((at / self.in_row.max(1)) as usize, at % self.in_row.max(1));
+            let (Some(values), Some(valid)) = (self.values.get(row), self.valid.get(row)) else { return false };
+            if beside == 0 && left >= self.in_row && *valid == whole {
+                (0..TAXELS).for_each(|place| sums[place] += values[place]);
+                (frames, number) = (frames + self.in_row, number.wrapping_add(self.in_row));
+                continue;
+            }
+            let from = if self.in_row == 1 { 0 } else { (beside * self.channels) as usize };
+            let until = if self.in_row == 1 { TAXELS } else { from + self.channels as usize };
+            let of_frame = ((1u32 << until) - (1u32 << from)) as u16;
+            if *valid & of_frame != 0 {
+                for (sum, value) in sums.iter_mut().zip(values).take(until).skip(from) {
+                    *sum += value;
+                }
+                frames += 1;
+            }
+            number = number.wrapping_add(1);
+        }
+        if frames == 0 {
+            return false;
+        }
+        let share = 1.0 / frames as f32;
+        if self.in_row == 1 {
+            *mean = sums.map(|sum| sum * share);
+            return true;
+        }
+        let (mut rest, mut first) = (self.inputs, 0);
+        while rest != 0 {
+            let (mut sum, mut at) = (0.0, first);
+            for _ in 0..self.in_row {
+                sum += sums[at % TAXELS];
+                at += self.channels as usize;
+            }
+            mean[rest.trailing_zeros() as usize % TAXELS] = sum * share;
+            (rest, first) = (rest & (rest - 1), first + 1);
+        }
+        true
+    }
+
+    /// Time of a frame's first slot, low 32 bits of the device time in microseconds. Of frames that share a row only the first
+    /// one's was measured.
     pub fn t_us(&self, number: u32) -> Option<u32> {
-        self.t_us.get(self.place(number)?).copied()
+        let at = self.place(number)?;
+        if self.in_row == 1 {
+            return self.t_us.get(at as usize).copied();
+        }
+        let first_us = *self.t_us.get((at / self.in_row.max(1)) as usize)?;
+        Some(first_us.wrapping_add((at % self.in_row.max(1)) * self.frame_ns / 1000))
     }
 
     /// See [`FrameSource::read`].
+    #[inline]
     pub fn read<R>(&self, first: u32, most: usize, read: impl FnOnce(&[Values], &[u16]) -> R) -> Option<R> {
         let at = self.place(first)?;
-        let there = self.next.wrapping_sub(first) as usize;
-        let end = at + most.min(there).min(RING_FRAMES - at);
-        Some(read(self.values.get(at..end)?, self.valid.get(at..end)?))
+        let there = self.next.wrapping_sub(first);
+        let count = (most as u32).min(there).min(self.frames - at);
+        if self.in_row > 1 {
+            return Some(self.read_packed(at, count, read));
+        }
+        let range = at as usize..(at + count) as usize;
+        Some(read(self.values.get(range.clone())?, self.valid.get(range)?))
+    }
+
+    // Not inlined: its copies are on the stack only where they are needed.
+    #[inline(never)]
+    fn read_packed<R>(&self, at: u32, count: u32, read: impl FnOnce(&[Values], &[u16]) -> R) -> R {
+        let count = count.min(READ_FRAMES as u32);
+        let (mut values, mut valid) = ([[0.0; TAXELS]; READ_FRAMES], [0; READ_FRAMES]);
+        for ((to, mask), at) in values.iter_mut().zip(&mut valid).zip(at..at + count) {
+            *mask = self.unpack(at, to);
+        }
+        let count = count as usize;
+        read(values.get(..count).unwrap_or_default(), valid.get(..count).unwrap_or_default())
     }
 }
+
+/// Most frames that are read at a time: the fit's blocks.
+const READ_FRAMES: usize = 16;
 
 impl Default for Ring {
     fn default() -> Self {
@@ -133,11 +301,11 @@ mod tests {
         let number = |n: u32| first.wrapping_add(n);
         assert_eq!(ring.oldest(), number(2000 - RING_FRAMES as u32));
         for n in 2000 - RING_FRAMES as u32..2000 {
-            assert_eq!(ring.frame(number(n)).map(|(values, _)| values[3]), Some(n as f32));
+            assert_eq!(ring.frame(number(n), &mut [0.0; TAXELS]).map(|(values, _)| values[3]), Some(n as f32));
             assert_eq!(ring.t_us(number(n)), Some(n));
         }
-        assert!(ring.frame(number(2000)).is_none());
-        assert!(ring.frame(number(2000 - RING_FRAMES as u32 - 1)).is_none());
+        let is_there = |n| ring.frame(number(n), &mut [0.0; TAXELS]).is_some();
+        assert!(!is_there(2000) && !is_there(2000 - RING_FRAMES as u32 - 1));
         let mut read = 0;
         while let Some(shown) = ring.read(number(1200 + read), 16, |values, _| {
             assert!(values.iter().zip(0..).all(|(v, i)| v[0] == (1200 + read + i) as f32));
@@ -153,7 +321,7 @@ mod tests {
         let mut ring = Box::new(Ring::new());
         (0..RING_FRAMES as u32 - 3).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
         ring.restart(70);
-        assert!(ring.frame(70).is_none() && ring.oldest() == 70);
+        assert!(ring.frame(70, &mut [0.0; TAXELS]).is_none() && ring.oldest() == 70);
         (0..16).for_each(|n| ring.push(&[n as f32; TAXELS], 1, n));
         // In one piece: what a window's sums round to does not depend on what was there before.
         assert_eq!(ring.read(70, 16, |values, _| (values.len(), values[15][0])), Some((16, 15.0)));
@@ -163,7 +331,61 @@ mod tests {
     fn a_frame_without_a_valid_value_is_not_shown_as_one() {
         let mut ring = Box::new(Ring::new());
         ring.push(&[5.0; TAXELS], 0, 7);
-        assert!(ring.frame(0).is_none());
+        assert!(ring.frame(0, &mut [0.0; TAXELS]).is_none());
         assert_eq!(ring.t_us(0), Some(7));
+    }
+
+    /// Each of any number of taxels, around the ring's end and the wrap of the numbers, against a list of what was written.
+    #[test]
+    fn frames_that_share_rows_are_as_they_were_written() {
+        for (name, inputs) in
+            [("two", 0x8001u16), ("three", 0x0412), ("five", 0x001f), ("one", 0x0100), ("nine", 0x01ff)]
+        {
+            let plan = Plan { inputs, ..Plan::HAND };
+            let mut ring = Box::new(Ring::new());
+            let first = u32::MAX - 5000;
+            ring.change(&plan, first);
+            let number = |n: u32| first.wrapping_add(n);
+            let value = |n: u32, c: usize| if inputs >> c & 1 == 1 { (n * 16 + c as u32) as f32 } else { 0.0 };
+            let values = |n: u32| -> Values { core::array::from_fn(|c| value(n, c)) };
+            // Every 37th frame is missing, and the first taxel of every 11th bad.
+            let valid = |n: u32| match n {
+                n if n % 37 == 0 => 0,
+                n if n % 11 == 0 => inputs & (inputs - 1),
+                _ => inputs,
+            };
+            let frame_us = Scan::new(&plan).frame_ns() as f64 * 1e-3;
+            let t_us = |n: u32| (f64::from(n) * frame_us) as u32;
+            let all = ring.frames() + ring.frames() / 2 + 7;
+            (0..all).for_each(|n| ring.push(&values(n), valid(n), t_us(n)));
+            assert_eq!(ring.frames() as usize, RING_FRAMES * (TAXELS / inputs.count_ones() as usize), "{name}");
+            let oldest = all - (ring.frames() + 1 - plan.frames_a_row() as u32);
+            assert_eq!(ring.oldest(), number(oldest));
+            for n in oldest..all {
+                let mut place = [0.0; TAXELS];
+                let found = ring.frame(number(n), &mut place).map(|(values, valid)| (*values, valid));
+                let expected = Some((values(n), valid(n))).filter(|(_, valid)| *valid != 0);
+                assert_eq!(found, expected, "{name} {n}");
+                assert!(ring.t_us(number(n)).unwrap().abs_diff(t_us(n)) <= 1, "{name} {n}");
+            }
+            let (from, count) = (oldest + 1000, 97);
+            let mut mean = [0.0; TAXELS];
+            assert!(ring.mean(number(from), count, &mut mean));
+            let there: std::vec::Vec<u32> = (from..from + count).filter(|n| valid(*n) != 0).collect();
+            for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
+                let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
+                assert!((f64::from(mean[c]) / expected - 1.0).abs() < 1e-5, "{name} {c}: {} {expected}", mean[c]);
+            }
+            let mut read = 0;
+            while let Some(shown) = ring.read(number(all - 100 + read), 16, |shown, masks| {
+                for (n, (one, mask)) in (all - 100 + read..).zip(shown.iter().zip(masks)) {
+                    assert_eq!((*one, *mask), (values(n), valid(n)), "{name} {n}");
+                }
+                shown.len() as u32
+            }) {
+                read += shown;
+            }
+            assert_eq!(read, 100, "{name}");
+        }
     }
 }

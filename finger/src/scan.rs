@@ -1,88 +1,150 @@
 //! The slots of the scan: which channel the chip converts in each, how long that takes, and which comes next.
 
-use ads1258::{Channel, Sysred};
-use ridgetone_proto::scan::{INPUTS, SCAN, SCANNED};
+use ads1258::{Config, Sysred};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
 
-/// Slots of one scan.
-pub const SLOTS: u32 = SCAN.slots() as u32;
+/// Slots of one default scan.
+pub const SLOTS: u32 = Plan::PAPER.slots();
 
-/// The chip's internal readings, in the slots behind the taxels'.
-pub const OWN: usize = SLOTS as usize - INPUTS;
+/// The chip's internal readings.
+pub const OWN: usize = Sysred::ALL.to_bits().count_ones() as usize;
 
-/// A conversion's period at the nominal clock, nanoseconds.
-pub const CONVERSION_NS: u64 = SCAN.conversion_ticks() as u64 * 1_000_000_000 / SCAN.clock_hz as u64;
+/// Most slots of a scan.
+pub const SLOTS_MAX: usize = TAXELS + OWN;
 
-/// A scan's period at the nominal clock, nanoseconds.
+/// A conversion's period in the default scan at the nominal clock, nanoseconds.
+pub const CONVERSION_NS: u64 = Plan::PAPER.conversion_ns() as u64;
+
+/// A default scan's period at the nominal clock, nanoseconds.
 pub const FRAME_NS: u64 = CONVERSION_NS * SLOTS as u64;
 
 /// Channel ids that a status byte can name.
 pub(crate) const IDS: usize = 32;
 
-// Taxel k is slot k, and all five internal readings follow.
-const _: () = assert!(SCAN.channel_mask() == (Sysred::ALL.to_bits() as u32) << 24 | (SCANNED as u32) << 8);
+/// Channel id of AIN0 (SBAS297G, channel ids).
+pub(crate) const FIRST_INPUT: u8 = 0x08;
 
-/// Slot of every channel id, in the order of the scan.
-pub(crate) const SLOT_OF: [Option<u8>; IDS] = {
-    let mut slots = [None; IDS];
-    let (mut id, mut slot) = (0, 0);
-    while id < IDS {
-        if SCAN.channel_mask() & 1 << id != 0 {
-            slots[id] = Some(slot);
-            slot += 1;
-        }
-        id += 1;
-    }
-    slots
-};
-
-/// Channel id of every slot.
-pub(crate) const ID_OF: [u8; SLOTS as usize] = {
-    let mut ids = [0; SLOTS as usize];
-    let mut id = 0;
-    while id < IDS {
-        if let Some(slot) = SLOT_OF[id] {
-            ids[slot as usize] = id as u8;
-        }
-        id += 1;
-    }
-    ids
-};
+/// Channel ids of the internal readings: offset, supply, temperature, gain, reference (SBAS297G, channel ids).
+const OWN_IDS: [u8; OWN] = [0x18, 0x1a, 0x1b, 0x1c, 0x1d];
 
 /// NEW in the status byte (SBAS297G).
 pub(crate) const NEW: u8 = 0x80;
 /// NEW and CHID.
 pub(crate) const NEW_AND_ID: u8 = 0x9f;
-/// NEW and CHID of the scan's first conversion.
-pub(crate) const FIRST: u8 = NEW | ID_OF[0];
 
-/// NEW and CHID of the conversion that follows one with this CHID; the first one where the chip has no such channel.
-const NEXT: [u8; IDS] = {
-    let mut next = [FIRST; IDS];
-    let mut id = 0;
-    while id < next.len() {
-        if let Some(channel) = Channel::from_id(id as u8) {
-            next[id] = NEW | SCAN.next_channel(channel).id();
-        }
-        id += 1;
-    }
-    next
-};
-
-/// NEW and CHID of the conversion that follows one of this status.
-#[inline(always)]
-pub(crate) fn next_status(status: u8) -> u8 {
-    NEXT[status as usize % NEXT.len()]
+/// Which of the internal readings a channel id names.
+pub(crate) fn own_of(id: u8) -> Option<usize> {
+    OWN_IDS.iter().position(|own| *own == id)
 }
 
-/// Conversions of the scan between the expected one and this one, less whole scans. None for one that is not of the
-/// scan.
-pub(crate) fn skipped(expected: u8, status: u8) -> u32 {
-    let (mut at, mut skipped) = (expected, 0);
-    while at & NEW_AND_ID != status & NEW_AND_ID {
-        (at, skipped) = (next_status(at), skipped + 1);
-        if skipped >= SLOTS {
-            return 0;
+/// The order of a scan's conversions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Order {
+    /// Bit n: channel id n is converted.
+    mask: u32,
+}
+
+impl Order {
+    /// That of a configuration.
+    pub const fn of(config: &Config) -> Self {
+        Self { mask: config.channel_mask() }
+    }
+
+    /// NEW and CHID of the scan's first conversion.
+    pub const fn first(self) -> u8 {
+        NEW | self.mask.trailing_zeros() as u8
+    }
+
+    /// CHID of the scan's last conversion.
+    pub const fn last_id(self) -> u8 {
+        31 - self.mask.leading_zeros() as u8 % 32
+    }
+
+    /// NEW and CHID of the conversion that follows one of this status.
+    #[inline(always)]
+    pub const fn next_status(self, status: u8) -> u8 {
+        let above = self.mask & !1u32.wrapping_shl(1 + status as u32 % 32).wrapping_sub(1);
+        let is_last = status as usize % IDS == IDS - 1 || above == 0;
+        NEW | (if is_last { self.mask } else { above }).trailing_zeros() as u8
+    }
+
+    /// Conversions of the scan between the expected one and this one, less whole scans. None for one that is not of the
+    /// scan.
+    pub fn skipped(self, expected: u8, status: u8) -> u32 {
+        let (mut at, mut skipped) = (expected, 0);
+        while at & NEW_AND_ID != status & NEW_AND_ID {
+            (at, skipped) = (self.next_status(at), skipped + 1);
+            if skipped >= self.mask.count_ones() {
+                return 0;
+            }
+        }
+        skipped
+    }
+
+    /// Slot of a channel id.
+    pub const fn slot_of(self, id: u8) -> Option<u32> {
+        let bit = 1u32 << (id as u32 % 32);
+        if self.mask & bit == 0 { None } else { Some((self.mask & (bit - 1)).count_ones()) }
+    }
+}
+
+/// A plan's scan, with what follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scan {
+    /// Bit k: taxel k is converted.
+    pub(crate) inputs: u16,
+    /// Taxels that are converted.
+    pub(crate) channels: u32,
+    /// Conversions of a scan.
+    pub(crate) slots: u32,
+    /// A conversion's period at the nominal clock, nanoseconds.
+    pub(crate) conversion_ns: u32,
+}
+
+impl Scan {
+    /// Of a plan.
+    pub const fn new(plan: &Plan) -> Self {
+        Self {
+            inputs: plan.inputs,
+            channels: plan.channels() as u32,
+            slots: plan.slots(),
+            conversion_ns: plan.conversion_ns(),
         }
     }
-    skipped
+
+    /// A scan's period at the nominal clock, nanoseconds.
+    pub(crate) const fn frame_ns(&self) -> u32 {
+        self.conversion_ns * self.slots
+    }
+
+    /// The slot in which a taxel is converted.
+    pub(crate) const fn slot_of(&self, taxel: usize) -> u32 {
+        (self.inputs & ((1u32 << (taxel as u32 % 16)) - 1) as u16).count_ones()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ads1258::Channel;
+
+    /// The driver has the same order of its own.
+    #[test]
+    fn the_next_channel_is_the_driver_s() {
+        for (name, plan) in Plan::NAMED {
+            for config in [plan.config(), plan.health_config()] {
+                let order = Order::of(&config);
+                assert_eq!(Some(order.first() & 0x1f), config.scan().next().map(Channel::id), "{name}");
+                assert_eq!(Some(order.last_id()), config.scan().last().map(Channel::id), "{name}");
+                for (slot, channel) in (0..).zip(config.scan()) {
+                    assert_eq!(order.next_status(NEW | channel.id()), NEW | config.next_channel(channel).id());
+                    assert_eq!(order.slot_of(channel.id()), Some(slot));
+                }
+                assert_eq!(order.next_status(0xff), order.first());
+            }
+        }
+        let own: heapless::Vec<u8, OWN> = Plan::PAPER.health_config().scan().map(Channel::id).collect();
+        assert_eq!(own, OWN_IDS);
+    }
 }

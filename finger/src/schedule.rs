@@ -4,27 +4,39 @@ use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
 use crate::touch::change::Change;
 use crate::window::Window;
-use ridgetone_proto::scan::{RING_FRAMES, TAXELS, frames_in};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Span;
+use ridgetone_proto::telemetry::{Measured, Span};
 use ridgetone_tone::{FRAMES_MIN, Values};
 
-/// Frames left out at either end of a whole slide: its ends are known to within a few frames.
+/// Frames of touch detection left out at either end of a whole slide: its ends are known to within a few of them.
 pub const TRIM_FRAMES: u32 = 5;
-/// Most frames of a window. Before a slide's end is noticed the ring goes on for 20 blocks of 4 frames, for one more
-/// before it is known what follows, and for up to 9 before the end is dated. The other 40 frames, by default 0.17 s, are
-/// left for the fit to read the oldest ones.
-pub const WINDOW_FRAMES_MAX: u32 = RING_FRAMES as u32 - 160;
+/// Frames by which a whole slide is shorter than the ring, at 241 Hz. Before a slide's end is noticed the ring goes on for 20
+/// blocks of 4 frames, for one more before it is known what follows, and for up to 9 before the end is dated. The other 40 frames,
+/// 0.17 s, are left for the fit to read the oldest ones.
+const LATE_FRAMES: u32 = 160;
 /// Frames of the shortest window that grows, as of the shortest that can be set.
 pub const GROWING_FRAMES_MIN: u32 = 24;
-/// Frames that the ring may take in before the fit has read its oldest: 66 ms.
-const READING_FRAMES: u32 = frames_in(0.066);
+/// Time in which the ring may take frames in before the fit has read its oldest, seconds.
+const READING_S: f32 = 0.066;
+
+/// Most frames of a window, whole slides included.
+pub const fn window_frames_max(plan: &Plan) -> u32 {
+    if plan.frames_averaged() > 1 { plan.window_frames_most() } else { plan.ring_frames() - LATE_FRAMES }
+}
 
 /// Knows which windows fall due.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowScheduler {
     /// Code of every taxel in the first complete frame: the ring's values are relative to it.
     pub reference: Values,
+    plan: Plan,
+    /// Frames that touch detection averages.
+    averaged: u32,
+    window_frames_max: u32,
+    /// Frames of the ring that a whole slide may reach back.
+    reach: u32,
     window_frames: u32,
     /// Whether windows grow until they are accurate enough.
     growing: bool,
@@ -33,6 +45,8 @@ pub(crate) struct WindowScheduler {
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
     pub whole: Option<(u32, u32)>,
+    /// Tangential over normal force by the latest static image of this touch.
+    pub force_ratio: Option<Measured>,
 }
 
 impl WindowScheduler {
@@ -40,19 +54,29 @@ impl WindowScheduler {
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],
+            plan: settings.plan,
+            averaged: 1,
+            window_frames_max: 0,
+            reach: 0,
             window_frames: 0,
             growing: false,
             hop_frames: 0,
             next_end: 0,
             whole: None,
+            force_ratio: None,
         };
         scheduler.set(settings);
         scheduler
     }
 
     const fn set(&mut self, settings: &Settings) {
-        let (window_frames, hop_frames) = (frames_in(settings.window_s), frames_in(settings.hop_s));
-        self.window_frames = if window_frames < WINDOW_FRAMES_MAX { window_frames } else { WINDOW_FRAMES_MAX };
+        let plan = &settings.plan;
+        self.plan = *plan;
+        (self.averaged, self.window_frames_max) = (plan.frames_averaged(), window_frames_max(plan));
+        self.reach = plan.ring_frames() - plan.frames_in(READING_S);
+        let (window_frames, hop_frames) = (plan.frames_in(settings.window_s), plan.frames_in(settings.hop_s));
+        let most = self.window_frames_max;
+        self.window_frames = if window_frames < most { window_frames } else { most };
         self.growing = settings.accuracy > 0.0;
         self.hop_frames = if hop_frames > 0 { hop_frames } else { 1 };
     }
@@ -77,30 +101,37 @@ impl WindowScheduler {
         match *change {
             Change::SlideStart(start) => self.next_end = start.wrapping_add(self.first_frames()),
             Change::SlideEnd(start, end) => {
-                let (first, last) = (start.wrapping_add(TRIM_FRAMES), end.wrapping_sub(TRIM_FRAMES));
+                let trim = TRIM_FRAMES * self.averaged;
+                let (first, last) = (start.wrapping_add(trim), end.wrapping_sub(trim));
                 if reached(last, first) {
                     let frames = last.wrapping_sub(first);
                     // The latest part of a slide that is longer than a window can be.
-                    let most = frames.min(WINDOW_FRAMES_MAX);
+                    let most = frames.min(self.window_frames_max);
                     let first = first.wrapping_add(frames - most);
                     // After an end that was dated late the ring is about to lose the first frames.
-                    let lost = ring.next().wrapping_sub(RING_FRAMES as u32 - READING_FRAMES);
+                    let lost = ring.next().wrapping_sub(self.reach);
                     let late = if reached(lost, first) { lost.wrapping_sub(first) } else { 0 };
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { .. } | Change::HoldEnd { .. } | Change::Release(_) => {}
+            Change::Contact { .. } => self.force_ratio = None,
+            Change::HoldEnd { .. } | Change::Release(_) => {}
         }
     }
 
     /// Gives the windows that a slide from frame `start` on has filled before frame `until`.
     pub fn hop(&mut self, start: u32, until: u32, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+        let late = until.wrapping_sub(self.next_end);
+        if self.averaged > 1 && reached(until, self.next_end) && late >= self.hop_frames {
+            // Windows are short beside the time in which a slide shows: of those that fall due at once the latest counts.
+            self.next_end = until.wrapping_sub(late % self.hop_frames.max(1));
+        }
         while reached(until, self.next_end) {
             let mut frames = self.window_frames;
             if self.growing {
                 frames = frames.min(self.next_end.wrapping_sub(start));
             }
-            self.give(self.next_end.wrapping_sub(frames), frames, Span::Window, clock, ring, due);
+            self.give((self.next_end.wrapping_sub(frames), frames, start), Span::Window, clock, ring, due);
             self.next_end = self.next_end.wrapping_add(self.hop_frames);
         }
     }
@@ -108,13 +139,20 @@ impl WindowScheduler {
     /// Gives the slide that is over, as a whole.
     pub fn give_whole(&mut self, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
         if let Some((first, frames)) = self.whole.take() {
-            self.give(first, frames, Span::Slide, clock, ring, due);
+            self.give((first, frames, first), Span::Slide, clock, ring, due);
         }
     }
 
-    /// Gives a window, if it is long enough and in the ring.
+    /// Gives a window of so many frames from a first one on, of a slide, if it is long enough and in the ring.
     #[inline(never)]
-    fn give(&self, first: u32, frames: u32, span: Span, clock: &FrameClock, ring: &Ring, due: &mut dyn FnMut(Window)) {
+    fn give(
+        &self,
+        (first, frames, slide_first): (u32, u32, u32),
+        span: Span,
+        clock: &FrameClock,
+        ring: &Ring,
+        due: &mut dyn FnMut(Window),
+    ) {
         if frames < FRAMES_MIN {
             return;
         }
@@ -127,6 +165,9 @@ impl WindowScheduler {
             frame_rate_hz: (frames - 1) as f32 * 1e6 / last_us.wrapping_sub(first_us).max(1) as f32,
             reference: self.reference,
             span,
+            slide_first,
+            force_ratio: self.force_ratio,
+            plan: self.plan,
         });
     }
 }

@@ -1,5 +1,6 @@
 //! What a finger does, frame by frame: it is in the air, touches, holds, slides, holds, lets go; and since when.
 
+pub mod averages;
 pub mod change;
 mod chi_square;
 pub(crate) mod condition;

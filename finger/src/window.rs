@@ -1,7 +1,8 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
 pub use crate::ring::{Ring, reached};
-use ridgetone_proto::telemetry::Span;
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::telemetry::{Measured, Span};
 pub use ridgetone_tone::{FrameSource, Table, Values};
 
 /// Frames to fit.
@@ -19,4 +20,10 @@ pub struct Window {
     pub reference: Values,
     /// What it covers.
     pub span: Span,
+    /// Number of the first frame of its slide.
+    pub slide_first: u32,
+    /// Tangential over normal force by the static image of the hold before the slide, if there is one.
+    pub force_ratio: Option<Measured>,
+    /// The plan of its frames.
+    pub plan: Plan,
 }

@@ -153,7 +153,7 @@ mod tests {
     fn defaults_are_the_librarys_own() {
         let args = replay(&[]);
         assert_eq!(args.settings.settings().unwrap(), Settings::default());
-        assert_eq!(args.input.scene.sliding().unwrap(), Sliding::default());
+        assert_eq!(args.input.scene.sliding(&ridgetone_proto::plan::Plan::PAPER).unwrap(), Sliding::default());
     }
 
     #[test]

@@ -6,7 +6,8 @@ use crate::requests::{PATIENCE, Requests};
 use crate::settings_form;
 use crate::usage::UsageError;
 use anyhow::{Context, Result, bail};
-use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part};
+use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Reply};
+use ridgetone_proto::plan::Gives;
 use ridgetone_proto::profile::{After, Knot};
 use ridgetone_proto::telemetry::{Event, Hello, Packet};
 
@@ -17,11 +18,13 @@ const PACKETS_MAX: usize = 20;
 pub struct Client<'a> {
     feed: &'a mut Feed,
     requests: Requests,
+    /// What the plan of the settings gives that were sent.
+    pub gives: Option<Gives>,
 }
 
 impl<'a> Client<'a> {
     pub fn new(feed: &'a mut Feed) -> Self {
-        Self { feed, requests: new_requests() }
+        Self { feed, requests: new_requests(), gives: None }
     }
 
     /// The board's greeting.
@@ -60,7 +63,12 @@ impl<'a> Client<'a> {
     /// Sends a command. True if the board erased flash for it, which costs a second or two of conversions.
     /// Fails if the board refuses the command, with the reason ([`UsageError`] for a setting), or does not answer.
     pub fn request(&mut self, command: Command) -> Result<bool> {
-        let outcome = request(self.feed, &mut self.requests, command, &mut |_| {})?;
+        let mut take = |packet: &Packet| {
+            if let Event::Reply(Reply { gives: Some(gives), .. }) = &packet.event {
+                self.gives = Some(*gives);
+            }
+        };
+        let outcome = request(self.feed, &mut self.requests, command, &mut take)?;
         let text = events::outcome(&outcome);
         match outcome {
             Outcome::Done => Ok(false),

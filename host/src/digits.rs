@@ -24,6 +24,12 @@ pub fn decimals(sigma: f64, least: usize) -> usize {
     if sigma > 0.0 { (-(2.0 * sigma).log10()).ceil().clamp(least as f64, 9.0) as usize } else { least }
 }
 
+/// `value +- sigma`, both with the same number of [`decimals`], at least `least`.
+pub fn plus_minus(value: f64, sigma: f64, least: usize) -> String {
+    let places = decimals(sigma, least);
+    format!("{value:.places$} +- {sigma:.places$}")
+}
+
 /// A value and its uncertainty with the same number of [`decimals`], at least four.
 pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
     let decimals = decimals(sigma, 4);

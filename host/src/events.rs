@@ -4,4 +4,4 @@ mod json;
 mod text;
 
 pub use json::{JsonLines, json, serializable};
-pub use text::{outcome, text};
+pub use text::{given, outcome, text};

@@ -1,10 +1,12 @@
 //! `feel`: what the receptors of a finger would fire over a recording, and what people would say of the surface.
 
 mod coefficients;
+pub(crate) mod event;
 mod measure;
 mod picture;
 mod report;
 mod stepwise;
+pub(crate) mod threshold;
 mod train;
 
 pub use coefficients::Coefficients;

@@ -5,7 +5,8 @@ use crate::samples::Samples;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Constant, Options, Playback, Scene, Sliding, SlidingScene, Trace, Truth};
 use ridgetone::scan::CONVERSION_NS;
-use ridgetone_proto::settings::SCAN;
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{SCAN, Settings};
 use ridgetone_proto::telemetry::Event;
 
 /// Reference of the simulated chip, volts; the library's default settings expect the same.
@@ -149,9 +150,15 @@ impl Opened {
 /// From one input of a scan to the next, seconds.
 pub const SLOT_S: f64 = CONVERSION_NS as f64 * 1e-9;
 
-/// Frames per second of the scan, nominal.
+/// Frames per second of the default scan, nominal.
 pub fn frame_rate_hz() -> f64 {
     f64::from(SCAN.clock_hz) / f64::from(SCAN.frame_ticks())
+}
+
+/// Frames per second of a plan, nominal.
+pub fn rate_of(plan: &Plan) -> f64 {
+    let config = plan.config();
+    f64::from(config.clock_hz) / f64::from(config.frame_ticks())
 }
 
 impl Input {
@@ -161,8 +168,9 @@ impl Input {
     }
 
     /// As [`open`](Self::open), of an input that has to fill a window.
-    pub fn open_for(&self, window_s: f32) -> Result<Opened> {
-        let input = self.open()?;
+    pub fn open_for(&self, settings: &Settings) -> Result<Opened> {
+        let window_s = settings.window_s;
+        let input = self.open_in(&settings.plan)?;
         if let Source::Trace { samples, .. } = &self.source {
             let (file, end_s) = (samples.name(), input.end_s);
             let fills = end_s >= f64::from(window_s);
@@ -174,8 +182,14 @@ impl Input {
         Ok(input)
     }
 
-    /// Reads the file or builds the scene.
+    /// Reads the file or builds the scene, for the default plan.
     pub fn open(&self) -> Result<Opened> {
+        self.open_in(&Plan::PAPER)
+    }
+
+    /// Reads the file or builds the scene, for a plan.
+    pub fn open_in(&self, plan: &Plan) -> Result<Opened> {
+        let rate_of_scan_hz = rate_of(plan);
         let mut options = self.options();
         match &self.source {
             Source::Scene(parameters) => {
@@ -184,7 +198,7 @@ impl Input {
                 options.noise &= parameters.converter.converter_noise;
                 options.clock_error_ppm = parameters.converter.clock_error_ppm;
                 check_length("the scene", end_s, SCENE_MAX_S)?;
-                let warning = aliased(&truth);
+                let warning = aliased(&truth, rate_of_scan_hz);
                 let uncertainty = Uncertainty::default();
                 Ok(Opened {
                     scene: Box::new(scene),
@@ -199,7 +213,7 @@ impl Input {
             Source::Trace { samples, rate_hz, volts_per_unit } => {
                 let playback = Playback {
                     row_rate_hz: *rate_hz,
-                    scan_rate_hz: frame_rate_hz(),
+                    scan_rate_hz: rate_of_scan_hz,
                     volts_per_unit: *volts_per_unit,
                     limit_v: OVERLOAD * REFERENCE_V,
                 };
@@ -238,13 +252,12 @@ pub fn check_length(what: &str, end_s: f64, most_s: f64) -> Result<()> {
 }
 
 /// Warns of a scene whose tone is too fast for the scan.
-fn aliased(truth: &Truth) -> Option<String> {
-    let most_hz = TONE_MAX * frame_rate_hz();
+fn aliased(truth: &Truth, rate_hz: f64) -> Option<String> {
+    let most_hz = TONE_MAX * rate_hz;
     (truth.frequency_hz > most_hz).then(|| {
         format!(
-            "the tone of {:.1} Hz is too fast for {:.2} frames a second and will appear as a slower one; up to {most_hz:.1} Hz are reported correctly",
+            "the tone of {:.1} Hz is too fast for {rate_hz:.2} frames a second and will appear as a slower one; up to {most_hz:.1} Hz are reported correctly",
             truth.frequency_hz,
-            frame_rate_hz()
         )
     })
 }

@@ -16,7 +16,7 @@ use bounded::Bounded;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Health, Hello, Hold, Image, Packet, Span};
+use ridgetone_proto::telemetry::{Decoder, Estimate, Event, Feel, Health, Hello, Hold, Image, Packet, Span};
 use serde::{Serialize, Serializer};
 
 pub type Log = Bounded<String, 200>;
@@ -91,6 +91,7 @@ struct Latest {
     image_before: Option<Kept>,
     image_after: Option<Kept>,
     health: Option<Kept>,
+    feel: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -145,7 +146,7 @@ impl Live {
         Self { now, ..Self::default() }
     }
 
-    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health);
+    latest!(hello: Hello, estimate: Estimate, whole_slide: Estimate, image_before: Image, image_after: Image, health: Health, feel: Feel);
 
     pub fn take(&mut self, packet: &Packet) {
         let now = &mut self.now;
@@ -178,6 +179,7 @@ impl Live {
                 Hold::AfterSlide => now.latest.image_after = kept(),
             },
             Event::Health(_) => now.latest.health = kept(),
+            Event::Feel(_) => now.latest.feel = kept(),
             Event::Fault(fault) => {
                 now.faults.retain(|lasting| lasting.kind != fault.kind);
                 if fault.until_us.is_none() {
@@ -189,7 +191,7 @@ impl Live {
         }
         // The log keeps what is not shown elsewhere, and no success of a request.
         let is_usual = match &packet.event {
-            Event::Estimate(_) | Event::Health(_) | Event::Raw(_) | Event::Hello(_) => true,
+            Event::Estimate(_) | Event::Health(_) | Event::Feel(_) | Event::Raw(_) | Event::Hello(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             _ => false,
         };

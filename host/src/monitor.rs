@@ -2,6 +2,7 @@
 //! and the refresh.
 
 mod chart;
+mod felt;
 pub mod film;
 mod health;
 mod map;

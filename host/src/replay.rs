@@ -9,9 +9,9 @@ use embedded_hal::delay::DelayNs;
 use hal_mock::SimulatedBoard;
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
-use ridgetone::scan::CONVERSION_NS;
 use ridgetone::surface::profile::Profile;
-use ridgetone_proto::settings::{SCAN, Settings};
+use ridgetone_proto::plan::{HealthReadings, Plan};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Board time at which START rises, microseconds, about that of the firmware.
@@ -61,14 +61,15 @@ pub fn run_watched(
     pipeline.follow(profile);
     wire.send(pipeline.hello());
     let mut count = 0;
-    let whole = conversions(input, &mut |timed| {
+    let plan = settings.plan;
+    let whole = conversions_of(input, &plan, &mut |timed| {
         ensure!(!stop::is_requested(), "interrupted");
         watch(timed);
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
         count += 1;
         if count % PROGRESS_EVERY == 0 {
-            progress((count * CONVERSION_NS) as f64 * 1e-9, end_s);
+            progress((count * u64::from(plan.conversion_ns())) as f64 * 1e-9, end_s);
         }
         Ok(())
     });
@@ -80,8 +81,14 @@ pub fn run_watched(
     Ok(Outcome { counts: Counts::of(&wire.decoder, wire.received), serial: wire.serial, conversions: count })
 }
 
-/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`.
+/// As [`conversions_of`], by the default plan.
 pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
+    conversions_of(input, &Plan::PAPER, take)
+}
+
+/// Sets the simulated chip up as the firmware does and gives every conversion of `input` to `take`. If the plan's scan has no
+/// health readings, they come once, before it.
+pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConversion) -> Result<()>) -> Result<()> {
     let board = SimulatedBoard::new(input.scene, input.options);
     board.set_sclk_hz(0); // as over the bridge: a transfer takes no time
 
@@ -90,13 +97,28 @@ pub fn conversions(input: Opened, take: &mut dyn FnMut(TimedConversion) -> Resul
     board.delay().delay_us(START_US - ads1258::RESET_LOW_US);
     chip.stop(&mut start)?;
     chip.reset_by_pin(&mut reset, &mut board.delay())?;
-    chip.configure(&SCAN).context("the simulated chip")?;
+    let mut own = 0;
+    if plan.health == HealthReadings::BetweenTouches {
+        let config = plan.health_config();
+        own = config.slots();
+        chip.configure(&config).context("the simulated chip")?;
+    } else {
+        chip.configure(&plan.config()).context("the simulated chip")?;
+    }
     chip.start(&mut start)?;
-
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
         // The board's counter wraps after 71 minutes, and the library expects that.
         take(TimedConversion { t_us: (edge_ns / 1000) as u32, conversion })?;
+        if own > 0 {
+            own -= 1;
+            if own == 0 {
+                chip.stop(&mut start)?;
+                chip.reset_by_pin(&mut reset, &mut board.delay())?;
+                chip.configure(&plan.config()).context("the simulated chip")?;
+                chip.start(&mut start)?;
+            }
+        }
     }
     Ok(())
 }

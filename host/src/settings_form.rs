@@ -10,6 +10,9 @@
 //!
 //! [array]
 //! period_most_mm = 3.5
+//!
+//! [feel]
+//! volts_per_um = 0.002
 //! ```
 //!
 //! Settings that are left out keep their value: in a file the default ([`Settings::DEFAULT`]), on the command line the
@@ -17,7 +20,8 @@
 
 use crate::usage::UsageError;
 use anyhow::{Context, Result, anyhow};
-use ridgetone_proto::settings::{Array, Settings, SettingsError, SlideRule};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Array, Feeling, Settings, SettingsError, SlideRule};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::{Table, Value};
@@ -32,9 +36,12 @@ pub struct SettingsForm {
     accuracy: f32,
     interferer_hz: f32,
     vref_v: f32,
+    #[serde(with = "plan_form")]
+    plan: Plan,
     #[serde(with = "SlideForm")]
     slide: SlideRule,
     array: Array,
+    feel: Feeling,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -49,6 +56,40 @@ enum SlideForm {
         #[serde(default = "length_mm")]
         length_mm: f32,
     },
+}
+
+/// A plan by its name, if it has one.
+mod plan_form {
+    use ridgetone_proto::plan::Plan;
+    use serde::de::Error;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Deserialize)]
+    #[serde(
+        untagged,
+        expecting = "a plan: paper, hand, texture, vibration, single, or a table of inputs, data_rate, delay, chop, health"
+    )]
+    enum Form {
+        Name(String),
+        Fields(Plan),
+    }
+
+    pub fn serialize<S: Serializer>(plan: &Plan, to: S) -> Result<S::Ok, S::Error> {
+        match plan.name() {
+            Some(name) => name.serialize(to),
+            None => plan.serialize(to),
+        }
+    }
+
+    pub fn deserialize<'d, D: Deserializer<'d>>(from: D) -> Result<Plan, D::Error> {
+        match Form::deserialize(from)? {
+            Form::Fields(plan) => Ok(plan),
+            Form::Name(name) => Plan::named(&name).ok_or_else(|| {
+                let names = Plan::NAMED.map(|(name, _)| name).join(", ");
+                D::Error::custom(format!("no plan `{name}`: choose one of {names}"))
+            }),
+        }
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -82,6 +123,12 @@ fn meaning(name: &str) -> Option<&'static str> {
         "accuracy" => "required, as a share of the frequency; 0: windows of one length",
         "interferer_hz" => "known hum in all channels, Hz; 0: none",
         "vref_v" => "the ADS1258's reference, V",
+        "plan" => "what the chip converts: \"paper\", \"hand\", \"texture\", \"vibration\", \"single\"",
+        "inputs" => "that are converted: bit k is AINk",
+        "data_rate" => "DRATE of the ADS1258, 0 to 3",
+        "delay" => "DLY of the ADS1258, 0 to 7: an input settles before it is converted",
+        "chop" => "each conversion is two with the inputs exchanged",
+        "health" => "the chip's own readings: \"every_scan\" or \"between_touches\"",
         "rule" => "\"found\" in the signal, or by \"protocol\": delay_s, speed_mm_s, length_mm",
         "delay_s" => "from contact to slide, s",
         "speed_mm_s" => "of the stimulus, mm/s",
@@ -94,6 +141,9 @@ fn meaning(name: &str) -> Option<&'static str> {
         "may_go_forward" => "whether the grating may move along +x",
         "may_go_backward" => "whether it may move against +x",
         "front" => "taxels of the front column: bit k is taxel k",
+        "volts_per_um" => "of a taxel's reading by displacement, V/um from peak to peak; 0: no event `feel`",
+        "sigma_share" => "standard deviation of volts_per_um over it",
+        "force_ratio" => "tangential over normal force; 0: by the static image before the slide",
         "alike" => "taxels that respond alike, as bits: the same sensor of every unit",
         _ => return None,
     })
@@ -111,7 +161,9 @@ pub fn load(path: &Path) -> Result<Settings> {
 /// Fails with a [`UsageError`]: an unknown name, a value of the wrong type, or one out of its bounds.
 pub fn change(settings: &Settings, changes: &[String]) -> Result<Settings> {
     let mut settings = *settings;
-    for change in changes {
+    // A plan brings its window and hop, which others may replace.
+    let is_plan = |change: &&String| change.trim_start().starts_with("plan");
+    for change in changes.iter().filter(is_plan).chain(changes.iter().filter(|change| !is_plan(change))) {
         let refuse = |why: String| anyhow!(UsageError(format!("{change}: {why}")));
         let (name, value) = change.split_once('=').ok_or_else(|| refuse("write NAME=VALUE".into()))?;
         // A word needs no quotes here, because the shell would remove them.
@@ -158,6 +210,21 @@ fn of_json(value: serde_json::Value) -> Option<Value> {
 /// Settings with those of a table in place of theirs.
 fn over(settings: &Settings, given: Table) -> Result<Settings> {
     let mut all = Table::try_from(Written(*settings))?;
+    if let Some(plan) = given.get("plan") {
+        let mut with_plan = Table::try_from(Written(*settings))?;
+        if plan.is_table() {
+            all.insert("plan".into(), Value::try_from(settings.plan)?);
+            with_plan.insert("plan".into(), Value::try_from(settings.plan)?);
+        }
+        merge(&mut with_plan, [("plan".to_owned(), plan.clone())].into_iter().collect());
+        let Written(with_plan) =
+            with_plan.try_into().map_err(|error: toml::de::Error| anyhow!(error.message().to_owned()))?;
+        if with_plan.plan != settings.plan {
+            let (window_s, hop_s) = with_plan.plan.default_window();
+            all.insert("window_s".into(), Value::try_from(window_s)?);
+            all.insert("hop_s".into(), Value::try_from(hop_s)?);
+        }
+    }
     // A new rule starts with its own defaults: the fields of the old one mean nothing to it.
     let rule = |table: &Table| table.get("slide").and_then(|slide| slide.get("rule")).cloned();
     if rule(&given).is_some_and(|new| Some(new) != rule(&all)) {
@@ -186,7 +253,14 @@ pub fn explained(error: &SettingsError) -> String {
 /// `text` with the reason for the bounds of a setting.
 pub fn explain(field: &str, text: &str) -> String {
     let why = match field {
-        "window_s" => "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for",
+        "window_s" => {
+            "24 frames are the fewest that hold four harmonics; the longest is what the board has memory for with this plan"
+        }
+        "inputs" => "bit k of `plan.inputs` stands for AINk",
+        "chop" => "the chip cannot read its own health while it chops: choose plan.health = \"between_touches\"",
+        "frame_rate_hz" => {
+            "what this plan gives: touch detection needs 180 frames a second; choose fewer inputs, a higher data_rate or a shorter delay"
+        }
         "hop_s" => "0.02 s are five frames; a hop longer than a window leaves frames out",
         "harmonics" => "the fundamental counts as one",
         "accuracy" => "a share of the frequency, or 0 for windows of one length; no crystal is better than a millionth",
@@ -237,6 +311,34 @@ mod tests {
         assert_eq!(by_protocol.slide, protocol(20.0));
         assert_eq!(change(&by_protocol, &["slide.speed_mm_s=25".into()]).unwrap().slide, protocol(25.0));
         assert_eq!(change(&by_protocol, &["slide.rule=found".into()]).unwrap(), Settings::DEFAULT);
+    }
+
+    #[test]
+    fn a_plan_has_a_name_or_fields_and_brings_its_window() {
+        for (name, plan) in Plan::NAMED {
+            let found = changed(&[format!("plan={name}").as_str()]).unwrap();
+            assert_eq!(found, Settings::DEFAULT.with_plan(plan), "{name}");
+            assert!(toml(&found).unwrap().contains(&format!("plan = \"{name}\"")));
+            assert_eq!(changed(&["hop_s=0.08", &format!("plan={name}")]).unwrap().hop_s, 0.08);
+            assert_eq!(with_json(&Settings::DEFAULT, &json(&found).unwrap()).unwrap(), found);
+        }
+        let eight = changed(&["plan.inputs=0x00ff", "plan.data_rate=2"]).unwrap();
+        assert_eq!(eight.plan, Plan { inputs: 0xff, data_rate: 2, ..Plan::PAPER });
+        let text = toml(&eight).unwrap();
+        assert!(text.lines().filter(|line| line.contains(" = ")).all(|line| line.contains(" # ")), "{text}");
+        assert_eq!(over(&Settings::DEFAULT, text.parse().unwrap()).unwrap(), eight);
+        // Back by name, over fields.
+        assert_eq!(change(&eight, &["plan=paper".into()]).unwrap(), Settings::DEFAULT);
+        for (change, parts) in [
+            ("plan=fast", &["no plan `fast`", "texture"][..]),
+            ("plan.inputs=0", &["inputs = 0", "1 to 16"]),
+            ("plan.chop=true", &["chop", "between_touches"]),
+            ("plan.data_rate=0", &["frame_rate_hz = 80", "180"]),
+            ("plan.rate=3", &["a plan: paper"]),
+        ] {
+            let text = changed(&[change]).unwrap_err().to_string();
+            assert!(parts.iter().all(|part| text.contains(part)), "{change}: {text}");
+        }
     }
 
     #[test]

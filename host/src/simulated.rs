@@ -87,7 +87,8 @@ fn run_until_restart<F: NorFlash>(
     around: &mut dyn Surroundings,
 ) -> Result<Option<FlashStore<F>>> {
     let mut wait = board.delay();
-    let acquisition = Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin());
+    let acquisition =
+        Acquisition::new(Ads1258::new(board.spi()), board.start_pin(), board.reset_pin(), start.settings.plan);
     wait.delay_us(crate::replay::START_US);
 
     let mut queues = (Queue::<_, SAMPLES>::new(), Queue::<_, WINDOWS>::new(), Queue::<_, BYTES>::new());
@@ -96,8 +97,8 @@ fn run_until_restart<F: NorFlash>(
     let (bytes_in, bytes_out) = queues.2.split();
     let interrupt = Interrupt::default();
     let pin = Pin { board, interrupt: &interrupt, edge_us: 0 };
-    let drdy = RefCell::new(Drdy { acquisition, pin, samples: samples_in });
-    let shared = Shared::new(Simulated { board, interrupt: &interrupt, drdy });
+    let drdy = RefCell::new(Drdy::new(acquisition, pin, samples_in));
+    let shared = Shared::new(Simulated { board, interrupt: &interrupt, drdy }, start.settings.plan);
     let is_set_up = shared.platform.drdy.borrow_mut().acquisition.set_up(&shared.diagnostics, &mut wait);
     around.started(board, is_set_up)?;
     let mut estimator = Box::new(Estimator::new(start.settings));

@@ -1,5 +1,6 @@
 //! Lines for Teleplot (<https://github.com/nesnes/teleplot>): `>name:time_ms:value|g`, one for each number.
 
+use crate::feel::event::{Reading, ratings, receptors};
 use crate::live::{Point, time_s};
 use ads1258::reading;
 use ridgetone_proto::settings::{Settings, TAXELS};
@@ -47,6 +48,14 @@ impl Teleplot {
                     put(&format!("ain{taxel}_v"), reading::volts(raw.codes[taxel], self.vref_v).into());
                 }
             }
+            Event::Feel(feel) => {
+                for Reading { key, found, .. } in receptors(feel) {
+                    found.into_iter().for_each(|found| put(&format!("{key}_per_hz"), found.value.into()));
+                }
+                for Reading { key, found, .. } in ratings(feel) {
+                    found.into_iter().for_each(|found| put(key, found.value.into()));
+                }
+            }
             Event::Health(health) => {
                 put("load", health.load.into());
                 put("temperature_c", health.temperature_c.into());
@@ -62,7 +71,8 @@ impl Teleplot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ridgetone_proto::telemetry::{Health, Raw, Release};
+    use ridgetone_proto::fault::FaultSet;
+    use ridgetone_proto::telemetry::{BANDS, Feel, Health, Measured, Raw, Release};
 
     #[test]
     fn numbers_get_a_name_a_time_and_a_value_and_events_without_numbers_none() {
@@ -82,6 +92,28 @@ mod tests {
         let line = teleplot.lines(&Packet { sequence: 1, event: Event::Raw(raw) });
         // A code of the reference's is the reference's voltage, in single precision.
         assert_eq!(line, format!(">ain3_v:2000.000:{}|g", f64::from(4.096f32)));
+        // What is absent has no line.
+        let measured = |value| Some(Measured { value, sigma: 0.5 });
+        let feel = Feel {
+            t_us: 3_000_000,
+            window_s: 1.0,
+            rate_hz: 1024.0,
+            taxels: 1,
+            faults: FaultSet::NONE,
+            per_hz: [measured(0.5), None, measured(0.25), measured(2.0)],
+            force_ratio: None,
+            soft: measured(5.5),
+            rough: None,
+            levels_db: [0; BANDS],
+        };
+        let lines = teleplot.lines(&Packet { sequence: 1, event: Event::Feel(feel) });
+        let expected = [
+            ">fa1_per_hz:3000.000:0.5|g",
+            ">sa1_per_hz:3000.000:0.25|g",
+            ">sa2_per_hz:3000.000:2|g",
+            ">soft:3000.000:5.5|g",
+        ];
+        assert_eq!(lines.lines().collect::<Vec<_>>(), expected);
         assert_eq!(teleplot.lines(&Packet { sequence: 1, event: Event::Release(Release { t_us: 5 }) }), "");
     }
 }

@@ -95,6 +95,8 @@ pub struct UtcClock {
     least: VecDeque<(f64, f64)>,
     /// The slope that was found last: for which board time, by how many blocks, and its standard deviation.
     slope: Cell<Option<(i64, usize, f64, f64)>>,
+    /// From a frame's first conversion to its last, seconds, by the plan of the latest greeting.
+    frame_s: Option<f64>,
 }
 
 impl UtcClock {
@@ -103,9 +105,14 @@ impl UtcClock {
         if Self::restarts(packet) {
             *self = Self::default();
         }
+        if let Event::Hello(hello) = &packet.event {
+            let plan = &hello.settings.plan;
+            let steps_ns = u64::from(plan.slots() - 1) * u64::from(plan.conversion_ns());
+            self.frame_s = Some(steps_ns as f64 * 1e-9);
+        }
         let Some(t_s) = time_s(&packet.event) else { return };
         // A frame is complete with its last conversion, and its time is that of the first.
-        let lasts_s = if matches!(packet.event, Event::Raw(_)) { FRAME_S } else { 0.0 };
+        let lasts_s = if matches!(packet.event, Event::Raw(_)) { self.frame_s.unwrap_or(FRAME_S) } else { 0.0 };
         let on_line_s = match receipt.byte_s > 0.0 {
             true => receipt.byte_s * encode(packet, &mut [0; WIRE_MAX]).unwrap_or(0) as f64,
             false => 0.0,

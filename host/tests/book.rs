@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
-const WITH_A_BOARD: [&str; 19] = [
+const WITH_A_BOARD: [&str; 21] = [
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
@@ -31,6 +31,8 @@ const WITH_A_BOARD: [&str; 19] = [
     "ridgetone monitor",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
+    "ridgetone settings set plan=hand",
+    "ridgetone settings set plan.inputs=0x00ff plan.data_rate=2",
     "ridgetone settings set vref_v=2.5 --keep",
     "ridgetone command follow speed.csv",
     "ridgetone listen --port /dev/ttyUSB0",

@@ -4,6 +4,8 @@
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
+#[path = "emulated/plans.rs"]
+mod plans;
 #[path = "emulated/requests.rs"]
 mod requests;
 #[path = "common/steady.rs"]
@@ -14,14 +16,18 @@ use ridgetone_host::demo;
 use ridgetone_host::emulator::{self, Options, Outcome};
 use ridgetone_host::input::{Input, SLOT_S, Source, first_scene, frame_rate_hz};
 use ridgetone_host::replay;
-use ridgetone_proto::settings::Settings;
+use ridgetone_proto::settings::{Feeling, Settings};
 use ridgetone_proto::telemetry::{Direction, Event, Hold, Packet, Span, Status, TravelStatus};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
+    emulate_with(input, Settings::DEFAULT, keep_conversions)
+}
+
+fn emulate_with(input: &Input, settings: Settings, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
     let elf = emulator::image::find().expect("an image");
-    let options = Options { keep_conversions, keep_serial: true, ..Options::new(&elf) };
+    let options = Options { keep_conversions, keep_serial: true, settings, ..Options::new(&elf) };
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
@@ -33,21 +39,25 @@ fn emulate(input: &Input, keep_conversions: bool) -> (Outcome, Vec<Packet>) {
 }
 
 fn replayed(input: &Input) -> Vec<Packet> {
+    replayed_with(input, Settings::DEFAULT)
+}
+
+fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
     let mut packets = Vec::new();
     let mut sink = |packet: &Packet| {
         packets.push(packet.clone());
         Ok(())
     };
     let input = input.open().expect("an input");
-    replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
+    replay::run(input, settings, None, &mut sink, &mut |_, _| {}).expect("a replay");
     packets
 }
 
 /// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
 /// pipeline on a PC does not have.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
-    let mut kinds = [const { Vec::new() }; 10];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
+    let mut kinds = [const { Vec::new() }; 11];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -65,6 +75,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 10] {
             Event::Fault(_) => 7,
             Event::Reply(_) => 8,
             Event::Raw(_) => 9,
+            Event::Feel(_) => 10,
         };
         kinds[kind].push(event);
     }
@@ -166,6 +177,33 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
         }
         assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
         assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
+    });
+}
+
+/// What a finger feels, in windows of several lengths; M by the static image, which the plain scene has, and from the settings.
+#[test]
+#[ignore = "needs the emulator: cargo xtask test"]
+fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
+    for_all(&[(1.0, 0.0), (0.5, 1.4), (2.0, 0.0)], |&(window_s, force_ratio)| {
+        let what = format!("windows of {window_s} s");
+        let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio };
+        let settings = Settings { window_s, feel, ..Settings::DEFAULT };
+        let input = Input { source: Source::Scene(first_scene().expect("a scene")), ..Input::default() };
+        let (outcome, packets) = emulate_with(&input, settings, false);
+        // The emulated board greets with its own settings, and then takes these.
+        let [_, contacts, slides, estimates, .., feels] = by_kind(&packets);
+        let [_, of_contacts, of_slides, of_estimates, .., expected] = by_kind(&replayed_with(&input, settings));
+        assert_eq!(feels, expected, "{what}: the PC gives other numbers");
+        assert_eq!((contacts, slides, &estimates), (of_contacts, of_slides, &of_estimates), "{what}");
+        let windows =
+            estimates.iter().filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
+        assert!(!feels.is_empty() && feels.len() == windows.count(), "{what}: one with each window");
+        let fires = |event: &Event| match event {
+            Event::Feel(feel) => feel.per_hz[0].is_some_and(|found| found.value > 0.0) && feel.force_ratio.is_some(),
+            _ => false,
+        };
+        assert!(feels.iter().all(fires), "{what}: {feels:?}");
+        assert_eq!((outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost), (0, 0, 0), "{what}");
     });
 }
 

@@ -23,8 +23,12 @@ use std::process::{Child, ChildStdout, Stdio};
 
 /// What a board sends of the default scene up to a device time, with every frame as it was read.
 fn packets(until_s: f64) -> Vec<Packet> {
+    packets_with(Settings::DEFAULT, until_s)
+}
+
+fn packets_with(settings: Settings, until_s: f64) -> Vec<Packet> {
     let mut events = Vec::new();
-    let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
+    let mut pipeline = Box::new(Pipeline::new(settings));
     pipeline.report_raw(u32::MAX);
     events.push(pipeline.hello());
     let mut first_us = None;

@@ -1,12 +1,13 @@
 //! Commands of the PC, and the board's replies.
 
+use crate::plan::Gives;
 use crate::profile::{After, Knot};
 use crate::settings::{Settings, SettingsError};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
-pub const REQUEST_WIRE_MAX: usize = 96;
+pub const REQUEST_WIRE_MAX: usize = 112;
 
 /// Most knots of a speed profile that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;
@@ -17,7 +18,7 @@ pub const KNOTS_A_COMMAND: usize = 8;
 pub enum Command {
     /// Send `hello`, which carries the settings in force.
     Greet,
-    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,365th time
+    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,170th time
     /// keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never during a touch.
     Set {
         /// All of them.
@@ -71,6 +72,15 @@ pub struct Reply {
     pub number: u16,
     /// The result.
     pub outcome: Outcome,
+    /// To settings that are not refused: what their plan gives.
+    pub gives: Option<Gives>,
+}
+
+impl Reply {
+    /// A reply that is not to settings.
+    pub const fn new(number: u16, outcome: Outcome) -> Self {
+        Self { number, outcome, gives: None }
+    }
 }
 
 /// Result of a request.

@@ -6,7 +6,7 @@
 //! | what the PC sends: numbered requests, each with one command | [`command`], [`profile`] |
 //! | faults: their kinds and sets | [`fault`] |
 //! | how both travel on the line | [`framing`] |
-//! | settings with their bounds, and the scan | [`settings`], [`scan`] |
+//! | settings with their bounds, and the scan | [`settings`], [`plan`], [`scan`] |
 //! | what survives a reset: settings in flash, a crash record in RAM | [`store`], [`crash`], [`boot`] |
 //!
 //! Every type serialises with `serde`: on the line with `postcard`, on a PC also as JSON.
@@ -38,6 +38,7 @@ pub mod command;
 pub mod crash;
 pub mod fault;
 pub mod framing;
+pub mod plan;
 pub mod profile;
 pub mod scan;
 pub mod settings;

@@ -1,7 +1,7 @@
 //! Settings, with units, bounds and the source of each default.
 
+use crate::plan::{Plan, PlanError};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
-use crate::scan::{WINDOW_LEAST_S, WINDOW_MOST_S};
 use core::f32::consts::PI;
 use heapless::String;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,30 @@ impl Array {
     };
 }
 
+/// What turns a vibration into what a finger feels (Sensors 18 (2018) 1588; the crate `ridgetone-feel`). **Measure it with
+/// your own finger** on a surface of known roughness: `ridgetone feel`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Feeling {
+    /// Amplitude of a taxel's reading over the displacement from peak to peak, volts per micrometre (equation 6), measured
+    /// in windows as long as those of the events. Zero: no event `feel`.
+    pub volts_per_um: f32,
+    /// Its standard deviation over it.
+    pub sigma_share: f32,
+    /// Tangential over normal force. Zero: that of the static image before the slide.
+    pub force_ratio: f32,
+}
+
+impl Feeling {
+    /// No event `feel`: nobody knows the conversion of a finger that was not measured.
+    pub const DEFAULT: Self = Self { volts_per_um: 0.0, sigma_share: 0.0, force_ratio: 0.0 };
+
+    /// Whether events `feel` are reported.
+    pub fn is_on(&self) -> bool {
+        self.volts_per_um > 0.0
+    }
+}
+
 /// Everything that a user can set.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
@@ -86,6 +110,10 @@ pub struct Settings {
     pub slide: SlideRule,
     /// Positions of the piezoresistors.
     pub array: Array,
+    /// What turns a vibration into what a finger feels.
+    pub feel: Feeling,
+    /// What the chip converts, and how fast.
+    pub plan: Plan,
 }
 
 impl Default for Settings {
@@ -120,12 +148,28 @@ impl Settings {
         vref_v: 4.096,
         slide: SlideRule::Found,
         array: Array::DEFAULT,
+        feel: Feeling::DEFAULT,
+        plan: Plan::PAPER,
     };
+
+    /// These settings for another plan, with its default window and hop.
+    pub const fn with_plan(self, plan: Plan) -> Self {
+        let (window_s, hop_s) = plan.default_window();
+        Self { plan, window_s, hop_s, ..self }
+    }
 
     /// Checks every bound. The error is the first field outside its own.
     // Inlined where it is called once: smaller than a call.
     #[inline]
     pub fn validate(&self) -> Result<(), SettingsError> {
+        let error = |field: &str, value, (least, greatest)| {
+            // A test shows that every name fits.
+            let field = String::try_from(field).unwrap_or_default();
+            Err(SettingsError { field, value, least, greatest })
+        };
+        if let Err(PlanError { field, value, bounds }) = self.plan.validate() {
+            return error(field, value, bounds);
+        }
         let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
         let Array { may_go_forward, may_go_backward, alike, .. } = self.array;
         // A taxel in two masks would count twice. The error reports the mask of such taxels.
@@ -137,8 +181,6 @@ impl Settings {
             SlideRule::Protocol { delay_s, speed_mm_s, length_mm } => (delay_s, speed_mm_s, length_mm),
         };
         let values = [
-            self.window_s,
-            self.hop_s,
             self.harmonics as f32,
             unless_zero(self.accuracy, 1e-6),
             unless_zero(self.interferer_hz, 5.0),
@@ -153,28 +195,38 @@ impl Settings {
             period_most_mm,
             (may_go_forward || may_go_backward) as u8 as f32,
             twice as f32,
+            unless_zero(self.feel.volts_per_um, 1e-9),
+            self.feel.sigma_share,
+            self.feel.force_ratio,
         ];
         let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
-        for ((field, least, greatest), value) in BOUNDS.into_iter().zip(values).chain([order]) {
+        let most_s = self.plan.window_most_s();
+        let windows = [
+            (("window_s", self.plan.window_least_s(), most_s), self.window_s),
+            (("hop_s", HOP_LEAST_S, if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S }), self.hop_s),
+        ];
+        for ((field, least, greatest), value) in
+            windows.into_iter().chain(BOUNDS.into_iter().zip(values)).chain([order])
+        {
             // A NaN is outside all bounds.
             if !(value >= least && value <= greatest) {
-                // A test shows that every name fits.
-                let field = String::try_from(field).unwrap_or_default();
-                return Err(SettingsError { field, value, least, greatest });
+                return error(field, value, (least, greatest));
             }
         }
         Ok(())
     }
 }
 
+/// Least hop, seconds.
+const HOP_LEAST_S: f32 = 0.02;
+/// Least bound of the longest hop, seconds: short windows may be far apart.
+const HOP_LEAST_MOST_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
 /// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
 /// each field takes a kilobyte of flash more.
-const BOUNDS: [(&str, f32, f32); 16] = [
-    ("window_s", WINDOW_LEAST_S, WINDOW_MOST_S),
-    ("hop_s", 0.02, WINDOW_MOST_S),
+const BOUNDS: [(&str, f32, f32); 17] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),
@@ -192,6 +244,10 @@ const BOUNDS: [(&str, f32, f32); 16] = [
     // With neither direction possible no travel has an answer.
     ("may_go_forward", 1.0, 1.0),
     ("alike", 0.0, 0.0),
+    // From below a nanovolt, which is no reading, to the whole range.
+    ("volts_per_um", 1e-9, 10.0),
+    ("sigma_share", 0.0, 1.0),
+    ("force_ratio", 0.0, 100.0),
 ];
 
 #[cfg(test)]
@@ -206,6 +262,7 @@ mod tests {
     #[test]
     fn the_field_outside_its_bounds_is_named() {
         let with = |array| Settings { array, ..Settings::DEFAULT };
+        let feeling = |feel| Settings { feel, ..Settings::DEFAULT };
         for (settings, field) in [
             (Settings { window_s: 5.0, ..Settings::DEFAULT }, "window_s"),
             (Settings { window_s: f32::NAN, ..Settings::DEFAULT }, "window_s"),
@@ -222,6 +279,9 @@ mod tests {
             (with(Array { period_least_mm: 5.0, ..Array::DEFAULT }), "period_most_mm"),
             (with(Array { may_go_forward: false, may_go_backward: false, ..Array::DEFAULT }), "may_go_forward"),
             (with(Array { alike: [0x1111, 0x2222, 0x4444, 0x8889], ..Array::DEFAULT }), "alike"),
+            (feeling(Feeling { volts_per_um: -1.0, ..Feeling::DEFAULT }), "volts_per_um"),
+            (feeling(Feeling { sigma_share: f32::NAN, ..Feeling::DEFAULT }), "sigma_share"),
+            (feeling(Feeling { force_ratio: f32::INFINITY, ..Feeling::DEFAULT }), "force_ratio"),
             (
                 Settings {
                     slide: SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 0.0, length_mm: 55.0 },
@@ -233,5 +293,18 @@ mod tests {
             assert_eq!(settings.validate().map_err(|error| error.field).unwrap_err(), field);
         }
         assert!(BOUNDS.iter().all(|(field, ..)| String::<24>::try_from(*field).is_ok()));
+    }
+
+    #[test]
+    fn windows_are_bounded_by_the_plan() {
+        for (name, plan) in Plan::NAMED {
+            let settings = Settings::DEFAULT.with_plan(plan);
+            assert_eq!(settings.validate(), Ok(()), "{name}");
+            let longer = Settings { window_s: plan.window_most_s() + 0.002, ..settings };
+            assert_eq!(longer.validate().unwrap_err().field, "window_s", "{name}");
+        }
+        let settings = Settings { plan: Plan { inputs: 0, ..Plan::PAPER }, ..Settings::DEFAULT };
+        assert_eq!(settings.validate().unwrap_err().field, "inputs");
+        assert_eq!(Settings::DEFAULT.with_plan(Plan::PAPER), Settings::DEFAULT);
     }
 }

@@ -17,10 +17,10 @@ use crate::settings::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of a record's content; other versions are not read. Raise it when [`Settings`] change.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
-/// Bytes of a record: number, version, settings (72 at most), and the checksum of all three.
-pub const RECORD_BYTES: usize = 96;
+/// Bytes of a record: number, version, settings (91 at most), and the checksum of all three.
+pub const RECORD_BYTES: usize = 112;
 
 /// Place of the settings in a record.
 const CONTENT: core::ops::Range<usize> = 5..RECORD_BYTES - 4;

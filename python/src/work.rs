@@ -108,7 +108,7 @@ pub fn replay(
                 (Source::Scene(scene), seed)
             }
         };
-        let mut input = Input { source, converter_noise: noise, seed }.open_for(settings.window_s)?;
+        let mut input = Input { source, converter_noise: noise, seed }.open_for(&settings)?;
         let remarks = input.guessed.take().into_iter().chain(input.warning.take()).collect();
         let truth = input.truth;
         let (mut lines, mut packets, mut conversions) = (Vec::new(), Vec::new(), Vec::new());

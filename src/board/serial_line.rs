@@ -69,7 +69,10 @@ impl SerialPort for SerialLine {
         self.tx.listen();
         // QEMU before 8.2 has no "transmitter empty" interrupt; its transmitter is empty at once.
         #[cfg(feature = "emulated")]
-        NVIC::pend(Interrupt::USART3);
+        {
+            super::take_line_byte();
+            NVIC::pend(Interrupt::USART3);
+        }
     }
 
     fn rest(&mut self) {

@@ -3,7 +3,8 @@
 use crate::any_settings::try_settings;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use ridgetone_proto::settings::{Array, Settings, SlideRule};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Array, Feeling, Settings, SlideRule};
 
 /// Valid settings of every kind as bytes, some of which are then changed; and random bytes.
 #[test]
@@ -39,6 +40,12 @@ fn any_settings_are_refused_or_run() {
                 may_go_backward: n % 3 < 2,
                 front: 0xf0f0,
                 alike: [0x1111, 0x2222, 0xcccc, 0],
+            },
+            plan: Plan::PAPER,
+            feel: Feeling {
+                volts_per_um: if n % 3 == 0 { 0.0 } else { between(1e-9, 10.0) },
+                sigma_share: between(0.0, 1.0),
+                force_ratio: between(0.0, 100.0),
             },
         };
         let mut buffer = [0; 128];

@@ -4,7 +4,7 @@ use hal_mock::{Options, Scene, SimulatedBoard};
 use ridgetone::frame::TimedConversion;
 use ridgetone::pipeline::Pipeline;
 use ridgetone::surface::profile::Profile;
-use ridgetone_proto::settings::{SCAN, Settings};
+use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, Packet, WIRE_MAX, encode};
 
 /// Runs `scene` through the simulated chip, byte by byte over SPI, the driver, the pipeline, and
@@ -37,7 +37,7 @@ pub fn run_on(
     let mut adc = ads1258::Ads1258::new(board.spi());
     let mut start = board.start_pin();
     adc.stop(&mut start).unwrap();
-    adc.configure(&SCAN).unwrap();
+    adc.configure(&settings.plan.config()).unwrap();
     adc.start(&mut start).unwrap();
 
     let mut pipeline = Box::new(Pipeline::new(settings));
@@ -119,7 +119,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),
-            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) => {}
+            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
         }
     }
     out

@@ -190,12 +190,16 @@ impl Blocks {
 
     /// Memory for a periodogram: its powers, and a transform. It leaves the pieces as they are.
     pub fn transform_memory(&mut self) -> (&mut [f32], &mut [f32]) {
+        self.scratch().split_at_mut(POINTS_MAX / 2)
+    }
+
+    /// The memory of transforms, one and a half times as many values as their points.
+    pub fn scratch(&mut self) -> &mut [f32] {
         #[cfg(feature = "long-windows")]
         let memory = &mut self.long[..];
         #[cfg(not(feature = "long-windows"))]
         let memory = self.rows.as_flattened_mut().as_flattened_mut();
-        let (power, points) = memory.split_at_mut(POINTS_MAX / 2);
-        (power, points.get_mut(..POINTS_MAX).unwrap_or_default())
+        memory.get_mut(..POINTS_MAX + POINTS_MAX / 2).unwrap_or_default()
     }
 
     /// Collects at most `most` blocks of some channels and lines.

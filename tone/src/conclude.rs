@@ -31,6 +31,9 @@ const CURVED_NOISE_RATIO: f32 = 3.0;
 const CURVED_CYCLES: f32 = 6.0;
 /// And power of the residuals over the tone's.
 const CURVED_REMAINDER: f32 = 0.08;
+/// Unknowns of harmonics and of a curved baseline over the values that are independent in a window up to the highest harmonic.
+/// From this share on they describe nearly everything, and so say nothing of a period.
+const FULL_SHARE: f32 = 0.85;
 /// A line that the solution leaves counts from this share of the tone's power on, and from this contrast.
 const OTHER_LINE_SHARE: f32 = 0.06;
 const OTHER_LINE_CONTRAST: f32 = 6.0;
@@ -84,10 +87,11 @@ pub fn conclude(
     let is_part = best.shape.curves > 0
         && evidence.cycles < CURVED_CYCLES
         && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
-    let status = if status == Status::Good && (!is_seen || is_part) { Status::Ambiguous } else { status };
+    let is_ambiguous = !is_seen || is_part || is_full(best, evidence.cycles);
+    let status = if status == Status::Good && is_ambiguous { Status::Ambiguous } else { status };
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
-    if !summit.explains_all
+    if !summit.leaves_noise()
         && let Some(rest) = rest(span, statistics, channels, best, blocks)?
     {
         let times = rest.cycles / evidence.cycles;
@@ -140,6 +144,15 @@ pub fn conclude_mixtures(
     let apart = fit.movement.sigma_of_mean * fit.movement.sigma_of_mean - fit.sigma * fit.sigma;
     fit.movement.sigma_of_mean = libm::sqrtf(sigma * sigma + apart.max(0.0));
     (fit.frequency, fit.sigma) = (span.frequency(best.nu), sigma);
+}
+
+/// Whether several harmonics and a curved baseline describe nearly everything that a window of so many cycles can hold.
+fn is_full(best: &Solution, cycles: f32) -> bool {
+    let harmonics = best.shape.harmonics as f32;
+    // Two a cycle of the highest harmonic, and a level.
+    let independent = 2.0 * harmonics * cycles + 1.0;
+    let unknowns = (2 + 2 * best.shape.harmonics + best.shape.curves) as f32;
+    best.shape.curves > 0 && best.shape.harmonics > 1 && unknowns > FULL_SHARE * independent
 }
 
 /// Standard deviation of a solution's `nu` in noise that is white.

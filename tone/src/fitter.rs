@@ -257,6 +257,11 @@ impl Fitter {
         Ok(())
     }
 
+    /// Memory that holds nothing between fits: 1536 values on the chip, more with the feature `long-windows`.
+    pub fn scratch(&mut self) -> &mut [f32] {
+        self.blocks.scratch()
+    }
+
     #[inline(never)]
     fn statistics(&mut self, span: &mut FrameSpan) -> Result<Statistics, Overwritten> {
         Statistics::collect(span, self.blocks.pieces_mut())

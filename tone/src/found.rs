@@ -13,9 +13,14 @@ const CYCLES_PLAIN: f32 = 3.0;
 const REMAINDER_PLAIN: f32 = 0.125;
 
 impl Summit {
+    /// Whether it leaves nothing but noise.
+    pub fn leaves_noise(&self) -> bool {
+        self.explains_all && self.remainder < REMAINDER_PLAIN
+    }
+
     /// Whether it leaves nothing but noise, and is none of a drift.
     pub fn is_plain(&self) -> bool {
-        self.explains_all && self.remainder < REMAINDER_PLAIN && 2.0 * self.nu >= CYCLES_PLAIN
+        self.leaves_noise() && 2.0 * self.nu >= CYCLES_PLAIN
     }
 
     /// How much likelier it is than another, by score.

@@ -8,12 +8,13 @@ use crate::tools::{announce, clean, output_of, root, run};
 use anyhow::{Context, Result, anyhow};
 
 /// The emulated runs without `--all`: names of tests in `host/tests`.
-const EMULATED: [&str; 6] = [
+const EMULATED: [&str; 7] = [
     "a_physical_finger_is_the_same_on_the_chip_and_on_the_pc",
     "the_readme_shows_what_the_demo_gives",
     "settings_that_are_kept_survive_a_restart",
     "the_emulated_board_passes_its_check",
     "the_log_and_the_greeting_agree",
+    "what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc",
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 
@@ -28,10 +29,7 @@ const NEVER: [&str; 3] = [
 ];
 
 /// Long tests that are alone in their program, and so keep one core busy at most: they run beside the others.
-const ALONE: [(&str, &str); 2] = [
-    ("other_scan", "firmware_and_command_of_another_scan_find_the_frequency"),
-    ("book", "the_commands_that_take_long_run"),
-];
+const ALONE: [(&str, &str); 1] = [("book", "the_commands_that_take_long_run")];
 
 /// Tests of the pages in a browser: their module.
 const PAGES: &str = "page::";

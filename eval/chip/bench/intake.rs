@@ -13,6 +13,7 @@ use ridgetone::faults::diagnostics::Diagnostics;
 use ridgetone::frame::TimedConversion;
 use ridgetone::scan::SLOTS;
 use ridgetone_eval::workload::conversion;
+use ridgetone_proto::plan::Plan;
 
 /// Places of the firmware's queue.
 const SAMPLES: usize = 128;
@@ -75,7 +76,8 @@ fn answer(transaction: u32) -> [u8; 5] {
 pub fn measure(counter: &Counter) -> Option<u32> {
     let mut queue = Queue::<TimedConversion, SAMPLES>::new();
     let (mut samples, mut out) = queue.split();
-    let (mut acquisition, diagnostics) = (Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin), Diagnostics::new());
+    let mut acquisition = Acquisition::new(Ads1258::new(Chip(0)), Pin, Pin, Plan::PAPER);
+    let diagnostics = Diagnostics::new();
     let mut most = 0;
     for count in 0..TAKEN {
         let mut edge = || acquisition.edge(|| black_box(count), &mut samples, &diagnostics);

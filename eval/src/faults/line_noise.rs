@@ -66,7 +66,7 @@ impl Subject {
         self.board.push(0);
         self.board.obey();
         let greet = request(60_000, Command::Greet)?;
-        heard.obeys = self.board.hear(&greet) == [Reply { number: 60_000, outcome: Outcome::Done }];
+        heard.obeys = self.board.hear(&greet) == [Reply::new(60_000, Outcome::Done)];
         let pages = self.board.into_pages();
         heard.changed |= pages.bytes != self.flash || pages.wrong > 0;
         Ok(heard)
@@ -161,14 +161,14 @@ mod tests {
     fn a_repeated_request_is_answered_again_and_not_done_twice() {
         let mut board = Receiver::new(CutFlash::<PAGE_BYTES>::new(1));
         let set = request(5, Command::Set { settings: settings(3), keep: true }).expect("a request");
-        let done = [Reply { number: 5, outcome: Outcome::Done }];
+        let done = [Reply::new(5, Outcome::Done)];
         for _ in 0..1000 {
             assert_eq!(board.hear(&set), done);
         }
         assert_eq!(board.in_force(), (settings(3), SettingsSource::Sent));
         let pages = board.into_pages();
         // One record's words.
-        assert_eq!((pages.done, pages.erased, pages.wrong), (24, 0, 0));
+        assert_eq!((pages.done, pages.erased, pages.wrong), (28, 0, 0));
     }
 
     #[test]
@@ -184,9 +184,9 @@ mod tests {
             }
         }
         assert_eq!((taken, board.damaged()), (1, u64::from(flood) - 1));
-        assert_eq!(board.obey(), Some(Reply { number: 0, outcome: Outcome::Done }));
+        assert_eq!(board.obey(), Some(Reply::new(0, Outcome::Done)));
         assert_eq!(board.in_force().0, settings(0));
         let next = request(9, Command::Greet).expect("a request");
-        assert_eq!(board.hear(&next), [Reply { number: 9, outcome: Outcome::Done }]);
+        assert_eq!(board.hear(&next), [Reply::new(9, Outcome::Done)]);
     }
 }

@@ -60,11 +60,15 @@ struct Bench {
 impl Bench {
     /// A chip that was set up.
     fn new() -> Self {
+        Self::with(Plan::PAPER)
+    }
+
+    fn with(plan: Plan) -> Self {
         // Every code another one, by the noise.
         let board = SimulatedBoard::new(Constant { end_s: f64::INFINITY, ..Constant::default() }, Options::default());
         let trouble = Rc::<RefCell<Trouble>>::default();
         let wire = Wire { spi: board.spi(), board: board.clone(), trouble: trouble.clone() };
-        let mut acquisition = Acquisition::new(Ads1258::new(wire), board.start_pin(), board.reset_pin());
+        let mut acquisition = Acquisition::new(Ads1258::new(wire), board.start_pin(), board.reset_pin(), plan);
         let diagnostics = Diagnostics::new();
         assert!(acquisition.set_up(&diagnostics, &mut board.delay()));
         Self { board, trouble, acquisition, queue: Queue::new(), diagnostics }
@@ -228,7 +232,7 @@ fn registers_that_change_are_written_anew_and_the_scan_begins_at_its_top() {
     bench.watch();
     assert_eq!((bench.count(Registers), bench.faults(), bench.diagnostics.chip_restarts.get()), (1, 1, 1));
     let registers = bench.board.with_chip(|chip| chip.registers());
-    assert_eq!(registers[..9], SCAN.registers().unwrap());
+    assert_eq!(registers[..9], Plan::PAPER.config().registers().unwrap());
     bench.ids();
     assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
 }
@@ -307,4 +311,107 @@ fn a_dead_bus_gives_no_conversion_and_is_tried_again_until_it_lives() {
         assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
         assert_eq!(bench.diagnostics.chip_restarts.get(), 2);
     }
+}
+
+/// As `tasks::drdy` does.
+fn follow(bench: &mut Bench, drdy: Drdy) {
+    if drdy == Drdy::HealthRead {
+        bench.acquisition.read_inputs(&bench.diagnostics, &mut bench.board.delay());
+    }
+}
+
+#[test]
+fn a_fast_plan_reads_its_health_at_the_start_and_when_it_is_requested() {
+    for plan in [Plan::HAND, Plan::TEXTURE, Plan::VIBRATION, Plan::SINGLE] {
+        let mut bench = Bench::with(plan);
+        let inputs = plan.config().registers().unwrap();
+        for round in 0..2 {
+            for n in 0..40 {
+                let drdy = bench.next();
+                assert_eq!(drdy == Drdy::HealthRead, n == 4, "{plan:?} {n}");
+                follow(&mut bench, drdy);
+            }
+            let taxels = (0..16u8).filter(|taxel| plan.inputs >> taxel & 1 == 1).map(|taxel| 8 + taxel);
+            let taxels: Vec<u8> = taxels.collect();
+            let expected = [24, 26, 27, 28, 29].into_iter().chain(taxels.into_iter().cycle().take(35));
+            assert!(bench.ids().into_iter().eq(expected), "{plan:?} {round}");
+            assert_eq!(bench.board.with_chip(|chip| chip.registers())[..9], inputs);
+            bench.watch();
+            assert_eq!((bench.faults(), bench.diagnostics.chip_restarts.get()), (0, 0));
+            assert!(bench.acquisition.read_health(&bench.diagnostics, &mut bench.board.delay()));
+        }
+    }
+    let mut paper = Bench::new();
+    assert!(!paper.acquisition.read_health(&paper.diagnostics, &mut paper.board.delay()), "they are in its scan");
+}
+
+#[test]
+fn a_plan_is_written_with_read_back_and_its_mark_precedes_its_conversions() {
+    let mut bench = Bench::new();
+    bench.pass(30);
+    for plan in [Plan::SINGLE, Plan::HAND, Plan::PAPER] {
+        bench.taken();
+        let now_us = bench.now_us();
+        bench.acquisition.change(plan, now_us, &bench.diagnostics, &mut bench.board.delay());
+        for _ in 0..10 {
+            let drdy = bench.next();
+            follow(&mut bench, drdy);
+        }
+        let taken = bench.taken();
+        assert_eq!(taken[0].as_plan(), Some(plan));
+        assert!(taken.len() == 11 && taken[1..].iter().all(|timed| timed.as_plan().is_none()), "{taken:?}");
+        let registers = bench.board.with_chip(|chip| chip.registers());
+        assert_eq!(registers[..9], plan.config().registers().unwrap());
+    }
+    assert_eq!((bench.faults(), bench.diagnostics.overruns.get()), (0, 0));
+    // Where the queue is full the mark waits, and so do its conversions.
+    bench.pass(70);
+    let lost = bench.diagnostics.overruns.get();
+    let now_us = bench.now_us();
+    bench.acquisition.change(Plan::HAND, now_us, &bench.diagnostics, &mut bench.board.delay());
+    let drdy = bench.next();
+    follow(&mut bench, drdy);
+    assert_eq!(bench.diagnostics.overruns.get(), lost + 1);
+    bench.taken();
+    let drdy = bench.next();
+    follow(&mut bench, drdy);
+    assert_eq!(bench.taken()[0].as_plan(), Some(Plan::HAND));
+}
+
+#[test]
+fn a_fast_plan_reads_once_and_finds_wrong_ids() {
+    let mut bench = Bench::with(Plan::HAND);
+    for _ in 0..10 {
+        let drdy = bench.next();
+        follow(&mut bench, drdy);
+    }
+    bench.taken();
+    // A bit of the id, of NEW, of the code.
+    for (byte, mask, is_seen) in [(1, 0x01, true), (1, 0x80, true), (3, 0x10, false)] {
+        bench.board.with_chip(|chip| chip.begin_fault(Fault::DoutFlip { bytes_ahead: byte, mask }));
+        let before = bench.count(Bus);
+        let _ = bench.next();
+        assert_eq!(bench.count(Bus) > before, is_seen, "{byte} {mask:#x}");
+        bench.pass(3);
+    }
+    let ids = bench.ids();
+    assert!(ids.windows(2).all(|pair| pair[1] == if pair[0] == 23 { 8 } else { pair[0] + 1 }), "{ids:?}");
+    assert_eq!(bench.diagnostics.overruns.get(), 0);
+}
+
+#[test]
+fn a_set_up_that_fails_once_is_tried_again_at_once() {
+    let mut bench = Bench::new();
+    bench.pass(5);
+    bench.board.with_chip(|chip| {
+        chip.begin_fault(Fault::RegisterFlip { address: CONFIG1, mask: 0x02 });
+        // Two looks at nine registers, one at CONFIG0, each behind a command; the set-up writes nine, and of what it reads back a
+        // bit falls over.
+        chip.begin_fault(Fault::DoutFlip { bytes_ahead: 10 + 10 + 2 + 10 + 5, mask: 0x04 });
+    });
+    bench.watch();
+    assert_eq!((bench.count(NoAnswer), bench.diagnostics.chip_restarts.get()), (0, 1));
+    assert_eq!(bench.board.with_chip(|chip| chip.registers())[..9], Plan::PAPER.config().registers().unwrap());
+    bench.ids();
+    assert_eq!((bench.next(), bench.ids()), (Drdy::Listen, std::vec![8]));
 }

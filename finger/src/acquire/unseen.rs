@@ -4,8 +4,6 @@
 //! a reset of its own, the chip is up to five times as fast (SBAS297G, rate table), and its ids are those of another
 //! scan: then only an upper limit is known.
 
-use crate::scan::CONVERSION_NS;
-
 /// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
 const CLOCK_MOST_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
@@ -13,27 +11,28 @@ const MUXMOD: u8 = 0x20;
 /// Clock periods of a conversion, at least (SBAS297G, rate table): scanning, 128 (1 + 4.265625), and with a fixed channel.
 const SCANNING_TICKS: u64 = 674;
 const FIXED_TICKS: u64 = 128;
-/// In this time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
-const CLOCK_SHARE_US: u32 = (50 * CONVERSION_NS / 1000) as u32;
-/// A longer time between two conversions is a gap, microseconds: two conversions and a late interrupt.
-const GAP_US: u32 = (CONVERSION_NS * 228 / 100_000) as u32;
 
 /// Times without a conversion since the registers were known to be right.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct Unseen {
     gaps_us: u32,
+    /// In this time a clock that is 2 % fast makes one conversion of the scan more, microseconds.
+    clock_share_us: u32,
+    /// A longer time between two conversions is a gap, microseconds: two conversions and a late interrupt.
+    gap_us: u32,
 }
 
 impl Unseen {
-    /// None.
-    pub const fn new() -> Self {
-        Self { gaps_us: 0 }
+    /// None, in a scan with this period of a conversion, nanoseconds.
+    pub const fn new(conversion_ns: u32) -> Self {
+        let gap_us = (conversion_ns as u64 * 228 / 100_000) as u32;
+        Self { gaps_us: 0, clock_share_us: conversion_ns / 20, gap_us }
     }
 
     /// Adds the time from one conversion to the next, microseconds.
     #[inline(always)]
     pub fn passed(&mut self, passed_us: u32) {
-        if passed_us > GAP_US {
+        if passed_us > self.gap_us {
             self.gaps_us = self.gaps_us.saturating_add(passed_us);
         }
     }
@@ -55,8 +54,8 @@ impl Unseen {
 
     /// The most conversions that a chip with the right registers and a fast clock made in this time, microseconds, beyond
     /// those of a nominal clock; and those that it finishes before its reset.
-    pub fn of_clock(since_us: u32) -> u32 {
-        since_us / CLOCK_SHARE_US + 2
+    pub fn of_clock(&self, since_us: u32) -> u32 {
+        since_us / self.clock_share_us.max(1) + 2
     }
 }
 
@@ -66,7 +65,7 @@ mod tests {
 
     #[test]
     fn only_gaps_since_the_registers_were_right_count() {
-        let mut unseen = Unseen::new();
+        let mut unseen = Unseen::new(197_474);
         [197, 198, 400].into_iter().for_each(|passed_us| unseen.passed(passed_us));
         assert_eq!(unseen.at_most(0, None), 1);
         unseen.passed(10_000);
@@ -77,6 +76,6 @@ mod tests {
         unseen.reset();
         assert_eq!(unseen.at_most(100, Some(0xff)), 3);
         // 5064 conversions a second.
-        assert!((100..=104).contains(&Unseen::of_clock(1_000_000)));
+        assert!((100..=104).contains(&unseen.of_clock(1_000_000)));
     }
 }

@@ -16,7 +16,7 @@ fn conversion(count: u32, flags: u8) -> TimedConversion {
 }
 
 fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
-    let mut assembler = Assembler::new(4.096);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut frames = Vec::new();
     for count in counts {
         let mut timed = conversion(count, 0x80);
@@ -73,7 +73,7 @@ fn whole_scans_lost_are_counted_by_time() {
 #[test]
 fn a_first_scan_with_a_flaw_loses_nothing() {
     for flaw in [0x80, 0xc0] {
-        let mut assembler = Assembler::new(4.096);
+        let mut assembler = Assembler::new(4.096, &Plan::PAPER);
         let mut frames = Vec::new();
         for count in 0..63 {
             let mut timed = conversion(count, if count == 3 { flaw } else { 0x80 });
@@ -88,7 +88,7 @@ fn a_first_scan_with_a_flaw_loses_nothing() {
 
 #[test]
 fn flags_and_strangers_are_told() {
-    let mut assembler = Assembler::new(4.096);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut frames = Vec::new();
     for count in 0..21 {
         let flags = match count {
@@ -111,7 +111,7 @@ fn flags_and_strangers_are_told() {
 
 #[test]
 fn the_ends_of_the_scale_are_not_good() {
-    let mut assembler = Assembler::new(4.096);
+    let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut good = 0;
     for count in 0..21 {
         let mut timed = conversion(count, 0x80);

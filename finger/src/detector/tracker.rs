@@ -1,13 +1,17 @@
 //! What becomes of a frame: into the ring, through touch detection, to events and due windows.
 
 use crate::event_builder::EventBuilder;
+use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
+use crate::scan::Scan;
 use crate::schedule::WindowScheduler;
+use crate::touch::averages::{Averager, Averages};
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
 use ads1258::reading;
-use ridgetone_proto::scan::{RING_FRAMES, SCANNED, TAXELS};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Event, Raw};
 use ridgetone_tone::Values;
@@ -27,19 +31,23 @@ pub struct Tracker {
     has_begun: bool,
     /// The latest values of good conversions.
     values: Values,
+    plan: Plan,
+    averager: Averager,
 }
 
 impl Tracker {
     pub const fn new(settings: &Settings) -> Self {
         Self {
             contact: contact(settings),
-            clock: FrameClock::new(),
+            clock: FrameClock::new(&Scan::new(&settings.plan)),
             scheduler: WindowScheduler::new(settings),
             events: EventBuilder::new(settings.vref_v),
             raw_frames: 0,
             is_stopped: false,
             has_begun: false,
             values: [0.0; TAXELS],
+            plan: settings.plan,
+            averager: Averager::new(&settings.plan),
         }
     }
 
@@ -51,16 +59,34 @@ impl Tracker {
         self.contact = contact(settings);
     }
 
-    /// Puts new settings in force. A slide that lasts goes on.
+    /// The next frames are of another plan: begins again with them. `settings` are of that plan.
+    pub fn begin(&mut self, settings: &Settings) {
+        let Settings { plan, .. } = settings;
+        (self.plan, self.values) = (*plan, [0.0; TAXELS]);
+        self.averager = Averager::new(plan);
+        self.clock.change(&Scan::new(plan));
+        self.scheduler = WindowScheduler::new(settings);
+        self.events.volts_per_code = reading::volts(1, settings.vref_v);
+        self.restart(!self.is_stopped, settings);
+    }
+
+    /// Puts new settings of the same plan in force. A slide that lasts goes on.
     pub fn change(&mut self, settings: &Settings) {
         self.contact.rule = settings.slide;
         self.contact.set_mains(settings.interferer_hz);
         self.events.volts_per_code = reading::volts(1, settings.vref_v);
-        self.scheduler.change(settings, self.contact.sliding().map(|(start, _)| start), self.clock.latest.0);
+        self.scheduler.change(settings, self.sliding().map(|(start, _)| start), self.clock.latest.0);
+    }
+
+    /// While a slide lasts: its first frame, and the frame up to which it is known to have lasted.
+    fn sliding(&self) -> Option<(u32, u32)> {
+        let grid = self.averager.grid();
+        self.contact.sliding().map(|(start, until)| (grid.first_frame(start), grid.first_frame(until)))
     }
 
     pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, .. } = self;
+        let Self { contact, clock, scheduler, events, averager, plan, .. } = self;
+        let inputs = plan.inputs;
         clock.latest = (frame.number, frame.t_us);
         if self.raw_frames > 0 {
             self.raw_frames -= 1;
@@ -70,7 +96,7 @@ impl Tracker {
         if self.is_stopped {
             return;
         }
-        let is_complete = frame.is_complete();
+        let is_complete = frame.present == inputs;
         if !self.has_begun {
             if !is_complete {
                 return;
@@ -78,35 +104,42 @@ impl Tracker {
             self.has_begun = true;
             scheduler.reference = frame.codes.map(|code| code as f32);
             clock.rate_from = Some(clock.latest);
-            ring.restart(frame.number);
+            ring.change(plan, frame.number);
+            averager.restart(frame.number);
         }
         fill_gap(frame, ring);
         // A value that is not good stays what it was, for touch detection.
         frame.put(&scheduler.reference, &mut self.values);
-        if is_complete && frame.good != SCANNED {
+        if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
         }
         // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
-        if valid == 0 {
-            return;
-        }
-        let ring = &*ring;
+        let Some(number) = averager.push(frame.number, &self.values, inputs, valid != 0) else { return };
+        let (ring, grid) = (&*ring, &averager.grid());
         scheduler.give_whole(clock, ring, due);
-        contact.push(frame.number, &self.values, ring, &mut |change| {
+        let values = averager.latest().map_or((&self.values, None), |(mean, squares)| (mean, Some(squares)));
+        contact.push(number, values, Averages::new(ring, *grid), &mut |change| {
+            let change = change.in_frames(grid);
             scheduler.follow(&change, ring);
-            emit(events.event(&change, clock, ring));
+            let event = events.event(&change, clock, ring);
+            if let Event::Image(image) = &event {
+                scheduler.force_ratio = image_ratio(image);
+            }
+            emit(event);
         });
         if let Some((start, until)) = contact.sliding() {
-            scheduler.hop(start, until, clock, ring, due);
+            scheduler.hop(grid.first_frame(start), grid.first_frame(until), clock, ring, due);
         }
     }
 
     /// The signal has ended: a slide that still lasts is over.
     pub fn finish(&mut self, ring: &Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, .. } = self;
-        contact.finish(clock.latest.0.wrapping_add(1), &mut |change| {
+        let Self { contact, clock, scheduler, events, averager, .. } = self;
+        let grid = &averager.grid();
+        contact.finish(averager.next(), &mut |change| {
+            let change = change.in_frames(grid);
             scheduler.follow(&change, ring);
             emit(events.event(&change, clock, ring));
         });
@@ -116,7 +149,7 @@ impl Tracker {
 
 /// A detector at rest.
 const fn contact(settings: &Settings) -> ContactDetector {
-    let mut contact = ContactDetector::new(settings.slide);
+    let mut contact = ContactDetector::new(settings.slide, &settings.plan);
     contact.set_mains(settings.interferer_hz);
     contact
 }
@@ -128,7 +161,7 @@ fn fill_gap(frame: &Frame, ring: &mut Ring) {
     if missing == 0 {
         return;
     }
-    if missing >= RING_FRAMES as u32 {
+    if missing >= ring.frames() {
         ring.restart(frame.number);
         return;
     }

@@ -3,7 +3,7 @@
 use crate::assembler::{Assembler, Flaws};
 use crate::faults::diagnostics::Diagnostics;
 use crate::ring::reached;
-use crate::scan::SLOTS;
+use crate::scan::{FRAME_NS, Scan};
 use crate::touch::motion::BLOCK_FRAMES;
 use ads1258::reading::CODES_PER_SUPPLY_VOLT;
 use core::ops::RangeInclusive;
@@ -18,16 +18,14 @@ const MESSAGES_US: u32 = 125_000;
 /// While an episode lasts, its end is looked for once in so many frames.
 const CHECK_FRAMES: u32 = 16;
 
-/// From this many missing conversions in a row on, a slide may have ended unseen: motion detection compares blocks of as
-/// many.
-const SILENT_CONVERSIONS: u32 = BLOCK_FRAMES * SLOTS;
+/// Without a conversion for so long a slide may have ended unseen, nanoseconds: motion detection compares blocks of as much, 4
+/// frames at 241 Hz.
+const SILENT_NS: u32 = BLOCK_FRAMES * FRAME_NS as u32;
 
 /// A clock may be off by 2 % unseen, one conversion in so many.
 const CLOCK_SHARE: u32 = 50;
-/// In a gap of this many conversions the clock's error is half a scan or more, so the number of whole scans in it is
-/// uncertain. The most that can be lost is reported. A longer gap is counted by the time alone: the chip was set up
-/// again, or the board was off.
-const UNSURE_CONVERSIONS: RangeInclusive<u32> = CLOCK_SHARE * SLOTS / 2..=CLOCK_SHARE * SLOTS / 2 + 10_000;
+/// A gap is longer by so many conversions, at most, where its number of whole scans is uncertain.
+const UNSURE_CONVERSIONS: u32 = 10_000;
 
 /// Analogue supply as the chip reads it, codes (SBAS297G, recommended operating conditions: 4.75 to 5.25 V).
 const SUPPLY: RangeInclusive<i32> = codes(4.75, 5.25);
@@ -153,8 +151,13 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
     let board_us = assembler.board_us;
     set_zero(assembler, diagnostics);
     let Flaws { lost, repeated, channel, supply, clock, overload } = core::mem::take(&mut assembler.flaws);
-    if UNSURE_CONVERSIONS.contains(&lost) {
-        diagnostics.unseen.add(lost / CLOCK_SHARE + SLOTS / 2 + 1);
+    let Scan { slots, conversion_ns, .. } = *assembler.scan();
+    // In a gap of this many conversions the clock's error is half a scan or more, so the number of whole scans in it is
+    // uncertain. The most that can be lost is reported. A longer gap is counted by the time alone: the chip was set up again,
+    // or the board was off.
+    let unsure = CLOCK_SHARE * slots.max(2) / 2;
+    if (unsure..=unsure + UNSURE_CONVERSIONS).contains(&lost) {
+        diagnostics.unseen.add(lost / CLOCK_SHARE + slots / 2 + 1);
     }
     for (kind, times) in [
         (FaultKind::Lost, lost),
@@ -162,7 +165,7 @@ pub fn add_flaws(assembler: &mut Assembler, diagnostics: &Diagnostics) {
         (FaultKind::Channel, channel),
         (FaultKind::Supply, supply),
         (FaultKind::Clock, clock),
-        (FaultKind::Silent, (lost >= SILENT_CONVERSIONS) as u32),
+        (FaultKind::Silent, (lost >= SILENT_NS / conversion_ns.max(1)) as u32),
     ] {
         diagnostics.faults.add(kind, times, board_us);
     }

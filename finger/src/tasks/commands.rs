@@ -48,7 +48,14 @@ impl CommandExecutor {
             Command::Follow(part) => self.collect(part),
             _ => Outcome::Done,
         };
-        let reply = Reply { number, outcome };
+        let settings = match &command {
+            Command::Set { settings, .. } => Some(settings),
+            Command::Forget => Some(&Settings::DEFAULT),
+            _ => None,
+        };
+        let is_in_force = !matches!(outcome, Outcome::Busy | Outcome::Setting(_));
+        let gives = settings.filter(|_| is_in_force).map(|settings| settings.plan.gives());
+        let reply = Reply { number, outcome, gives };
         // A PC that repeats a request after `Busy` must get a new decision.
         if reply.outcome != Outcome::Busy {
             self.latest = Some(reply.clone());
@@ -82,9 +89,11 @@ impl CommandExecutor {
         emit: &mut dyn FnMut(Event),
     ) {
         let mut change = |settings: &Settings, source| {
-            detector.change(settings, source);
             estimator.change(settings);
-            emit(detector.hello());
+            // With another plan the greeting precedes its first frame.
+            if detector.change(settings, source) {
+                emit(detector.hello());
+            }
         };
         match command {
             Command::Greet => emit(detector.hello()),
@@ -188,9 +197,9 @@ mod tests {
         let settings = Settings { slide, array, ..Settings::DEFAULT };
         let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
         let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
-        // By hand: number 3, kind 1, settings 71, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
+        // By hand: number 3, kind 1, settings 90, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
         // 4 of checksum, 1 of stuffing and the zero.
-        for (command, bytes) in [(Command::Set { settings, keep: true }, 82), (Command::Follow(part), 86)] {
+        for (command, bytes) in [(Command::Set { settings, keep: true }, 101), (Command::Follow(part), 86)] {
             let mut wire = [0; REQUEST_WIRE_MAX];
             assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
         }

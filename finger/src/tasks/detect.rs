@@ -46,8 +46,12 @@ impl<'a> Detect<'a> {
             emit(detector.hello());
         }
         while let Some(conversion) = self.samples.dequeue() {
-            detector.push(conversion, ring, diagnostics, &mut emit, &mut due);
+            match conversion.as_plan() {
+                None => detector.push(conversion, ring, diagnostics, &mut emit, &mut due),
+                Some(plan) => detector.begin(plan, ring, diagnostics, &mut emit, &mut due),
+            }
         }
+        shared.touched.store(detector.is_touched(), Relaxed);
         if shared.look.swap(false, Relaxed) {
             detector.look(platform.now_us(), diagnostics, &mut emit);
         }

@@ -8,6 +8,7 @@ use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::spsc::Producer;
+use ridgetone_proto::plan::Plan;
 
 /// DRDY's pin and its interrupt.
 pub trait DrdyPin {
@@ -32,14 +33,28 @@ pub struct Drdy<'a, SPI, START, RESET, PIN> {
     pub pin: PIN,
     /// To `detect`.
     pub samples: Producer<'a, TimedConversion>,
+    /// Bits of the plan in force.
+    plan_bits: u32,
+}
+
+impl<'a, SPI, START, RESET, PIN> Drdy<'a, SPI, START, RESET, PIN> {
+    /// The chip, DRDY, and the queue to `detect`.
+    pub const fn new(
+        acquisition: Acquisition<SPI, START, RESET>,
+        pin: PIN,
+        samples: Producer<'a, TimedConversion>,
+    ) -> Self {
+        let plan_bits = acquisition.plan().to_bits();
+        Self { acquisition, pin, samples, plan_bits }
+    }
 }
 
 impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, SPI, START, RESET, PIN> {
     /// Runs when DRDY has fallen, and when another task requests a check of the chip.
     #[inline(always)]
     pub fn run<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
-        let Self { acquisition, pin, samples } = self;
-        let Shared { platform, diagnostics, check, .. } = shared;
+        let Self { acquisition, pin, samples, .. } = self;
+        let Shared { platform, diagnostics, check, health, plan, .. } = shared;
         let edge = pin.acknowledge();
         let next = match edge {
             Some(true) => acquisition.edge(|| pin.edge_us(), samples, diagnostics),
@@ -49,6 +64,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
         match next {
             acquire::Drdy::Listen => {}
             acquire::Drdy::Watch => check.store(true, Relaxed),
+            acquire::Drdy::HealthRead => {
+                acquisition.read_inputs(diagnostics, wait);
+                pin.unmute();
+            }
             acquire::Drdy::Mute => pin.mute(),
         }
         // Right after a read the next conversion is furthest away.
@@ -59,8 +78,28 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 acquisition.watch(platform.now_us(), diagnostics, wait);
                 pin.unmute();
             }
+        } else if may_check && (health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits) {
+            self.begin_scan(shared, wait);
         }
         shared.liveness.acquired.bump();
         P::pend(shared, Task::Detect);
+    }
+
+    /// Begins the scan of another plan, or that of the health readings.
+    #[inline(never)]
+    fn begin_scan<P: Platform>(&mut self, shared: &Shared<P>, wait: &mut impl DelayNs) {
+        let Self { acquisition, pin, plan_bits, .. } = self;
+        let (diagnostics, bits) = (&shared.diagnostics, shared.plan.load(Relaxed));
+        let is_health_due = shared.health.swap(false, Relaxed);
+        if shared.platform.has_ended() {
+            return;
+        }
+        if bits != *plan_bits {
+            *plan_bits = bits;
+            acquisition.change(Plan::from_bits(bits), shared.platform.now_us(), diagnostics, wait);
+            pin.unmute();
+        } else if is_health_due && acquisition.read_health(diagnostics, wait) {
+            pin.unmute();
+        }
     }
 }

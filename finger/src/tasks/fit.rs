@@ -5,7 +5,7 @@ use super::requests::Requests;
 use super::shared::{PACKETS, Platform, Shared, Task};
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
-use crate::faults::qualify::qualify;
+use crate::faults::qualify::{faults_of, qualify};
 use crate::ring::Ring;
 use crate::surface::profile::Profile;
 use crate::window::Window;
@@ -15,7 +15,7 @@ use heapless::spsc::Consumer;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Estimate, Event};
+use ridgetone_proto::telemetry::{Estimate, Event, Feel};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -42,9 +42,13 @@ impl<S: Store> Fit<'_, S> {
         let Self { estimator, windows, requests } = self;
         loop {
             while let Some(window) = windows.dequeue() {
-                let estimate = fit(&window, estimator, &mut Locked(&mut *ring), requests.profile(), shared);
+                let source = &mut Locked(&mut *ring);
+                let estimate = fit(&window, estimator, source, requests.profile(), shared);
                 if let Some(estimate) = estimate {
                     report(outbox, &estimate, shared);
+                }
+                if let Some(feel) = feel(&window, estimator, source, shared) {
+                    outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
                 }
             }
             if !requests.step(|| windows.ready(), estimator, detector, inbox, outbox, shared) {
@@ -81,6 +85,26 @@ pub fn fit<P: Platform>(
             Some(estimate)
         }
         Ok(WindowFit::Growing) => None,
+        Err(Overwritten) => {
+            shared.diagnostics.hops_skipped.add(1);
+            None
+        }
+    }
+}
+
+/// What a finger would feel in a window, behind its fit. None: nothing to report.
+#[inline(never)]
+pub fn feel<P: Platform>(
+    window: &Window,
+    estimator: &mut Estimator,
+    source: &mut dyn FrameSource,
+    shared: &Shared<P>,
+) -> Option<Feel> {
+    match estimator.feel(window, source) {
+        Ok(feel) => feel.map(|mut feel| {
+            (feel.faults, _) = faults_of(window, feel.window_s, &shared.diagnostics);
+            feel
+        }),
         Err(Overwritten) => {
             shared.diagnostics.hops_skipped.add(1);
             None

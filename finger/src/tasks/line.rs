@@ -106,7 +106,7 @@ mod tests {
     fn an_overrun_spoils_the_request_after_the_good_byte_and_is_counted() {
         let mut wire = [0; 32];
         let used = framing::encode(&7u16, &mut wire).expect("it fits");
-        let (request, shared) = (&wire[..used], Shared::new(Pended::default()));
+        let (request, shared) = (&wire[..used], Shared::new(Pended::default(), ridgetone_proto::plan::Plan::PAPER));
         let mut inbox = Inbox::new();
         let mut send = |bytes: &[u8], last: fn(u8) -> Received| {
             let (last_byte, others) = bytes.split_last().expect("bytes");

@@ -70,6 +70,10 @@ impl<S: Store> Requests<S> {
             may
         });
         if is_carried_out {
+            let plan = detector.lock(|detector| detector.settings().plan);
+            if plan.to_bits() != shared.plan.load(Relaxed) {
+                shared.request_plan(plan);
+            }
             let reply = Event::Reply(reply.clone());
             outbox.lock(|outbox| post(outbox, reply, shared));
             shared.restarting.store(executor.restarting, Relaxed);

@@ -2,18 +2,19 @@
 
 use super::liveness::Liveness;
 use crate::faults::diagnostics::Diagnostics;
-use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::WIRE_MAX;
 
-/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 a second. A queue holds one less than
-/// that.
+/// Places of the queue of conversions from `drdy` to `detect`: 25 ms at 5064 a second, 5.5 ms at 23,336. A queue holds one less
+/// than that.
 pub const SAMPLES: usize = 128;
 
 /// Places of the queue of windows from `detect` to `fit`: one hop may wait, the other places are for whole slides.
 pub const WINDOWS: usize = 4;
 
 /// Places of the queue of bytes from `report` to `line`: one packet is sent while the next is encoded.
-pub const BYTES: usize = 640;
+pub const BYTES: usize = 616;
 
 /// With no more than this many bytes in their queue the longest packet still fits.
 pub(super) const LOW_WATER: usize = BYTES - 1 - WIRE_MAX;
@@ -60,6 +61,12 @@ pub struct Shared<P> {
     pub(super) urgent: AtomicBool,
     /// Half a second is over: `detect` reports what changed without a conversion.
     pub(super) look: AtomicBool,
+    /// Bits of the plan that the chip is to have.
+    pub(super) plan: AtomicU32,
+    /// `drdy` reads the chip's own readings, if the plan's scan has none.
+    pub(super) health: AtomicBool,
+    /// The finger is on something.
+    pub(super) touched: AtomicBool,
     /// The signal is over, and the last window is in its queue.
     pub(super) finished: AtomicBool,
     /// Bytes wait for the line.
@@ -69,11 +76,36 @@ pub struct Shared<P> {
 }
 
 impl<P> Shared<P> {
-    /// Nothing counted, nothing to do.
-    pub const fn new(platform: P) -> Self {
-        let [check, urgent, look, finished, sending, restarting] = [const { AtomicBool::new(false) }; 6];
+    /// Nothing counted, nothing to do. The chip has the plan that it is set up with.
+    pub const fn new(platform: P, plan: Plan) -> Self {
+        let [check, urgent, look, health, touched, finished, sending, restarting] =
+            [const { AtomicBool::new(false) }; 8];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
-        Self { platform, diagnostics, liveness, check, urgent, look, finished, sending, restarting }
+        let plan = AtomicU32::new(plan.to_bits());
+        Self {
+            platform,
+            diagnostics,
+            liveness,
+            check,
+            urgent,
+            look,
+            plan,
+            health,
+            touched,
+            finished,
+            sending,
+            restarting,
+        }
+    }
+
+    /// Requests another plan for the chip.
+    pub(super) fn request_plan(&self, plan: Plan)
+    where
+        P: Platform,
+    {
+        self.plan.store(plan.to_bits(), Relaxed);
+        self.urgent.store(true, Relaxed);
+        P::pend(self, Task::Drdy);
     }
 
     /// Whether a request has made the board reset as soon as the line is silent.

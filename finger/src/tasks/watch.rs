@@ -11,6 +11,7 @@ pub fn run<P: Platform>(policy: &mut WatchdogPolicy, shared: &Shared<P>) -> bool
     let is_alive = policy.feeds(&shared.liveness);
     shared.check.store(true, Relaxed);
     shared.look.store(true, Relaxed);
+    shared.health.store(!shared.touched.load(Relaxed), Relaxed);
     P::pend(shared, Task::Drdy);
     is_alive
 }

@@ -1,5 +1,6 @@
 //! What the contact detector reports.
 
+use crate::touch::averages::Grid;
 use crate::touch::held::HeldLevel;
 use ridgetone_tone::Values;
 
@@ -19,6 +20,10 @@ pub enum Change<'a> {
     HoldEnd {
         /// The level that was held.
         held: &'a HeldLevel,
+        /// First frame of its mean, and the one behind its last.
+        span: (u32, u32),
+        /// Frames in it.
+        frames: u32,
         /// Level before the touch, codes.
         idle: &'a Values,
         /// Frames that this level is the mean of, by its variance.
@@ -32,4 +37,21 @@ pub enum Change<'a> {
     SlideEnd(u32, u32),
     /// The finger is in the air since this frame.
     Release(u32),
+}
+
+impl Change<'_> {
+    /// The same by the scan's frames where touch detection has means of them.
+    pub fn in_frames(self, grid: &Grid) -> Self {
+        let frame = |mean| grid.first_frame(mean);
+        match self {
+            Self::Contact { frame: peak, taxel, height } => Self::Contact { frame: frame(peak), taxel, height },
+            Self::HoldEnd { held, span: (from, until), frames, idle, idle_frames, weights } => {
+                let span = (frame(from), frame(until));
+                Self::HoldEnd { held, span, frames: frames * grid.frames, idle, idle_frames, weights }
+            }
+            Self::SlideStart(start) => Self::SlideStart(frame(start)),
+            Self::SlideEnd(start, end) => Self::SlideEnd(frame(start), frame(end)),
+            Self::Release(released) => Self::Release(frame(released)),
+        }
+    }
 }

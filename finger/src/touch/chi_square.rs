@@ -1,6 +1,5 @@
 //! Squared distances in units of the noise. Noise alone makes them a chi-square with a degree of freedom for each taxel.
 
-use ridgetone_proto::scan::INPUTS;
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
@@ -9,21 +8,45 @@ pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
     weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, (weight, (a, b))| sum + (a - b) * (a - b) * weight)
 }
 
-/// Limit for a sum over the taxels of this scan: so much for each taxel, and a margin. The margin is given for sixteen
-/// taxels; it grows with the root of their number, as the standard deviation of the sum does.
-pub const fn limit(for_each: f32, margin_of_16: f32) -> f32 {
-    limit_of(INPUTS, for_each, margin_of_16)
+/// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is given for sixteen taxels; it
+/// grows with the root of their number, as the standard deviation of the sum does.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    for_each: f32,
+    margin_of_16: f32,
 }
 
-const fn limit_of(taxels: usize, for_each: f32, margin_of_16: f32) -> f32 {
-    let share = taxels as f32 / 16.0;
-    // Newton's method: there is no root in a constant.
-    let (mut root, mut step) = (1.0, 0);
-    while step < 8 {
-        root = 0.5 * (root + share / root);
-        step += 1;
+/// See [`Limit`].
+pub const fn limit(for_each: f32, margin_of_16: f32) -> Limit {
+    Limit { for_each, margin_of_16 }
+}
+
+/// How many taxels there are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Taxels {
+    pub count: f32,
+    /// Root of a sixteenth of it.
+    root: f32,
+}
+
+impl Taxels {
+    /// So many.
+    pub const fn new(count: usize) -> Self {
+        let share = count as f32 / 16.0;
+        // Newton's method: there is no root in a constant.
+        let (mut root, mut step) = (1.0, 0);
+        while step < 8 {
+            root = 0.5 * (root + share / root);
+            step += 1;
+        }
+        Self { count: count as f32, root }
     }
-    for_each * taxels as f32 + margin_of_16 * root
+
+    /// The limit for them.
+    #[inline(always)]
+    pub fn limit(self, limit: Limit) -> f32 {
+        limit.for_each * self.count + limit.margin_of_16 * self.root
+    }
 }
 
 #[cfg(test)]
@@ -32,8 +55,8 @@ mod tests {
 
     #[test]
     fn limits_follow_the_number_of_taxels() {
-        assert_eq!(limit_of(16, 1.0, 45.0), 61.0);
-        assert_eq!(limit_of(4, 1.0, 45.0), 26.5);
-        assert!((limit_of(1, 1.0, 45.0) - 12.25).abs() < 1e-4);
+        let limit = |taxels| Taxels::new(taxels).limit(limit(1.0, 45.0));
+        assert_eq!((limit(16), limit(4)), (61.0, 26.5));
+        assert!((limit(1) - 12.25).abs() < 1e-4);
     }
 }

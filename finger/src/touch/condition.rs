@@ -1,9 +1,9 @@
 //! What is taken off the frames before anything is looked for in them: mains hum of a known frequency, and a drift.
 
-use crate::ring::Ring;
+use crate::touch::averages::Averages;
 use crate::touch::motion::BLOCK_FRAMES;
 use core::f32::consts::PI;
-use ridgetone_proto::scan::FRAME_RATE_HZ;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -25,10 +25,13 @@ pub struct Condition {
     latest: u32,
     /// Frames are what they are in the ring: nothing is taken off.
     is_plain: bool,
+    /// Frames per second, and whether they are means of the scan's.
+    rate_hz: f32,
+    is_averaged: bool,
 }
 
 impl Condition {
-    pub const fn new() -> Self {
+    pub const fn new(plan: &Plan) -> Self {
         Self {
             notch: None,
             new_mains_hz: None,
@@ -37,7 +40,19 @@ impl Condition {
             rate: None,
             latest: 0,
             is_plain: true,
+            rate_hz: plan.frame_rate_hz() / plan.frames_averaged() as f32,
+            is_averaged: plan.frames_averaged() > 1,
         }
+    }
+
+    /// Whether frames are means of the scan's.
+    pub const fn is_averaged(&self) -> bool {
+        self.is_averaged
+    }
+
+    /// Frames in a time, rounded.
+    pub fn frames_in(&self, seconds: f32) -> u32 {
+        (seconds * self.rate_hz + 0.5) as u32
     }
 
     /// Takes hum of this frequency off; zero: none.
@@ -47,7 +62,7 @@ impl Condition {
     }
 
     fn tune(&mut self, interferer_hz: f32) {
-        let twice_cos = 2.0 * cos_turns(interferer_hz / FRAME_RATE_HZ);
+        let twice_cos = 2.0 * cos_turns(interferer_hz / self.rate_hz);
         let gain = 2.0 - twice_cos;
         self.notch = (interferer_hz > 0.0 && gain > GAIN_MIN).then_some((-twice_cos / gain, 1.0 / gain));
     }
@@ -97,28 +112,30 @@ impl Condition {
     /// A frame of the ring without hum and drift, if it is there and has a valid value; `place` takes what is not in the
     /// ring as it should be.
     #[inline(always)]
-    pub fn frame<'a>(&self, ring: &'a Ring, number: u32, place: &'a mut Values) -> Option<&'a Values> {
-        let (values, _) = ring.frame(number)?;
+    pub fn frame<'a>(&self, ring: Averages<'a>, number: u32, place: &'a mut Values) -> Option<&'a Values> {
         if self.is_plain() {
-            return Some(values);
+            return ring.frame(number, place);
         }
-        *place = self.clean(ring, number, values);
+        *place = self.cleaned(ring, number)?;
         Some(place)
     }
 
     /// The same where something is taken off.
     #[inline(never)]
-    pub fn cleaned(&self, ring: &Ring, number: u32) -> Option<Values> {
-        ring.frame(number).map(|(values, _)| self.clean(ring, number, values))
+    pub fn cleaned(&self, ring: Averages, number: u32) -> Option<Values> {
+        let mut place = [0.0; TAXELS];
+        ring.frame(number, &mut place).map(|values| self.clean(ring, number, values))
     }
 
     #[inline(never)]
-    fn clean(&self, ring: &Ring, number: u32, values: &Values) -> Values {
+    fn clean(&self, ring: Averages, number: u32, values: &Values) -> Values {
         let mut values = *values;
         if let Some((middle, beside)) = self.notch {
-            let neighbours = ring.frame(number.wrapping_sub(1)).zip(ring.frame(number.wrapping_add(1)));
+            let [mut one, mut other] = [[0.0; TAXELS]; 2];
+            let (before, behind) = (number.wrapping_sub(1), number.wrapping_add(1));
+            let neighbours = ring.frame(before, &mut one).zip(ring.frame(behind, &mut other));
             // Without both the hum stays.
-            if let Some(((before, _), (behind, _))) = neighbours {
+            if let Some((before, behind)) = neighbours {
                 (0..TAXELS).for_each(|c| values[c] = middle * values[c] + beside * (before[c] + behind[c]));
             }
         }

@@ -5,7 +5,8 @@
 //! starts when the held levels begin to change and ends when they stop. Both times are searched for in the ring, as soon
 //! as a block of frames shows that there is one to find.
 
-use crate::ring::{Ring, reached};
+use crate::ring::reached;
+use crate::touch::averages::Averages;
 use crate::touch::change::Change;
 use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
@@ -15,6 +16,7 @@ use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::Hold;
 use ridgetone_tone::Values;
@@ -63,13 +65,13 @@ pub struct ContactDetector {
 
 impl ContactDetector {
     /// At rest, before the first frame.
-    pub const fn new(rule: SlideRule) -> Self {
+    pub const fn new(rule: SlideRule, plan: &Plan) -> Self {
         Self {
             rule,
             phase: Phase::Learning(0),
             skips_block: false,
-            condition: Condition::new(),
-            motion: Motion::new(),
+            condition: Condition::new(plan),
+            motion: Motion::new(plan),
             idle: Idle::new(),
             idle_before: None,
             spike: Spike::new(),
@@ -108,8 +110,15 @@ impl ContactDetector {
         }
     }
 
-    /// Takes frame `number`, the latest one in `ring`; reports what changed.
-    pub fn push(&mut self, number: u32, values: &Values, ring: &Ring, report: &mut dyn FnMut(Change)) {
+    /// Takes frame `number`, the latest one in `ring`; where it is a mean, with the squares of frames about it. Reports what
+    /// changed.
+    pub fn push(
+        &mut self,
+        number: u32,
+        (values, squares): (&Values, Option<&Values>),
+        ring: Averages,
+        report: &mut dyn FnMut(Change),
+    ) {
         self.follow_plan(number, report);
         let number = self.condition.reach(number);
         let cleaned;
@@ -123,7 +132,7 @@ impl ContactDetector {
         if matches!(self.phase, Phase::Spike(_)) {
             self.spike.follow(number, values, &self.idle.level, self.motion.weights());
         }
-        let Some(block) = self.motion.push(values) else { return };
+        let Some(block) = self.motion.push(values, squares) else { return };
         if core::mem::take(&mut self.skips_block) {
             if self.phase == Phase::Idle {
                 self.enter(Phase::Idle);
@@ -148,7 +157,7 @@ impl ContactDetector {
     /// One block further, which ends with frame `number`. True if the finger was still, so that the noise can be learned
     /// from it.
     #[inline(never)]
-    fn step(&mut self, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) -> bool {
+    fn step(&mut self, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) -> bool {
         let mean = self.motion.past().back(0);
         match self.phase {
             Phase::Learning(blocks) => {
@@ -161,7 +170,7 @@ impl ContactDetector {
             }
             Phase::Idle => {
                 let off = self.off_idle(mean);
-                if off <= self.idle.touched() {
+                if off <= self.idle.touched(self.motion.taxels) {
                     self.follow_idle(off);
                     return true;
                 }
@@ -234,7 +243,7 @@ impl ContactDetector {
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
-    fn moving(&mut self, moving: Moving, ring: &Ring, report: &mut dyn FnMut(Change)) {
+    fn moving(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
         if moving.is_slide() {
             let left = match &self.still_level {
                 Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
@@ -249,11 +258,11 @@ impl ContactDetector {
     }
 
     /// One block further in the slide that began at frame `start`.
-    fn slide(&mut self, start: u32, number: u32, block: Block, ring: &Ring, report: &mut dyn FnMut(Change)) {
+    fn slide(&mut self, start: u32, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) {
         if self.planned.is_some() {
             return;
         }
-        if let Some(sure) = moved_until(block, number)
+        if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
             && reached(sure, self.moving_until)
         {
             self.moving_until = sure;
@@ -277,7 +286,7 @@ impl ContactDetector {
     /// Something was over with the block that ends with frame `over`, the latest one: where the taxels are now decides
     /// what it was and what comes next.
     #[inline(never)]
-    fn end_phase(&mut self, ended: Ended, over: u32, ring: &Ring, report: &mut dyn FnMut(Change)) {
+    fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
         let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle.level);
         self.still_level = Some(level);
@@ -291,12 +300,12 @@ impl ContactDetector {
                 let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
                 let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
                 let off = if is_still || off < of_recent { off } else { of_recent };
-                let at_idle = self.idle.touched() * (1.0 / BLOCK_FRAMES as f32);
+                let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
                 let is_released = off < greater(at_idle, BACK_FROM_SPIKE * height);
                 if !is_still {
                     self.still_level = None;
                 }
-                if is_released && height < TAP {
+                if is_released && height < self.motion.taxels.limit(TAP) {
                     self.enter(Phase::Idle);
                     return;
                 }
@@ -345,7 +354,7 @@ impl ContactDetector {
     /// The idle level follows the latest block, which is `off` from it.
     fn follow_idle(&mut self, off: f32) {
         let Self { idle, motion, condition, .. } = self;
-        if idle.follow(motion.past().back(0), off, motion.weights(), condition) {
+        if idle.follow(motion.past().back(0), off, (motion.weights(), motion.taxels), condition) {
             motion.forget();
         }
     }
@@ -359,7 +368,7 @@ impl ContactDetector {
     fn report_contact(&mut self, report: &mut dyn FnMut(Change)) {
         let (frame, taxel, height) = self.spike.highest(self.motion.weights());
         self.contact = frame;
-        self.planned = planned(self.rule, frame);
+        self.planned = planned(self.rule, frame, &self.condition);
         report(Change::Contact { frame, taxel, height });
     }
 
@@ -395,6 +404,8 @@ impl ContactDetector {
         if self.held.is_long_enough() {
             report(Change::HoldEnd {
                 held: &self.held,
+                span: (self.held.from, self.held.until),
+                frames: self.held.frames(),
                 idle: &self.idle.level,
                 idle_frames: self.idle.frames(),
                 weights: self.motion.weights(),
@@ -402,10 +413,11 @@ impl ContactDetector {
         }
     }
 
-    fn frames<'a>(&'a self, ring: &'a Ring) -> Frames<'a> {
+    fn frames<'a>(&'a self, ring: Averages<'a>) -> Frames<'a> {
         let motion = &self.motion;
         Frames {
             ring,
+            taxels: motion.taxels,
             condition: &self.condition,
             weights: motion.weights(),
             wander: motion.wander(),

@@ -1,23 +1,22 @@
 //! The level in the air, and its drift: what a touch is compared with.
 
-use crate::touch::chi_square::limit;
+use crate::touch::chi_square::{Limit, Taxels, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{BLOCK_FRAMES, greater};
-use ridgetone_proto::scan::INPUTS;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// A block's mean this far from the idle level is contact: 100 for 16 taxels. It is the limit of
 /// [`crate::touch::motion`], with a margin for the uncertainty of the level.
-const TOUCHED: f32 = limit(1.0, 84.0);
+const TOUCHED: Limit = limit(1.0, 84.0);
 /// The same in noise that is not white, whose level wanders: so many times what is typical.
 const OVER_TYPICAL: f32 = 8.0;
 /// A block this far off shows that the level does not go straight on: 61, as in [`crate::touch::motion`].
-const BENT: f32 = limit(1.0, 45.0);
+const BENT: Limit = limit(1.0, 45.0);
 /// Blocks that a line through the latest levels is fitted to: 0.27 to 1.06 s. Fewer would follow a gentle touch.
 const BLOCKS: (f32, f32) = (16.0, 64.0);
 /// The square of a slope, over its variance, that is a drift and no chance: 100 for 16 taxels.
-const DRIFTS: f32 = limit(1.0, 84.0);
+const DRIFTS: Limit = limit(1.0, 84.0);
 /// Blocks of a straight course that show a drift: a skin that creeps back bends before.
 const DRIFT_BLOCKS: f32 = 24.0;
 
@@ -59,21 +58,27 @@ impl Idle {
     }
 
     /// The squared distance of a block's mean that is contact.
-    pub fn touched(&self) -> f32 {
-        greater(TOUCHED, OVER_TYPICAL * self.typical)
+    pub fn touched(&self, taxels: Taxels) -> f32 {
+        greater(taxels.limit(TOUCHED), OVER_TYPICAL * self.typical)
     }
 
     /// One block further in the air: its mean, and the squared distance from the level; `weights` are one over the variance of
     /// each taxel's frames. Measures the drift. True if the noise is to be learned anew: what was taken for noise was the drift.
     #[inline(never)]
     #[must_use]
-    pub fn follow(&mut self, mean: &Values, off: f32, weights: &Values, condition: &mut Condition) -> bool {
+    pub fn follow(
+        &mut self,
+        mean: &Values,
+        off: f32,
+        (weights, taxels): (&Values, Taxels),
+        condition: &mut Condition,
+    ) -> bool {
         let (least, most) = BLOCKS;
         if self.blocks >= 4.0 {
             let share = if self.blocks < 32.0 { 1.0 / self.blocks } else { 1.0 / 32.0 };
             self.typical += (off - self.typical) * share;
         }
-        if off > BENT && self.blocks > least {
+        if off > taxels.limit(BENT) && self.blocks > least {
             self.blocks = greater(least, 0.5 * self.blocks);
         } else if self.blocks < most {
             self.blocks += 1.0;
@@ -95,9 +100,9 @@ impl Idle {
         }
         // The slope's variance is 12 / n^3 of that of a block's mean. Noise that wanders has steeper slopes than its blocks
         // show.
-        let wander = greater(1.0, self.typical * (1.0 / INPUTS as f32));
+        let wander = greater(1.0, self.typical / taxels.count);
         let times = square * (BLOCK_FRAMES as f32 / 12.0) * blocks * blocks * blocks;
-        let drifts = times > DRIFTS * wander * wander;
+        let drifts = times > taxels.limit(DRIFTS) * wander * wander;
         if blocks >= DRIFT_BLOCKS || is_known {
             condition.set_drift(drifts.then_some(&self.slope));
             if drifts != is_known {

@@ -12,9 +12,9 @@ const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
 /// The image of a hold, beside the level before the touch and the frames that this level is the mean of. `weights` are one
 /// over the variance of each taxel's frames. The mean over the hold began and ended at `span_us`, device time in
-/// microseconds.
+/// microseconds, of so many frames of the scan.
 pub fn image(
-    held: &HeldLevel,
+    (held, frames): (&HeldLevel, u32),
     (idle, idle_frames): (&Values, f32),
     weights: &Values,
     volts_per_code: f32,
@@ -31,5 +31,5 @@ pub fn image(
             let _ = taxels.push(Pressed { taxel: c as u8, level_v: pressed * volts_per_code, sigma_v });
         }
     }
-    Image { start_us, end_us, frames: held.frames(), hold: held.hold, taxels }
+    Image { start_us, end_us, frames, hold: held.hold, taxels }
 }

@@ -4,8 +4,8 @@
 //! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
 //! but not the straight creep of a skin that was just loaded.
 
-use crate::touch::chi_square::{distance, limit};
-use ridgetone_proto::scan::INPUTS;
+use crate::touch::chi_square::{Limit, Taxels, distance, limit};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -34,16 +34,20 @@ const BESIDE: f32 = 5.0;
 /// with the block before, and of the short one. An average has a ninth of a block's variance, more where neighbours share
 /// frames. The limit is the mean and four and a half standard deviations: a slide needs many such blocks. Averages find what
 /// is too weak for one block, above all a tone near 60 Hz: a mean of four frames has none of it.
-const FAINT: [f32; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
+const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// The same in noise that is not white. An average varies less than a block.
 const FAINT_OVER_TYPICAL: f32 = 1.3;
 /// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
 const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
 /// 5.7. A day has 5 million blocks.
-const MOVING: f32 = limit(1.0, 45.0);
+const MOVING: Limit = limit(1.0, 45.0);
 /// The same for the differences from frame to frame over a block: mean 128, eight times 35.
-const JUMPING: f32 = limit(8.0, 282.0);
+const JUMPING: Limit = limit(8.0, 282.0);
+/// Standard deviations of the squares of averaged frames about their means that are motion, and those of an average of them,
+/// which has a third of theirs.
+const SWINGING: f32 = 8.0;
+const SWINGING_FAINT: f32 = 1.5;
 /// Of the greatest long comparison: what is less is the bend of a skin's creep after it, 3 % of the motion.
 const CREEP_SHARE: f32 = 1e-3;
 /// Noise that is not white makes a comparison larger while nothing moves. Motion is this many times what it was then.
@@ -100,9 +104,18 @@ impl Apart {
     }
 }
 
+/// Comparisons: within a block, with the one before, short, long, and of what averaged frames hide.
+const COMPARISONS: usize = 5;
+/// Averages of them.
+const AVERAGES: usize = 4;
+
 /// Noise of the taxels and the recent past.
 #[derive(Clone, Debug)]
 pub struct Motion {
+    /// How many taxels there are.
+    pub taxels: Taxels,
+    /// Squares of averaged frames about their means.
+    swing: Swing,
     noise: Noise,
     past: Past,
     /// Direction that is ignored, codes, and whether there is one.
@@ -123,14 +136,14 @@ pub struct Motion {
     before: Option<Values>,
     /// Squared changes from frame to frame in the latest block.
     squares: Values,
-    /// The comparisons of the latest block: within it, with the one before, short and long.
-    compared: [f32; 4],
+    /// The comparisons of the latest block.
+    compared: [f32; COMPARISONS],
     /// Those of still blocks.
-    typical: [f32; 4],
+    typical: [f32; COMPARISONS],
     /// Still blocks that these were learned from, at most [`NOISE_BLOCKS`].
-    learned: [f32; 4],
-    /// Averages over the latest blocks: of the first, of the first two together, and of the third.
-    faint: [f32; 3],
+    learned: [f32; COMPARISONS],
+    /// Averages over the latest blocks: of the first, of the first two together, of the third, and of the fifth.
+    faint: [f32; AVERAGES],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
     /// Blocks in a row without any.
@@ -139,8 +152,10 @@ pub struct Motion {
 
 impl Motion {
     /// At rest, before the first frame.
-    pub const fn new() -> Self {
+    pub const fn new(plan: &Plan) -> Self {
         Self {
+            taxels: Taxels::new(plan.channels()),
+            swing: Swing::new(plan),
             noise: Noise::new(),
             past: Past::new(),
             load: [0.0; TAXELS],
@@ -153,10 +168,10 @@ impl Motion {
             count: 0,
             before: None,
             squares: [0.0; TAXELS],
-            compared: [0.0; 4],
-            typical: [0.0; 4],
-            learned: [0.0; 4],
-            faint: [0.0; 3],
+            compared: [0.0; COMPARISONS],
+            typical: [0.0; COMPARISONS],
+            learned: [0.0; COMPARISONS],
+            faint: [0.0; AVERAGES],
             still_quick: 0,
             still: 0,
         }
@@ -166,14 +181,17 @@ impl Motion {
     pub fn restart(&mut self) {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
-        *with_past = [0.0; 3];
-        self.faint = [0.0; 3];
+        *with_past = [0.0; COMPARISONS - 1];
+        self.faint = [0.0; AVERAGES];
         self.greatest_bend = 0.0;
     }
 
-    /// Takes the next frame. Gives what the block shows that it ends.
+    /// Takes the next frame, and where it is a mean the squares of frames about it. Gives what the block shows that it ends.
     #[inline]
-    pub fn push(&mut self, values: &Values) -> Option<Block> {
+    pub fn push(&mut self, values: &Values, squares: Option<&Values>) -> Option<Block> {
+        if let Some(squares) = squares {
+            self.swing.add(squares, &self.noise.weights);
+        }
         self.frames[self.count % BLOCK_FRAMES as usize] = *values;
         self.count += 1;
         if self.count < BLOCK_FRAMES as usize {
@@ -222,8 +240,13 @@ impl Motion {
             if_known(1, change.square()) * (frames / 2.0),
             if_known(2 * SHORT, bend.square()) * (frames / 6.0),
             long,
+            core::mem::take(&mut self.swing.sum),
         ];
-        let limits = [JUMPING, MOVING, MOVING, MOVING];
+        let taxels = self.taxels;
+        let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
+        // Until it is known what is typical nothing swings.
+        let typical_swing = if self.learned[4] >= KNOWN_BLOCKS { self.typical[4] } else { f32::INFINITY };
+        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing];
         self.greatest_bend = greater(self.greatest_bend, long);
         let limit = |which: usize| {
             let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
@@ -232,15 +255,17 @@ impl Motion {
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
-        let latest = [most(0), most(0) + BESIDE * most(1), most(2)];
-        let [within, beside, short, _] = self.typical;
-        let typical = [within, within + BESIDE * beside, short];
+        let latest = [most(0), most(0) + BESIDE * most(1), most(2), most(4)];
+        let [within, beside, short, _, swing] = self.typical;
+        let typical = [within, within + BESIDE * beside, short, swing];
+        let [one, both, third] = FAINT.map(|limit| taxels.limit(limit));
+        let limits = [one, both, third, self.swing.faint_limit * typical_swing];
         let mut faint = false;
-        for which in 0..FAINT.len() {
+        for which in 0..AVERAGES {
             self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
-            faint |= self.faint[which] > greater(FAINT[which], FAINT_OVER_TYPICAL * typical[which]);
+            faint |= self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
         }
-        let now = over(0) || over(1);
+        let now = over(0) || over(1) || over(4);
         let block = Block { now, quick: now || over(2), slow: over(3), faint };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
         self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
@@ -290,7 +315,7 @@ impl Motion {
     /// The noise, and what is typical, are to be learned anew.
     pub fn forget(&mut self) {
         self.restart();
-        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; 4], 2);
+        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; COMPARISONS], 2);
     }
 
     /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its
@@ -339,7 +364,7 @@ impl Motion {
 
     /// How much more slow comparisons are than in white noise, at least one.
     pub fn wander(&self) -> f32 {
-        greater(1.0, greater(self.typical[1], self.typical[3]) * (1.0 / INPUTS as f32))
+        greater(1.0, greater(self.typical[1], self.typical[3]) / self.taxels.count)
     }
 
     /// What a product with a difference gives its length along the direction that is ignored.
@@ -350,6 +375,43 @@ impl Motion {
     /// One over the variance of each taxel's frames.
     pub const fn weights(&self) -> &Values {
         &self.noise.weights
+    }
+}
+
+/// The squares of averaged frames about their means: what is faster than the means. They are weighted as differences of the means are,
+/// so only their ratio to what is typical says something. Noise alone makes them a chi-square with a degree of freedom for
+/// each frame but one of a mean, of each taxel.
+#[derive(Clone, Debug)]
+struct Swing {
+    /// One block is motion above so many times what is typical, and an average of blocks.
+    limit: f32,
+    faint_limit: f32,
+    /// The sum over the block under way.
+    sum: f32,
+}
+
+impl Swing {
+    const fn new(plan: &Plan) -> Self {
+        let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
+        // Standard deviation over mean, by Newton's method: there is no root in a constant.
+        let square = if freedom > 0.0 { 2.0 / freedom } else { 0.0 };
+        let (mut root, mut step) = (0.5, 0);
+        while step < 12 {
+            root = 0.5 * (root + square / root);
+            step += 1;
+        }
+        let (limit, faint_limit) = (1.0 + SWINGING * root, 1.0 + SWINGING_FAINT * root);
+        Self {
+            limit: if limit > OVER_TYPICAL { limit } else { OVER_TYPICAL },
+            faint_limit: if faint_limit > FAINT_OVER_TYPICAL { faint_limit } else { FAINT_OVER_TYPICAL },
+            sum: 0.0,
+        }
+    }
+
+    /// Adds those about one mean.
+    #[inline(never)]
+    fn add(&mut self, squares: &Values, weights: &Values) {
+        self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! That something moves is known a few blocks late. The ring still holds the frames.
 
-use crate::ring::{Ring, reached};
-use crate::touch::chi_square::{distance, limit};
+use crate::ring::reached;
+use crate::touch::averages::Averages;
+use crate::touch::chi_square::{Limit, Taxels, distance, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
 use ridgetone_proto::settings::TAXELS;
@@ -11,20 +12,20 @@ use ridgetone_tone::Values;
 
 /// A frame this far from a level is not at that level: 42 for 16 taxels, a chi-square's mean of 16 and 4.5 times its
 /// standard deviation of 5.7.
-const DEPARTED: f32 = limit(1.0, 26.0);
+const DEPARTED: Limit = limit(1.0, 26.0);
 /// Between the distances of frames at a level, whose mean is 16, and those of frames in motion, of noise and a tone as strong
 /// as it, whose mean is 32: where both are as likely.
-const BETWEEN: f32 = limit(1.0, 7.0);
+const BETWEEN: Limit = limit(1.0, 7.0);
 /// The same for means of four frames, to which the uncertainty of a level of sixteen adds a quarter.
-const BETWEEN_MEANS: f32 = limit(1.25, 18.0);
+const BETWEEN_MEANS: Limit = limit(1.25, 18.0);
 /// A motion with frames this far off begins at once, or ends at once; and the same as [`BETWEEN`] for its frames. What is less
 /// after a strong motion may be the curve of a skin's creep.
-const SHARP_START: (f32, f32) = (limit(90.0, 0.0), DEPARTED);
-const SHARP_END: (f32, f32) = (limit(600.0, 0.0), limit(10.0, 0.0));
+const SHARP_START: (Limit, Limit) = (limit(90.0, 0.0), DEPARTED);
+const SHARP_END: (Limit, Limit) = (limit(600.0, 0.0), limit(10.0, 0.0));
 /// One frame counts no more than so many of these: a knock is no motion that goes on.
 const MOST: f32 = 3.0;
 /// A sum that is so much less than at its most, or more than at its least, will not come back: 50 ms of noise.
-const PAST: f32 = limit(5.0, 20.0);
+const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
@@ -39,7 +40,9 @@ const LIFTING_FRAMES: u32 = 4;
 /// The frames in the ring, and what a distance is measured in.
 #[derive(Clone, Copy, Debug)]
 pub struct Frames<'a> {
-    pub ring: &'a Ring,
+    pub ring: Averages<'a>,
+    /// How many taxels there are.
+    pub taxels: Taxels,
     pub condition: &'a Condition,
     /// One over the variance of each taxel's frames.
     pub weights: &'a Values,
@@ -65,16 +68,18 @@ struct Extremes {
     most_from: u32,
     least: f32,
     least_from: u32,
+    /// See [`PAST`].
+    past: f32,
 }
 
 impl Extremes {
-    const fn at(last: u32) -> Self {
-        Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last }
+    const fn at(last: u32, past: f32) -> Self {
+        Self { sum: 0.0, most: 0.0, most_from: last, least: 0.0, least_from: last, past }
     }
 
     /// Whether what was looked for is far behind.
     fn is_past(&self, most: bool) -> bool {
-        if most { self.most - self.sum > PAST } else { self.sum - self.least > PAST }
+        if most { self.most - self.sum > self.past } else { self.sum - self.least > self.past }
     }
 
     /// Adds what speaks for motion, a squared distance of which the noise alone makes as many as there are taxels.
@@ -93,7 +98,7 @@ impl Frames<'_> {
     fn is_off(&self, level: &Values, frame: u32) -> bool {
         let mut place = [0.0; TAXELS];
         let values = self.condition.frame(self.ring, frame, &mut place);
-        values.is_some_and(|values| distance(self.weights, values, level) > DEPARTED)
+        values.is_some_and(|values| distance(self.weights, values, level) > self.taxels.limit(DEPARTED))
     }
 
     /// Looks back from frame `last`, at so many frames, and adds up how much they speak for motion away from `level`, which
@@ -110,8 +115,11 @@ impl Frames<'_> {
         stride: u32,
         for_start: bool,
     ) -> Spoken {
-        let [mut single, mut mean, mut sharp] = [Extremes::at(last); 3];
+        let of = |limit| self.taxels.limit(limit);
+        let [mut single, mut mean, mut sharp] = [Extremes::at(last, of(PAST)); 3];
         let (is_sharp, between_sharp) = if for_start { SHARP_START } else { SHARP_END };
+        let (is_sharp, between_sharp) = (of(is_sharp), of(between_sharp));
+        let (between, between_means) = (of(BETWEEN), of(BETWEEN_MEANS));
         let mut peak = 0.0;
         let share = 1.0 / self.wander;
         let mut place = [0.0; TAXELS];
@@ -132,14 +140,14 @@ impl Frames<'_> {
             }
             let square = apart.square() * share;
             peak = greater(peak, square);
-            single.add(square, BETWEEN, frame);
+            single.add(square, between, frame);
             sharp.add(square, between_sharp, frame);
             if back % BLOCK_FRAMES == BLOCK_FRAMES - 1 {
                 apart = Apart::NONE;
                 for [_, weight, pull, four] in &mut taxels {
                     apart.add(core::mem::take(four), *weight, *pull);
                 }
-                mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), BETWEEN_MEANS, frame);
+                mean.add(apart.square() * share * (1.0 / BLOCK_FRAMES as f32), between_means, frame);
                 if [&single, &mean, &sharp].iter().all(|sums| sums.is_past(for_start)) {
                     break;
                 }

@@ -1,9 +1,9 @@
 //! The slide: what makes a motion one, until when it moves for sure, and when it ended.
 
-use crate::touch::chi_square::limit;
+use crate::touch::chi_square::{Limit, limit};
+use crate::touch::condition::Condition;
 use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::Frames;
-use ridgetone_proto::scan::frames_in;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
 
@@ -17,6 +17,9 @@ const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 /// Blocks with any changes after which it is one.
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
+/// Blocks after which four times what is typical, in an average with a share of 0.2 for each, is less than 1.3 times: 4 to 1 + 3 x
+/// 0.8^n.
+const FADED_BLOCKS: u32 = 11;
 /// Blocks from the one in which a slide is last known to have moved to the mean of four that shows where the taxels were
 /// soon after it: a slow tone in noise may go on for one of them unnoticed.
 const SOON_BLOCKS: u32 = 2;
@@ -25,7 +28,7 @@ const UNSURE_FRAMES: u32 = 40;
 /// Least distance of two means of four blocks that shows a creep, blocks: nearer ones share some.
 const CREEP_BLOCKS: u32 = 4;
 /// Their squared distance, in units of its noise, that is a creep: 61 for 16 taxels, as in [`crate::touch::motion`].
-const CREEPS: f32 = limit(1.0, 45.0);
+const CREEPS: Limit = limit(1.0, 45.0);
 
 /// A motion that may become a slide.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,10 +65,13 @@ impl Moving {
 
 /// The frame until which something moved for sure, by the block that ends with frame `number`. Its comparisons show a
 /// change somewhere in their reach, and only that within the block is a change right now.
-pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
+///
+/// Of averaged frames, whose windows are short, an average counts only when nothing is left in it of a block as strong as one can be.
+pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option<u32> {
     let reach = match block {
         Block { now: true, .. } => 0,
         Block { quick: true, .. } => SHORT_BLOCKS,
+        Block { faint: true, .. } if is_averaged => FADED_BLOCKS,
         Block { faint: true, .. } => FAINT_BLOCKS,
         Block { slow: true, .. } => LONG_BLOCKS,
         _ => return None,
@@ -75,10 +81,10 @@ pub const fn moved_until(block: Block, number: u32) -> Option<u32> {
 
 /// First frame of the slide that the protocol plans for a touch at frame `contact`, and the one behind its last. None if
 /// the slide is found by motion.
-pub fn planned(rule: SlideRule, contact: u32) -> Option<(u32, u32)> {
+pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(u32, u32)> {
     let SlideRule::Protocol { delay_s, speed_mm_s, length_mm } = rule else { return None };
-    let start = contact.wrapping_add(frames_in(delay_s));
-    Some((start, start.wrapping_add(frames_in(length_mm / speed_mm_s))))
+    let start = contact.wrapping_add(condition.frames_in(delay_s));
+    Some((start, start.wrapping_add(condition.frames_in(length_mm / speed_mm_s))))
 }
 
 /// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves
@@ -90,7 +96,8 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
     let soon = frames.mean(over.wrapping_sub(skip * BLOCK_FRAMES), 4 * BLOCK_FRAMES);
     // The means of two times sixteen frames: only what their noise does not make is a creep.
-    let is_creep = skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > CREEPS;
+    let is_creep =
+        skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
     let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
     let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);

@@ -1,7 +1,8 @@
 //! The contact spike: the paper's equations 2 and 3.
 
-use crate::ring::{Ring, reached};
-use crate::touch::chi_square::limit;
+use crate::ring::reached;
+use crate::touch::averages::Averages;
+use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::BLOCK_FRAMES;
 use ridgetone_proto::settings::TAXELS;
@@ -24,7 +25,7 @@ pub const SPIKE_STILL_BLOCKS: u32 = 6;
 pub const BACK_FROM_SPIKE: f32 = 1.0 / 400.0;
 /// Squared height of a spike, in units of the noise, from which a tap that leaves no load is reported: 30 standard
 /// deviations in every taxel. Less is a vibration.
-pub const TAP: f32 = limit(900.0, 0.0);
+pub const TAP: Limit = limit(900.0, 0.0);
 
 /// The highest deviation of every taxel so far.
 #[derive(Clone, Debug)]
@@ -42,7 +43,7 @@ impl Spike {
 
     /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
     #[inline(never)]
-    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: &Ring, condition: &Condition) -> Self {
+    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: Averages, condition: &Condition) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self { peak: [0.0; TAXELS], frame: [first; TAXELS] };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {

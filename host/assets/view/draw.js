@@ -1,5 +1,6 @@
 // Draws a state on the plots, or says why there is nothing to draw.
 import { words } from "./format.js";
+import { Felt } from "./felt.js";
 import { Fit } from "./fit.js";
 import * as panels from "./panels.js";
 
@@ -23,6 +24,20 @@ export function drawPlots(plots, state, beside = null) {
   plots.spectrum.explain(spectrum ? "" : hasRaw ? "Too few frames yet." : noRaw);
   $("spectrum-small").textContent = spectrum ? aboutSpectrum(state) : "";
   drawFit(plots.fit, state, hasRaw ? "" : noRaw);
+  drawFeel(plots.feel, state);
+}
+
+// Hidden as long as the board does not report it.
+function drawFeel(plot, state) {
+  const { feel, hello } = state.live.latest;
+  const isShown = Boolean(feel) || (hello?.settings.feel?.volts_per_um ?? 0) > 0;
+  $("feel").hidden = !isShown;
+  document.querySelector("main").classList.toggle("feels", isShown);
+  if (!isShown) return;
+  if (feel) plot.draw(state);
+  Felt.bars($("feel-bars"), state);
+  $("feel-small").textContent = feel ? Felt.words(feel) : "";
+  plot.explain(feel ? "" : "Nothing yet: it comes with each window of a slide.");
 }
 
 function aboutSpectrum({ spectrum: { of_estimate: ofEstimate, lines }, curves }) {

@@ -59,6 +59,14 @@ const TABLES = {
     const rows = t_s.map((value, at) => [value, ...columns.map((column) => column[at])]).filter(([value]) => plot.shows(value));
     return table(["t_s", "read_mv", "fitted_mv", "fundamental_mv", "residual_mv"], rows);
   },
+  feel({ live: { latest: { feel } } }) {
+    const of = (found, name, what) => [found[name], found[what], found[`${what}_sigma`]];
+    const rows = feel ? [
+      ...feel.receptors.map((found) => of(found, "receptor", "intensity_per_hz")), ...feel.scores.map((found) => of(found, "name", "score")),
+      ["m", feel.m, feel.m_sigma], ...feel.spectrum.map(({ hz, level_db }) => [`level_db at ${hz} Hz`, level_db, null]),
+    ] : [];
+    return table(["name", "value", "sigma"], rows);
+  },
   map(state) {
     const found = image(state);
     const rows = found === null ? [] : found.rows.flatMap((row, y) => row.map(({ taxel, level_v, sigma_v }, x) => [y, x, taxel, level_v, sigma_v]));

@@ -1,7 +1,8 @@
 // The settings in force on the board, and new ones for it.
 
 const $ = (id) => document.getElementById(id);
-const NAMES = ["window_s", "hop_s", "harmonics"];
+// Inputs; each has the setting as its name, and that of a table has a dot.
+const IDS = ["window_s", "hop_s", "harmonics", "volts_per_um", "sigma_share", "force_ratio"];
 
 // What somebody is changing stays as it is.
 let isChanging = false;
@@ -12,6 +13,19 @@ const say = (text, isWrong = false) => {
   $("settings-said").textContent = text;
   $("settings-said").classList.toggle("alarm", isWrong);
 };
+
+// A setting by its name.
+const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
+
+function wanted() {
+  const settings = {};
+  for (const id of IDS) {
+    const [name, table] = $(id).name.split(".").toReversed();
+    const place = table === undefined ? settings : (settings[table] ??= {});
+    place[name] = Number($(id).value);
+  }
+  return settings;
+}
 
 // Gives the server's answer in words; throws its refusal.
 export async function post(path, body, type = "application/json") {
@@ -33,7 +47,7 @@ export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
   $("settings-send").textContent = isRun ? "Run again" : "Send";
   $("settings-reset").textContent = isRun ? "As in the run" : "As on the board";
   const { settings } = live.latest.hello;
-  if (!isChanging) NAMES.forEach((name) => { $(name).value = Number(settings[name].toPrecision(6)); });
+  if (!isChanging) IDS.forEach((id) => { $(id).value = Number(value(settings, $(id).name).toPrecision(6)); });
   if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
 }
 
@@ -42,10 +56,9 @@ export function begin(send) {
   $("settings-form").addEventListener("input", () => { isChanging = true; });
   $("settings-form").addEventListener("submit", async (event) => {
     event.preventDefault();
-    const wanted = Object.fromEntries(NAMES.map((name) => [name, Number($(name).value)]));
     say("Sending.");
     try {
-      say(await send(JSON.stringify(wanted)));
+      say(await send(JSON.stringify(wanted())));
       isChanging = false;
     } catch (error) {
       say(error.message, true);

@@ -6,7 +6,8 @@ const NUMBERED = [1, 2, 5];
 // The axis ends at so many decibels below what nearly all bins have.
 const MARGIN_DB = 6;
 
-const numbered = (min, max) => {
+// Places of numbers on an axis of logarithms to the base of ten.
+export const numbered = (min, max) => {
   const found = [];
   for (let power = Math.floor(min); power <= max; power += 1) {
     for (const multiple of NUMBERED) {

@@ -5,7 +5,7 @@ use super::signals::{Clock, dead_and_railed, line, noise};
 use super::verdict::{Check, Inputs, TROUBLESHOOTING, Verdict, WIRING, graded};
 use ads1258::DataRate;
 use ridgetone::scan::CONVERSION_NS;
-use ridgetone_proto::scan::SCANNED;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, SCAN, TAXELS};
 use serde_json::json;
 
@@ -84,7 +84,7 @@ fn drdy_jitter(clock: Option<Clock>) -> Check {
 
 fn dead_or_railed(watched: &Watched) -> Check {
     let (dead, railed) = dead_and_railed(&watched.frames);
-    let absent = SCANNED & !watched.present();
+    let absent = Plan::PAPER.inputs & !watched.present();
     let named = [(absent, "never read"), (dead, "dead, always the same code"), (railed, "at the end of the scale")];
     let findings: Vec<String> = named
         .into_iter()
@@ -94,7 +94,7 @@ fn dead_or_railed(watched: &Watched) -> Check {
     let values = json!({ "absent": input_names(absent), "dead": input_names(dead), "at_rail": input_names(railed) });
     match findings.is_empty() {
         true => {
-            let finding = format!("all {} live, none at the end of the scale", SCANNED.count_ones());
+            let finding = format!("all {} live, none at the end of the scale", Plan::PAPER.channels());
             Check::new("inputs", WIRING, Verdict::Pass, finding, values)
         }
         false => Check::new("inputs", WIRING, Verdict::Fail, findings.join("; "), values),

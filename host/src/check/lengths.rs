@@ -3,14 +3,19 @@
 use crate::requests::encode;
 use anyhow::Result;
 use ridgetone_proto::command::{Command, KNOTS_A_COMMAND, Outcome, Part, Request};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::profile::Knot;
-use ridgetone_proto::settings::{Settings, SlideRule};
+use ridgetone_proto::settings::{Array, Settings, SlideRule};
 
 /// Number of a request whose length stands for all: two of three numbers take three bytes.
 const NUMBER: u16 = u16::MAX;
 
 /// Bytes that a knot's time takes besides its first, at most.
 const TIME_MORE_BYTES: usize = 4;
+
+/// Masks of taxels in settings, and bytes that each takes besides its first, at most.
+const MASKS: usize = 6;
+const MASK_MORE_BYTES: usize = 2;
 
 /// A command, its length on the wire, bytes, and whether an outcome is the one that it must have.
 pub struct Probe {
@@ -28,7 +33,7 @@ impl Probe {
 }
 
 /// A greeting; parts of a speed profile that is never completed, 1 to 8 knots with times of 1 to 5 bytes; settings that the
-/// board must refuse. In the order of their lengths.
+/// board must refuse, with masks of 1 to 3 bytes. In the order of their lengths.
 pub fn probes() -> Result<Vec<Probe>> {
     let is_done = |outcome: &Outcome| *outcome == Outcome::Done;
     let mut probes = vec![Probe::new(Command::Greet, is_done)?];
@@ -42,9 +47,17 @@ pub fn probes() -> Result<Vec<Probe>> {
         }
     }
     let slide = SlideRule::Protocol { delay_s: 1.0, speed_mm_s: 30.0, length_mm: 55.0 };
-    for settings in [Settings::DEFAULT, Settings { slide, ..Settings::DEFAULT }] {
-        let set = Command::Set { settings: Settings { window_s: 0.0, ..settings }, keep: false };
-        probes.push(Probe::new(set, |outcome| matches!(outcome, Outcome::Setting(_)))?);
+    for slide in [SlideRule::Found, slide] {
+        for more_bytes in 0..=MASKS * MASK_MORE_BYTES {
+            // Seven bits a byte.
+            let more = |at: usize| more_bytes.saturating_sub(at * MASK_MORE_BYTES).min(MASK_MORE_BYTES);
+            let mask = |at: usize| u16::MAX >> (7 * (MASK_MORE_BYTES - more(at)));
+            let [alike @ .., front, inputs] = std::array::from_fn::<u16, MASKS, _>(mask);
+            let (array, plan) = (Array { front, alike, ..Array::DEFAULT }, Plan { inputs, ..Plan::PAPER });
+            let settings = Settings { window_s: 0.0, slide, array, plan, ..Settings::DEFAULT };
+            let is_refused = |outcome: &Outcome| matches!(outcome, Outcome::Setting(_));
+            probes.push(Probe::new(Command::Set { settings, keep: false }, is_refused)?);
+        }
     }
     probes.sort_by_key(|probe| probe.length_bytes);
     probes.dedup_by_key(|probe| (probe.length_bytes, matches!(probe.command, Command::Set { .. })));

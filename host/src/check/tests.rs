@@ -186,7 +186,7 @@ fn commands_that_arrive_damaged_or_lose_bytes_are_counted() {
     finds(
         Bench { received: damaged, ..Bench::default() },
         &[("commands", Warn)],
-        &["71 of 71 answered", "arrived damaged"],
+        &["94 of 94 answered", "arrived damaged"],
     );
     let overrun = |number: u64, byte| if number % 1000 == 500 { Received::Overrun(byte) } else { Received::Byte(byte) };
     finds(Bench { received: overrun, ..Bench::default() }, &[("commands", Fail)], &["bytes overrun"]);

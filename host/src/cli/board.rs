@@ -30,7 +30,7 @@ impl BoardOptions {
     pub fn open(&self, input: Option<&InputOptions>, pace: Option<f64>, again: bool) -> Result<Feed> {
         if self.emulated {
             let input = match input.filter(|input| input.is_given()) {
-                Some(input) => input.input()?,
+                Some(input) => input.input(&ridgetone_proto::plan::Plan::PAPER)?,
                 None => {
                     let scene = first_scene()?;
                     Input { seed: scene.seed, source: Source::Scene(scene), ..Input::default() }

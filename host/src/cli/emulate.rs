@@ -49,7 +49,7 @@ impl EmulateArgs {
         self.svg.iter().chain(&self.serial_out).try_for_each(|path| output::check_new(path))?;
         let elf = self.firmware.image()?;
         let settings = self.settings.settings()?;
-        let input = self.input.open_for(settings.window_s)?;
+        let input = self.input.open_for(&settings)?;
         let options = emulator::Options {
             settings,
             keep_conversions: self.svg.is_some(),

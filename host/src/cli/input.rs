@@ -1,12 +1,14 @@
 //! What the simulated chip feels: a recording or a scene.
 
 use super::parse::{number, positive};
-use crate::input::{Input, Opened, Source, frame_rate_hz};
+use crate::input::{Input, Opened, Source, rate_of};
 use crate::samples::Samples;
 use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
 use hal_mock::{Sliding, TimeColumn};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
 use std::path::PathBuf;
 
 #[derive(Args, Clone, Debug)]
@@ -81,9 +83,10 @@ impl SceneOptions {
         scene_file.is_some() || scene_speed.is_some() || period.is_some() || snr.is_some()
     }
 
-    pub fn sliding(&self) -> Result<Sliding> {
+    /// The scene that the options describe, for a plan.
+    pub fn sliding(&self, plan: &Plan) -> Result<Sliding> {
         if let Some(path) = &self.scene_file {
-            let scene = hal_mock::load_scene(path, frame_rate_hz())?;
+            let scene = hal_mock::load_scene(path, rate_of(plan))?;
             return Ok(Sliding { seed: self.seed.unwrap_or(scene.seed), ..scene });
         }
         let default = Sliding::default();
@@ -112,8 +115,8 @@ impl InputOptions {
         self.file.is_some() || !self.noise || self.scene.makes_scene() || self.scene.seed.is_some()
     }
 
-    /// The input that the options describe.
-    pub fn input(&self) -> Result<Input> {
+    /// The input that the options describe, for a plan.
+    pub fn input(&self, plan: &Plan) -> Result<Input> {
         if self.file.is_some() && self.scene.makes_scene() {
             let why = "--scene, --scene-speed, --period and --snr make a scene: they do not go with FILE.csv";
             return Err(UsageError(why.into()).into());
@@ -125,7 +128,7 @@ impl InputOptions {
                 (source, self.scene.seed.unwrap_or(1))
             }
             None => {
-                let scene = self.scene.sliding()?;
+                let scene = self.scene.sliding(plan)?;
                 let seed = scene.seed;
                 (Source::Scene(scene), seed)
             }
@@ -134,8 +137,8 @@ impl InputOptions {
     }
 
     /// Opens an input that has to fill a window, and prints its warning.
-    pub fn open_for(&self, window_s: f32) -> Result<Opened> {
-        let input = self.input()?.open_for(window_s)?;
+    pub fn open_for(&self, settings: &Settings) -> Result<Opened> {
+        let input = self.input(&settings.plan)?.open_for(settings)?;
         remark(&input);
         Ok(input)
     }

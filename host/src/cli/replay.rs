@@ -52,7 +52,7 @@ impl ReplayArgs {
         let settings = self.settings.settings()?;
         let after = speed::after(self.profile_repeats);
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
-        let input = self.input.open_for(settings.window_s)?;
+        let input = self.input.open_for(&settings)?;
         let mut printer = Printer::new(self.lines, true);
         let mut sink = |packet: &Packet| printer.print(packet, None);
         let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut sink, progress))?;

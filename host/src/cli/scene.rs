@@ -48,7 +48,7 @@ struct TruthForm {
 
 impl SceneArgs {
     pub(super) fn run(self) -> Result<()> {
-        let mut scene = SlidingScene::new(self.scene.sliding()?)?;
+        let mut scene = SlidingScene::new(self.scene.sliding(&ridgetone_proto::plan::Plan::PAPER)?)?;
         let (truth, rate_hz, mut rows) = (scene.truth(), frame_rate_hz(), 0);
         check_length("the scene", truth.end_s, SCENE_MAX_S)?;
         output::new_file(&self.output, |file| {

@@ -5,6 +5,7 @@ use crate::settings_form;
 use crate::usage::UsageError;
 use anyhow::Result;
 use clap::Args;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, SlideRule};
 use std::path::PathBuf;
 
@@ -14,10 +15,14 @@ pub struct SettingsOptions {
     /// Settings to start from, as `settings get` prints them; the options below replace single ones [default: the library's].
     #[arg(long = "settings", value_name = "FILE.toml")]
     pub settings_file: Option<PathBuf>,
-    /// Length of a window, seconds, 0.1 to 3.9 [default: 1].
+    /// Scan plan: paper (16 inputs at 241 Hz), hand (16 at 1.46 kHz), texture (4 at 5.8 kHz), vibration (2 at 11.7 kHz) or single
+    /// (1 at 23.3 kHz), with its default window and hop [default: paper].
+    #[arg(long, value_name = "NAME", value_parser = plan)]
+    pub plan: Option<Plan>,
+    /// Length of a window, seconds, with plan paper 0.1 to 3.9 [default: 1, or the plan's longest].
     #[arg(long, value_name = "S")]
     pub window: Option<f32>,
-    /// From the start of one window to that of the next, seconds [default: 0.25].
+    /// From the start of one window to that of the next, seconds [default: 0.25, or a quarter of the window, at least 0.05].
     #[arg(long, value_name = "S")]
     pub hop: Option<f32>,
     /// Most harmonics to fit, 1 to 5 [default: 4].
@@ -43,9 +48,16 @@ pub struct SettingsOptions {
     pub array: ArrayOptions,
 }
 
+/// A plan by its name.
+fn plan(name: &str) -> Result<Plan, String> {
+    let names = || Plan::NAMED.map(|(name, _)| name).join(", ");
+    Plan::named(name).ok_or_else(|| format!("choose one of {}", names()))
+}
+
 impl SettingsOptions {
     pub fn settings(&self) -> Result<Settings> {
         let base = self.settings_file.as_deref().map_or(Ok(Settings::DEFAULT), settings_form::load)?;
+        let base = self.plan.map_or(base, |plan| base.with_plan(plan));
         // A zero would switch the setting off; as an option it is out of bounds.
         let not_zero = |value: f32| if value == 0.0 { f32::NAN } else { value };
         let settings = Settings {

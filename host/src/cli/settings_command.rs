@@ -2,10 +2,11 @@
 
 use super::board::BoardOptions;
 use crate::client::Client;
-use crate::{names, output, settings_form};
+use crate::{events, names, output, settings_form};
 use anyhow::Result;
 use clap::{Args, Subcommand};
 use ridgetone_proto::command::Command;
+use ridgetone_proto::plan::Gives;
 use std::path::PathBuf;
 
 #[derive(Debug, Subcommand)]
@@ -27,6 +28,7 @@ A setting that is not named keeps its value on the board, or with --settings its
 
 Examples:
   ridgetone settings set window_s=0.5 hop_s=0.1
+  ridgetone settings set plan=hand
   ridgetone settings set --settings finger.toml --keep
   ridgetone settings set array.period_most_mm=3.5 slide.rule=found")]
     Set(SetArgs),
@@ -62,8 +64,10 @@ impl SettingsCommand {
                 return output::line(settings_form::toml(&hello.settings)?.trim_end());
             }
             Self::Set(args) => {
-                let erased = args.set()?;
-                report(if args.keep { "in force and stored" } else { "in force until the next start" }, erased);
+                let (erased, gives) = args.set()?;
+                let kept = if args.keep { "in force and stored" } else { "in force until the next start" };
+                let gives = gives.map_or(String::new(), |gives| format!(": {}", events::given(&gives)));
+                report(&format!("{kept}{gives}"), erased);
             }
             Self::Forget(board) => {
                 let erased = Client::new(&mut board.open_for_request()?).request(Command::Forget)?;
@@ -75,8 +79,8 @@ impl SettingsCommand {
 }
 
 impl SetArgs {
-    /// True if the board has erased flash for it.
-    fn set(&self) -> Result<bool> {
+    /// Whether the board has erased flash for it, and what their plan gives.
+    fn set(&self) -> Result<(bool, Option<Gives>)> {
         let from_file = self.settings.as_deref().map(settings_form::load).transpose()?;
         // A wrong name or value is refused before a board is opened.
         settings_form::change(&from_file.unwrap_or_default(), &self.changes)?;
@@ -86,7 +90,9 @@ impl SetArgs {
             Some(settings) => settings,
             None => board.hello()?.settings,
         };
-        board.request(Command::Set { settings: settings_form::change(&base, &self.changes)?, keep: self.keep })
+        let settings = settings_form::change(&base, &self.changes)?;
+        let erased = board.request(Command::Set { settings, keep: self.keep })?;
+        Ok((erased, board.gives))
     }
 }
 

@@ -1,6 +1,7 @@
 //! One JSON object a packet. f32 values keep their shortest form, which reads back to the same f32.
 
 use crate::digits::seconds;
+use crate::feel::event::JsonFeel;
 use crate::live::Frame;
 use crate::names::name;
 use crate::settings_form::SettingsForm;
@@ -9,6 +10,7 @@ use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
+use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
@@ -94,6 +96,8 @@ enum Body<'a> {
         number: u16,
         #[serde(flatten, with = "JsonOutcome")]
         outcome: &'a Outcome,
+        #[serde(flatten)]
+        gives: Option<&'a Gives>,
     },
     Raw {
         #[serde(flatten)]
@@ -102,6 +106,7 @@ enum Body<'a> {
         #[serde(skip_serializing_if = "Option::is_none")]
         volts: Option<[Option<f32>; TAXELS]>,
     },
+    Feel(JsonFeel),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -257,7 +262,8 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Health(health) => Body::Health(health),
         Event::Image(image) => Body::Image { t_s, image },
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
-        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome },
+        Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
+        Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }
@@ -267,7 +273,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
 mod tests {
     use super::*;
     use ridgetone_proto::fault::FaultKind;
-    use ridgetone_proto::telemetry::{Estimate, Hold, Movement, OtherTone, Pressed};
+    use ridgetone_proto::telemetry::{BANDS, Estimate, Feel, Hold, Measured, Movement, NO_LEVEL, OtherTone, Pressed};
 
     #[test]
     fn f32_values_read_back_to_the_last_bit() {
@@ -356,6 +362,50 @@ mod tests {
         assert!(line.contains(tone), "{line}");
         let travel = r#""travel":"given","direction":"backward","spatial_period_mm":4.0,"spatial_period_sigma_mm":1.0,"speed_mm_s":30.0,"speed_sigma_mm_s":0.0,"channels""#;
         assert!(line.contains(travel), "{line}");
+    }
+
+    /// The forms that Python, the page and the topic `feel` read: a receptor that fires, and one that the rate is too low for.
+    #[test]
+    fn what_a_finger_feels_has_values_or_the_reason_why_not() {
+        let measured = |value| Some(Measured { value, sigma: 0.5 });
+        let mut levels_db = [NO_LEVEL; BANDS];
+        levels_db[3] = -7;
+        let feel = Feel {
+            t_us: 2_000_000,
+            window_s: 0.5,
+            rate_hz: 512.0,
+            taxels: 0b101,
+            faults: FaultSet::NONE.with(FaultKind::Lost),
+            per_hz: [measured(4.0), None, measured(2.0), None],
+            force_ratio: None,
+            soft: measured(5.5),
+            rough: None,
+            levels_db,
+        };
+        let line = json(&Packet { sequence: 4, event: Event::Feel(feel) }).unwrap();
+        let fires = |name: &str, value: f32| {
+            let half = 0.5 * value;
+            format!(
+                r#"{{"receptor":"{name}","intensity":{half:?},"intensity_sigma":0.25,"intensity_per_hz":{value:?},"intensity_per_hz_sigma":0.5}}"#
+            )
+        };
+        let absent = |name: &str, why: &str| {
+            format!(
+                r#"{{"receptor":"{name}","intensity":null,"intensity_sigma":null,"intensity_per_hz":null,"intensity_per_hz_sigma":null,"absent":"{why}, here are 512.00"}}"#
+            )
+        };
+        let receptors = [
+            fires("fa1", 4.0),
+            absent("fa2", "FA II needs more than 1600 rows a second"),
+            fires("sa1", 2.0),
+            absent("sa2", "SA II needs more than 800 rows a second"),
+        ];
+        // The middle of the fourth third of an octave from 0.5 Hz on: half a third above 1 Hz.
+        let hz = 2f32.powf(0.5 / 3.0);
+        let level = format!(r#""spectrum":[{{"hz":{hz},"level_db":-7}}]}}"#);
+        let scores = r#""scores":[{"name":"soft","score":5.5,"score_sigma":0.5},{"name":"rough","score":null,"score_sigma":null,"absent":"needs the intensity of FA II"}],"#;
+        let head = r#"{"type":"feel","sequence":4,"t_s":2.0,"window_s":0.5,"rate_hz":512.0,"taxels":5,"faults":["lost"],"m":null,"m_sigma":null,"#;
+        assert_eq!(line, format!(r#"{head}"receptors":[{}],{scores}{level}"#, receptors.join(",")));
     }
 
     #[test]

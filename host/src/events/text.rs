@@ -1,6 +1,7 @@
 //! One line a packet: time, type, and values with units. A static image has its map below.
 
 use crate::digits::{seconds, with_sigma};
+use crate::feel::event::words;
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
@@ -8,6 +9,7 @@ use crate::tone::period_f32;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
 use ridgetone_proto::fault::{Fault, FaultKind};
+use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
     Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, TravelStatus,
@@ -33,6 +35,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Image(e) => line(e.end_us, "image", &image(e)),
         Event::Fault(e) => line(e.until_us.unwrap_or(e.from_us), "fault", &fault(e)),
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
+        Event::Feel(e) => line(e.t_us, "feel", &words(e)),
         Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
     }
 }
@@ -164,7 +167,14 @@ fn fault(e: &Fault) -> String {
 }
 
 fn reply(e: &Reply) -> String {
-    format!("request {}: {}", e.number, outcome(&e.outcome))
+    let gives = e.gives.as_ref().map_or(String::new(), |gives| format!("; {}", given(gives)));
+    format!("request {}: {}{gives}", e.number, outcome(&e.outcome))
+}
+
+/// What a plan gives.
+pub fn given(gives: &Gives) -> String {
+    let Gives { frame_rate_hz, nyquist_hz, window_most_s } = gives;
+    format!("{frame_rate_hz:.2} frames/s, tones below {nyquist_hz:.1} Hz, windows up to {window_most_s} s")
 }
 
 pub fn outcome(outcome: &Outcome) -> String {

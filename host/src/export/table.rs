@@ -2,13 +2,14 @@
 
 use super::packets::packets;
 use crate::digits::seconds;
+use crate::feel::event::{ratings, receptors};
 use crate::live::{Counts, Point};
 use crate::messages::{Form, messages};
 use crate::raw_rows::{self, RawRows};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use hal_mock::RowReader;
-use ridgetone_proto::telemetry::{Event, Health};
+use ridgetone_proto::telemetry::{Event, Feel, Health, Measured};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -22,6 +23,8 @@ pub enum Kind {
     Frames,
     /// A row for each second: counters and readings.
     Health,
+    /// A row for each event `feel`: what receptors would fire, and scores; unknown values are empty.
+    Feel,
 }
 
 /// A row of health: the time, and fields under their names.
@@ -62,12 +65,39 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
             rows += 1;
             Ok(csv.serialize(HealthRow::new(&health))?)
         })?,
+        Kind::Feel => packets(path, &mut |packet, _| {
+            let Event::Feel(feel) = &packet.event else { return Ok(()) };
+            let (names, values): (Vec<_>, Vec<_>) = feel_row(feel).into_iter().unzip();
+            if rows == 0 {
+                csv.write_record(names)?;
+            }
+            rows += 1;
+            Ok(csv.write_record(values)?)
+        })?,
     };
     csv.flush()?;
     if rows == 0 {
         bail!("{}: holds no {}", path.display(), format!("{kind:?}").to_lowercase());
     }
     Ok(counts)
+}
+
+/// Names and values of an event.
+fn feel_row(feel: &Feel) -> Vec<(String, String)> {
+    let number = |found: Option<f32>| found.map_or(String::new(), |found| found.to_string());
+    let measured = |name: String, found: Option<Measured>| {
+        let sigma = (format!("{name}_sigma"), number(found.map(|found| found.sigma)));
+        [(name, number(found.map(|found| found.value))), sigma]
+    };
+    let mut row = vec![
+        ("t_s".to_owned(), seconds(feel.t_us).to_string()),
+        ("window_s".to_owned(), number(Some(feel.window_s))),
+        ("rate_hz".to_owned(), number(Some(feel.rate_hz))),
+    ];
+    row.extend(measured("m".to_owned(), feel.force_ratio));
+    row.extend(receptors(feel).into_iter().flat_map(|found| measured(format!("{}_per_hz", found.key), found.found)));
+    row.extend(ratings(feel).into_iter().flat_map(|found| measured(found.key.to_owned(), found.found)));
+    row
 }
 
 /// Frames in volts, as `replay` and `fit` read them from the recording itself.

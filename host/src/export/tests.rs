@@ -5,17 +5,19 @@ use crate::input::Input;
 use crate::recording::Keep;
 use crate::{recording, replay};
 use hal_mock::Table;
-use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::settings::{Feeling, Settings, TAXELS};
 use ridgetone_proto::telemetry::{Event, Packet, Raw, WIRE_MAX, encode};
 use std::path::PathBuf;
+
+/// What a finger feels is reported: two microvolts are a micrometre.
+const SETTINGS: Settings =
+    Settings { feel: Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 }, ..Settings::DEFAULT };
 
 /// A recording of the default scene and of 100 raw frames, of which the one with number 50 lacks a taxel.
 fn recorded(folder: &Path) -> PathBuf {
     let path = folder.join("touch.rec");
     let mut bytes =
-        replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {})
-            .unwrap()
-            .serial;
+        replay::run(Input::default().open().unwrap(), SETTINGS, None, &mut |_| Ok(()), &mut |_, _| {}).unwrap().serial;
     let sent = bytes.iter().filter(|byte| **byte == 0).count() as u16;
     for number in 0..100 {
         let codes = std::array::from_fn(|taxel| (number as i32 + 1) * 1000 * taxel as i32);
@@ -66,6 +68,26 @@ fn estimates_and_health_have_a_row_each_and_no_number_where_none_is_known() {
 }
 
 #[test]
+fn what_a_finger_feels_has_a_row_each_and_nothing_where_it_is_absent() {
+    let (csv, _) = exported(Format::Csv, Kind::Feel);
+    let mut rows = csv::Reader::from_reader(csv.as_slice());
+    let header = rows.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|found| found == name).unwrap();
+    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
+    assert!(rows.len() > 3);
+    for row in &rows {
+        let value = |name: &str| row[column(name)].parse::<f64>().ok();
+        assert!(value("fa1_per_hz") > Some(0.0) && value("fa1_per_hz_sigma") > Some(0.0), "{row:?}");
+        assert!((value("m").unwrap() - 1.4).abs() < 1e-6 && value("m_sigma") == Some(0.0));
+        // 241 frames a second are too few for FA II, and Rough needs it.
+        assert_eq!([value("fa2_per_hz"), value("sa2_per_hz"), value("rough"), value("rough_sigma")], [None; 4]);
+        // Equation 11 over SA I of the paper's three seconds.
+        let soft = 5.59 - 0.002 * 3.0 * value("sa1_per_hz").unwrap();
+        assert!((value("soft").unwrap() - soft).abs() < 1e-5, "{row:?}");
+    }
+}
+
+#[test]
 fn a_recording_without_frames_says_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.rec");
@@ -109,4 +131,5 @@ fn mcap_holds_every_packet_with_a_schema_that_names_its_fields() {
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
     assert_eq!((kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]), (100, 1));
+    assert!(kinds["/ridgetone/feel"] > 3);
 }

@@ -54,10 +54,10 @@ pub fn draw(felt: &Felt) -> String {
     let inside = points.iter().filter(|(hz, um)| (FROM_HZ..=TO_HZ).contains(hz) && *um > 0.0);
     svg.path(&thinned(&inside.map(|(hz, um)| (x(*hz), y(*um))).collect::<Vec<_>>()), "data");
     for (number, receptor) in Receptor::ALL.into_iter().enumerate() {
-        let (class, [from, bend, to]) = (format!("r{number}"), receptor.corners_hz());
-        let corner = |hz: f32| receptor.threshold_um(hz).map(|um| (x(hz.into()), y(um.into())));
+        let class = format!("r{number}");
+        let ends = receptor.threshold_ends();
         let corners: Vec<(f64, f64)> =
-            [from * 1.0001, bend, bend * 1.0001, to].into_iter().filter_map(corner).collect();
+            ends.as_flattened().iter().map(|(hz, um)| (x((*hz).into()), y((*um).into()))).collect();
         svg.path(&corners, &class);
         let left = 24.0 + 220.0 * number as f64;
         svg.line((left, 56.0), (left + 30.0, 56.0), &class);

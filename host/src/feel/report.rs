@@ -2,8 +2,8 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
-use crate::digits::{decimals, significant};
-use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor};
+use crate::digits::{plus_minus, significant};
+use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor, Score};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -26,25 +26,25 @@ struct Json<'a> {
 }
 
 #[derive(Serialize)]
-struct JsonReceptor {
-    receptor: &'static str,
+pub(super) struct JsonReceptor {
+    pub receptor: &'static str,
     /// Sum over the window's bins.
-    intensity: Option<f32>,
-    intensity_sigma: Option<f32>,
+    pub intensity: Option<f32>,
+    pub intensity_sigma: Option<f32>,
     /// The same with one term a hertz.
-    intensity_per_hz: Option<f32>,
-    intensity_per_hz_sigma: Option<f32>,
+    pub intensity_per_hz: Option<f32>,
+    pub intensity_per_hz_sigma: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    absent: Option<String>,
+    pub absent: Option<String>,
 }
 
 #[derive(Serialize)]
-struct JsonScore<'a> {
-    name: &'a str,
-    score: Option<f32>,
-    score_sigma: Option<f32>,
+pub(super) struct JsonScore<'a> {
+    pub name: &'a str,
+    pub score: Option<f32>,
+    pub score_sigma: Option<f32>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    absent: Option<String>,
+    pub absent: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -98,21 +98,21 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
             intensity_sigma: window.map(|(_, sigma)| sigma),
             intensity_per_hz: second.map(|(value, _)| value),
             intensity_per_hz_sigma: second.map(|(_, sigma)| sigma),
-            absent: absent(felt, receptor),
+            absent: absent(receptor, felt.rate_hz, felt.window_s, felt.bins()),
         }
     };
     Receptor::ALL.map(receptor).into()
 }
 
-/// Why a receptor has no intensity.
-fn absent(felt: &Felt, receptor: Receptor) -> Option<String> {
-    let why = Firing::absent(receptor, felt.bins(), felt.bin_hz() as f32)?;
+/// Why a receptor has no intensity in a window of so many seconds and bins.
+pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
+    let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
     Some(match why {
-        Absent::RateTooLow(hz) => {
-            format!("{} needs more than {hz} rows a second, here are {}", receptor.name(), significant(felt.rate_hz, 5))
+        Absent::RateTooLow(_) => {
+            format!("{} {}, here are {}", receptor.name(), in_short(why), significant(rate_hz, 5))
         }
         Absent::WindowTooShort => {
-            let seconds = significant(felt.window_s, 2);
+            let seconds = significant(window_s, 2);
             format!(
                 "{} listens below {} Hz: no cycle of that is in a window of {seconds} s",
                 receptor.name(),
@@ -122,18 +122,31 @@ fn absent(felt: &Felt, receptor: Receptor) -> Option<String> {
     })
 }
 
+/// The same in a few words, beside the receptor's name.
+pub(super) fn in_short(why: Absent) -> String {
+    match why {
+        Absent::RateTooLow(hz) => format!("needs more than {hz} rows a second"),
+        Absent::WindowTooShort => "needs a longer window".to_owned(),
+    }
+}
+
 fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>) -> Vec<JsonScore<'c>> {
     let indices = felt.indices(coefficients.window_s, m);
-    let score = |(name, score): (&'c str, ridgetone_feel::Score)| {
-        let missing = score.missing(&indices).map(|index| match Receptor::ALL.get(index) {
-            Some(receptor) => format!("needs the intensity of {}", receptor.name()),
-            None => "needs M: give --m or --image".to_owned(),
-        });
+    let score = |(name, score): (&'c str, Score)| {
         let found = score.of(&indices);
         let (value, sigma) = (found.map(|(value, _)| value), found.map(|(_, sigma)| sigma));
-        JsonScore { name, score: value, score_sigma: sigma, absent: missing }
+        let absent = needs(&score, &indices).map(|why| why.replace("needs M", "needs M: give --m or --image"));
+        JsonScore { name, score: value, score_sigma: sigma, absent }
     };
     coefficients.scores().map(score).collect()
+}
+
+/// The first index that a score lacks.
+pub(super) fn needs(score: &Score, indices: &Indices) -> Option<String> {
+    score.missing(indices).map(|index| match Receptor::ALL.get(index) {
+        Some(receptor) => format!("needs the intensity of {}", receptor.name()),
+        None => "needs M".to_owned(),
+    })
 }
 
 pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> String {
@@ -187,6 +200,5 @@ fn with_sigma(value: Option<f32>, sigma: Option<f32>) -> String {
     if sigma == 0.0 {
         return significant(value.into(), 4);
     }
-    let places = decimals(sigma.into(), 1);
-    format!("{value:.places$} +- {sigma:.places$}")
+    plus_minus(value.into(), sigma.into(), 1)
 }

@@ -66,7 +66,7 @@ fn amplitudes(live: &Live, width: usize) -> Vec<Line<'static>> {
 }
 
 /// A bar to the right, in eighths of a column.
-fn bar(eighths: usize) -> String {
+pub fn bar(eighths: usize) -> String {
     const PARTS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
     "█".repeat(eighths / 8) + PARTS[eighths % 8]
 }

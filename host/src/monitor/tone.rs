@@ -2,7 +2,7 @@
 
 use super::style::{alarm, bold, boxed};
 use super::view::View;
-use crate::digits::{decimals, seconds, with_sigma};
+use crate::digits::{plus_minus, seconds, with_sigma};
 use crate::live::{Live, Phase};
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
@@ -88,10 +88,7 @@ fn travel(travel: &Travel) -> [String; 2] {
     }
     let Travel { spatial_period_mm, spatial_period_sigma_mm, speed_mm_s, speed_sigma_mm_s, .. } = *travel;
     // Short, for a narrow box.
-    let short = |value: f32, sigma: f32, least| {
-        let places = decimals(sigma.into(), least);
-        format!("{value:.places$} +- {sigma:.places$}")
-    };
+    let short = |value: f32, sigma: f32, least| plus_minus(value.into(), sigma.into(), least);
     let period = short(spatial_period_mm, spatial_period_sigma_mm, 2);
     let speed = short(speed_mm_s, speed_sigma_mm_s, 1);
     let arrow = match travel.direction {

@@ -56,7 +56,7 @@ impl<F: NorFlash> Receiver<F> {
             detector: Box::new(Detector::booted(settings, source, Boot::UNKNOWN)),
             estimator: Box::new(Estimator::new(settings)),
             outbox: Outbox::new(),
-            shared: Shared::new(FitPended::default()),
+            shared: Shared::new(FitPended::default(), settings.plan),
             answered: 0,
         }
     }

@@ -76,10 +76,37 @@ const TONE: [Field; 32] = [
     ("channels", "object[]", "V, rad", "taxel, offset_v, amplitude_v, phase_rad and residual_v of each channel"),
 ];
 
-const DIAGNOSTICS: [Field; 25] = [
+const FEEL: [Field; 9] = [
+    ("window_s", "number", "s", "length of the window"),
+    ("rate_hz", "number", "Hz", "values a second in it"),
+    ("taxels", "integer", "", "bit k: taxel k counts"),
+    ("faults", "string[]", "", "kinds of faults in the window"),
+    ("m", "number", "", "tangential over normal force"),
+    ("m_sigma", "number", "", "its standard deviation"),
+    (
+        "receptors",
+        "object[]",
+        "",
+        "receptor (fa1, fa2, sa1, sa2), its firing intensity, the same by hertz, their standard deviations; or why it is absent",
+    ),
+    (
+        "scores",
+        "object[]",
+        "",
+        "name (soft, rough), score from 1 to 7 with its standard deviation; or why it is absent",
+    ),
+    (
+        "spectrum",
+        "object[]",
+        "Hz, dB",
+        "hz and level_db over 1 um from peak to peak of the strongest line in each third of an octave",
+    ),
+];
+
+const DIAGNOSTICS: [Field; 27] = [
     ("protocol", "integer", "", "hello: version of the wire contract"),
     ("version", "string", "", "hello: of the firmware"),
-    ("frame_rate_hz", "number", "Hz", "hello: nominal frame rate"),
+    ("frame_rate_hz", "number", "Hz", "hello, reply to settings: nominal frame rate"),
     ("settings", "object", "", "hello: settings in force, with units in their names"),
     ("settings_source", "string", "", "hello: where they come from"),
     ("reset_cause", "string", "", "hello: why the board started"),
@@ -94,6 +121,8 @@ const DIAGNOSTICS: [Field; 25] = [
     ("count", "integer", "", "fault: how often; missed: messages that a page's server has lost"),
     ("number", "integer", "", "reply: number of the request"),
     ("outcome", "string", "", "reply: done, or why not"),
+    ("nyquist_hz", "number", "Hz", "reply to settings: half their plan's frame rate"),
+    ("window_most_s", "number", "s", "reply to settings: longest window of their plan"),
     ("source", "string", "", "connection: port, recording or address"),
     ("why", "string", "", "connection: the system's message"),
     ("at", "string", "", "lost: line, or the receiver whose messages were lost"),
@@ -134,7 +163,7 @@ fn fields(topic: Topic) -> &'static [Field] {
         Topic::Frames => &FRAMES,
         Topic::Contact => &CONTACT,
         Topic::Tone => &TONE,
-        Topic::Feel => &[],
+        Topic::Feel => &FEEL,
         Topic::Diagnostics => &DIAGNOSTICS,
         Topic::Health => &HEALTH,
     }
@@ -168,7 +197,7 @@ mod tests {
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
-    use ridgetone_proto::settings::Settings;
+    use ridgetone_proto::settings::{Feeling, Settings};
     use ridgetone_proto::telemetry::{Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -194,11 +223,13 @@ mod tests {
         let mut sink = |packet: &Packet| {
             publisher.publish(lines.line(packet, Some(Receipt { utc_ns: 1_769_862_605_000_000_000, byte_s: 0.0 }))?)
         };
-        crate::replay::run(Input::default().open().unwrap(), Settings::DEFAULT, None, &mut sink, &mut |_, _| {})
-            .unwrap();
+        let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 };
+        let settings = Settings { feel, ..Settings::DEFAULT };
+        crate::replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
         let raw = Raw { t_us: 1, number: 2, present: 3, good: 1, codes: [5; 16] };
         let fault = Fault { kind: FaultKind::Lost, from_us: 1, until_us: Some(2), count: 3 };
-        let reply = Reply { number: 7, outcome: Outcome::Done };
+        let gives = Some(ridgetone_proto::plan::Plan::HAND.gives());
+        let reply = Reply { gives, ..Reply::new(7, Outcome::Done) };
         for event in [Event::Raw(raw), Event::Fault(fault), Event::Reply(reply)] {
             sink(&Packet { sequence: 1, event }).unwrap();
         }
@@ -217,6 +248,7 @@ mod tests {
                 seen.insert((topic, name.clone()));
             }
         }
+        assert!(seen.iter().any(|(topic, name)| *topic == Topic::Feel && name == "receptors"));
         // And nothing is described that does not exist, but for what estimates by place and lines of a page have.
         for topic in Topic::ALL {
             let absent: Vec<&str> = fields(topic)

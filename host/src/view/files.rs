@@ -22,6 +22,7 @@ pub const FILES: &[(&str, &str, &str)] = &[
     js!("history.js"),
     js!("spectrum.js"),
     js!("fit.js"),
+    js!("felt.js"),
     js!("panels.js"),
     js!("runs.js"),
     js!("scrub.js"),

@@ -10,6 +10,7 @@ use crate::analysis::{Curves, Spectrum, curves, spectrum};
 use crate::digits::seconds;
 use crate::events::JsonLines;
 use crate::feed::{FeedEvent, Following, RawFrames, SettingsReply};
+use crate::feel::threshold::thresholds;
 use crate::live::{Live, Log, POINTS, Point, STRIP_FRAMES, Strips};
 use crate::remarks::{phrases, remedy};
 use crate::settings_form;
@@ -263,6 +264,7 @@ impl Inner {
             stream: STREAM,
             version: env!("CARGO_PKG_VERSION"),
             places: PLACES,
+            thresholds: thresholds(),
             points_most: POINTS,
             frames_most: STRIP_FRAMES,
             live: &self.live,

@@ -2,8 +2,10 @@
 
 use crate::analysis::{Curves, Spectrum};
 use crate::feed::SettingsReply;
+use crate::feel::threshold::Threshold;
 use crate::live::{Live, Log, Now, Point, Strips, columns};
 use crate::static_image::SIDE;
+use ridgetone_feel::RECEPTORS;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -42,6 +44,8 @@ pub struct State<'a> {
     pub stream: u32,
     pub version: &'static str,
     pub places: [[usize; SIDE]; SIDE],
+    /// Of the spectrum in the event `feel`.
+    pub thresholds: [Threshold; RECEPTORS],
     pub points_most: usize,
     pub frames_most: usize,
     pub live: &'a Live,

@@ -80,7 +80,7 @@ impl Run {
     fn replay(&mut self, settings: Settings) -> Result<()> {
         let samples = Samples::file(&self.path)?;
         let source = Source::Trace { samples, rate_hz: None, volts_per_unit: 1.0 };
-        let input = Input { source, ..Input::default() }.open_for(settings.window_s)?;
+        let input = Input { source, ..Input::default() }.open_for(&settings)?;
         self.remark = input.warning.clone().or_else(|| input.guessed.clone());
         let uncertainty = input.uncertainty;
         // The simulated chip has the default reference.
@@ -206,6 +206,9 @@ impl Run {
             frame_rate_hz: ((slots - 1) as f64 / (raw_s(&last) - raw_s(&first))) as f32,
             reference,
             span: Span::Window,
+            slide_first: 0,
+            force_ratio: None,
+            plan: self.settings().plan,
         };
         // The part is as long as it was marked.
         let settings = Settings { accuracy: 0.0, ..self.settings() };

@@ -152,7 +152,7 @@ impl Line {
         let mut wants = false;
         while let Ok(Request { number, command }) = requests.try_recv() {
             wants |= matches!(command, Command::Raw { .. });
-            self.send(Event::Reply(Reply { number, outcome: Outcome::Done }), Instant::now());
+            self.send(Event::Reply(Reply::new(number, Outcome::Done)), Instant::now());
         }
         wants
     }

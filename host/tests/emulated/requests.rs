@@ -13,10 +13,10 @@ use ridgetone_proto::telemetry::{Abscissa, Event, Packet, Span};
 use std::time::Duration;
 
 /// Result of a run: packets, and the number of packets up to each answer.
-struct Talked {
-    packets: Vec<Packet>,
-    answers: Vec<(usize, Outcome)>,
-    outcome: emulator::Outcome,
+pub struct Talked {
+    pub packets: Vec<Packet>,
+    pub answers: Vec<(usize, Outcome)>,
+    pub outcome: emulator::Outcome,
 }
 
 impl Talked {
@@ -26,7 +26,7 @@ impl Talked {
 }
 
 /// The usual scene, with these bytes and then these commands sent as soon as the board has greeted.
-fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
+pub fn talk(bytes: &[u8], commands: Vec<Command>) -> Talked {
     let elf = emulator::image::find().expect("an image");
     let mut requests = Requests::new(700);
     let (mut packets, mut answers) = (Vec::new(), Vec::new());

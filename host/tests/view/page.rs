@@ -2,6 +2,8 @@
 
 #[path = "../common/browser.rs"]
 mod browser;
+#[path = "page_feel.rs"]
+mod feel;
 #[path = "page_runs.rs"]
 mod runs;
 

@@ -1,6 +1,7 @@
 //! The events, and those of them that are small.
 
 use super::estimate::Estimate;
+use super::feel::Feel;
 use super::image::Image;
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
@@ -33,6 +34,8 @@ pub enum Event {
     Reply(Reply),
     /// A frame as it was read.
     Raw(Raw),
+    /// What a finger would feel.
+    Feel(Feel),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -160,6 +163,7 @@ impl Event {
             Self::Image(e) => e.end_us,
             Self::Fault(e) => e.until_us.unwrap_or(e.from_us),
             Self::Raw(e) => e.t_us,
+            Self::Feel(e) => e.t_us,
         })
     }
 }

@@ -22,6 +22,7 @@ from ._objects import (
     Estimate,
     Event,
     Fault,
+    Feel,
     Felt,
     Fit,
     Health,
@@ -40,7 +41,7 @@ from ._recording import Path, Recording, Samples, native, read
 from ._ridgetone import Error, UsageError, __version__
 
 __all__ = [
-    "Contact", "Error", "Estimate", "Event", "Fault", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object", "Raw",
+    "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object", "Raw",
     "Recording", "Release", "Reply", "Settings", "Slide", "UsageError", "__version__", "feel", "fit", "live", "picture",
     "read", "replay", "settings",
 ]  # fmt: skip

@@ -74,6 +74,7 @@ class Settings(Object):
     vref_v: float
     slide: Object
     array: Object
+    feel: Object
 
 
 _KINDS: dict[str, type[Event]] = {}
@@ -128,6 +129,21 @@ class Estimate(Event):
     channels: list[Object]
 
 
+class Feel(Event):
+    """What a finger feels: intensities of receptors, and scores from 1 to 7; what is absent says why in `absent`."""
+
+    t_s: float
+    window_s: float
+    rate_hz: float
+    taxels: int
+    faults: list[str]
+    m: float | None
+    m_sigma: float | None
+    receptors: list[Object]
+    scores: list[Object]
+    spectrum: list[Object]
+
+
 class Release(Event):
     t_s: float
 
@@ -167,16 +183,12 @@ class Health(Event):
     load: float
 
 
-def _hook(value: dict[str, Any]) -> Object:
-    return Object(value)
-
-
 def event(line: str) -> Event:
     """The event of one line of JSON."""
-    fields = json.loads(line, object_hook=_hook)
+    fields = json.loads(line, object_hook=Object)
     return _KINDS.get(fields.get("type", ""), Event)(fields)
 
 
 def load(kind: type[T], text: str) -> T:
     """An object of a kind from its JSON."""
-    return kind(json.loads(text, object_hook=_hook))
+    return kind(json.loads(text, object_hook=Object))

@@ -36,16 +36,17 @@ fn sm(b: u16) -> u8 {
 fn transfer(a: u16, b: u16, is_double: bool) -> Op {
     let n = (a & 15) as u8;
     let (before, up, back, is_load) = (a & 0x100 != 0, a & 0x80 != 0, a & 0x20 != 0, a & 0x10 != 0);
-    // A double is two singles with one name.
-    let s = if is_double { (b >> 11 & 0x1E | a >> 1 & 0x20) as u8 } else { sd(a, b) };
-    if s >= 32 {
-        return Op::Undefined;
-    }
     if !before && !up {
+        // Bit 6 of these is no part of a register's number.
         let (t, t2) = ((b >> 12) as u8, n);
         let t2 = if a & 0x40 == 0 { return Op::Undefined } else { t2 };
         let s = if is_double { (b << 1 & 0x1E) as u8 } else { sm(b) };
         return if is_load { Op::FloatPairToCore { t, t2, s } } else { Op::CorePairToFloat { t, t2, s } };
+    }
+    // A double is two singles with one name.
+    let s = if is_double { (b >> 11 & 0x1E | a >> 1 & 0x20) as u8 } else { sd(a, b) };
+    if s >= 32 {
+        return Op::Undefined;
     }
     let words = (b & 0xFF) as u8;
     if before && !back {
@@ -113,7 +114,16 @@ fn other(a: u16, b: u16, d: u8, m: u8) -> Op {
 
 #[cfg(test)]
 mod tests {
-    use super::constant;
+    use super::{constant, decode};
+    use crate::cpu::op::Op;
+
+    /// As an assembler encodes them: `vmov d0, r0, r3` and `vmov r0, r1, d0`, and `vmov s0, s1, r0, r3`.
+    #[test]
+    fn pairs_move_to_a_double_and_back() {
+        assert!(matches!(decode(0xEC43, 0x0B10), Op::CorePairToFloat { t: 0, t2: 3, s: 0 }));
+        assert!(matches!(decode(0xEC51, 0x0B10), Op::FloatPairToCore { t: 0, t2: 1, s: 0 }));
+        assert!(matches!(decode(0xEC43, 0x0A10), Op::CorePairToFloat { t: 0, t2: 3, s: 0 }));
+    }
 
     #[test]
     fn constants_expand() {

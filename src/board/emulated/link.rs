@@ -34,6 +34,13 @@ static LINK: Mutex<RefCell<Option<Link>>> = Mutex::new(RefCell::new(None));
 static ENDED: AtomicBool = AtomicBool::new(false);
 static LINE_BLOCKED: AtomicBool = AtomicBool::new(false);
 
+/// Time of a byte on the line, microseconds: 10 bits at 921,600 baud. The emulator's transmitter takes none.
+const BYTE_US: u32 = 11;
+
+/// Bytes that the line can have taken by the time of the latest exchange, and whether one waits for the next exchange.
+static LINE_BYTES: AtomicU32 = AtomicU32::new(0);
+static LINE_WAITS: AtomicBool = AtomicBool::new(false);
+
 /// The PC has requested a crash: after it the board resets instead of leaving.
 static RESTARTS: AtomicBool = AtomicBool::new(false);
 
@@ -52,6 +59,8 @@ struct Link {
     edge_us: u32,
     /// When TIM4 was pended last.
     heartbeat_us: u32,
+    /// Up to when the line's time is given to bytes.
+    line_us: u32,
 }
 
 /// Opens the log and the two FIFOs `spi.request` and `spi.reply` in the emulator's working directory, if a reset has not
@@ -73,7 +82,7 @@ pub fn open(mut alarm: SYST, are_kept: bool) {
     let now_us = crate::board::now_us();
     FED_US.store(now_us, Relaxed);
     let (edge_ahead, edge_pending, muted) = (false, false, false);
-    let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us };
+    let link = Link { alarm, edge_ahead, edge_pending, muted, edge_us: 0, heartbeat_us: now_us, line_us: now_us };
     // Not borrowed yet.
     let _ = critical_section::with(|cs| LINK.borrow(cs).try_borrow_mut().map(|mut place| *place = Some(link)));
 }
@@ -158,7 +167,16 @@ pub fn ended() -> bool {
 
 /// Whether the telemetry line takes no more bytes. When it does again, USART3 is pended.
 pub fn is_line_blocked() -> bool {
-    LINE_BLOCKED.load(Relaxed)
+    let is_full = LINE_BYTES.load(Relaxed) == 0;
+    if is_full {
+        LINE_WAITS.store(true, Relaxed);
+    }
+    is_full || LINE_BLOCKED.load(Relaxed)
+}
+
+/// A byte is on the line.
+pub fn take_line_byte() {
+    LINE_BYTES.store(LINE_BYTES.load(Relaxed).saturating_sub(1), Relaxed);
 }
 
 fn with_link<R: Default>(action: impl FnOnce(&mut Link) -> R) -> R {
@@ -181,6 +199,15 @@ impl Link {
         if now_us.wrapping_sub(self.heartbeat_us) >= HEARTBEAT_US {
             self.heartbeat_us = now_us;
             NVIC::pend(Interrupt::TIM4);
+        }
+        // The line's time passes between two exchanges, and is not saved up.
+        let bytes = now_us.wrapping_sub(self.line_us) / BYTE_US;
+        if bytes > 0 || reply.ended {
+            self.line_us = self.line_us.wrapping_add(bytes.wrapping_mul(BYTE_US));
+            LINE_BYTES.store(if reply.ended { u32::MAX } else { bytes }, Relaxed);
+            if LINE_WAITS.swap(false, Relaxed) {
+                NVIC::pend(Interrupt::USART3);
+            }
         }
         if now_us.wrapping_sub(FED_US.load(Relaxed)) >= WATCHDOG_US {
             restart_if_requested(ResetCause::Watchdog);

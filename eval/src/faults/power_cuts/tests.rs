@@ -8,8 +8,8 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     let mut cuts = Cuts::default();
     for seed in 0..40 {
         // One record a page, two, and ten and a bit.
-        cuts += cut_everywhere::<96>(0, 5, seed);
-        cuts += cut_everywhere::<192>(0, 7, seed);
+        cuts += cut_everywhere::<112>(0, 5, seed);
+        cuts += cut_everywhere::<224>(0, 7, seed);
         cuts += cut_everywhere::<1000>(8, 16, seed);
     }
     println!("{cuts:?}");
@@ -24,7 +24,7 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
 /// others as they were, old records among them.
 #[test]
 fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back() {
-    const PAGE_BYTES: usize = 960;
+    const PAGE_BYTES: usize = 1120;
     // Both pages full, so that the first one is to be erased, and then the second one.
     for (page, saves) in [(0, 20), (1, 30)] {
         let mut store = FlashStore::new(CutFlash::<{ PAGE_BYTES as u32 }>::new(1));
@@ -52,7 +52,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
 /// The sectors of the STM32F405, full: the roll to the other one and back.
 #[test]
 fn so_it_is_in_sectors_of_the_real_size() {
-    let slots = 128 * 1024 / 96;
+    let slots = 128 * 1024 / 112;
     let cuts = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
     assert!(cuts.injected > 90 && cuts.wrong == 0, "{cuts:?}");
 }
@@ -61,7 +61,7 @@ fn so_it_is_in_sectors_of_the_real_size() {
 fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
     for seed in 0..20 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let flash = CutFlash::<960>::new(seed).with_bytes(|_| random.next_u32() as u8);
+        let flash = CutFlash::<1120>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
         assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
         assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored), "not without erasing");
@@ -69,7 +69,7 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
         assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
         assert_eq!(store.release().wrong, 0);
     }
-    assert_eq!(FlashStore::new(CutFlash::<960>::new(1)).load().1, SettingsSource::Default);
+    assert_eq!(FlashStore::new(CutFlash::<1120>::new(1)).load().1, SettingsSource::Default);
 }
 
 /// Sectors of 128 KiB, as on the board, full of anything: each of the 2,730 places is looked at a few times and not once
@@ -86,13 +86,13 @@ fn rubbish_in_whole_sectors_is_passed_over_quickly() {
 
 #[test]
 fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
-    let mut store = FlashStore::new(CutFlash::<960>::new(1));
+    let mut store = FlashStore::new(CutFlash::<1120>::new(1));
     for number in 0..3 {
         assert_eq!(store.save(Some(&settings(number)), false), Ok(Saved::AtOnce));
     }
     // A bit of the third record's settings.
     let mut flash = store.release();
-    flash.bytes[2 * 96 + 8] ^= 4;
+    flash.bytes[2 * 112 + 8] ^= 4;
     let mut store = FlashStore::new(flash);
     assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
     // Forgetting is a record too.
@@ -118,7 +118,7 @@ fn a_full_page_is_not_erased_without_permission() {
 
 /// Pages in which some words are worn out and cannot be programmed.
 struct Worn {
-    flash: CutFlash<960>,
+    flash: CutFlash<1120>,
     is_worn: fn(u32) -> bool,
 }
 
@@ -140,7 +140,7 @@ impl ReadNorFlash for Worn {
 
 impl NorFlash for Worn {
     const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = 960;
+    const ERASE_SIZE: usize = 1120;
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         (offset..).step_by(WORD_BYTES).zip(bytes.as_chunks::<WORD_BYTES>().0).try_for_each(|(offset, word)| {

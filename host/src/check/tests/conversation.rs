@@ -8,7 +8,7 @@ use crate::output::Progress;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::Command;
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::{Decoder, Event};
+use ridgetone_proto::telemetry::{Decoder, Event, PROTOCOL};
 
 const STORES: Plan = Plan { length_s: 1.0, stores: true };
 
@@ -132,7 +132,7 @@ fn another_protocol_and_another_version_are_found() {
     }
     .findings();
     assert_eq!((findings[0].name, findings[0].verdict), ("firmware", Fail));
-    assert!(findings[0].finding.contains("speaks protocol 8"), "{}", findings[0].finding);
+    assert!(findings[0].finding.contains(&format!("speaks protocol {}", PROTOCOL + 1)), "{}", findings[0].finding);
     assert!(findings[1..].iter().all(|check| check.verdict == Skipped), "{findings:#?}");
     let findings = Bench {
         altered: Box::new(|event| {

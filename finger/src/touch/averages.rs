@@ -1,0 +1,227 @@
+//! Frames for touch detection: those of a fast plan are averaged, so that there are some 241 a second of any plan.
+//!
+//! A mean hides what is faster than it. So the squares of the frames about their means go with it.
+
+use crate::ring::Ring;
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::scan::TAXELS;
+use ridgetone_tone::Values;
+
+/// Where the means are in the ring. Means are numbered, as frames are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Frames of a mean.
+    pub frames: u32,
+    /// Number of a mean, and of its first frame.
+    number: u32,
+    first: u32,
+}
+
+impl Grid {
+    /// First frame of a mean.
+    #[inline(always)]
+    pub const fn first_frame(&self, number: u32) -> u32 {
+        self.first.wrapping_sub(self.number.wrapping_sub(number).wrapping_mul(self.frames))
+    }
+}
+
+/// The means of the frames in the ring.
+#[derive(Clone, Copy, Debug)]
+pub struct Averages<'a> {
+    ring: &'a Ring,
+    grid: Grid,
+}
+
+impl<'a> Averages<'a> {
+    /// By a grid.
+    pub const fn new(ring: &'a Ring, grid: Grid) -> Self {
+        Self { ring, grid }
+    }
+
+    /// A mean, if one of its frames is there and has a valid value; it may be in `place`.
+    #[inline(always)]
+    pub fn frame<'b>(&self, number: u32, place: &'b mut Values) -> Option<&'b Values>
+    where
+        'a: 'b,
+    {
+        if self.grid.frames == 1 {
+            return self.ring.frame(number, place).map(|(values, _)| values);
+        }
+        self.ring.mean(self.grid.first_frame(number), self.grid.frames, place).then_some(&*place)
+    }
+}
+
+/// Means and squares of the latest frames.
+#[derive(Clone, Debug)]
+pub struct Averager {
+    grid: Grid,
+    /// The frames of the mean under way, and how many there were.
+    sums: Values,
+    squares: Values,
+    count: u32,
+    /// The latest mean, and the squares of its frames about it.
+    mean: Values,
+    /// A mean has just ended: `squares` are those of its frames about it.
+    has_ended: bool,
+}
+
+impl Averager {
+    /// Before the first frame.
+    pub const fn new(plan: &Plan) -> Self {
+        let frames = plan.frames_averaged();
+        Self {
+            grid: Grid { frames, number: 0, first: 0 },
+            sums: [0.0; TAXELS],
+            squares: [0.0; TAXELS],
+            count: 0,
+            mean: [0.0; TAXELS],
+            has_ended: false,
+        }
+    }
+
+    /// Begins anew with frame `first`.
+    pub fn restart(&mut self, first: u32) {
+        self.grid = Grid { number: if self.grid.frames == 1 { first } else { self.grid.number }, first, ..self.grid };
+        self.begin();
+        self.mean = [0.0; TAXELS];
+    }
+
+    fn begin(&mut self) {
+        (self.sums, self.squares, self.count, self.has_ended) = ([0.0; TAXELS], [0.0; TAXELS], 0, false);
+    }
+
+    /// Where the means are.
+    pub const fn grid(&self) -> Grid {
+        self.grid
+    }
+
+    /// Number of the mean that is under way.
+    pub const fn next(&self) -> u32 {
+        self.grid.number
+    }
+
+    /// Takes a frame with values of some taxels, if they are valid. Gives the number of the mean that ends with it.
+    #[inline(always)]
+    pub fn push(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
+        if self.grid.frames == 1 {
+            (self.grid.number, self.grid.first) = (number.wrapping_add(1), number.wrapping_add(1));
+            return is_valid.then_some(number);
+        }
+        self.add(number, values, inputs, is_valid)
+    }
+
+    #[inline(never)]
+    fn add(&mut self, number: u32, values: &Values, inputs: u16, is_valid: bool) -> Option<u32> {
+        let frames = self.grid.frames.max(1);
+        let mut beyond = number.wrapping_sub(self.grid.first);
+        if self.has_ended {
+            self.begin();
+        }
+        if beyond >= frames {
+            // The last frames of a mean are missing.
+            self.skip(beyond / frames);
+            self.begin();
+            beyond %= frames;
+        }
+        if is_valid {
+            self.count += 1;
+            let mut rest = inputs;
+            while rest != 0 {
+                let c = rest.trailing_zeros() as usize % TAXELS;
+                // By the latest mean, since the squares of large numbers would be rounded.
+                let off = values[c] - self.mean[c];
+                self.sums[c] += off;
+                self.squares[c] += off * off;
+                rest &= rest - 1;
+            }
+        }
+        if beyond + 1 < frames {
+            return None;
+        }
+        let ended = self.grid.number;
+        self.skip(1);
+        if self.count == 0 {
+            return None;
+        }
+        self.end(inputs);
+        Some(ended)
+    }
+
+    fn skip(&mut self, means: u32) {
+        self.grid.number = self.grid.number.wrapping_add(means);
+        self.grid.first = self.grid.first.wrapping_add(means.wrapping_mul(self.grid.frames));
+    }
+
+    fn end(&mut self, inputs: u16) {
+        let share = 1.0 / self.count as f32;
+        // Where frames are missing their squares are taken to be as those that are there.
+        let times = self.grid.frames as f32 * share;
+        let mut rest = inputs;
+        while rest != 0 {
+            let c = rest.trailing_zeros() as usize % TAXELS;
+            rest &= rest - 1;
+            let off = self.sums[c] * share;
+            self.squares[c] = (self.squares[c] - self.sums[c] * off) * times;
+            self.mean[c] += off;
+        }
+        self.has_ended = true;
+    }
+
+    /// The mean that has just ended, and the squares of its frames about it, if frames are averaged.
+    #[inline(always)]
+    pub fn latest(&self) -> Option<(&Values, &Values)> {
+        if self.grid.frames == 1 { None } else { Some((&self.mean, &self.squares)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    extern crate std;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// Against sums in f64, with gaps; and the ring gives the same means.
+    #[test]
+    fn means_and_squares_are_those_of_the_frames() {
+        let plan = Plan::TEXTURE;
+        let (inputs, frames) = (plan.inputs, plan.frames_averaged());
+        let (mut averager, mut ring) = (Averager::new(&plan), Box::new(Ring::new()));
+        let first = u32::MAX - 100;
+        ring.change(&plan, first);
+        averager.restart(first);
+        let value = |n: u32, c: usize| 3e6 + c as f32 * 1e5 + (n.wrapping_mul(2_654_435_761) >> 20) as f32;
+        let is_missing = |n: u32| (300..310).contains(&n) || n % 53 == 7 || (455..560).contains(&n);
+        let mut ended = Vec::new();
+        for n in 0..900 {
+            let number = first.wrapping_add(n);
+            let values = core::array::from_fn(|c| value(n, c));
+            ring.push(&values, if is_missing(n) { 0 } else { inputs }, n);
+            if is_missing(n) && n % 53 != 7 {
+                continue;
+            }
+            if let Some(mean) = averager.push(number, &values, inputs, !is_missing(n)) {
+                ended.push(mean);
+                let group = mean * frames..(mean + 1) * frames;
+                let there: Vec<u32> = group.filter(|n| !is_missing(*n)).collect();
+                let (means, about) = averager.latest().unwrap();
+                let mut place = [0.0; TAXELS];
+                let of_ring = *Averages::new(&ring, averager.grid()).frame(mean, &mut place).unwrap();
+                for c in (0..TAXELS).filter(|c| inputs >> c & 1 == 1) {
+                    let expected = there.iter().map(|n| f64::from(value(*n, c))).sum::<f64>() / there.len() as f64;
+                    let squares = there.iter().map(|n| (f64::from(value(*n, c)) - expected).powi(2)).sum::<f64>();
+                    let squares = squares * f64::from(frames) / there.len() as f64;
+                    assert!((f64::from(means[c]) - expected).abs() < 1.0, "{mean}");
+                    assert!((f64::from(of_ring[c]) - expected).abs() < 3.0, "{mean}");
+                    // The first mean is far from zero, from which its squares are taken.
+                    if mean > 0 {
+                        assert!((f64::from(about[c]) / squares - 1.0).abs() < 1e-3, "{mean}: {} {squares}", about[c]);
+                    }
+                }
+            }
+        }
+        let wanted: Vec<u32> = (0..37).filter(|mean| !(18..23).contains(mean)).collect();
+        assert_eq!(ended, wanted);
+        assert_eq!(averager.grid().first_frame(3), first.wrapping_add(3 * frames));
+    }
+}

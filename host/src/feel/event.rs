@@ -1,0 +1,145 @@
+//! The board's event `feel`: the command's form of it, as JSON and in words.
+
+use super::coefficients::NAMES;
+use super::report::{JsonReceptor, JsonScore, absent, in_short, needs};
+use crate::digits::with_sigma;
+use crate::names::name;
+use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};
+use ridgetone_proto::fault::FaultSet;
+use ridgetone_proto::telemetry::{Feel, Measured, NO_LEVEL, RECEPTORS};
+use serde::Serialize;
+
+/// The scores of the board.
+const SCORES: [(&str, Score); 2] = [("soft", SOFT), ("rough", ROUGH)];
+
+/// The event in the form of `ridgetone feel --json`.
+#[derive(Serialize)]
+pub struct JsonFeel {
+    t_s: f64,
+    window_s: f32,
+    rate_hz: f32,
+    /// Bit k: taxel k counts.
+    taxels: u16,
+    faults: FaultSet,
+    m: Option<f32>,
+    m_sigma: Option<f32>,
+    receptors: Vec<JsonReceptor>,
+    scores: Vec<JsonScore<'static>>,
+    spectrum: Vec<JsonLevel>,
+}
+
+/// The strongest line in a third of an octave.
+#[derive(Serialize)]
+struct JsonLevel {
+    /// The band's middle.
+    hz: f32,
+    /// Decibels over one micrometre from peak to peak.
+    level_db: i8,
+}
+
+impl From<&Feel> for JsonFeel {
+    fn from(feel: &Feel) -> Self {
+        let value = |found: Option<Measured>| found.map(|found| found.value);
+        let sigma = |found: Option<Measured>| found.map(|found| found.sigma);
+        let receptor = |(receptor, per_hz): (Receptor, Option<Measured>)| JsonReceptor {
+            receptor: NAMES[receptor as usize],
+            intensity: value(per_hz).map(|per_hz| per_hz * feel.window_s),
+            intensity_sigma: sigma(per_hz).map(|per_hz| per_hz * feel.window_s),
+            intensity_per_hz: value(per_hz),
+            intensity_per_hz_sigma: sigma(per_hz),
+            absent: why(feel, receptor),
+        };
+        Self {
+            t_s: crate::digits::seconds(feel.t_us),
+            window_s: feel.window_s,
+            rate_hz: feel.rate_hz,
+            taxels: feel.taxels,
+            faults: feel.faults,
+            m: value(feel.force_ratio),
+            m_sigma: sigma(feel.force_ratio),
+            receptors: Receptor::ALL.into_iter().zip(feel.per_hz).map(receptor).collect(),
+            scores: scores(feel)
+                .map(|(name, found, absent)| JsonScore { name, score: value(found), score_sigma: sigma(found), absent })
+                .into(),
+            spectrum: levels(feel).map(|(hz, level_db)| JsonLevel { hz, level_db }).collect(),
+        }
+    }
+}
+
+/// Middles and levels of the bands that have a line, hertz and decibels over one micrometre from peak to peak.
+pub fn levels(feel: &Feel) -> impl Iterator<Item = (f32, i8)> {
+    let known = feel.levels_db.into_iter().enumerate().filter(|(_, level_db)| *level_db != NO_LEVEL);
+    known.map(|(band, level_db)| (band_hz(band), level_db))
+}
+
+/// Why a receptor has no intensity.
+fn why(feel: &Feel, receptor: Receptor) -> Option<String> {
+    absent(receptor, feel.rate_hz.into(), feel.window_s.into(), bins(feel))
+}
+
+/// Bins of the event's transform.
+fn bins(feel: &Feel) -> usize {
+    (f64::from(feel.rate_hz) * f64::from(feel.window_s) / 2.0).round() as usize
+}
+
+/// The scores, each with why it is absent.
+fn scores(feel: &Feel) -> [(&'static str, Option<Measured>, Option<String>); 2] {
+    let [fa1, fa2, sa1, sa2] = feel.per_hz.map(|found| found.map(|found| found.value));
+    let values = [fa1, fa2, sa1, sa2, feel.force_ratio.map(|ratio| ratio.value)];
+    let indices = Indices { values, covariance: Default::default() };
+    let [soft, rough] = SCORES;
+    let of = |(name, score): (&'static str, Score), found| (name, found, needs(&score, &indices));
+    [of(soft, feel.soft), of(rough, feel.rough)]
+}
+
+/// An intensity a hertz, or a score.
+pub struct Reading {
+    /// In words; in JSON and in plots it is `key`.
+    pub name: &'static str,
+    pub key: &'static str,
+    pub found: Option<Measured>,
+    /// Why there is none, in a few words.
+    pub absent: Option<String>,
+}
+
+/// What the receptors do, in the order of [`Receptor::ALL`].
+pub fn receptors(feel: &Feel) -> [Reading; RECEPTORS] {
+    Receptor::ALL.map(|receptor| Reading {
+        name: receptor.name(),
+        key: NAMES[receptor as usize],
+        found: feel.per_hz[receptor as usize],
+        absent: Firing::absent(receptor, bins(feel), 1.0 / feel.window_s).map(in_short),
+    })
+}
+
+/// What people would say, from 1 to 7.
+pub fn ratings(feel: &Feel) -> [Reading; 2] {
+    scores(feel).map(|(name, found, absent)| Reading { name, key: name, found, absent })
+}
+
+/// The event in words.
+pub fn words(feel: &Feel) -> String {
+    let word = |Reading { name, found, .. }: Reading| match found {
+        Some(Measured { value, sigma }) => {
+            let (value, sigma) = with_sigma(value.into(), sigma.into());
+            format!("{name} {value} +- {sigma}")
+        }
+        None => format!("{name} -"),
+    };
+    let mut out = format!(
+        "{:.3} s at {:.0} Hz  {} a hertz; {}; {} taxels",
+        feel.window_s,
+        feel.rate_hz,
+        receptors(feel).map(word).join(", "),
+        ratings(feel).map(word).join(", "),
+        feel.taxels.count_ones()
+    );
+    if let Some(why) = Receptor::ALL.into_iter().find_map(|receptor| why(feel, receptor)) {
+        out += &format!("; {why}");
+    }
+    if !feel.faults.is_none() {
+        let names: Vec<_> = feel.faults.iter().map(name).collect();
+        out += &format!(", faults: {}", names.join(", "));
+    }
+    out
+}

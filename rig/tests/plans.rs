@@ -1,0 +1,107 @@
+//! Every scan plan on the register model: set by a request, with its default windows and four harmonics, for a minute of touches
+//! and slides.
+
+mod common;
+
+use common::{BOARDS, Run, health, hello};
+use hal_mock::{Repeated, Sliding, SlidingScene};
+use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Event, Health, Status};
+use rig::{Board, Start};
+
+/// A stroke of 60 mm at 200 mm/s over a grating: 200 Hz for 0.3 s, and 400 Hz where the overtones do not alias.
+fn scene(plan: &Plan) -> Sliding {
+    match *plan {
+        Plan::PAPER => Sliding::default(),
+        Plan::HAND => Sliding { speed_mm_s: 200.0, period_mm: 1.0, ..Sliding::default() },
+        _ => Sliding { speed_mm_s: 200.0, period_mm: 0.5, ..Sliding::default() },
+    }
+}
+
+/// What a plan did in so many seconds.
+struct Did {
+    last: Health,
+    loads: Vec<f32>,
+    good: usize,
+    slides: usize,
+}
+
+fn run_plan(board: Board, plan: Plan, seconds: u32) -> (Run, Did) {
+    let scene = scene(&plan);
+    let frequency_hz = scene.speed_mm_s / scene.period_mm;
+    let scene = Repeated(SlidingScene::new(scene).expect("a scene"));
+    let mut run = Run::new(board, scene, Start::default());
+    run.run_to(1.0, hello);
+    let settings = Settings::DEFAULT.with_plan(plan);
+    assert_eq!(run.command(1, Command::Set { settings, keep: false }), Outcome::Done);
+    run.run_s(0.1);
+    let before = run.events.len();
+    let lost_before = run.rig.adc().counters().lost;
+    for _ in 0..seconds {
+        run.run_s(1.0);
+        run.rig.take_readings();
+    }
+    run.assert_rules();
+    assert!(run.rig.resets().is_empty(), "{:?}", run.rig.resets());
+    let counters = run.rig.adc().counters();
+    assert_eq!(counters.lost, lost_before, "{board:?}, {plan:?}: {counters:?}");
+    let registers = run.rig.adc().registers();
+    assert_eq!(registers[..9], plan.config().registers().expect("a plan"));
+    let events = &run.events[before..];
+    let healths: Vec<Health> = events.iter().filter_map(health).collect();
+    let last = *healths.last().expect("health");
+    let loads = healths.iter().map(|health| health.load).collect();
+    let (mut good, mut slides) = (0, 0);
+    for event in events {
+        match event {
+            Event::Estimate(one) if one.status == Status::Good => {
+                let off = (f64::from(one.frequency) - frequency_hz).abs() / f64::from(one.sigma);
+                assert!(off < 6.0, "{plan:?}: {frequency_hz} Hz: {one:?}");
+                good += 1;
+            }
+            Event::Slide(slide) if slide.end_us.is_some() => slides += 1,
+            Event::Fault(fault) => panic!("{plan:?}: {fault:?}"),
+            _ => {}
+        }
+    }
+    (run, Did { last, loads, good, slides })
+}
+
+fn check(board: Board, name: &str, plan: Plan, seconds: u32) {
+    let (run, Did { last, loads, good, slides }) = run_plan(board, plan, seconds);
+    let mean = loads.iter().sum::<f32>() / loads.len() as f32 * 100.0;
+    let most = loads.iter().fold(0.0f32, |most, load| most.max(*load)) * 100.0;
+    let stack = (last.stack_used_bytes, last.stack_bytes);
+    println!(
+        "{board:?}, {name}: load {mean:.1} % on the average, {most:.1} % in its busiest second; {slides} slides, {good} \
+         good estimates; stack {stack:?}; {:.2} frames/s",
+        last.frame_rate_hz
+    );
+    assert_eq!((last.conversions_lost, last.hops_skipped, last.messages_dropped), (0, 0, 0), "{name}: {last:?}");
+    assert_eq!((last.chip_restarts, last.faults.iter().sum::<u32>()), (0, 0), "{name}: {last:?}");
+    assert!((last.frame_rate_hz / plan.frame_rate_hz() - 1.0).abs() < 1e-3, "{name}: {last:?}");
+    assert!((last.supply_v - 5.0).abs() < 0.01 && (last.reference_v - 4.096).abs() < 0.01, "{name}: {last:?}");
+    assert!(slides as u32 >= seconds / 7 && good as u32 >= seconds / 7, "{name}: {slides} slides, {good} estimates");
+    assert!(last.stack_used_bytes + 1024 <= last.stack_bytes, "{name}: {last:?}");
+    drop(run);
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test"]
+fn each_plan_is_set_by_a_request_and_finds_a_tone_and_loses_nothing() {
+    for (name, plan) in Plan::NAMED {
+        check(Board::FeatherF405, name, plan, 8);
+    }
+}
+
+#[test]
+#[ignore = "needs the boards' images: cargo xtask test --all"]
+fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute() {
+    for board in BOARDS {
+        for (name, plan) in Plan::NAMED {
+            check(board, name, plan, 60);
+        }
+    }
+}
