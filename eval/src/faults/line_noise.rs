@@ -161,7 +161,7 @@ mod tests {
     fn a_repeated_request_is_answered_again_and_not_done_twice() {
         let mut board = Receiver::new(CutFlash::<PAGE_BYTES>::new(1));
         let set = request(5, Command::Set { settings: settings(3), keep: true }).expect("a request");
-        let done = [Reply::new(5, Outcome::Done)];
+        let done = [Reply { gives: Some(settings(0).plan.gives()), ..Reply::new(5, Outcome::Done) }];
         for _ in 0..1000 {
             assert_eq!(board.hear(&set), done);
         }
@@ -184,7 +184,8 @@ mod tests {
             }
         }
         assert_eq!((taken, board.damaged()), (1, u64::from(flood) - 1));
-        assert_eq!(board.obey(), Some(Reply::new(0, Outcome::Done)));
+        let done = Reply { gives: Some(settings(0).plan.gives()), ..Reply::new(0, Outcome::Done) };
+        assert_eq!(board.obey(), Some(done));
         assert_eq!(board.in_force().0, settings(0));
         let next = request(9, Command::Greet).expect("a request");
         assert_eq!(board.hear(&next), [Reply::new(9, Outcome::Done)]);
