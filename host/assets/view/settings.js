@@ -1,6 +1,10 @@
 // The settings in force on the board, and new ones for it.
 
 const $ = (id) => document.getElementById(id);
+// The usual scan plans, and what they give.
+const PLANS = { paper: "16 × 241 Hz", hand: "16 × 1.46 kHz", texture: "4 × 5.8 kHz", vibration: "2 × 11.7 kHz", single: "1 × 23.3 kHz" };
+// A plan that has no name.
+const OWN = "";
 // Inputs; each has the setting as its name, and that of a table has a dot.
 const IDS = ["window_s", "hop_s", "harmonics", "volts_per_um", "sigma_share", "force_ratio"];
 
@@ -18,8 +22,9 @@ const say = (text, isWrong = false) => {
 const value = (settings, name) => name.split(".").reduce((found, part) => found[part], settings);
 
 function wanted() {
-  const settings = {};
+  const settings = $("plan-label").hidden || $("plan").value === OWN ? {} : { plan: $("plan").value };
   for (const id of IDS) {
+    if ($(id).value === "") continue;
     const [name, table] = $(id).name.split(".").toReversed();
     const place = table === undefined ? settings : (settings[table] ??= {});
     place[name] = Number($(id).value);
@@ -46,13 +51,19 @@ export function show({ live, settings_reply: reply, can_set: canSet }, isRun) {
   $("settings-title").textContent = isRun ? "Settings of this run" : "Settings of the board";
   $("settings-send").textContent = isRun ? "Run again" : "Send";
   $("settings-reset").textContent = isRun ? "As in the run" : "As on the board";
+  $("plan-label").hidden = isRun;
   const { settings } = live.latest.hello;
+  if (!isChanging) $("plan").value = typeof settings.plan === "string" ? settings.plan : OWN;
   if (!isChanging) IDS.forEach((id) => { $(id).value = Number(value(settings, $(id).name).toPrecision(6)); });
   if (!isRun && reply !== null && reply !== undefined) say(reply.text, reply.is_refused);
 }
 
 // `send` takes the wanted settings as JSON, and gives what became of them.
 export function begin(send) {
+  const options = [...Object.entries(PLANS).map(([name, what]) => [name, `${name}: ${what}`]), [OWN, "its own"]];
+  $("plan").replaceChildren(...options.map(([name, text]) => new Option(text, name)));
+  // Of a new plan the default window and hop are right, and the latest ones may not be possible.
+  $("plan").addEventListener("input", () => { $("window_s").value = $("hop_s").value = ""; });
   $("settings-form").addEventListener("input", () => { isChanging = true; });
   $("settings-form").addEventListener("submit", async (event) => {
     event.preventDefault();

@@ -8,9 +8,9 @@ use crate::events;
 use crate::live::{Connection, Live};
 use crate::utc::Receipt;
 use anyhow::Result;
-use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::command::{Command, Outcome, Reply};
 use ridgetone_proto::settings::Settings;
-use ridgetone_proto::telemetry::Packet;
+use ridgetone_proto::telemetry::{Event, Packet};
 use serde::Serialize;
 use std::time::Duration;
 
@@ -114,7 +114,13 @@ impl Following {
                     let is_done = matches!(outcome, Outcome::Done | Outcome::DoneErased);
                     let why = events::outcome(&outcome);
                     if matches!(command, Command::Set { .. }) {
-                        let text = if is_done { "In force until the board's next start.".into() } else { why.clone() };
+                        let text = match &packet.event {
+                            _ if !is_done => why.clone(),
+                            Event::Reply(Reply { gives: Some(gives), .. }) => {
+                                format!("In force until the board's next start: {}.", events::given(gives))
+                            }
+                            _ => "In force until the board's next start.".into(),
+                        };
                         self.set_ended(text, !is_done);
                     }
                     if is_done {

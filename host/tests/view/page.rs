@@ -211,6 +211,14 @@ fn the_emulated_board_waits_while_nobody_looks_takes_settings_and_is_recorded() 
     let begins = browser.value("Number(document.getElementById('time').min)").as_f64().expect("a time");
     assert!(begins < 0.1, "{begins}");
     browser.value("document.getElementById('live').click()");
+    // A new plan brings its own window and hop.
+    browser.value(
+        "(() => { const plan = document.getElementById('plan'); plan.value = 'hand'; \
+         plan.dispatchEvent(new Event('input', { bubbles: true })); \
+         document.getElementById('settings-send').click(); })()",
+    );
+    browser.wait("document.getElementById('settings-said').textContent.includes('1458.')");
+    browser.wait("Math.abs(Number(document.getElementById('window_s').value) - 0.373) < 0.001");
     assert_quiet(&browser, &view);
     // Nobody sees the page: the board stops three seconds after somebody has asked for its state, and goes on with the page.
     let see = |browser: &mut Browser, hidden: bool| {
