@@ -50,7 +50,9 @@ fn assert_accounted(what: &str, outcome: &Outcome, packets: &[Packet], health: &
     let missing = outcome.counts.missing + u32::from(packets.first().expect("a packet").sequence);
     // Interrupts on top of a fit are deepest where there is too much to do; a kilobyte is left for what these runs do not meet.
     let (used, size) = (health.stack_used_bytes, health.stack_bytes);
-    assert!(used + 1024 <= size, "{what}: {used} of {size} bytes of the stack");
+    // A processor that is never idle does not measure it.
+    let is_never_idle = size == 0 && health.load == 0.0;
+    assert!(is_never_idle || used + 1024 <= size, "{what}: {used} of {size} bytes of the stack");
     // What was dropped for the sake of that `health`, or later, it cannot know.
     let unknown = missing.checked_sub(health.messages_dropped);
     assert!(unknown.is_some_and(|unknown| unknown <= 3) && outcome.counts.damaged == 0, "{what}: {missing} {health:?}");

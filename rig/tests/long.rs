@@ -71,12 +71,14 @@ fn at_the_chips_top_speed_every_loss_is_reported() {
         let from = run.rig.adc().counters().conversions;
         let report = run.run_to(2.0, health);
         let counters = run.rig.adc().counters();
-        println!("{board:?}: {} of {} conversions are lost", counters.lost, counters.conversions);
+        // What was read a single time the firmware drops: nothing confirms it.
+        let lost = counters.lost + run.rig.read_once();
+        println!("{board:?}: {lost} of {} conversions are lost, {} unread", counters.conversions, counters.lost);
         assert!(from > 80_000, "{from}: 23,739 a second");
         // Nothing is lost between the report and its arrival.
-        assert_eq!(u64::from(report.conversions_lost), counters.lost, "{board:?}");
+        assert_eq!(u64::from(report.conversions_lost), lost, "{board:?}");
         let framed = u64::from(report.frames) * 21;
-        assert!(framed + counters.lost + 1000 > counters.conversions, "{board:?}: {framed} in frames, {counters:?}");
+        assert!(framed + lost + 1000 > counters.conversions, "{board:?}: {framed} in frames, {counters:?}");
         assert!(run.rig.resets().is_empty(), "{board:?}");
         run.assert_rules();
     }

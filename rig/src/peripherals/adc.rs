@@ -35,6 +35,10 @@ pub struct Adc {
     pub t_us: u32,
     /// Results read, in order.
     pub readings: Vec<Reading>,
+    /// Results that were read a single time: the next one was ready before a second read.
+    pub read_once: u64,
+    /// Reads of the latest result.
+    reads: u32,
     /// The first rising START, nanoseconds.
     pub started_ns: Option<u64>,
     tclk_ns: f64,
@@ -52,6 +56,8 @@ impl Adc {
             bytes: Vec::new(),
             t_us: 0,
             readings: Vec::new(),
+            read_once: 0,
+            reads: 0,
             started_ns: None,
             tclk_ns,
         }
@@ -82,12 +88,15 @@ impl Adc {
 
     /// Keeps what a transfer has read.
     fn keep_reading(&mut self) {
-        if let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes
-            && a & NEW != 0
-        {
-            let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
-            self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes: [a, b, c, d] });
+        let [(READ_RESULT, _), (_, a), (_, b), (_, c), (_, d), ..] = *self.bytes else { return };
+        if a & NEW == 0 {
+            self.reads += 1;
+            return;
         }
+        self.read_once += u64::from(self.reads == 1);
+        self.reads = 1;
+        let edge_ns = self.chip.latest_drdy_fall_ns().unwrap_or(0);
+        self.readings.push(Reading { edge_ns, t_us: self.t_us, bytes: [a, b, c, d] });
     }
 
     /// START.

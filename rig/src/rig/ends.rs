@@ -107,6 +107,11 @@ impl Rig {
         &self.bus.adc.readings
     }
 
+    /// Results that the firmware has read a single time, the latest one left out: the next one was ready before a second read.
+    pub fn read_once(&self) -> u64 {
+        self.bus.adc.read_once
+    }
+
     /// Takes those that were read since the last call.
     pub fn take_readings(&mut self) -> Vec<Reading> {
         std::mem::take(&mut self.bus.adc.readings)
