@@ -147,7 +147,7 @@ fn a_chip_that_reset_itself_is_never_believed() {
         let (since, behind) = (number.saturating_sub(from), number >= from);
         if behind {
             conversion.t_us = (number_us(from) + since * 42) as u32;
-            conversion.conversion.status = StatusByte(0x88 + (since % 16) as u8);
+            conversion = conversion.with_status(StatusByte(0x88 + (since % 16) as u8));
         }
         Some(conversion)
     });
@@ -170,8 +170,8 @@ fn supply_and_reference_out_of_range_are_reported() {
     ] {
         let scans = MIDDLE..MIDDLE + 20;
         let events = events(|number, mut conversion| {
-            if scans.contains(&(number / SLOTS)) && conversion.conversion.status.chid() == id {
-                conversion.conversion.code = code;
+            if scans.contains(&(number / SLOTS)) && conversion.status().chid() == id {
+                conversion = conversion.with_code(code);
             }
             Some(conversion)
         });
@@ -208,7 +208,7 @@ fn clipped_codes_are_reported_and_leave_the_other_channels_good() {
     let scans = MIDDLE..MIDDLE + 3;
     let events = events(|number, mut conversion| {
         if scans.contains(&(number / SLOTS)) && number % SLOTS == 3 {
-            conversion.conversion.code = 0x7f_ffff;
+            conversion = conversion.with_code(0x7f_ffff);
         }
         Some(conversion)
     });
@@ -236,7 +236,7 @@ fn an_input_that_is_always_at_a_rail_leaves_estimates_good() {
         let events = events(|number, mut conversion| {
             let slot = number % SLOTS;
             if slot == 3 || also && slot == 7 && comes_and_goes.contains(&(number / SLOTS)) {
-                conversion.conversion.code = 0x7f_ffff;
+                conversion = conversion.with_code(0x7f_ffff);
             }
             Some(conversion)
         });

@@ -3,6 +3,7 @@
 #[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
+use ads1258::Status;
 use hal_mock::{Constant, Finger, Noisy, Options, Scene, SimulatedBoard, Sliding, SlidingScene, load_scene};
 use ridgetone::frame::TimedConversion;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings, TAXELS};
@@ -145,16 +146,16 @@ fn a_finger_in_the_air_has_no_image() {
 fn dead_taxels_are_marked() {
     let steps = || Steps { touched_s: (1.0, 4.0), slides_s: &[(2.0, 3.0)], end_s: 5.0 };
     // AIN0 has the channel id 8 (datasheet, table 9).
-    let of_taxel = |timed: &TimedConversion, taxel: u8| timed.conversion.status.0 & 0x1f == 8 + taxel;
+    let of_taxel = |timed: &TimedConversion, taxel: u8| timed.status().0 & 0x1f == 8 + taxel;
     let out = outcome(&run(steps(), Settings::default(), |_, mut timed| {
         if of_taxel(&timed, 3) {
-            timed.conversion.code = 0x7f_ffff; // clipped
+            timed = timed.with_code(0x7f_ffff); // clipped
         }
         if of_taxel(&timed, 12) {
-            timed.conversion.code = 123_456; // stuck
+            timed = timed.with_code(123_456); // stuck
         }
         if of_taxel(&timed, 14) {
-            timed.conversion.status.0 |= 1 << 6; // overflow
+            timed = timed.with_status(Status(timed.status().0 | 1 << 6)); // overflow
         }
         Some(timed)
     }));

@@ -10,6 +10,7 @@ mod memory;
 #[path = "support/touch.rs"]
 mod touch;
 
+use ads1258::Status as StatusByte;
 use memory::resident_bytes;
 use ridgetone::assembler::Assembler;
 use ridgetone::frame::TimedConversion;
@@ -185,7 +186,7 @@ fn play(length_s: u64) -> Played {
             _ => {}
         };
         for conversion in &touch {
-            let timed = TimedConversion { t_us: (t_ns / 1000) as u32, ..*conversion };
+            let timed = TimedConversion::new((t_ns / 1000) as u32, conversion.conversion());
             t_ns += CONVERSION_NS;
             pipeline.push(timed, &mut emit);
         }
@@ -274,7 +275,9 @@ fn counters_stay_at_the_most_that_they_hold() {
             assembler.lost = u32::MAX - 3;
         }
         // Every third scan is lost, and every fourth has its supply too low.
-        conversion.conversion.status.0 |= if n % 4 == 1 { 0x20 } else { 0 };
+        if n % 4 == 1 {
+            conversion = conversion.with_status(StatusByte(conversion.status().0 | 0x20));
+        }
         if n % 3 != 2 {
             assembler.push(&conversion, |_| {});
         }

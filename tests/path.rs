@@ -2,6 +2,7 @@
 
 mod support;
 
+use ads1258::Status as StatusByte;
 use hal_mock::{Options, Playback, SimulatedBoard, Sliding, SlidingScene, TABLE_2, Trace, Truth, write_csv};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::{Settings, SlideRule};
@@ -222,8 +223,8 @@ fn a_dip_of_the_supply_is_not_a_touch() {
     let still = hal_mock::Noisy::new(hal_mock::Constant { volts: [2.5; 16], end_s: 4.0 }, 20e-6, 5);
     let out = outcome(&run(still, Settings::default(), |count, mut conversion| {
         if (10_000..10_500).contains(&count) {
-            conversion.conversion.status.0 |= 1 << 5;
-            conversion.conversion.code /= 3;
+            let supply_low = StatusByte(conversion.status().0 | 1 << 5);
+            conversion = conversion.with_status(supply_low).with_code(conversion.code() / 3);
         }
         Some(conversion)
     }));

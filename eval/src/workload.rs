@@ -69,13 +69,13 @@ pub type Frame = (Values, u16);
 
 /// A conversion from its record: the time in microseconds, then status and code as the chip sends them.
 pub fn conversion((t_us, bytes): (u32, [u8; 4])) -> TimedConversion {
-    TimedConversion { t_us, conversion: Conversion::from_bytes(bytes) }
+    TimedConversion::new(t_us, Conversion::from_bytes(bytes))
 }
 
 /// The record of a conversion.
 pub fn conversion_record(timed: &TimedConversion) -> (u32, [u8; 4]) {
-    let [_, high, middle, low] = timed.conversion.code.to_be_bytes();
-    (timed.t_us, [timed.conversion.status.0, high, middle, low])
+    let [_, high, middle, low] = timed.code().to_be_bytes();
+    (timed.t_us, [timed.status().0, high, middle, low])
 }
 
 /// The result of a fit, as bits: the chip's must be the PC's.
@@ -198,7 +198,7 @@ mod tests {
         let frame: Frame = (core::array::from_fn(|c| c as f32 * -1e6), 0x8001);
         assert_eq!(back(&frame), (frame, 68));
         let read = Conversion { status: ads1258::Status(0x97), code: -0x12_3456 };
-        let timed = TimedConversion { t_us: 0xfedc_ba98, conversion: read };
+        let timed = TimedConversion::new(0xfedc_ba98, read);
         assert_eq!(conversion(back(&conversion_record(&timed)).0), timed);
     }
 

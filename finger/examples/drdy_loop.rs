@@ -62,7 +62,7 @@ pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
     std::thread::scope(|scope| {
         let fit = scope.spawn(|| fit(windows, &ring, &diagnostics));
         while let Some(edge_ns) = board.wait_for_drdy() {
-            let conversion = TimedConversion { t_us: (edge_ns / 1000) as u32, conversion: adc.read()? };
+            let conversion = TimedConversion::new((edge_ns / 1000) as u32, adc.read()?);
             let mut window = None;
             let mut locked = ring.lock().unwrap_or_else(PoisonError::into_inner);
             detector.push(conversion, &mut locked, &diagnostics, &mut |_| (), &mut |next| window = Some(next));

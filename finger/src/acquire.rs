@@ -58,6 +58,8 @@ type Samples<'a> = Producer<'a, TimedConversion>;
 pub enum Drdy {
     /// It goes on.
     Listen,
+    /// It goes on. The conversion was the expected one, and its scan is not over: nobody need look at the queue yet.
+    Midway,
     /// It goes on, and the caller calls [`Acquisition::watch`] at once.
     Watch,
     /// The health readings are there: the caller calls [`Acquisition::read_inputs`] at once.
@@ -208,8 +210,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         if !self.is_read_twice
             && let Some(conversion) = is_expected
         {
-            let timed = TimedConversion { t_us: edge_us(), conversion };
-            return self.expected(timed, samples, diagnostics);
+            return self.expected(edge_us(), conversion, samples, diagnostics);
         }
         let again = self.adc.read().ok();
         let t_us = edge_us();
@@ -217,18 +218,27 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
             && conversion.code == again.code
             && conversion.status.0 ^ again.status.0 == NEW
         {
-            return self.expected(TimedConversion { t_us, conversion }, samples, diagnostics);
+            return self.expected(t_us, conversion, samples, diagnostics);
         }
         self.unexpected([first, again], t_us, samples, diagnostics)
     }
 
     /// Takes the expected conversion.
     #[inline(always)]
-    fn expected(&mut self, timed: TimedConversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) -> Drdy {
+    fn expected(
+        &mut self,
+        t_us: u32,
+        conversion: Conversion,
+        samples: &mut Samples<'_>,
+        diagnostics: &Diagnostics,
+    ) -> Drdy {
         self.storm_count = self.storm_count.saturating_sub(1);
-        self.queue(timed, samples, diagnostics);
-        let is_health_read = self.is_health && timed.conversion.status.chid() == self.order.last_id();
-        if is_health_read { Drdy::HealthRead } else { Drdy::Listen }
+        self.queue(t_us, conversion, samples, diagnostics);
+        match conversion.status.chid() == self.order.last_id() {
+            false => Drdy::Midway,
+            true if self.is_health => Drdy::HealthRead,
+            true => Drdy::Listen,
+        }
     }
 
     /// DRDY has fallen, but is high again: counted for a storm, and as [`FaultKind::Repeated`].
@@ -297,8 +307,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     }
 
     #[inline(always)]
-    fn queue(&mut self, timed: TimedConversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) {
-        let TimedConversion { t_us, conversion } = timed;
+    fn queue(&mut self, t_us: u32, conversion: Conversion, samples: &mut Samples<'_>, diagnostics: &Diagnostics) {
         self.early = false;
         if self.latest.is_some() {
             self.unseen.passed(t_us.wrapping_sub(self.latest_us));
@@ -309,7 +318,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         if self.is_unannounced {
             self.announce(t_us, samples);
         }
-        if self.is_unannounced || samples.enqueue(timed).is_err() {
+        if self.is_unannounced || samples.enqueue(TimedConversion::new(t_us, conversion)).is_err() {
             diagnostics.overruns.add(1);
         }
     }
@@ -328,7 +337,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
         if let Resolved::Found(conversion) | Resolved::Mended(conversion) | Resolved::Later(conversion) = resolved {
             // Before a later one they include the one that was read only once.
             diagnostics.overruns.add(self.order.skipped(self.next, conversion.status.0));
-            self.queue(TimedConversion { t_us, conversion }, samples, diagnostics);
+            self.queue(t_us, conversion, samples, diagnostics);
         }
         match resolved {
             // It is new: a processor that is too slow for the scan makes no storm.

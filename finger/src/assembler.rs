@@ -213,39 +213,40 @@ impl Assembler {
                 (frame.number.wrapping_add(1), passed_us)
             }
         };
-        // Without a branch for each, and by sevens: all of them are nearly always as they should be.
-        let (sevens, rest) = buffer.as_chunks::<7>();
-        let statuses = flawless.get(..buffer.len()).unwrap_or_default();
-        let (seven_statuses, rest_statuses) = statuses.as_chunks::<7>();
-        let off = |timed: &TimedConversion, status: &u8| timed.conversion.status.0 ^ *status;
-        let mut flawed = rest.iter().zip(rest_statuses).fold(0, |flawed, (timed, status)| flawed | off(timed, status));
-        for ([a, b, c, d, e, f, g], [h, i, j, k, l, m, n]) in sevens.iter().zip(seven_statuses) {
-            flawed |= off(a, h) | off(b, i) | off(c, j) | off(d, k) | off(e, l) | off(f, m) | off(g, n);
-        }
-        if flawed != 0 || !is_on_time(span_us, expected_us) {
+        if !is_on_time(span_us, expected_us) {
             return false;
         }
-        let channels = (scan.channels as usize).min(buffer.len());
-        let (taxels, own) = buffer.split_at(channels);
-        let mut is_any_clipped = false;
+        // Without a branch for each, and by sevens: all of them are nearly always as they should be.
+        let mut off = 0;
+        let (sevens, rest) = buffer.as_chunks::<7>();
+        let (seven_statuses, rest_statuses) = flawless.as_chunks::<7>();
+        for (seven, statuses) in sevens.iter().zip(seven_statuses) {
+            seven.iter().zip(statuses).for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
+        }
+        let statuses = rest_statuses.iter().chain(seven_statuses.get(sevens.len()).into_iter().flatten());
+        rest.iter().zip(statuses).for_each(|(timed, status)| off |= timed.bits ^ *status as u32);
+        if off as u8 != 0 {
+            return false;
+        }
+        let (taxels, own) = buffer.split_at((scan.channels as usize).min(buffer.len()));
         // No frame is open here, so these codes are nobody's.
-        if let Ok(all) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
-            for (place, timed) in frame.codes.iter_mut().zip(all) {
-                *place = timed.conversion.code;
-                is_any_clipped |= is_clipped(*place);
+        let mut clipped = 0;
+        if let Ok(taxels) = <&[TimedConversion; TAXELS]>::try_from(taxels) {
+            for (place, timed) in frame.codes.iter_mut().zip(taxels) {
+                *place = timed.code();
             }
+            clipped = frame.codes.iter().fold(0, |clipped, code| clipped | to_clip(*code));
         } else {
             for (taxel, timed) in self.taxels.iter().zip(taxels) {
-                let code = timed.conversion.code;
-                frame.codes[*taxel as usize % TAXELS] = code;
-                is_any_clipped |= is_clipped(code);
+                frame.codes[*taxel as usize % TAXELS] = timed.code();
+                clipped |= to_clip(timed.code());
             }
         }
-        if is_any_clipped {
+        if clipped > 0x7f_ffff {
             return false;
         }
         for (code, timed) in self.own.iter_mut().zip(own) {
-            *code = Some(timed.conversion.code);
+            *code = Some(timed.code());
         }
         self.board_us = last_us;
         self.latest_slot = Some(scan.slots - 1);
@@ -264,7 +265,7 @@ impl Assembler {
     pub fn slow_path(&mut self, done: &mut impl FnMut(&Frame)) {
         let buffer = core::mem::take(&mut self.buffer);
         let last_id = self.order.last_id();
-        let is_last = |timed: &TimedConversion| timed.conversion.status.chid() == last_id;
+        let is_last = |timed: &TimedConversion| timed.status().chid() == last_id;
         let taken = buffer.iter().rposition(is_last).map_or(buffer.len(), |last| last + 1);
         for (at, timed) in buffer.iter().enumerate() {
             if at < taken {
@@ -278,7 +279,8 @@ impl Assembler {
     /// Takes any conversion.
     #[inline(never)]
     fn take(&mut self, timed: &TimedConversion, done: &mut impl FnMut(&Frame)) {
-        let TimedConversion { t_us, conversion: Conversion { status, code } } = *timed;
+        let Conversion { status, code } = timed.conversion();
+        let t_us = timed.t_us;
         let own = own_of(status.chid());
         let Some(slot) = self.order.slot_of(status.chid()).filter(|_| status.is_new()) else {
             if let (Some(own), true, true) = (own, status.is_new(), self.scan.slots == self.scan.channels) {
@@ -406,8 +408,13 @@ const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
 
 /// Whether a code is at either end of the scale, where the chip clips (SBAS297G: 800000h and 7FFFFFh).
 const fn is_clipped(code: i32) -> bool {
-    // One comparison: codes in between are from 0 on when so moved.
-    code.wrapping_add(0x7f_ffff) as u32 >= 0xff_fffe
+    to_clip(code) > 0x7f_ffff
+}
+
+/// Above 7FFFFFh if a code is clipped; also for several codes, if these numbers are joined by `|`.
+const fn to_clip(code: i32) -> u32 {
+    // What a code has between itself and zero, or minus one, and one more.
+    (code ^ code >> 31) as u32 + 1
 }
 
 #[cfg(test)]

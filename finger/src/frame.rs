@@ -7,28 +7,62 @@ use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
 
-/// One conversion with the time of its DRDY edge.
+/// One conversion with the time of its DRDY edge, in two words: the queue to the detector is copied at every conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedConversion {
     /// Time of the falling edge of DRDY on the board's microsecond counter, wrapping.
     pub t_us: u32,
-    /// Status byte and 24-bit code as read.
-    pub conversion: Conversion,
+    /// The code in the upper three bytes, the status byte in the lowest.
+    pub(crate) bits: u32,
 }
 
 /// Status of a mark in the queue: no conversion has it, since NEW is set in all of them.
-const MARK: Status = Status(0x1f);
+const MARK: u8 = 0x1f;
 
 impl TimedConversion {
+    /// A conversion as read, and the time of its edge, microseconds.
+    #[inline(always)]
+    pub const fn new(t_us: u32, conversion: Conversion) -> Self {
+        Self { t_us, bits: (conversion.code as u32) << 8 | conversion.status.0 as u32 }
+    }
+
     /// A mark: from here on conversions are of this plan.
     pub const fn of_plan(plan: Plan, t_us: u32) -> Self {
-        Self { t_us, conversion: Conversion { status: MARK, code: plan.to_bits() as i32 } }
+        Self { t_us, bits: plan.to_bits() << 8 | MARK as u32 }
     }
 
     /// The plan of a mark.
     #[inline(always)]
-    pub fn as_plan(&self) -> Option<Plan> {
-        (self.conversion.status.0 == MARK.0).then_some(Plan::from_bits(self.conversion.code as u32))
+    pub const fn as_plan(&self) -> Option<Plan> {
+        if self.bits as u8 == MARK { Some(Plan::from_bits(self.bits >> 8)) } else { None }
+    }
+
+    /// Status byte and 24-bit code as read.
+    #[inline(always)]
+    pub const fn conversion(&self) -> Conversion {
+        Conversion { status: self.status(), code: self.code() }
+    }
+
+    /// Status byte as read.
+    #[inline(always)]
+    pub const fn status(&self) -> Status {
+        Status(self.bits as u8)
+    }
+
+    /// 24-bit code as read.
+    #[inline(always)]
+    pub const fn code(&self) -> i32 {
+        self.bits as i32 >> 8
+    }
+
+    /// The same with another status byte.
+    pub const fn with_status(self, status: Status) -> Self {
+        Self::new(self.t_us, Conversion { status, code: self.code() })
+    }
+
+    /// The same with another code.
+    pub const fn with_code(self, code: i32) -> Self {
+        Self::new(self.t_us, Conversion { status: self.status(), code })
     }
 }
 

@@ -29,7 +29,7 @@
 //! let mut pipeline = Box::new(Pipeline::new(Settings::DEFAULT));
 //! // As read from the chip after an edge of DRDY: status byte with the channel, and the code.
 //! let conversion = Conversion { status: Status(0x88), code: 4_000_000 };
-//! pipeline.push(TimedConversion { t_us: 197, conversion }, &mut |event| println!("{event:?}"));
+//! pipeline.push(TimedConversion::new(197, conversion), &mut |event| println!("{event:?}"));
 //! let mut events = Vec::new();
 //! pipeline.finish(&mut |event| events.push(event));
 //! assert!(matches!(events[..], [Event::Health(_)]));

@@ -109,7 +109,7 @@ pub fn conversions_of(input: Opened, plan: &Plan, take: &mut dyn FnMut(TimedConv
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = chip.read().context("the simulated chip")?;
         // The board's counter wraps after 71 minutes, and the library expects that.
-        take(TimedConversion { t_us: (edge_ns / 1000) as u32, conversion })?;
+        take(TimedConversion::new((edge_ns / 1000) as u32, conversion))?;
         if own > 0 {
             own -= 1;
             if own == 0 {

@@ -27,7 +27,7 @@ fn touches(seconds: u32, counter_us: u32) {
             wraps += u32::from(reading.t_us < latest_us);
             latest_us = reading.t_us;
             let conversion = Conversion::from_bytes(reading.bytes);
-            pipeline.push(TimedConversion { t_us: reading.t_us, conversion }, &mut |event| on_pc.push(event));
+            pipeline.push(TimedConversion::new(reading.t_us, conversion), &mut |event| on_pc.push(event));
         }
     }
     assert_eq!(wraps, 1);

@@ -50,7 +50,7 @@ pub fn run_on(
         if board.with_chip(|chip| chip.ended()) {
             break;
         }
-        if let Some(kept) = keep(count, TimedConversion { t_us: (edge_ns / 1000) as u32, conversion }) {
+        if let Some(kept) = keep(count, TimedConversion::new((edge_ns / 1000) as u32, conversion)) {
             pipeline.push(kept, &mut |event| wire.send(event));
         }
         count += 1;

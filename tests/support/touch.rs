@@ -24,7 +24,7 @@ pub fn scan(scan: u64, number: u64, start_us: u32) -> impl Iterator<Item = Timed
         let status = Status(0x80 | id);
         let code = if slot < 16 { code(slot, ns(scan) as f64 * 1e-9) } else { OWN[slot as usize - 16] };
         let t_us = start_us.wrapping_add((ns(number) / 1000) as u32);
-        TimedConversion { t_us, conversion: Conversion { status, code } }
+        TimedConversion::new(t_us, Conversion { status, code })
     })
 }
 

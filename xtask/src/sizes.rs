@@ -35,7 +35,7 @@ const RAM: [(&str, u64); 6] = [
     ("estimator_place", 23_208),
     ("detector_place", 4_420),
     ("outbox", 3_416),
-    ("samples", 1_544),
+    ("samples", 1_032),
     (OTHER, 3_660),
 ];
 

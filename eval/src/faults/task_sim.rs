@@ -61,7 +61,7 @@ impl Surroundings for Observer {
 
     /// Compares a conversion with what the chip knows of it.
     fn read(&mut self, timed: &TimedConversion, board: &SimulatedBoard) {
-        let status = timed.conversion.status;
+        let status = timed.status();
         if !status.is_new() {
             return;
         }
@@ -72,7 +72,7 @@ impl Surroundings for Observer {
             ran.zero_ns = edge_ns;
         }
         ran.delivered += 1;
-        ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.conversion.code)));
+        ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.code())));
         let is_whole = self.order.take(&timed.conversion);
         if is_whole && registers == self.registers {
             ran.whole_ns.push(board.now_ns());

@@ -97,7 +97,7 @@ fn run(mut trace: Trace, mains: bool) -> Reported {
             let code = if slot < TAXELS { trace.code(slot, frame, 1e-9 * ns as f64) } else { OWN[slot - TAXELS] };
             // New, and of this channel.
             let conversion = Conversion { status: Flags(0x80 | id), code };
-            let timed = TimedConversion { t_us: (ns / 1000) as u32, conversion };
+            let timed = TimedConversion::new((ns / 1000) as u32, conversion);
             detector.push(timed, &mut ring, &diagnostics, &mut |event| events.push(event), &mut |due| windows.push(due));
         }
         if frame == frames {

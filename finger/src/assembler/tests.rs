@@ -12,7 +12,7 @@ fn conversion(count: u32, flags: u8) -> TimedConversion {
     let slot = count as usize % 21;
     let t_us = (count as u64 * 3106 * 1_000_000 / 15_728_640) as u32;
     let code = if slot < 16 { count as i32 } else { [3, 3_932_160, 1_677_722, 7_864_320, 3_221_225][slot - 16] };
-    TimedConversion { t_us, conversion: Conversion { status: Status(flags | IDS[slot]), code } }
+    TimedConversion::new(t_us, Conversion { status: Status(flags | IDS[slot]), code })
 }
 
 fn run(counts: impl Iterator<Item = u32>, start_us: u32) -> (Assembler, Vec<Frame>) {
@@ -100,7 +100,7 @@ fn flags_and_strangers_are_told() {
         assembler.push(&conversion(count, flags), |frame| frames.push(*frame));
     }
     let stranger = Conversion { status: Status(0x80 | 0x19), code: 1 };
-    assembler.push(&TimedConversion { t_us: 4200, conversion: stranger }, |frame| frames.push(*frame));
+    assembler.push(&TimedConversion::new(4200, stranger), |frame| frames.push(*frame));
     assembler.finish(&mut |frame: &Frame| frames.push(*frame));
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].good, !0b11_1000);
@@ -114,8 +114,8 @@ fn the_ends_of_the_scale_are_not_good() {
     let mut assembler = Assembler::new(4.096, &Plan::PAPER);
     let mut good = 0;
     for count in 0..21 {
-        let mut timed = conversion(count, 0x80);
-        timed.conversion.code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
+        let code = [0x7f_ffff, -0x80_0000, 0x7f_fffe, -0x7f_ffff][count.min(3) as usize];
+        let timed = conversion(count, 0x80).with_code(code);
         assembler.push(&timed, |frame| good = frame.good);
     }
     assert_eq!(good, !0b11);

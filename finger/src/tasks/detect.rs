@@ -28,7 +28,7 @@ impl<'a> Detect<'a> {
         self.samples.peek()
     }
 
-    /// Runs after each conversion, and twice a second without one.
+    /// Runs after each scan, after what interrupts one, and twice a second without any.
     pub fn run<P: Platform>(
         &mut self,
         detector: &mut Detector,

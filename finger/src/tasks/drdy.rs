@@ -62,7 +62,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             None => acquire::Drdy::Listen,
         };
         match next {
-            acquire::Drdy::Listen => {}
+            acquire::Drdy::Listen | acquire::Drdy::Midway => {}
             acquire::Drdy::Watch => check.store(true, Relaxed),
             acquire::Drdy::HealthRead => {
                 acquisition.read_inputs(diagnostics, wait);
@@ -82,7 +82,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             self.begin_scan(shared, wait);
         }
         shared.liveness.acquired.bump();
-        P::pend(shared, Task::Detect);
+        // A frame is there only when its scan is over: in between `detect` would start in vain.
+        if next != acquire::Drdy::Midway {
+            P::pend(shared, Task::Detect);
+        }
     }
 
     /// Begins the scan of another plan, or that of the health readings.

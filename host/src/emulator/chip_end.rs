@@ -130,7 +130,7 @@ impl ChipEnd {
         self.served += 1;
         self.first_edge_us = self.first_edge_us.or_else(|| Some(edge_ns? / NS_PER_US));
         if self.keep {
-            self.conversions.push(TimedConversion { t_us: self.edge_us(), conversion });
+            self.conversions.push(TimedConversion::new(self.edge_us(), conversion));
         }
         // Decided by the edge and not by the time of the read: then the board's speed does not matter, and the board gets
         // what `replay` gets.

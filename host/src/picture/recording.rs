@@ -46,11 +46,10 @@ impl Recording {
         for c in conversions {
             t_us += u64::from(c.t_us.wrapping_sub(before_us));
             before_us = c.t_us;
-            let taxel = usize::from(c.conversion.status.chid().wrapping_sub(FIRST_CHID));
+            let taxel = usize::from(c.status().chid().wrapping_sub(FIRST_CHID));
             if let Some(channel) = recording.channels.get_mut(taxel) {
                 // In f64: the idle level of volts is taken off millivolts below.
-                let volts =
-                    f64::from(c.conversion.code) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF);
+                let volts = f64::from(c.code()) * f64::from(vref_v) / f64::from(ads1258::reading::CODES_PER_VREF);
                 channel.push((seconds(t_us), volts));
             }
         }

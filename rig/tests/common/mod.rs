@@ -119,7 +119,7 @@ pub fn on_pc(run: &Run, by_time: usize, profile: Option<&Profile>) -> Vec<Event>
             pipeline.follow(profile.cloned());
         }
         let conversion = Conversion::from_bytes(reading.bytes);
-        pipeline.push(TimedConversion { t_us: reading.t_us, conversion }, &mut |event| {
+        pipeline.push(TimedConversion::new(reading.t_us, conversion), &mut |event| {
             estimates += usize::from(matches!(event, Event::Estimate(_)));
             events.push(event);
         });
