@@ -9,4 +9,4 @@ mod tests;
 
 pub use link::Link;
 pub use list::{Ports, Wanted, list_error};
-pub use system::System;
+pub use system::{BYTE_S, System};

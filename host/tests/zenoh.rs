@@ -1,12 +1,15 @@
-//! `serve` to Zenoh, beside a session of the crate.
+//! `serve` to Zenoh, beside a session of the crate, and beside a peer of Zenoh's package for Python.
 #![cfg(target_os = "linux")]
 
 mod common;
+#[path = "streams/peer.rs"]
+mod peer;
 #[path = "common/serial_board.rs"]
 mod serial_board;
 #[path = "streams/serving.rs"]
 mod serving;
 
+use peer::Peer;
 use serde_json::Value;
 use serial_board::SerialBoard;
 use serving::Serving;
@@ -57,6 +60,34 @@ fn a_peer_gets_messages_without_a_gap_and_its_end_holds_up_no_board() {
     assert!(board.late_s() < 0.5, "the board was held up for {} s", board.late_s());
     let said = serving.interrupt();
     assert!(said.contains("zenoh: open as ") && said.contains("0 frames and 0 events lost"), "{said}");
+}
+
+#[test]
+#[ignore = "needs Zenoh's package for Python: cargo xtask streams"]
+fn a_peer_of_another_program_gets_messages_without_a_gap() {
+    let port = free_port().to_string();
+    let peer = Peer::start("zenoh_peer.py", &[&port, "120"]);
+    let board = SerialBoard::new();
+    let serving = Serving::start(&[&board], &["--zenoh", &format!("tcp/127.0.0.1:{port}")]);
+    let lines = peer.until("key", 1500);
+    let mut found: BTreeMap<&str, Vec<u64>> = BTreeMap::new();
+    for line in &lines {
+        assert_eq!(line["encoding"], "application/json");
+        let (key, message) = (line["key"].as_str().expect("a key"), &line["message"]);
+        if key == "ridgetone/f0/frames" {
+            let number = message["number"].as_f64().expect("a number") % 1000.0;
+            let volts = (2e6 + 100.0 * number) * 4.096 / 7_864_320.0;
+            assert!((message["volts"][0].as_f64().expect("volts") - volts).abs() < 1e-6, "{message}");
+        }
+        found.entry(key).or_default().extend(message["index"].as_u64());
+    }
+    for (key, indices) in &found {
+        assert!(indices.windows(2).all(|pair| pair[1] == pair[0] + 1), "{key}: {indices:?}");
+    }
+    println!("{:?}", found.iter().map(|(key, indices)| (key, indices.len())).collect::<Vec<_>>());
+    assert!(found["ridgetone/f0/frames"].len() > 1400 && !found["ridgetone/f0/health"].is_empty());
+    let said = serving.interrupt();
+    assert!(said.contains("0 frames and 0 events lost"), "{said}");
 }
 
 #[test]

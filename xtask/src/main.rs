@@ -78,8 +78,8 @@ enum Task {
     /// Repeats the paper's experiment beside its own figures and fills in docs/reproduction.md.
     #[command(disable_help_flag = true)]
     Reproduce(Flags),
-    /// Tests Zenoh and ROS 2, and streams the frames of ten boards, and of a fast one, to MQTT and Foxglove for a minute
-    /// each: prints what is lost and how late the rest arrives.
+    /// Tests Zenoh and ROS 2, beside programs of others too, and streams the frames of ten boards, and of a fast one, to MQTT and
+    /// Foxglove for a minute each: prints what is lost and how late the rest arrives.
     Streams,
     /// Checks that the command builds for Windows and macOS, where rustup may fetch their core libraries.
     CheckSystems,

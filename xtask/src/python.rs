@@ -26,19 +26,24 @@ pub fn interpreter() -> Result<PathBuf> {
     }
 }
 
-/// Builds the wheel into `target/python` and runs its tests beside the command that `cargo test` has built.
-pub fn run_tests() -> Result<()> {
-    let python = interpreter()?;
-    let environment = target_dir().join("python");
+/// An environment in `target/NAME` with these packages; gives its interpreter.
+pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
+    let environment = target_dir().join(name);
     let inside = environment.join(if cfg!(windows) { "Scripts" } else { "bin" });
-    announce(format_args!("the Python package, in {}", environment.display()));
     if !inside.join("pip").exists() {
-        run(clean(&python).args(["-m", "venv"]).arg(&environment)).context("an environment of Python")?;
+        run(clean(interpreter()?).args(["-m", "venv"]).arg(&environment)).context("an environment of Python")?;
     }
     let mut pip = clean(inside.join("pip"));
-    run(pip.args(["install", "--quiet", "--disable-pip-version-check", "./python[test]"])).context("the wheel")?;
+    run(pip.args(["install", "--quiet", "--disable-pip-version-check"]).args(packages))?;
+    Ok(inside.join("python"))
+}
+
+/// Builds the wheel into `target/python` and runs its tests beside the command that `cargo test` has built.
+pub fn run_tests() -> Result<()> {
+    announce("the Python package, in target/python");
+    let python = environment("python", &["./python[test]"]).context("the wheel")?;
     let command = target_dir().join("debug").join(format!("ridgetone{}", std::env::consts::EXE_SUFFIX));
-    let mut tests = clean(inside.join("python"));
+    let mut tests = clean(python);
     tests.args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"]).env("RIDGETONE_COMMAND", command);
     run(&mut tests).context("tests of the Python package")
 }

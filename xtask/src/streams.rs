@@ -1,5 +1,6 @@
 //! `serve` with what it streams to: features of the command, which nothing else builds.
 
+use crate::python;
 use crate::setup;
 use crate::tools::{announce, clean, run};
 use anyhow::{Context, Result};
@@ -19,13 +20,19 @@ pub fn run_tests() -> Result<()> {
     run(&mut test("foxglove,mqtt", "streams")).context("tests of streams")
 }
 
-/// Tests Zenoh and ROS 2, whose 253 crates take minutes. Then ten boards and a fast one, a minute each: prints what is lost and how late
+/// Receivers that nobody here wrote, as packages of Python: Cyclone DDS reads what is for ROS 2, and Zenoh's own package.
+const PEERS: [&str; 2] = ["cyclonedds==11.0.1", "eclipse-zenoh==1.10.2"];
+
+/// Tests Zenoh and ROS 2, whose 253 crates take minutes, beside [`PEERS`] too. Then ten boards and a fast one, a minute each: prints what is lost and how late
 /// the rest arrives.
 pub fn measure() -> Result<()> {
     setup::broker()?;
+    let peers = python::environment("peers", &PEERS).context("Cyclone DDS and Zenoh for Python")?;
     for one in ["zenoh", "ros2"] {
         announce(format_args!("streams: {one}"));
-        run(&mut test(one, one)).with_context(|| format!("tests of {one}"))?;
+        let mut tests = test(one, one);
+        run(tests.arg("--include-ignored").env("RIDGETONE_PEERS", &peers))
+            .with_context(|| format!("tests of {one}"))?;
     }
     announce("ten boards and a fast one, for a minute each");
     run(test("foxglove,mqtt", "streams").args(["--ignored", "--nocapture"])).context("streams")

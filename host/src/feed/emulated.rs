@@ -3,6 +3,7 @@
 use super::source::{FeedEvent, Source};
 use crate::emulator::{self, Options};
 use crate::input::Opened;
+use crate::port::BYTE_S;
 use anyhow::{Context, Result, anyhow, bail};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +34,7 @@ pub struct Emulated {
 
 impl Emulated {
     /// Starts the firmware image `elf` in front of `input`. `pace` is board time over wall time; none: as fast as possible.
+    /// With a pace, bytes arrive at their board time and not before.
     /// After `silence` without a sign of life it gives up.
     pub fn start(input: Opened, elf: PathBuf, silence: Duration, pace: Option<f64>) -> Self {
         let (to_feed, telemetry) = channel();
@@ -45,20 +47,17 @@ impl Emulated {
             let options = Options { silence, ..Options::new(&elf) };
             let (mut begun, mut next) = (Instant::now(), Duration::ZERO);
             let mut exchange = |now: Duration, bytes: &[u8]| {
-                let here = Instant::now();
                 while waits.load(Ordering::Relaxed) && !stopped.load(Ordering::Relaxed) {
+                    let here = Instant::now();
                     std::thread::sleep(LOOK_IDLE);
+                    // Here alone: what two looks at the clock take, at every exchange, would be a skew of hundreds of ppm.
+                    begun += here.elapsed();
                 }
-                begun += here.elapsed();
                 if stopped.load(Ordering::Relaxed) {
                     bail!("the emulated board is no longer wanted");
                 }
-                if !bytes.is_empty() {
-                    // The receiver is gone only if this thread is to end too.
-                    to_feed.send(bytes.to_vec()).map_err(|_| anyhow!("nobody listens to the emulated board"))?;
-                }
                 if let Some(pace) = pace
-                    && now >= next
+                    && (now >= next || !bytes.is_empty())
                 {
                     next = now + LOOK;
                     let (due, here) = (begun + now.div_f64(pace), Instant::now());
@@ -67,6 +66,10 @@ impl Emulated {
                     } else if here - due > LATE_MAX {
                         begun += here - due;
                     }
+                }
+                if !bytes.is_empty() {
+                    // The receiver is gone only if this thread is to end too.
+                    to_feed.send(bytes.to_vec()).map_err(|_| anyhow!("nobody listens to the emulated board"))?;
                 }
                 Ok(to_board.try_iter().flatten().collect())
             };
@@ -95,6 +98,11 @@ impl Source for Emulated {
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => self.join().map(|()| Some(FeedEvent::Over)),
         }
+    }
+
+    fn byte_s(&self) -> f64 {
+        // Its image gives bytes this time, too (BYTE_US in src/board/emulated/link.rs).
+        BYTE_S
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {

@@ -1,7 +1,7 @@
 //! A board's line, opened again after the board was unplugged.
 
 use super::list::{Ports, Wanted, with_serial_number};
-use super::system::BAUD;
+use super::system::BYTE_S;
 use crate::feed::{FeedEvent, Source};
 use anyhow::{Context, Result, anyhow};
 use std::io::{self, ErrorKind, Read, Write};
@@ -102,8 +102,7 @@ impl<P: Ports> Source for Link<P> {
     }
 
     fn byte_s(&self) -> f64 {
-        // With its start and its stop bit.
-        10.0 / f64::from(BAUD)
+        BYTE_S
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {

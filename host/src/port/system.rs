@@ -8,6 +8,9 @@ use std::time::Duration;
 /// Speed of the telemetry line, bits per second (the firmware's is in `src/board/serial_line.rs`); 8 data bits, no parity, 1 stop bit.
 pub const BAUD: u32 = 921_600;
 
+/// Time of a byte on that line, with its start and its stop bit, seconds.
+pub const BYTE_S: f64 = 10.0 / BAUD as f64;
+
 /// Longest wait of a read.
 const READ_WAIT: Duration = Duration::from_millis(100);
 
