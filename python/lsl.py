@@ -9,6 +9,7 @@ valid, at the time of its first conversion.
 import math
 import sys
 import time
+from collections.abc import Iterable
 
 import pylsl
 import ridgetone as rt
@@ -24,7 +25,7 @@ def outlet(name: str, rate_hz: float) -> pylsl.StreamOutlet:
     return pylsl.StreamOutlet(info, max_buffered=60)
 
 
-def stream(board: rt.Live, name: str) -> None:
+def stream(board: Iterable[rt.Event], name: str) -> None:
     """Gives the frames of a board to whoever reads, until the board is over."""
     stream = None
     for event in board:
