@@ -28,11 +28,13 @@ mod scan_order;
 mod table;
 mod task_sim;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use campaign::Campaign;
 use family::Family;
 use ridgetone_host::cli::FirmwareOptions;
 use ridgetone_host::output;
+use ridgetone_proto::plan::Plan;
+use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -52,7 +54,10 @@ pub struct FaultsArgs {
     /// Only this family.
     #[arg(long, value_enum, value_name = "NAME")]
     only: Option<Family>,
-    /// Write faults.md to this folder: of all families, hence not with --only.
+    /// Runs on the PC with this scan plan, and nothing else: paper, hand, texture, vibration or single.
+    #[arg(long, value_name = "NAME", conflicts_with = "emulated")]
+    plan: Option<String>,
+    /// Write faults.md to this folder: of all families, hence not with --only. With --plan only its table is filled in.
     #[arg(long, value_name = "FOLDER", conflicts_with = "only")]
     write: Option<PathBuf>,
     /// One JSON object instead of the table.
@@ -62,10 +67,15 @@ pub struct FaultsArgs {
 
 pub fn run(args: &FaultsArgs) -> Result<()> {
     let start = Instant::now();
-    let mut campaign = Campaign::on_pc(args.injections, args.seed, args.only)?;
+    let scan = args.plan.as_deref().map(|name| Plan::named(name).with_context(|| format!("no plan is called {name}")));
+    let scan = scan.transpose()?;
+    let mut campaign = match scan {
+        None => Campaign::on_pc(args.injections, args.seed, args.only)?,
+        Some(scan) => Campaign::with_scan(args.injections, args.seed, args.only, scan)?,
+    };
     let injected: usize = campaign.rows.iter().map(|row| row.injected).sum();
     eprintln!("ridgetone-eval: {injected} injections, {:.0} a second", injected as f64 / start.elapsed().as_secs_f64());
-    if args.only.is_none() {
+    if args.only.is_none() && scan.is_none() {
         campaign.on_lines(args.injections)?;
     }
     if args.emulated > 0 {
@@ -73,8 +83,12 @@ pub fn run(args: &FaultsArgs) -> Result<()> {
         campaign.on_emulator(args.emulated, args.only, args.firmware.options(&elf))?;
     }
     if let Some(folder) = &args.write {
-        let page = table::page(&campaign)?;
-        output::whole_text(&folder.join("faults.md"), &page)?;
+        let path = folder.join("faults.md");
+        let page = match scan {
+            None => table::page(&campaign)?,
+            Some(_) => table::with_plan(&fs::read_to_string(&path).with_context(|| path.display().to_string())?, &campaign)?,
+        };
+        output::whole_text(&path, &page)?;
     }
     output::line(&if args.json { serde_json::to_string(&campaign)? } else { table::table(&campaign) })?;
     for row in &campaign.rows {

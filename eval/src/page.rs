@@ -46,6 +46,12 @@ pub fn filled(page: &str, table: impl Fn(&str) -> Option<String>) -> Result<Stri
     Ok(text)
 }
 
+/// A table of a page as it is.
+pub fn table_of<'a>(page: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = page.split_once(&format!("{START}{name}{START_END}"))?;
+    rest.split_once(END).map(|(table, _)| table)
+}
+
 /// The data of a page, from their JSON file.
 pub fn load<T: DeserializeOwned>(path: &Path) -> Result<T> {
     let text = fs::read_to_string(path).with_context(|| path.display().to_string())?;

@@ -152,6 +152,8 @@ struct Interrupt {
     /// An edge has fallen, and `drdy` has not run since.
     is_pending: Cell<bool>,
     is_muted: Cell<bool>,
+    /// When the next edge falls, as of the beginning of `drdy`, or of its latest unmuting: nanoseconds of the board.
+    ahead_ns: Cell<Option<u64>>,
     /// The scene is over: the chip is left alone.
     has_ended: Cell<bool>,
 }
@@ -178,7 +180,9 @@ impl DrdyPin for Pin<'_> {
     }
 
     fn unmute(&mut self) {
+        // Edges before do not count: while the chip was set up anew, its old scan has given none.
         self.interrupt.is_muted.set(false);
+        self.interrupt.ahead_ns.set(self.board.with_chip(|chip| chip.next_drdy_fall_ns()));
     }
 }
 
@@ -199,8 +203,9 @@ impl Platform for Simulated<'_> {
             return;
         }
         let Self { board, interrupt, drdy } = &shared.platform;
-        let ahead_ns = board.with_chip(|chip| chip.next_drdy_fall_ns());
+        interrupt.ahead_ns.set(board.with_chip(|chip| chip.next_drdy_fall_ns()));
         drdy.borrow_mut().run(shared, &mut board.delay());
+        let ahead_ns = interrupt.ahead_ns.get();
         if !interrupt.is_muted.get() && ahead_ns.is_some_and(|ahead_ns| ahead_ns <= board.now_ns()) {
             interrupt.is_pending.set(true);
         }

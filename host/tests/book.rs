@@ -43,7 +43,7 @@ const WITH_A_BOARD: [&str; 21] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 22] = [
+const LITTLE_OF: [(&str, &str); 26] = [
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
@@ -52,15 +52,19 @@ const LITTLE_OF: [(&str, &str); 22] = [
     ("cargo xtask pictures", "host/tests/view/page.rs"),
     ("cargo test -p ridgetone-host --test view -- --ignored", "xtask/src/test.rs"),
     ("pip install ./python", "python/tests/test_same.py"),
+    ("pip install ./python pylsl", "python/tests/test_lsl.py"),
+    ("python python/lsl.py left /dev/ttyUSB0", "python/tests/test_lsl.py"),
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
+    ("cargo xtask faults --plan hand --seed 777001 --injections 4000 --write docs", "eval/src/tests/faults.rs"),
     ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
     ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
+    ("cargo xtask reproduce --wavelengths", "eval/src/reproduce/okamoto.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
     ("cargo test -p ridgetone-tone", "xtask/src/test.rs"),

@@ -67,7 +67,8 @@ pub fn board(write: bool) -> Result<()> {
 pub fn faults(flags: &[String]) -> Result<()> {
     let mut faults = eval("faults");
     faults.args(flags.iter().filter(|flag| !["--quick", "--full"].contains(&flag.as_str())));
-    if !has(flags, "--help") {
+    // With a plan it runs on the PC alone.
+    if !has(flags, "--help") && !has(flags, "--plan") {
         setup::qemu()?;
         let (elf, _) = images::build(Board::Emulated.image())?;
         let (injections, emulated) = match (has(flags, "--quick"), has(flags, "--full")) {

@@ -2,7 +2,7 @@
 
 use super::family::Family;
 use super::judge::{Judgement, judge};
-use super::plan::{Plan, SETTINGS};
+use super::plan::Plan;
 use super::row::{Place, Row};
 use super::bit_errors::BitErrors;
 use super::{emulated, lines, task_sim};
@@ -10,6 +10,7 @@ use crate::parallel;
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use ridgetone_host::emulator;
+use ridgetone_proto::plan::Plan as Scan;
 use serde::Serialize;
 
 /// Slide of a run on the PC, seconds.
@@ -30,6 +31,15 @@ pub struct Campaign {
 impl Campaign {
     /// Runs at least so many injections that act on this PC, as many of each family; only of one family if it is named.
     pub fn on_pc(injections: u64, seed: u64, only: Option<Family>) -> Result<Self> {
+        Self::with_scan(injections, seed, only, Scan::PAPER)
+    }
+
+    /// The same with a scan plan.
+    pub fn with_scan(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
+        let place = match scan {
+            Scan::PAPER => Place::Pc,
+            _ => Place::Plan(scan.name().context("only a plan with a name has a row")?),
+        };
         let families: Vec<_> = families(only).collect();
         // Runs without injections come on top.
         let injecting = families.iter().filter(|family| **family != Family::None).count().max(1);
@@ -39,7 +49,7 @@ impl Campaign {
             let mut judgements = Vec::new();
             let mut acted = 0;
             while acted < share {
-                let plans = plans(family, seed + judgements.len() as u64, share - acted);
+                let plans = plans(family, seed + judgements.len() as u64, share - acted, scan);
                 let more = parallel::map(family.title(), &plans, |plan| Ok((plan.seed, run(plan)?)))?;
                 let more_acted =
                     more.iter().map(|(_, judgement)| standing_for(family, judgement.fates.len())).sum::<usize>();
@@ -47,7 +57,7 @@ impl Campaign {
                 acted += more_acted;
                 judgements.extend(more);
             }
-            rows.push(Row::of_family(family, Place::Pc, &judgements));
+            rows.push(Row::of_family(family, place, &judgements));
         }
         Ok(Self { seed, rows, bit_errors: None })
     }
@@ -82,11 +92,11 @@ impl Campaign {
 }
 
 /// Runs of the seeds from this one on, with at least so many injections.
-fn plans(family: Family, mut seed: u64, injections: usize) -> Vec<Plan> {
+fn plans(family: Family, mut seed: u64, injections: usize, scan: Scan) -> Vec<Plan> {
     let mut plans = Vec::new();
     let mut planned = 0;
     while planned < injections {
-        let plan = Plan::new(family, seed, SLIDE_S);
+        let plan = Plan { scan, ..Plan::new(family, seed, SLIDE_S) };
         planned += standing_for(family, plan.injections.len());
         plans.push(plan);
         seed += 1;
@@ -105,6 +115,6 @@ fn families(only: Option<Family>) -> impl Iterator<Item = Family> {
 
 pub fn run(plan: &Plan) -> Result<Judgement> {
     let (input, truth) = plan.open()?;
-    let ran = task_sim::run(input, SETTINGS)?;
+    let ran = task_sim::run(input, plan.settings())?;
     Ok(judge(plan, &truth, &ran))
 }

@@ -27,7 +27,7 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 /// conversion that it read twice and that arrived right at least once counts as delivered.
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
-    let mut order = ScanOrder::default();
+    let mut order = ScanOrder::new(&SCAN);
     let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
     // GPIOD shows the pins.
     let writable = Register::Gpiod as usize;

@@ -5,6 +5,7 @@ use super::family::Family;
 use anyhow::{Context, Result};
 use hal_mock::{Injection, Sliding, Truth};
 use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 
 /// Scene time of the first injection, seconds, at the least: the chip runs and the idle level is known.
@@ -26,10 +27,12 @@ pub struct Plan {
     pub sliding: Sliding,
     /// The injections, by scene time.
     pub injections: Vec<Injection>,
+    /// What the chip converts.
+    pub scan: Scan,
 }
 
 impl Plan {
-    /// The run of this seed. `slide_s` is the length of its slide, seconds.
+    /// The run of this seed with the default scan. `slide_s` is the length of its slide, seconds.
     pub fn new(family: Family, seed: u64, slide_s: f64) -> Self {
         let mut draw = Draw::new(seed);
         let (speed_mm_s, period_mm) = (draw.even(25.0, 50.0), draw.even(2.6, 4.1));
@@ -58,17 +61,22 @@ impl Plan {
             let (least_s, most_s) = if mixed { MIXED_APART_S } else { APART_S };
             at_s += lasts_s + draw.even(least_s, most_s);
         }
-        Self { family, seed, sliding, injections }
+        Self { family, seed, sliding, injections, scan: Scan::PAPER }
     }
 
     pub fn open(&self) -> Result<(Opened, Truth)> {
         let source = Source::Scene(self.sliding.clone());
-        let mut input = Input { source, seed: self.seed, ..Input::default() }.open()?;
+        let mut input = Input { source, seed: self.seed, ..Input::default() }.open_in(&self.scan)?;
         input.options.injections = self.injections.clone();
         let truth = input.truth.context("a scene without its truth")?;
         Ok((input, truth))
     }
+
+    /// Settings of the run on the PC: windows so short that the slide of a second holds several.
+    pub fn settings(&self) -> Settings {
+        Settings { window_s: WINDOW_S.min(self.scan.window_most_s()), hop_s: 0.1, plan: self.scan, ..Settings::DEFAULT }
+    }
 }
 
-/// Settings of the runs on the PC: windows so short that the slide of a second holds several.
-pub const SETTINGS: Settings = Settings { window_s: 0.3, hop_s: 0.1, ..Settings::DEFAULT };
+/// Windows of the runs on the PC where the scan allows them, seconds.
+const WINDOW_S: f32 = 0.3;

@@ -1,39 +1,47 @@
 //! Whole scans without a flaw.
 
-use ads1258::Conversion;
-use ridgetone_proto::settings::SCAN;
+use ads1258::{Config, Conversion};
 
-/// Conversions without a flaw in the order of the scan, since its first slot.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ScanOrder(usize);
+/// Conversions without a flaw in the order of a scan, since its first slot.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanOrder {
+    /// The channels of the scan, by their ids.
+    channels: u32,
+    taken: usize,
+}
 
 impl ScanOrder {
+    pub fn new(scan: &Config) -> Self {
+        Self { channels: scan.channel_mask(), taken: 0 }
+    }
+
+    /// Place of a channel in the scan.
+    fn slot_of(&self, id: u8) -> Option<usize> {
+        (self.channels >> id & 1 != 0).then(|| (self.channels & ((1 << id) - 1)).count_ones() as usize)
+    }
+
     /// Takes a new conversion; true if it ends a scan without a flaw.
     pub fn take(&mut self, conversion: &Conversion) -> bool {
         let status = conversion.status;
         let clean = !status.is_overflow() && !status.is_supply_low();
-        self.0 = match slot_of(status.chid()) {
-            Some(slot) if clean && slot == self.0 => slot + 1,
+        self.taken = match self.slot_of(status.chid()) {
+            Some(slot) if clean && slot == self.taken => slot + 1,
             Some(0) if clean => 1,
             _ => 0,
         };
-        if self.0 == SCAN.slots() {
-            self.0 = 0;
+        if self.taken == self.channels.count_ones() as usize {
+            self.taken = 0;
             return true;
         }
         false
     }
 }
 
-fn slot_of(id: u8) -> Option<usize> {
-    let mask = SCAN.channel_mask();
-    (mask >> id & 1 != 0).then(|| (mask & ((1 << id) - 1)).count_ones() as usize)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use ads1258::Status;
+    use ridgetone_proto::settings::SCAN;
 
     #[test]
     fn a_scan_is_whole_once_all_slots_came_in_order() {
@@ -43,7 +51,7 @@ mod tests {
             let ends = ids.iter().map(|id| order.take(&Conversion { status: Status(0x80 | id), code: 1 }));
             ends.filter(|end| *end).count()
         };
-        let mut order = ScanOrder::default();
+        let mut order = ScanOrder::new(&SCAN);
         assert_eq!(scan(&mut order, &ids), 1);
         assert_eq!(scan(&mut order, &[&ids[..7], &ids[8..]].concat()), 0);
         assert_eq!(scan(&mut order, &ids), 1);

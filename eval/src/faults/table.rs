@@ -2,7 +2,7 @@
 
 use super::campaign::Campaign;
 use super::row::{Delays, Place, Row};
-use crate::page::{Table, filled, grouped};
+use crate::page::{Table, filled, grouped, table_of};
 use anyhow::{Context, Result};
 
 /// The page with its tables as they were filled in last.
@@ -13,8 +13,19 @@ pub fn page(campaign: &Campaign) -> Result<String> {
     filled(PAGE, |name| match name {
         "faults" => Some(table(campaign)),
         "numbers" => Some(numbers.clone()),
+        // By a run of its own.
+        PLAN => table_of(PAGE, PLAN).map(str::to_owned),
         _ => None,
     })
+}
+
+/// Name of the table of runs with a scan plan.
+const PLAN: &str = "plan";
+
+/// A page with the table of runs with a scan plan filled in, and nothing else.
+pub fn with_plan(page: &str, campaign: &Campaign) -> Result<String> {
+    let table = table(campaign);
+    filled(page, |name| if name == PLAN { Some(table.clone()) } else { table_of(page, name).map(str::to_owned) })
 }
 
 /// Numbers of injections and touches, and of damaged frames of telemetry; none if these were not counted.
@@ -44,7 +55,7 @@ pub fn table(campaign: &Campaign) -> String {
 fn cells(row: &Row) -> Vec<String> {
     let counts = &row.counts;
     let [detected, recovered] = [&row.detected, &row.recovered].map(delay_cells);
-    let mut cells = vec![row.fault.clone(), row.place.title().into(), grouped(row.injected as u64)];
+    let mut cells = vec![row.fault.clone(), row.place.title(), grouped(row.injected as u64)];
     cells.extend(detected.into_iter().chain(recovered));
     let estimates = [counts.good, counts.good_with_faults, counts.doubtful].map(grouped);
     let excess = grouped(counts.excess);
@@ -56,7 +67,11 @@ fn cells(row: &Row) -> Vec<String> {
         grouped(counts.silent),
         if row.loss_is_known { excess } else { format!("({excess})") },
         // Which reads the image took is not known.
-        if row.place == Place::Pc { grouped(counts.altered) } else { "-".into() },
+        match row.place {
+            Place::Emulator => "-".into(),
+            place if place.is_read_twice() => grouped(counts.altered),
+            _ => format!("({})", grouped(counts.altered)),
+        },
         grouped(counts.false_alarms),
     ]);
     cells
