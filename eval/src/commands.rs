@@ -53,6 +53,7 @@ Takes a minute or two, with --emulated some minutes. Writes reproduction.json, r
 Examples:
   cargo xtask reproduce --out paper
   cargo xtask reproduce --emulated --out paper
+  cargo xtask reproduce --wavelengths
   cargo xtask reproduce --render --out paper")]
 struct ReproduceArgs {
     /// Run the firmware image in QEMU instead of its library on this PC; both give the same numbers.
@@ -66,6 +67,9 @@ struct ReproduceArgs {
     /// Folder to write to.
     #[arg(long, value_name = "FOLDER", default_value = "docs")]
     out: PathBuf,
+    /// Measure the other paper's wavelengths and powers (Okamoto et al.) instead, and fill in their tables alone.
+    #[arg(long, conflicts_with_all = ["emulated", "runs", "render"])]
+    wavelengths: bool,
     /// Measure nothing: fill in the page from reproduction.json.
     #[arg(long, conflicts_with_all = ["emulated", "runs"])]
     render: bool,
@@ -110,6 +114,9 @@ fn run_noise(args: &NoiseArgs) -> Result<()> {
 }
 
 fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
+    if args.wavelengths {
+        return reproduce::okamoto::write(&args.out);
+    }
     if args.render {
         return reproduce::render(&args.out);
     }

@@ -7,6 +7,7 @@ mod estimate;
 mod figures;
 mod maps;
 pub mod measure;
+pub mod okamoto;
 pub mod paper;
 mod pictures;
 mod protocol;
@@ -15,7 +16,7 @@ pub mod results;
 mod tables;
 pub mod taken;
 
-use crate::page::{filled, load};
+use crate::page::{filled, load, table_of};
 use anyhow::{Context, Result};
 use hal_mock::TABLE_2;
 use paper::{COMBINATIONS, NOT_TESTED};
@@ -74,7 +75,8 @@ pub fn render(folder: &Path) -> Result<()> {
 
 /// The page. Figures that a run of some combinations lacks are dashes.
 pub fn page(reproduction: &Reproduction) -> Result<String> {
-    filled(PAGE, |name| tables::table(reproduction, name))
+    // The other paper's tables come from a run of their own.
+    filled(PAGE, |name| tables::table(reproduction, name).or_else(|| table_of(PAGE, name).map(str::to_owned)))
 }
 
 /// The pictures by the names of their files, without those of runs that were not made.
