@@ -59,7 +59,7 @@ const LITTLE_OF: [(&str, &str); 26] = [
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
-    ("cargo xtask faults --plan hand --seed 777001 --injections 4000 --write docs", "eval/src/tests/faults.rs"),
+    ("cargo xtask faults --plan hand --seed 777001 --injections 1000 --write docs", "eval/src/tests/faults.rs"),
     ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),

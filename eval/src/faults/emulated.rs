@@ -28,7 +28,7 @@ pub fn run(plan: &Plan, options: Options<'_>) -> Result<Judgement> {
 fn ran(packets: Vec<Packet>, outcome: &Outcome) -> Result<Ran> {
     let image = SCAN.registers()?;
     let mut order = ScanOrder::new(&SCAN);
-    let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion));
+    let whole = outcome.conversions.iter().filter(|timed| order.take(&timed.conversion()));
     // GPIOD shows the pins.
     let writable = Register::Gpiod as usize;
     Ok(Ran {

@@ -82,7 +82,7 @@ impl Surroundings for Observer {
         }
         ran.delivered += 1;
         ran.altered += u64::from(!truth.contains(&(status.0 & 0x7F, timed.code())));
-        let is_whole = self.order.take(&timed.conversion);
+        let is_whole = self.order.take(&timed.conversion());
         if is_whole && writable(&registers) == writable(&self.registers[0]) {
             ran.whole_ns.push(board.now_ns());
         }

@@ -125,7 +125,16 @@ fn scene(wavelength_mm: f64, motion: Motion) -> Sliding {
     };
     let ridge_mm = 0.5 * wavelength_mm;
     let (hold_before_s, hold_after_s) = (0.6, 0.5);
-    Sliding { speed_mm_s, period_mm: wavelength_mm, ridge_mm, slide_mm: SCAN_MM, hold_before_s, hold_after_s, hand, ..Sliding::physical() }
+    Sliding {
+        speed_mm_s,
+        period_mm: wavelength_mm,
+        ridge_mm,
+        slide_mm: SCAN_MM,
+        hold_before_s,
+        hold_after_s,
+        hand,
+        ..Sliding::physical()
+    }
 }
 
 /// The hand's speed for the firmware, one swing that repeats, from the slide's beginning on, seconds of the device. The speed is linear
@@ -138,16 +147,26 @@ fn profile(from_s: f64) -> Result<Profile> {
     let knots: Vec<Knot> = (0..KNOTS_MAX)
         .map(|knot| {
             let t_s = swing_s * knot as f64 / (KNOTS_MAX - 1) as f64;
-            Knot { t_us: ((from_s + t_s) * 1e6).round() as u32, speed_mm_s: (factor * Motion::Hand.speed_mm_s(t_s)) as f32 }
+            Knot {
+                t_us: ((from_s + t_s) * 1e6).round() as u32,
+                speed_mm_s: (factor * Motion::Hand.speed_mm_s(t_s)) as f32,
+            }
         })
         .collect();
     Ok(Profile::new(&knots, After::Repeat)?)
 }
 
 fn run(scene: &Sliding, window_s: f64, accuracy: f32) -> Result<Run> {
-    let settings = Settings { window_s: window_s as f32, hop_s: 0.05, harmonics: 2, accuracy, ..Settings::DEFAULT.with_plan(Plan::HAND) };
+    let settings = Settings {
+        window_s: window_s as f32,
+        hop_s: 0.05,
+        harmonics: 2,
+        accuracy,
+        ..Settings::DEFAULT.with_plan(Plan::HAND)
+    };
     let once = |profile: Option<Profile>| -> Result<Run> {
-        let input = Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() }.open_in(&Plan::HAND)?;
+        let input = Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() }
+            .open_in(&Plan::HAND)?;
         let truth = input.truth.context("a scene has its truth")?;
         let (mut estimates, mut frames, mut first_us) = (Vec::new(), Vec::<(f64, [f32; TAXELS])>::new(), None);
         let mut sink = |packet: &Packet| {
@@ -159,12 +178,14 @@ fn run(scene: &Sliding, window_s: f64, accuracy: f32) -> Result<Run> {
         let mut watch = |timed: TimedConversion| {
             let t_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) * 1e-6;
             // AIN0 to AIN15 have the ids 8 to 23 (SBAS297G).
-            let Some(taxel) = usize::from(timed.conversion.status.chid()).checked_sub(8).filter(|taxel| *taxel < TAXELS) else { return };
+            let Some(taxel) = usize::from(timed.status().chid()).checked_sub(8).filter(|taxel| *taxel < TAXELS) else {
+                return;
+            };
             if taxel == 0 {
                 frames.push((t_s, [0.0; TAXELS]));
             }
             if let Some((_, values)) = frames.last_mut() {
-                values[taxel] = ads1258::reading::volts(timed.conversion.code, settings.vref_v);
+                values[taxel] = ads1258::reading::volts(timed.code(), settings.vref_v);
             }
         };
         replay::run_watched(input, settings, profile, &mut sink, &mut |_, _| {}, &mut watch)?;
@@ -237,7 +258,8 @@ fn scan(wavelength_mm: f64, motion: Motion) -> Result<Scan> {
     let scene = scene(wavelength_mm, motion);
     let short = run(&scene, WINDOW_S, 0.0)?;
     let long = run(&scene, LONGEST_S, ACCURACY)?;
-    let of_slide = short.estimates.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
+    let of_slide =
+        short.estimates.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
     let power_mv2 = of_slide.map(|estimate| {
         let squares = estimate.channels.iter().map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));
         squares.sum::<f64>() / estimate.channels.len() as f64
@@ -255,7 +277,8 @@ fn scan(wavelength_mm: f64, motion: Motion) -> Result<Scan> {
 /// Scans all scales, and fills in the tables of `reproduction.md` that are about them.
 pub fn write(folder: &Path) -> Result<()> {
     let motions = [SPEEDS_MM_S.map(Motion::Steady).to_vec(), vec![Motion::Hand]].concat();
-    let all: Vec<_> = motions.iter().flat_map(|motion| WAVELENGTHS_MM.map(|wavelength_mm| (wavelength_mm, *motion))).collect();
+    let all: Vec<_> =
+        motions.iter().flat_map(|motion| WAVELENGTHS_MM.map(|wavelength_mm| (wavelength_mm, *motion))).collect();
     let scans = parallel::map("scales", &all, |(wavelength_mm, motion)| scan(*wavelength_mm, *motion))?;
     let path = folder.join("reproduction.md");
     let page = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
@@ -284,7 +307,11 @@ fn wavelengths(scans: &[Scan]) -> String {
             Motion::Hand => "197 sin(2 pi 1.07 t)".into(),
         };
         let of = |errors: &Errors| {
-            [percent(errors.rms()), format!("{} of {}", errors.good, errors.windows), figure(errors.rms_over_sigma(), 2)]
+            [
+                percent(errors.rms()),
+                format!("{} of {}", errors.good, errors.windows),
+                figure(errors.rms_over_sigma(), 2),
+            ]
         };
         let mut row = vec![speed, scan.wavelength_mm.to_string(), percent(scan.fft)];
         row.extend(of(&scan.short).into_iter().chain(of(&scan.long)));
@@ -296,13 +323,19 @@ fn wavelengths(scans: &[Scan]) -> String {
 
 /// Figures 10 and 11.
 fn powers(scans: &[Scan]) -> String {
-    let mut table = Table::new(0, "wavelength, mm|73.5 mm/s, mV^2|125.4 mm/s|177.4 mm/s|most over least|the paper's equation 2");
+    let mut table =
+        Table::new(0, "wavelength, mm|73.5 mm/s, mV^2|125.4 mm/s|177.4 mm/s|most over least|the paper's equation 2");
     for wavelength_mm in WAVELENGTHS_MM {
-        let of = |speed_mm_s| scans.iter().find(|scan| (scan.wavelength_mm, scan.motion) == (wavelength_mm, Motion::Steady(speed_mm_s)));
-        let powers: Vec<Option<f64>> = SPEEDS_MM_S.iter().map(|speed_mm_s| of(*speed_mm_s).and_then(|scan| scan.power_mv2)).collect();
+        let of = |speed_mm_s| {
+            scans.iter().find(|scan| (scan.wavelength_mm, scan.motion) == (wavelength_mm, Motion::Steady(speed_mm_s)))
+        };
+        let powers: Vec<Option<f64>> =
+            SPEEDS_MM_S.iter().map(|speed_mm_s| of(*speed_mm_s).and_then(|scan| scan.power_mv2)).collect();
         let known: Vec<f64> = powers.iter().flatten().copied().collect();
-        let spread = (known.len() == powers.len())
-            .then(|| known.iter().fold(0.0, |most: f64, one| most.max(*one)) / known.iter().fold(f64::MAX, |least: f64, one| least.min(*one)));
+        let spread = (known.len() == powers.len()).then(|| {
+            known.iter().fold(0.0, |most: f64, one| most.max(*one))
+                / known.iter().fold(f64::MAX, |least: f64, one| least.min(*one))
+        });
         let paper = POLYNOMIAL.iter().rev().fold(0.0, |sum, factor| sum * wavelength_mm + factor);
         let mut row = vec![wavelength_mm.to_string()];
         row.extend(powers.iter().map(|power| figure(*power, 5)));
