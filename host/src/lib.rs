@@ -6,6 +6,7 @@
 //! | how receptors fire over a recording, and scores | `feel` |
 //! | a pin display: forces, and what it must be able to do | [`pins`] |
 //! | what a texture is, learned from recordings | [`texture`] |
+//! | a texture under a person's hand: a page with sound, files | [`touch`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -77,6 +78,7 @@ pub mod table_fit;
 mod teleplot;
 pub mod texture;
 mod tone;
+pub mod touch;
 pub mod usage;
 pub mod utc;
 pub mod view;
