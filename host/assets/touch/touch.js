@@ -15,6 +15,9 @@ let speed = 0;
 let report = { late: 0, amplitude: 0 };
 let lateBefore = 0;
 
+// Milliseconds between two readings of the page's clock for that of the sound.
+const CLOCK_MS = 50;
+
 const mmPerPx = () => MM_PER_PX * Number($("zoom").value);
 const send = (what, ...values) => node?.port.postMessage({ what, values });
 const sendPlaces = (what, places) => node?.port.postMessage({ what, at: places[places.length - 1][0], values: places });
@@ -126,6 +129,8 @@ function chooseCondition() {
   const known = [...$("condition").options].some(({ value }) => value === own);
   $("condition").value = known ? own : "own";
 }
+
+setInterval(() => node?.port.postMessage({ what: "clock", at: performance.now() / 1e3 }), CLOCK_MS);
 
 const events = new EventSource("/events");
 events.addEventListener("state", ({ data }) => {

@@ -1,7 +1,7 @@
 // The sound: the place of the pointer, as it is told, becomes samples by WebAssembly.
 
 // Seconds over which the least delay of a message counts as that of the way here.
-const WINDOW_S = 2;
+const WINDOW_S = 5;
 
 class Touch extends AudioWorkletProcessor {
   constructor({ processorOptions: { wasm, limits } }) {
@@ -21,6 +21,8 @@ class Touch extends AudioWorkletProcessor {
       this.learn(currentTime - at);
       // A pointer reports several places at once.
       for (const [at_s, x_mm] of values) this.core[what](at_s + this.offset(), x_mm);
+    } else if (what === "clock") {
+      this.learn(currentTime - at);
     } else if (what === "record") {
       this.recording = { from_s: null, left: Math.round(values[0] * sampleRate), samples: [] };
     } else this.core[what](...values);
