@@ -16,6 +16,7 @@ mod fit;
 mod help;
 mod input;
 mod lines;
+mod link;
 mod monitor;
 mod parse;
 mod pins;
@@ -74,6 +75,8 @@ enum Command {
     Pins(pins::PinsArgs),
     /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write that as sound.
     Touch(touch::TouchArgs),
+    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the other.
+    Link(link::LinkArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
@@ -120,6 +123,7 @@ impl Cli {
             Command::View(args) => args.run(),
             Command::Pins(args) => args.run(),
             Command::Touch(args) => args.run(),
+            Command::Link(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Texture(command) => command.run(),

@@ -7,6 +7,7 @@
 //! | a pin display: forces, and what it must be able to do | [`pins`] |
 //! | what a texture is, learned from recordings | [`texture`] |
 //! | a texture under a person's hand: a page with sound, files | [`touch`] |
+//! | textures to a stylus and places to a finger, over a network | [`link`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -47,6 +48,7 @@ pub mod fit_report;
 mod grid;
 mod harmonics;
 pub mod input;
+pub mod link;
 pub mod listen;
 pub mod live;
 pub mod messages;

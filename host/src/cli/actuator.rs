@@ -41,10 +41,10 @@ impl ActuatorOptions {
 #[derive(Args, Clone, Copy, Debug)]
 pub struct DelayOptions {
     /// Delay, ms: the paper has 120.
-    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number)]
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub delay_ms: f64,
     /// Its standard deviation, ms; it is drawn anew every 200 ms. The paper has 40.
-    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number)]
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
     pub jitter_ms: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct HandOptions {
     #[arg(long, value_name = "MM_S", value_parser = positive)]
     pub speed_mm_s: Option<f64>,
     /// How often it goes to and fro a second, Hz; 0: it never turns.
-    #[arg(long, value_name = "HZ", value_parser = number)]
+    #[arg(long, value_name = "HZ", value_parser = number, allow_negative_numbers = true)]
     turns_hz: Option<f64>,
 }
 
