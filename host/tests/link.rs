@@ -1,6 +1,8 @@
-//! `ridgetone link`: two ends over UDP, the emulated finger, and what is refused. The link in virtual time is tested in the library.
+//! `ridgetone link`: two ends over UDP, the emulated finger, what is refused, and the link in virtual time.
 
 mod common;
+#[path = "link/in_virtual_time.rs"]
+mod in_virtual_time;
 
 use common::{assert_one_line, directory, json_lines, ridgetone, run, text};
 use ridgetone_host::input::Input;

@@ -41,7 +41,6 @@ pub struct PinsArgs {
     resolution: f64,
     /// Show a board, which is what it does without --emulated and --file too.
     #[arg(long, conflicts_with_all = ["recording", "emulated", "design"])]
-    #[expect(dead_code, reason = "it says what is so anyway")]
     live: bool,
     /// Show it on a page in a browser instead, at this address of this computer; an address that others reach needs the token that is
     /// printed with it.

@@ -270,6 +270,3 @@ fn follow(mut finger: Option<&mut Finger>, link: &mut Link, json: bool, seconds:
     }
     Ok(())
 }
-
-#[cfg(test)]
-mod tests;

@@ -72,6 +72,8 @@ pub struct StylusEnd {
     heard_s: Option<f64>,
     is_down: bool,
     volts: f32,
+    /// Of the latest sample.
+    counts: i32,
     /// Where the texture began, millimetres, and its phase there, cycles.
     anchor: (f64, f64),
     sums: Sums,
@@ -96,6 +98,7 @@ impl StylusEnd {
             heard_s: None,
             is_down: false,
             volts: output.actuator.bias_v(),
+            counts: 0,
             anchor: (0.0, 0.0),
             sums: Sums::default(),
         })
@@ -125,8 +128,7 @@ impl StylusEnd {
         };
         if self.texture != Some(texture) && self.stimulus.set_texture(&self.output.counted(&texture)).is_ok() {
             // The phase goes on where it is: no hand feels where a texture began.
-            let counts = self.counts(t_s);
-            self.anchor = ((f64::from(counts) + 0.5) * count_mm(), self.phase_cycles());
+            self.anchor = ((f64::from(self.counts) + 0.5) * count_mm(), self.phase_cycles());
             (self.texture, self.sums) = (Some(texture), Sums::default());
         }
         if self.texture.is_some() {
@@ -146,10 +148,6 @@ impl StylusEnd {
         f64::from(self.stimulus.phase_cycles()) + 0.5 * count_mm() / period_mm
     }
 
-    fn counts(&self, t_s: f64) -> i32 {
-        (self.hand.place_mm(t_s) / count_mm()).floor() as i64 as i32
-    }
-
     /// Makes the samples up to a time. `found` is what the finger has under it now, for the error; none if nobody here knows.
     pub fn advance(&mut self, t_s: f64, found: Option<Texture>) {
         let rate_hz = f64::from(Encoder::OKAMOTO.rate_hz);
@@ -159,7 +157,8 @@ impl StylusEnd {
             if self.is_down && self.heard_s.is_some_and(|heard_s| now_s - heard_s > SILENT_S) {
                 self.lift();
             }
-            let volts = self.stimulus.next(self.counts(now_s));
+            self.counts = (self.hand.place_mm(now_s) / count_mm()).floor() as i64 as i32;
+            let volts = self.stimulus.next(self.counts);
             self.steepest = self.steepest.max((volts - self.volts).abs() / slew_v);
             self.volts = volts;
             self.compare(now_s, found);

@@ -1,7 +1,10 @@
 //! The link in virtual time.
 
-use super::*;
-use ridgetone_stimulus::Actuator;
+use ridgetone_host::link::network::Mishaps;
+use ridgetone_host::link::run::Report;
+use ridgetone_host::link::{Ends, Link, Options};
+use ridgetone_host::touch::{Hand, Output};
+use ridgetone_stimulus::{Actuator, Texture};
 
 fn link(delay_ms: (f64, f64), mishaps: Mishaps) -> Link {
     let output = Output::new(Actuator::PIEZO, None).expect("an output");
@@ -78,8 +81,8 @@ fn a_dead_link_stops_softly() {
     assert!(pass(&mut link, 0.0, 3.0).is_felt);
     link.to_stylus.mishaps.loss = 1.0;
     // What is under way still arrives.
-    assert!(pass(&mut link, 3.0, 3.9).is_felt);
-    let dead = pass(&mut link, 3.9, 5.0);
+    assert!(pass(&mut link, 3.0, 3.6).is_felt);
+    let dead = pass(&mut link, 3.6, 5.0);
     assert!(
         !dead.is_felt && dead.period_mm.is_none() && link.stylus.level() == 0.0,
         "{dead:?} {}",
