@@ -42,8 +42,12 @@ fn the_emulated_touch_is_shown_as_three_pictures() {
     let mut browser = Browser::start(LOOK);
     browser.open(url.trim());
     browser.wait("document.getElementById('status')?.textContent === 'The pins press.'");
-    // Of one state, while the page is held.
-    browser.value("globalThis.requestAnimationFrame = () => 0");
+    // A finger of 1 N. Then the page is held, so that all pictures are of one state.
+    browser.wait(
+        "(() => { const label = document.querySelector('#forces canvas').getAttribute('aria-label') ?? ''; \
+         if (Math.max(...label.split(': ')[1].split(', ').map(Number)) < 0.05) return false; \
+         globalThis.requestAnimationFrame = () => 0; return true; })()",
+    );
     let [sensor, forces, felt] = ["sensor", "forces", "felt"].map(|id| numbers(&mut browser, id));
     assert_eq!([sensor.len(), forces.len(), felt.len()], [16; 3]);
     assert!(forces.iter().all(|n| (0.0..=2.0).contains(n)) && forces.iter().any(|n| *n > 0.0), "{forces:?}");
