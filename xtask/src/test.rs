@@ -94,7 +94,8 @@ fn run_long() -> Result<()> {
     println!("{}", alone.context("long tests beside the others")?);
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--test", "touch", "--test", "pins", "--"]);
-    pages.args([PAGES, "--ignored", "--test-threads=1"]);
+    // One of them prints how late the sound is.
+    pages.args([PAGES, "--ignored", "--nocapture", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
     streams::run_tests()?;
     python::run_tests()?;
