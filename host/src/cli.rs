@@ -1,6 +1,7 @@
 //! The command line. Each command has a file here with its arguments and its work; options that several commands share
 //! have files of their own.
 
+mod actuator;
 mod array;
 mod board;
 mod calibrate;
@@ -15,6 +16,7 @@ mod fit;
 mod help;
 mod input;
 mod lines;
+mod link;
 mod monitor;
 mod parse;
 mod pins;
@@ -27,6 +29,7 @@ mod settings;
 mod settings_command;
 mod source;
 mod texture;
+mod touch;
 mod view;
 
 pub use firmware::FirmwareOptions;
@@ -70,6 +73,10 @@ enum Command {
     View(view::ViewArgs),
     /// Show what the finger feels on a display of pins, and what a finger on that would feel.
     Pins(pins::PinsArgs),
+    /// Feel a texture under the mouse, a finger or a pen: a page that plays its vibration; or write that as sound.
+    Touch(touch::TouchArgs),
+    /// Connect a finger with a stylus over a network: textures one way, the place of the hand the other.
+    Link(link::LinkArgs),
     /// Record the telemetry of a board in a file.
     Record(record::RecordArgs),
     /// Give the messages of one or many boards to other programs: Foxglove, MQTT, Zenoh, ROS 2, or lines of JSON.
@@ -115,6 +122,8 @@ impl Cli {
             Command::Monitor(args) => args.run(),
             Command::View(args) => args.run(),
             Command::Pins(args) => args.run(),
+            Command::Touch(args) => args.run(),
+            Command::Link(args) => args.run(),
             Command::Record(args) => args.run(),
             Command::Serve(args) => args.run(),
             Command::Texture(command) => command.run(),

@@ -6,6 +6,8 @@
 //! | how receptors fire over a recording, and scores | `feel` |
 //! | a pin display: forces, and what it must be able to do | [`pins`] |
 //! | what a texture is, learned from recordings | [`texture`] |
+//! | a texture under a person's hand: a page with sound, files | [`touch`] |
+//! | textures to a stylus and places to a finger, over a network | [`link`] |
 //! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
@@ -46,6 +48,7 @@ pub mod fit_report;
 mod grid;
 mod harmonics;
 pub mod input;
+pub mod link;
 pub mod listen;
 pub mod live;
 pub mod messages;
@@ -77,6 +80,7 @@ pub mod table_fit;
 mod teleplot;
 pub mod texture;
 mod tone;
+pub mod touch;
 pub mod usage;
 pub mod utc;
 pub mod view;

@@ -2,6 +2,7 @@
 
 mod design;
 mod grating;
+mod page;
 mod player;
 mod run;
 mod screen;

@@ -20,7 +20,7 @@ pub mod message;
 #[cfg(feature = "mqtt")]
 mod mqtt;
 pub mod name;
-mod open;
+pub mod open;
 pub mod queue;
 #[cfg(feature = "ros2")]
 mod ros2;

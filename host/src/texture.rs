@@ -1,14 +1,16 @@
 //! `texture`: what a texture is, learned from recordings; and how a finger's power depends on the period.
 
+mod found;
 mod law;
 mod learn;
 
+pub use found::Found;
 pub use law::law;
 pub use learn::{Learned, Speed, learn};
 
 use crate::output;
 use anyhow::{Context, Result};
-use ridgetone_stimulus::Texture;
+use ridgetone_stimulus::{AmplitudeLaw, Texture};
 use std::path::Path;
 
 /// Reads a texture's file.
@@ -18,6 +20,14 @@ pub fn load(path: &Path) -> Result<Texture> {
     let texture: Texture = toml::from_str(&text).with_context(named)?;
     texture.check().with_context(named)?;
     Ok(texture)
+}
+
+/// Reads the file of a law.
+pub fn load_law(path: &Path) -> Result<AmplitudeLaw> {
+    let named = || path.display().to_string();
+    let law: AmplitudeLaw = toml::from_str(&std::fs::read_to_string(path).with_context(named)?).with_context(named)?;
+    law.check().with_context(named)?;
+    Ok(law)
 }
 
 /// Writes a value that is read back as it is.

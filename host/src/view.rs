@@ -7,6 +7,7 @@
 //! | the server | [`server`], [`run_routes`] |
 //! | who may ask it | [`guard`] |
 //! | the page's files | [`files`] |
+//! | the one state of the pages of `touch` and `pins` | [`latest`] |
 //! | its address in a browser, and as a QR code | [`announce`] |
 //! | the status line | [`status`] |
 //!
@@ -17,6 +18,7 @@ pub mod announce;
 pub mod files;
 pub mod guard;
 pub mod hub;
+pub mod latest;
 pub mod message;
 pub mod run;
 pub mod run_routes;
@@ -62,7 +64,7 @@ pub fn run(feed: Feed, settings: Option<Settings>, options: &Options) -> (Feed, 
 fn serve(following: &mut Following, options: &Options) -> Result<()> {
     let (hub, runs) = (Arc::new(Hub::new(following.live())), Arc::new(Runs::new()?));
     let access = Access::new(options.address)?;
-    let server = Server::start(access, App { hub: Arc::clone(&hub), runs: Arc::clone(&runs) })?;
+    let server = Server::start(access, server::routes(App { hub: Arc::clone(&hub), runs: Arc::clone(&runs) }))?;
     announce::announce(&server.access, options.open)?;
     if let Some(path) = options.run.clone() {
         std::thread::spawn(move || {

@@ -17,8 +17,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
-/// `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
-const WITH_A_BOARD: [&str; 21] = [
+/// `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
+const WITH_A_BOARD: [&str; 23] = [
+    "ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450",
+    "ridgetone link --finger udp:robot.local:7450",
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
     "ridgetone serve --finger left=/dev/ttyUSB0 --mqtt mqtt://robot.local",
     "ridgetone view --listen 0.0.0.0:8321",
@@ -43,7 +45,8 @@ const WITH_A_BOARD: [&str; 21] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 26] = [
+const LITTLE_OF: [(&str, &str); 27] = [
+    ("cargo xtask worklet", "host/tests/touch/page.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
     ("cargo install --path host --features foxglove,mqtt", "host/tests/streams.rs"),
@@ -76,9 +79,12 @@ const LITTLE_OF: [(&str, &str); 26] = [
 const LONG: [&str; 6] = ["emulate", "--emulated", "reproduce", "touch.rec", "frames.csv", "finger.toml"];
 
 /// Commands that go on until somebody interrupts them, for how long they may, seconds, and what they say by then.
-const ENDLESS: [(&str, &str, &str); 3] = [
+const ENDLESS: [(&str, &str, &str); 6] = [
+    ("ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%", "4", " received, "),
     ("ridgetone monitor --emulated", "15", " estimate "),
     ("ridgetone pins --emulated", "15", " sensor "),
+    ("ridgetone pins --emulated --page", "4", "http://127.0.0.1:8323/"),
+    ("ridgetone touch --emulated", "4", "http://127.0.0.1:8322/"),
     ("ridgetone view --emulated", "4", "http://127.0.0.1:8321/"),
 ];
 

@@ -1,6 +1,9 @@
 //! `ridgetone pins`: a design, what is refused, and the emulated touch on a display.
 
 mod common;
+#[cfg(target_os = "linux")]
+#[path = "pins/page.rs"]
+mod page;
 
 use common::{assert_one_line, json_lines, run, stdout};
 use serde_json::Value;

@@ -17,15 +17,21 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod actuator;
+mod delay;
 mod error;
 mod hand;
 mod law;
+mod path;
 mod stimulus;
 mod texture;
+mod vibration;
 
 pub use actuator::Actuator;
+pub use delay::Delay;
 pub use error::Error;
 pub use hand::Encoder;
 pub use law::AmplitudeLaw;
+pub use path::Path;
 pub use stimulus::Stimulus;
 pub use texture::{HARMONICS_MAX, Harmonic, Texture};
+pub use vibration::Vibration;

@@ -17,6 +17,7 @@ mod streams;
 mod test;
 mod toolchain;
 mod tools;
+mod worklet;
 
 use clap::{Parser, Subcommand};
 use images::Board;
@@ -91,6 +92,8 @@ enum Task {
     },
     /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a touch of scenes/c1.toml.
     Pictures,
+    /// Builds what makes the sound of `ridgetone touch`, host/assets/touch/stimulus.wasm: after a change of stimulus/.
+    Worklet,
     /// Finds or installs the tools of the firmware and its tests: the core library for Cortex-M, the emulator, a browser,
     /// a broker of MQTT, Python.
     Setup,
@@ -135,6 +138,7 @@ fn main() -> ExitCode {
         Task::Release => release::run(),
         Task::Package => package::check(),
         Task::LintFirmware => images::lint(),
+        Task::Worklet => worklet::build(),
         Task::Setup => setup::run(),
         Task::Firmware { board } => images::build_and_print(board),
         Task::Flash { image: Some(image), .. } => flash::flash_image(&image),

@@ -93,7 +93,9 @@ fn run_long() -> Result<()> {
     let alone = alone.join().map_err(|_| anyhow!("the tests beside the others ended without a result"))?;
     println!("{}", alone.context("long tests beside the others")?);
     announce("tests of the pages in a browser");
-    let mut pages = test(&["--test", "view", "--", "--ignored", "--test-threads=1"]);
+    let mut pages = test(&["--test", "view", "--test", "touch", "--test", "pins", "--"]);
+    // One of them prints how late the sound is.
+    pages.args([PAGES, "--ignored", "--nocapture", "--test-threads=1"]);
     run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
     streams::run_tests()?;
     python::run_tests()?;

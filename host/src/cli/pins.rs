@@ -5,15 +5,17 @@ use super::parse::positive;
 use super::source::SourceOptions;
 use crate::pins::{Design, Memory, Player, Setup, Show, Verdict, run, volts_per_strain};
 use crate::usage::UsageError;
+use crate::view::guard::address;
 use crate::{output, stop};
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use ridgetone_display::{Grid, Limits, Quantity, SUBJECTS};
 use std::io::IsTerminal;
+use std::net::SocketAddr;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The screen shows the strain in the sensor, the forces of the pins, and the strain that a finger on them would feel. Where standard
+The screen, or with --page the page, shows the strain in the sensor, the forces of the pins, and the strain that a finger on them would feel. Where standard
 output is no terminal, and with --plain or --json, it prints a line for each update of the display. A recording needs raw frames:
 `ridgetone record --raw`.
 
@@ -21,6 +23,7 @@ With --design it reads nothing: it says whether people would notice the errors o
 
 Examples:
   ridgetone pins --emulated
+  ridgetone pins --emulated --page --open
   ridgetone pins --emulated --once --json
   ridgetone pins --port /dev/ttyUSB0 --pins 10x10 --spacing-mm 1 --subject 2
   ridgetone pins --file touch.rec --update-hz 8 --levels 1
@@ -36,6 +39,23 @@ pub struct PinsArgs {
     /// Error of a pin over the pins' mean height, percent, for --design.
     #[arg(long, value_name = "PERCENT", default_value = "10", value_parser = percent, requires = "design")]
     resolution: f64,
+    /// Show a board, which is what it does without --emulated and --file too.
+    #[arg(long, conflicts_with_all = ["recording", "emulated", "design"])]
+    live: bool,
+    /// Show it on a page in a browser instead, at this address of this computer; an address that others reach needs the token that is
+    /// printed with it.
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        default_missing_value = "127.0.0.1:8323",
+        value_parser = address,
+        conflicts_with_all = ["plain", "json", "design"]
+    )]
+    page: Option<SocketAddr>,
+    /// Open the page in the browser.
+    #[arg(long, requires = "page")]
+    open: bool,
     /// Print lines instead of a screen.
     #[arg(long)]
     plain: bool,
@@ -155,6 +175,7 @@ impl PinsArgs {
             (false, true) => Show::Lines,
             (false, false) => Show::Screen,
         };
+        let show = self.page.map_or(show, |address| Show::Page(address, self.open));
         let (feed, shown) = run(feed, &mut player, show);
         report(feed.counts());
         shown

@@ -1,5 +1,6 @@
 //! A feed to updates of the display, printed or on a screen.
 
+use super::page::Page;
 use super::player::{Player, SILENCE_S, Update};
 use super::screen;
 use crate::feed::{Feed, Requester};
@@ -9,6 +10,7 @@ use crate::stop;
 use anyhow::{Context, Result};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers};
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 /// Time between two looks at keys and at silence.
@@ -20,6 +22,8 @@ pub enum Show {
     Screen,
     Lines,
     Json,
+    /// A page at an address of this computer, opened in the browser or not.
+    Page(SocketAddr, bool),
 }
 
 /// Follows a feed to its end, or until the user or this process is to stop. Gives the feed back, for its counts.
@@ -35,6 +39,17 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
             ratatui::restore();
             shown
         }),
+        Show::Page(address, open) => {
+            let name = listener.feed.name();
+            Page::start(address, open, &name, player).and_then(|page| {
+                follow(&mut listener, player, &mut |source, update, player| {
+                    if let Some((update, true)) = update {
+                        page.show(source, update, player)?;
+                    }
+                    Ok(true)
+                })
+            })
+        }
         Show::Lines | Show::Json => follow(&mut listener, player, &mut |_, update, player| {
             let Some((update, true)) = update else { return Ok(true) };
             output::line(&match show {

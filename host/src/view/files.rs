@@ -7,11 +7,18 @@ macro_rules! js {
     };
 }
 
-/// The files of the page: name, type, content.
-pub const FILES: &[(&str, &str, &str)] = &[
+/// A file of a page: name, type, content.
+pub type File = (&'static str, &'static str, &'static str);
+
+/// What all pages look like.
+pub const STYLE: File = ("/view.css", "text/css; charset=utf-8", include_str!("../../assets/view/view.css"));
+pub const ICON: File = ("/icon.svg", "image/svg+xml", include_str!("../../assets/view/icon.svg"));
+
+/// The files of the page of `view`.
+pub const FILES: &[File] = &[
     ("/", "text/html; charset=utf-8", include_str!("../../assets/view/index.html")),
-    ("/view.css", "text/css; charset=utf-8", include_str!("../../assets/view/view.css")),
-    ("/icon.svg", "image/svg+xml", include_str!("../../assets/view/icon.svg")),
+    STYLE,
+    ICON,
     ("/uPlot.js", "text/javascript; charset=utf-8", include_str!("../../assets/uplot/uPlot.iife.min.js")),
     ("/uPlot.css", "text/css; charset=utf-8", include_str!("../../assets/uplot/uPlot.min.css")),
     js!("view.js"),

@@ -116,7 +116,8 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
         next.run(request).await
     };
     for (name, value) in HEADERS {
-        response.headers_mut().insert(name, HeaderValue::from_static(value));
+        // A page may say itself what it loads.
+        response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
     }
     response
 }

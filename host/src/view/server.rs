@@ -9,7 +9,7 @@
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
-use super::files::FILES;
+use super::files::{FILES, File};
 use super::guard::{Access, guard};
 use super::hub::Hub;
 use super::message::Message;
@@ -54,8 +54,8 @@ pub struct Server {
 }
 
 impl Server {
-    /// Serves the hub's messages and the runs.
-    pub fn start(access: Access, app: App) -> Result<Self> {
+    /// Serves what is at these paths, each answer guarded.
+    pub fn start(access: Access, routes: Router) -> Result<Self> {
         let address = access.address;
         let what = || format!("{address}: choose another with --listen 127.0.0.1:PORT, or any free one with PORT 0");
         let listener = TcpListener::bind(address).with_context(what)?;
@@ -63,7 +63,7 @@ impl Server {
         let access = Access { address: listener.local_addr()?, ..access };
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (running, dropped) = oneshot::channel::<()>();
-        let routes = routes(app).layer(from_fn_with_state(access.clone(), guard));
+        let routes = routes.layer(from_fn_with_state(access.clone(), guard));
         let serve = async move {
             // It fails only without a runtime.
             let Ok(listener) = tokio::net::TcpListener::from_std(listener) else { return };
@@ -78,17 +78,21 @@ impl Server {
     }
 }
 
-fn routes(app: App) -> Router {
-    let mut routes = run_routes::routes();
-    for (path, kind, content) in FILES.iter().copied() {
-        routes = routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
-    }
-    routes
+/// The page of `view`: the hub's messages and the runs.
+pub fn routes(app: App) -> Router {
+    with_files(run_routes::routes(), FILES)
         .route("/events", get(events))
         .route("/state.json", get(state))
         .route("/packets", get(packets))
         .route("/settings", post(settings))
         .with_state(app)
+}
+
+/// Adds the files of a page.
+pub fn with_files<S: Clone + Send + Sync + 'static>(routes: Router<S>, files: &'static [File]) -> Router<S> {
+    files.iter().copied().fold(routes, |routes, (path, kind, content)| {
+        routes.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }))
+    })
 }
 
 async fn state(State(App { hub, .. }): State<App>) -> Response {

@@ -105,14 +105,19 @@ impl Browser {
         browser
     }
 
-    /// Calls a method and gives its result.
-    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+    /// Calls a method, and does not wait for its result.
+    pub fn tell(&mut self, method: &str, parameters: Value) {
         self.number += 1;
         let mut command = json!({"id": self.number, "method": method, "params": parameters});
         if !self.session.is_empty() && !method.starts_with("Browser.") {
             command["sessionId"] = self.session.clone().into();
         }
         self.commands.write_all(format!("{command}\0").as_bytes()).expect("a browser: cargo xtask setup installs one");
+    }
+
+    /// Calls a method and gives its result.
+    pub fn call(&mut self, method: &str, parameters: Value) -> Value {
+        self.tell(method, parameters);
         loop {
             let message = self.answers.recv_timeout(PATIENCE).expect("the browser answers");
             if message["id"] == self.number {

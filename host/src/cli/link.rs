@@ -1,0 +1,137 @@
+//! `link`: a finger and a stylus, with a network between them.
+
+use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
+use super::firmware::FirmwareOptions;
+use super::lines::report;
+use super::parse::{number, positive};
+use crate::link::network::Mishaps;
+use crate::link::socket::Socket;
+use crate::link::{Ends, Link, Options, run};
+use crate::serve::name::Source;
+use crate::serve::{Emulator, open};
+use crate::stop;
+use crate::touch::Hand;
+use crate::usage::UsageError;
+use anyhow::Result;
+use clap::Args;
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when it has changed by more than its
+standard deviation, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
+is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
+
+The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another
+`ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a place.
+
+Examples:
+  ridgetone link --emulated
+  ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%
+  ridgetone link --finger /dev/ttyUSB0 --stylus simulated --delay-ms 120
+  ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450
+  ridgetone link --finger udp:robot.local:7450 --stylus simulated")]
+pub struct LinkArgs {
+    /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry; or udp:HOST:PORT, a finger's end elsewhere.
+    #[arg(long, value_name = "SOURCE", required_unless_present = "emulated", conflicts_with = "emulated")]
+    finger: Option<String>,
+    /// The stylus: `simulated`, a hand that nobody moves; or udp:ADDRESS:PORT, where a stylus' end elsewhere finds this one.
+    #[arg(long, value_name = "STYLUS", default_value = "simulated")]
+    stylus: String,
+    /// The emulated finger.
+    #[arg(long)]
+    emulated: bool,
+    #[command(flatten)]
+    delay: DelayOptions,
+    /// Share of the messages that are lost, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    loss: f64,
+    /// Share that arrives twice, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    doubled: f64,
+    /// Share in which a bit is another, percent.
+    #[arg(long, value_name = "PERCENT", default_value = "0", value_parser = percent, allow_negative_numbers = true)]
+    damaged: f64,
+    /// Seed of the network.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(..1 << 60))]
+    seed: u64,
+    #[command(flatten)]
+    hand: HandOptions,
+    #[command(flatten)]
+    actuator: ActuatorOptions,
+    /// End after this time, s [default: never].
+    #[arg(long = "for", value_name = "S", value_parser = positive)]
+    seconds: Option<f64>,
+    /// One JSON object a second instead of text.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    firmware: FirmwareOptions,
+}
+
+/// A share, 0 to 1.
+fn percent(text: &str) -> Result<f64, String> {
+    let percent = number(text.trim_end_matches('%').trim_end())?;
+    if (0.0..=100.0).contains(&percent) { Ok(percent / 100.0) } else { Err("choose 0 to 100 %".into()) }
+}
+
+impl LinkArgs {
+    pub(super) fn run(self) -> Result<()> {
+        let output = self.actuator.output()?;
+        self.delay.delay(1)?;
+        let hand = self.hand.hand(Hand::OKAMOTO)?;
+        let DelayOptions { delay_ms, jitter_ms } = self.delay;
+        let mut bytes = [0; 4];
+        getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
+        let options = Options {
+            delay_ms: (delay_ms, jitter_ms),
+            mishaps: Mishaps { loss: self.loss, doubled: self.doubled, damaged: self.damaged },
+            seed: self.seed,
+            run: u32::from_le_bytes(bytes),
+            hand,
+            output,
+        };
+        let finger = self.finger.as_deref().unwrap_or("emulated");
+        let ends = match (finger.strip_prefix("udp:"), self.stylus.as_str()) {
+            (Some(place), "simulated") => Ends::Stylus(Socket::to(place)?),
+            (None, "simulated") => Ends::Here,
+            (None, stylus) if stylus.starts_with("udp:") => {
+                let socket = Socket::at(&stylus["udp:".len()..])?;
+                eprintln!("ridgetone: a stylus finds this finger at udp:{}", socket.address()?);
+                Ends::Finger(socket)
+            }
+            (Some(_), _) => return Err(UsageError("one end must be here: --stylus simulated".into()).into()),
+            (None, stylus) => {
+                return Err(UsageError(format!("--stylus {stylus}: write simulated or udp:ADDRESS:PORT")).into());
+            }
+        };
+        stop::on_signal()?;
+        let feed = match &ends {
+            Ends::Stylus(_) => None,
+            _ => Some(self.open(finger)?),
+        };
+        let mut link = Link::new(&options, ends)?;
+        let (feed, done) = run(feed, &mut link, self.json, self.seconds);
+        if let Some(feed) = feed {
+            report(feed.counts());
+        }
+        done
+    }
+
+    fn open(&self, finger: &str) -> Result<crate::feed::Feed> {
+        let source = Source::of(finger)?;
+        if let Source::Url(url) = &source {
+            return Err(
+                UsageError(format!("{url}: a page gives no packets: give a port, emulated or a recording")).into()
+            );
+        }
+        let emulator = match &source {
+            Source::Emulated(_) => {
+                let elf = self.firmware.image()?;
+                let silence = self.firmware.options(&elf).silence;
+                Some(Emulator { elf, silence })
+            }
+            _ => None,
+        };
+        open::feed(&source, emulator.as_ref())
+    }
+}

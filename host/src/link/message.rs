@@ -1,0 +1,150 @@
+//! What travels: numbered messages, framed as on the serial line ([`ridgetone_proto::framing`]), and what is counted of them.
+
+use ridgetone_proto::framing::{WIRE_MAX, decode, encode};
+use ridgetone_stimulus::Texture;
+use serde::{Deserialize, Serialize};
+
+/// A message. Each way has numbers of its own, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Message {
+    /// Which run of the sender it is: one that begins anew counts from 0 again.
+    pub run: u32,
+    pub number: u32,
+    /// Clock of the sender, seconds.
+    pub t_s: f64,
+    pub body: Body,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Body {
+    /// Place of the hand, millimetres.
+    Place(f64),
+    /// The texture under the finger; none as long as it has found none, or is silent itself.
+    Texture(Option<Texture>),
+}
+
+impl Message {
+    /// As bytes, with the zero at the end.
+    pub fn bytes(&self) -> Vec<u8> {
+        let mut wire = [0; WIRE_MAX];
+        // It is far shorter than the buffer.
+        encode(self, &mut wire).map_or_else(|_| Vec::new(), |used| wire[..used].to_vec())
+    }
+}
+
+/// What one way has carried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    pub received: u64,
+    /// Numbers that have not come, or not yet.
+    pub lost: u64,
+    /// After a later one: they are not used.
+    pub late: u64,
+    pub doubled: u64,
+    pub damaged: u64,
+}
+
+/// Numbers that are remembered, to tell what is doubled from what is late.
+const REMEMBERED: usize = 1024;
+
+/// The receiving end of a way.
+#[derive(Clone, Debug)]
+pub struct Receiver {
+    pub counts: Counts,
+    run: u32,
+    next: u32,
+    /// Which of the latest numbers have come, by their remainder.
+    seen: Vec<Option<u32>>,
+}
+
+impl Default for Receiver {
+    fn default() -> Self {
+        Self { counts: Counts::default(), run: 0, next: 0, seen: vec![None; REMEMBERED] }
+    }
+}
+
+impl Receiver {
+    /// Takes the bytes of a message; gives it if it is whole, and later than all before it.
+    pub fn take(&mut self, bytes: &[u8]) -> Option<Message> {
+        let mut frame = bytes.strip_suffix(&[0]).unwrap_or(bytes).to_vec();
+        let message = decode::<Message>(&mut frame).filter(|message| message.is_possible());
+        let Some(message) = message else {
+            self.counts.damaged += 1;
+            return None;
+        };
+        if message.run != self.run {
+            *self = Self { counts: self.counts, run: message.run, ..Self::default() };
+        }
+        let place = message.number as usize % REMEMBERED;
+        if self.seen[place] == Some(message.number) {
+            self.counts.doubled += 1;
+            return None;
+        }
+        self.seen[place] = Some(message.number);
+        if message.number < self.next {
+            // It was counted as lost.
+            self.counts.lost = self.counts.lost.saturating_sub(1);
+            self.counts.late += 1;
+            return None;
+        }
+        self.counts.lost += u64::from(message.number - self.next);
+        self.counts.received += 1;
+        self.next = message.number.saturating_add(1);
+        Some(message)
+    }
+}
+
+impl Message {
+    /// Whether its numbers can be used: a checksum of 32 bits lets one damaged message of four thousand millions through.
+    fn is_possible(&self) -> bool {
+        self.t_s.is_finite()
+            && match &self.body {
+                Body::Place(place_mm) => place_mm.abs() < 1e9,
+                Body::Texture(texture) => texture.is_none_or(|texture| texture.check().is_ok()),
+            }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn place(number: u32) -> Message {
+        Message { run: 7, number, t_s: 0.004 * f64::from(number), body: Body::Place(f64::from(number)) }
+    }
+
+    #[test]
+    fn what_is_lost_late_doubled_or_damaged_is_counted() {
+        let mut receiver = Receiver::default();
+        for number in [0, 1, 5, 3, 5, 3, 6] {
+            let is_new = [0, 1, 5, 6].contains(&number) && receiver.next <= number;
+            assert_eq!(receiver.take(&place(number).bytes()).is_some(), is_new, "{number}");
+        }
+        // 2 and 4 have not come; 3 came late, and then again, as 5 did.
+        let counts = Counts { received: 4, lost: 2, late: 1, doubled: 2, damaged: 0 };
+        assert_eq!(receiver.counts, counts);
+        let good = place(7).bytes();
+        for bit in 0..8 * (good.len() - 1) {
+            let mut bad = good.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(receiver.take(&bad), None, "{bit}");
+        }
+        assert_eq!(receiver.take(&[]), None);
+        assert_eq!(receiver.counts, Counts { damaged: 8 * (good.len() as u64 - 1) + 1, ..counts });
+        assert!(receiver.take(&good).is_some());
+        // The sender begins anew.
+        assert!(receiver.take(&Message { run: 8, ..place(0) }.bytes()).is_some());
+    }
+
+    #[test]
+    fn impossible_numbers_are_damage() {
+        let mut receiver = Receiver::default();
+        let texture = |period_mm| Body::Texture(Some(Texture::new(period_mm)));
+        for body in [texture(f32::NAN), texture(-1.0), texture(1e9), Body::Place(f64::NAN), Body::Place(1e300)] {
+            assert_eq!(receiver.take(&Message { run: 7, number: 0, t_s: 0.0, body }.bytes()), None, "{body:?}");
+        }
+        assert_eq!(receiver.take(&Message { t_s: f64::NAN, ..place(0) }.bytes()), None);
+        assert_eq!((receiver.counts.damaged, receiver.counts.received), (6, 0));
+        assert!(receiver.take(&Message { run: 7, number: 0, t_s: 0.0, body: texture(1.4) }.bytes()).is_some());
+    }
+}

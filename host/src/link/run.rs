@@ -1,0 +1,272 @@
+//! Both ends, and what they report each second.
+
+use super::finger::FingerEnd;
+use super::message::Counts;
+use super::network::{Mishaps, Network};
+use super::socket::Socket;
+use super::stylus::{Error, StylusEnd};
+use crate::feed::{Feed, Requester};
+use crate::listen::{Heard, Listener};
+use crate::texture::Found;
+use crate::touch::{Hand, Output};
+use crate::{output, stop};
+use anyhow::Result;
+use ridgetone_stimulus::{Delay, Texture};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Time between two steps.
+const STEP: Duration = Duration::from_millis(1);
+
+/// Time without a packet after which a finger is silent: it sends one a second.
+const SILENT: Duration = Duration::from_secs(3);
+
+/// Time between two reports, seconds.
+const REPORT_S: f64 = 1.0;
+
+/// Where the ends are.
+pub enum Ends {
+    /// Both here, with the network between them.
+    Here,
+    /// The stylus is elsewhere.
+    Finger(Socket),
+    /// The finger is elsewhere.
+    Stylus(Socket),
+}
+
+/// What the network does, each way, and the hand.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Mean and standard deviation, milliseconds.
+    pub delay_ms: (f64, f64),
+    pub mishaps: Mishaps,
+    pub seed: u64,
+    /// Tells this run's messages from those of the one before.
+    pub run: u32,
+    pub hand: Hand,
+    pub output: Output,
+}
+
+/// A finger's end, a stylus' end, and a network each way.
+pub struct Link {
+    pub finger: FingerEnd,
+    pub stylus: StylusEnd,
+    pub to_finger: Network,
+    pub to_stylus: Network,
+    ends: Ends,
+}
+
+/// What is reported each second: counts since the beginning, and errors in this second.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "type", rename = "link")]
+pub struct Report {
+    /// Seconds since the beginning.
+    pub t_s: f64,
+    /// Messages of the hand's place: sent here, and received here.
+    pub places_sent: u64,
+    pub places: Counts,
+    /// Messages of the texture: sent here, and received here.
+    pub textures_sent: u64,
+    pub textures: Counts,
+    pub is_felt: bool,
+    /// What is felt.
+    pub period_mm: Option<f32>,
+    pub period_sigma_mm: Option<f32>,
+    /// How far the place that the finger knows is from that of the hand.
+    pub behind_mm: Option<f64>,
+    /// Error of the stimulus against the texture under the finger at the place of the hand, rms over the amplitude.
+    pub error_percent: Option<f64>,
+    pub error_cycles: Option<f64>,
+    /// That of a vibration which would have travelled.
+    pub as_vibration_percent: Option<f64>,
+}
+
+impl Link {
+    pub fn new(options: &Options, ends: Ends) -> Result<Self> {
+        let (mean_ms, sigma_ms) = options.delay_ms;
+        let delay = |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
+        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.mishaps, seed));
+        Ok(Self {
+            finger: FingerEnd::new(options.run),
+            stylus: StylusEnd::new(options.output, options.hand, mean_ms / 1e3, options.run)?,
+            to_finger: network(2 * options.seed)?,
+            to_stylus: network(2 * options.seed + 1)?,
+            ends,
+        })
+    }
+
+    /// Does what is due up to a time, seconds. Times must not decrease.
+    pub fn step(&mut self, t_s: f64) -> Result<()> {
+        let Self { finger, stylus, to_finger, to_stylus, ends } = self;
+        if !matches!(ends, Ends::Finger(_)) {
+            while let Some(message) = stylus.due(t_s) {
+                to_finger.send(message.t_s, message.bytes());
+            }
+        }
+        if !matches!(ends, Ends::Stylus(_))
+            && let Some(message) = finger.due(t_s)
+        {
+            to_stylus.send(t_s, message.bytes());
+        }
+        while let Some(bytes) = to_finger.arrived(t_s) {
+            match ends {
+                Ends::Stylus(socket) => socket.send(&bytes),
+                _ => drop(finger.take(&bytes)),
+            }
+        }
+        while let Some(bytes) = to_stylus.arrived(t_s) {
+            match ends {
+                Ends::Finger(socket) => socket.send(&bytes),
+                _ => stylus.take(t_s, &bytes),
+            }
+        }
+        match ends {
+            Ends::Here => stylus.advance(t_s, finger.texture()),
+            Ends::Finger(socket) => {
+                while let Some((bytes, from)) = socket.receive()? {
+                    if finger.take(&bytes) {
+                        socket.answer(from);
+                    }
+                }
+            }
+            Ends::Stylus(socket) => {
+                while let Some((bytes, _)) = socket.receive()? {
+                    stylus.take(t_s, &bytes);
+                }
+                // What the finger has now nobody knows here.
+                stylus.advance(t_s, stylus.texture);
+            }
+        }
+        Ok(())
+    }
+
+    /// The report of the time since the one before.
+    pub fn report(&mut self, t_s: f64) -> Report {
+        let error = std::mem::take::<Error>(&mut self.stylus.error);
+        let texture = match self.ends {
+            Ends::Finger(_) => self.finger.texture(),
+            _ => self.stylus.texture.filter(|_| self.stylus.is_felt()),
+        };
+        let is_here = matches!(self.ends, Ends::Here);
+        Report {
+            t_s,
+            places_sent: self.to_finger.sent,
+            places: self.finger.receiver.counts,
+            textures_sent: self.to_stylus.sent,
+            textures: self.stylus.receiver.counts,
+            is_felt: self.stylus.is_felt(),
+            period_mm: texture.map(|texture| texture.period_mm),
+            period_sigma_mm: texture.map(|texture| texture.period_sigma_mm),
+            behind_mm: self.finger.place_mm.filter(|_| is_here).map(|mm| (mm - self.stylus.place_mm(t_s)).abs()),
+            error_percent: error.percent(),
+            error_cycles: error.cycles(),
+            as_vibration_percent: error.late_percent(),
+        }
+    }
+}
+
+impl Report {
+    /// A line for people.
+    pub fn text(&self) -> String {
+        let way = |name: &str, sent: u64, counts: &Counts| {
+            let Counts { received, lost, late, doubled, damaged } = counts;
+            format!(
+                "{name} {sent} sent, {received} received, {lost} lost, {late} late, {doubled} doubled, {damaged} damaged"
+            )
+        };
+        let texture = match self.period_mm.zip(self.period_sigma_mm) {
+            Some((period, sigma)) => format!("{period:.4} +- {sigma:.4} mm"),
+            None => "no texture".into(),
+        };
+        let error = match (self.error_percent, self.as_vibration_percent) {
+            (Some(percent), Some(late)) => {
+                let cycles = self.error_cycles.map_or(String::new(), |cycles| format!(" and {cycles:.4} cycles"));
+                format!("stimulus off by {percent:.2} % of the amplitude{cycles} (as a vibration by {late:.0} %)")
+            }
+            _ => "nothing is felt".into(),
+        };
+        let behind = self.behind_mm.map_or(String::new(), |mm| format!("; the finger knows a place {mm:.1} mm off"));
+        format!(
+            "{:7.1} s  {}{behind}\n           {}\n           {texture}; {error}",
+            self.t_s,
+            way("places  ", self.places_sent, &self.places),
+            way("textures", self.textures_sent, &self.textures),
+        )
+    }
+}
+
+/// Where the textures of the finger's end come from.
+struct Finger {
+    listener: Listener,
+    found: Found,
+    heard_at: Instant,
+    is_silent: bool,
+}
+
+impl Finger {
+    /// Waits a step for what the finger sends; gives whether it goes on.
+    fn step(&mut self, end: &mut FingerEnd) -> Result<bool> {
+        match self.listener.next(STEP)? {
+            Some(Heard::Packet(packet, _)) => {
+                self.heard_at = Instant::now();
+                let was_silent = std::mem::take(&mut self.is_silent);
+                if let Some(texture) = self.found.take(&packet) {
+                    end.found(Some(texture));
+                } else if was_silent {
+                    // It may be another surface by now.
+                    self.found = Found::default();
+                }
+            }
+            Some(Heard::Over) => return Ok(false),
+            Some(Heard::Disconnected(name, why)) => {
+                eprintln!("ridgetone: {name}: {why}; waiting for the board");
+                self.quiet(end);
+            }
+            _ if !self.is_silent && self.heard_at.elapsed() > SILENT => self.quiet(end),
+            _ => {}
+        }
+        Ok(true)
+    }
+
+    fn quiet(&mut self, end: &mut FingerEnd) {
+        self.is_silent = true;
+        end.found(None::<Texture>);
+    }
+}
+
+/// Runs the link in real time until its finger is over, for `seconds`, or until this process is to stop. Gives the feed back, if
+/// there is one, for its counts.
+pub fn run(feed: Option<Feed>, link: &mut Link, json: bool, seconds: Option<f64>) -> (Option<Feed>, Result<()>) {
+    let mut finger = feed.map(|feed| Finger {
+        listener: Listener::new(feed, Requester::default()),
+        found: Found::default(),
+        heard_at: Instant::now(),
+        is_silent: false,
+    });
+    let done = follow(finger.as_mut(), link, json, seconds);
+    (finger.map(|finger| finger.listener.feed), done)
+}
+
+fn follow(mut finger: Option<&mut Finger>, link: &mut Link, json: bool, seconds: Option<f64>) -> Result<()> {
+    let (begun, mut reported_s) = (Instant::now(), 0.0);
+    let mut goes_on = true;
+    while goes_on && !stop::is_requested() {
+        match finger.as_deref_mut() {
+            None => std::thread::sleep(STEP),
+            Some(finger) => match finger.step(&mut link.finger) {
+                // Ctrl-C reaches an emulator too, which may end first.
+                Err(_) if stop::is_requested() => break,
+                stepped => goes_on = stepped?,
+            },
+        }
+        let t_s = begun.elapsed().as_secs_f64();
+        link.step(t_s)?;
+        goes_on &= seconds.is_none_or(|seconds| t_s < seconds);
+        if t_s - reported_s >= REPORT_S || !goes_on {
+            reported_s = t_s;
+            let report = link.report(t_s);
+            output::line(&if json { serde_json::to_string(&report)? } else { report.text() })?;
+        }
+    }
+    Ok(())
+}

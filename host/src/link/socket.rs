@@ -1,0 +1,62 @@
+//! One end elsewhere: messages in UDP datagrams, one each.
+
+use anyhow::{Context, Result};
+use std::io::ErrorKind;
+use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
+
+/// Longest datagram that is looked at, bytes: a frame of the line.
+const LONGEST: usize = 512;
+
+pub struct Socket {
+    socket: UdpSocket,
+    /// Where messages go; the stylus' end is found by its first one.
+    peer: Option<SocketAddr>,
+}
+
+impl Socket {
+    /// To the finger's end, at HOST:PORT.
+    pub fn to(place: &str) -> Result<Self> {
+        let named = || format!("{place}: write HOST:PORT, such as robot.local:7450");
+        let peer = place.to_socket_addrs().with_context(named)?.next().with_context(named)?;
+        let here = if peer.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+        Self::bound(UdpSocket::bind(here).with_context(named)?, Some(peer))
+    }
+
+    /// Waits for a stylus at an address of this computer.
+    pub fn at(place: &str) -> Result<Self> {
+        let named = || format!("{place}: write ADDRESS:PORT of this computer, such as 0.0.0.0:7450");
+        Self::bound(UdpSocket::bind(place).with_context(named)?, None)
+    }
+
+    fn bound(socket: UdpSocket, peer: Option<SocketAddr>) -> Result<Self> {
+        socket.set_nonblocking(true)?;
+        Ok(Self { socket, peer })
+    }
+
+    pub fn address(&self) -> Result<SocketAddr> {
+        Ok(self.socket.local_addr()?)
+    }
+
+    /// Sends, if anybody is there. What the system cannot send is lost, as on the way.
+    pub fn send(&self, bytes: &[u8]) {
+        if let Some(peer) = self.peer {
+            let _ = self.socket.send_to(bytes, peer);
+        }
+    }
+
+    /// The next datagram, and where it came from.
+    pub fn receive(&self) -> Result<Option<(Vec<u8>, SocketAddr)>> {
+        let mut bytes = [0; LONGEST];
+        match self.socket.recv_from(&mut bytes) {
+            Ok((length, from)) => Ok(Some((bytes[..length].to_vec(), from))),
+            // Nobody listens there: as if it were lost.
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::ConnectionRefused) => Ok(None),
+            Err(error) => Err(error).context("the network"),
+        }
+    }
+
+    /// From now on messages go there: a whole message came from it.
+    pub fn answer(&mut self, from: SocketAddr) {
+        self.peer = Some(from);
+    }
+}
