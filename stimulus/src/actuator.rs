@@ -4,6 +4,7 @@ use crate::error::{Error, within};
 
 /// Limits of an actuator and of what drives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Actuator {
     /// Greatest voltage, volts, 0.01 to 1000; the least one is 0, and the bias is in the middle.
     pub voltage_v: f32,

@@ -27,5 +27,5 @@ pub use actuator::Actuator;
 pub use error::Error;
 pub use hand::Encoder;
 pub use law::AmplitudeLaw;
-pub use stimulus::Stimulus;
+pub use stimulus::{Prepared, Stimulus};
 pub use texture::{HARMONICS_MAX, Harmonic, Texture};
