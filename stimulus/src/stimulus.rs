@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::hand::{Encoder, Hand};
 use crate::law::AmplitudeLaw;
 use crate::texture::{HARMONICS_MAX, Texture};
+use core::f32::consts::FRAC_PI_2;
 
 /// Turns as 32 bits: phases are exact for any place, and wrap by themselves.
 const TURN: f32 = 4_294_967_296.0;
@@ -34,10 +35,18 @@ pub struct Stimulus {
     wanted_v: f32,
     amplitude_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
-    /// Where the hand was last.
+    /// Where the hand was last, and how far ahead of it the output is, counts.
     counts: i32,
+    ahead: f32,
     is_down: bool,
     output_v: f32,
+}
+
+/// The paper's actuator, encoder and law.
+impl Default for Stimulus {
+    fn default() -> Self {
+        Self::of(Actuator::PIEZO, Encoder::OKAMOTO, AmplitudeLaw::OKAMOTO)
+    }
 }
 
 impl Stimulus {
@@ -46,7 +55,11 @@ impl Stimulus {
         actuator.check()?;
         encoder.check()?;
         law.check()?;
-        Ok(Self {
+        Ok(Self::of(actuator, encoder, law))
+    }
+
+    fn of(actuator: Actuator, encoder: Encoder, law: AmplitudeLaw) -> Self {
+        Self {
             actuator,
             encoder,
             law,
@@ -58,9 +71,10 @@ impl Stimulus {
             amplitude_v: 0.0,
             overtones: [(0.0, 0); HARMONICS_MAX - 1],
             counts: 0,
+            ahead: 0.0,
             is_down: false,
             output_v: actuator.bias_v(),
-        })
+        }
     }
 
     /// Takes a texture. The phase goes on where it is, and the amplitude changes within [`Actuator::fade_s`].
@@ -93,10 +107,14 @@ impl Stimulus {
 
     /// Takes a texture that [`Self::prepare`] has made: as [`Self::set_texture`], in some ten instructions.
     pub fn take(&mut self, prepared: &Prepared) {
-        let phase = self.phase_at(self.counts);
         let Prepared { step, step_cycles, wanted_v, overtones } = *prepared;
+        // It goes on where the output is, which is ahead of the count: from there on the period is another. A first texture begins at
+        // the count.
+        let ahead = if self.step_cycles > 0.0 { self.ahead } else { 0.0 };
+        let phase = self.phase_at(self.counts).wrapping_add(turns(ahead * self.step_cycles));
+        let behind = step.wrapping_mul(self.counts as u32).wrapping_add(turns(ahead * step_cycles));
+        self.offset = phase.wrapping_sub(behind);
         (self.step, self.step_cycles) = (step, step_cycles);
-        self.offset = phase.wrapping_sub(step.wrapping_mul(self.counts as u32));
         (self.wanted_v, self.overtones) = (wanted_v, overtones);
     }
 
@@ -115,12 +133,12 @@ impl Stimulus {
     /// Always from 0 to the actuator's voltage, and no farther from the last sample than its slew.
     pub fn next(&mut self, counts: i32) -> f32 {
         let (counts, ahead, speed) = self.hand.advance(&self.encoder, counts);
-        self.counts = counts;
+        (self.counts, self.ahead) = (counts, ahead);
         let phase = self.phase_at(counts).wrapping_add(turns(ahead * self.step_cycles));
         let frequency_hz = speed * self.step_cycles * self.encoder.rate_hz;
         let wanted_v = if self.is_down { self.wanted_v * self.actuator.share(frequency_hz) } else { 0.0 };
         let step_v = self.actuator.bias_v() / (self.actuator.fade_s * self.encoder.rate_hz);
-        self.amplitude_v += (wanted_v - self.amplitude_v).clamp(-step_v, step_v);
+        self.amplitude_v += between(wanted_v - self.amplitude_v, -step_v, step_v);
         let mut sum = sine(phase);
         for (n, (amplitude, offset)) in (2..).zip(self.overtones) {
             if amplitude > 0.0 {
@@ -131,8 +149,8 @@ impl Stimulus {
         }
         let bias_v = self.actuator.bias_v();
         let slew_v = self.actuator.slew_v_s / self.encoder.rate_hz;
-        let moved = (bias_v + self.amplitude_v * sum).clamp(self.output_v - slew_v, self.output_v + slew_v);
-        self.output_v = moved.clamp(0.0, self.actuator.voltage_v);
+        let moved = between(bias_v + self.amplitude_v * sum, self.output_v - slew_v, self.output_v + slew_v);
+        self.output_v = between(moved, 0.0, self.actuator.voltage_v);
         self.output_v
     }
 
@@ -161,6 +179,11 @@ impl Stimulus {
     }
 }
 
+/// A value, or the nearer bound; a NaN becomes the least. `clamp` may panic, and a board's image must not hold that.
+pub(crate) fn between(value: f32, least: f32, most: f32) -> f32 {
+    value.max(least).min(most)
+}
+
 /// Phase of a number of cycles. Whole ones, of which there may be many if the hand is fast and the latency long, drop out.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
@@ -170,7 +193,7 @@ fn turns(cycles: f32) -> u32 {
 
 /// Coefficients of sin(pi x / 2) from -1 to 1 by odd powers of x, within 6e-9 (Hastings, *Approximations for Digital Computers*, sheet 16).
 /// `libm::sinf` computes in f64, which takes a thousand cycles on a processor that has f32 alone.
-const SINE: [f32; 5] = [1.570_796_3, -0.645_963_7, 0.079_689_68, -0.004_673_766, 0.000_151_485];
+const SINE: [f32; 5] = [FRAC_PI_2, -0.645_963_7, 0.079_689_68, -0.004_673_766, 0.000_151_485];
 
 /// Sine of a phase, within 3e-7.
 fn sine(phase: u32) -> f32 {
