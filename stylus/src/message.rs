@@ -62,7 +62,7 @@ pub enum Command {
     Greet,
     /// Use this texture, from the next sample on.
     Texture(Texture),
-    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten.
+    /// Use these parameters. Only at rest: see [`Outcome::NotAtRest`]. The texture is forgotten, and it must be enabled again.
     Configure(Parameters),
     /// Vibrate when the hand moves.
     Enable,
