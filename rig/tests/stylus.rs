@@ -255,6 +255,7 @@ fn every_sample_is_in_time() {
         stylus.rig.send(&many);
         stylus.run_s(0.2);
     }
+    assert_eq!(states(&stylus).last(), Some(&State::Vibrating));
     let (served, line) = (stylus.rig.served(IRQ_TIM6), stylus.rig.served(39));
     println!("the interrupt of a sample: {served:?}");
     println!("the line's: {line:?}");

@@ -56,7 +56,7 @@ pub(super) fn the_timer_triggers_the_converter() {
     assert_eq!((bench.get(DAC + DOR1), bench.get(TIM6 + SR)), (0, 0), "held until the trigger");
     bench.wait_us(100);
     assert_eq!((bench.get(DAC + DOR1), bench.get(TIM6 + SR)), (0x7FF, 1));
-    bench.set(TIM6 + SR, 0).set(DAC + DHR12R1, 0x800).wait_us(99);
+    bench.set(TIM6 + SR, 0).set(DAC + DHR12R1, 0x800).wait_us(100);
     let triggered = &bench.0.dac.outputs[2..];
     let codes: Vec<_> = triggered.iter().map(|output| output.code).collect();
     assert_eq!(codes, [Some(0x7FF), Some(0x800)]);
