@@ -118,10 +118,11 @@ fn start_encoder(timer: TIM3, rcc: &mut RCC) {
     timer.cr1().write(|w| w.cen().set_bit());
 }
 
-/// Channel 1, with its buffer, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0.
+/// Channel 1, triggered by TIM6 (RM0090, 14.5.1). It begins at code 0. Its buffer is off: with it the output ends 0.2 V before both
+/// rails, so it would step by that as it is switched on, and cut the greatest amplitudes (DS8626, DAC characteristics).
 fn start_converter(converter: DAC, rcc: &mut RCC) {
-    /// EN1 and TEN1; TSEL1 0: TIM6's TRGO.
-    const ON: u32 = 1 | 1 << 2;
+    /// EN1, BOFF1 and TEN1; TSEL1 0: TIM6's TRGO.
+    const ON: u32 = 1 | 1 << 1 | 1 << 2;
     DAC::enable(rcc);
     DAC::reset(rcc);
     // SAFETY: bits of the manual's table.

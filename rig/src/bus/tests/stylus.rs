@@ -49,7 +49,7 @@ pub(super) fn the_counter_follows_the_hand_to_both_sides() {
 #[test]
 pub(super) fn the_timer_triggers_the_converter() {
     let mut bench = bench();
-    bench.set(DAC, 0b101);
+    bench.set(DAC, 0b111);
     bench.set(TIM6 + PSC, 83).set(TIM6 + ARR, 99).set(TIM6 + CR2, 0x20).set(TIM6 + 0x14, 1).set(TIM6 + SR, 0);
     bench.set(TIM6 + DIER, 1).set(TIM6 + CR1, 1).set(DAC + DHR12R1, 0x7FF);
     let begun_ns = bench.0.time.ns();
@@ -73,6 +73,6 @@ pub(super) fn pins_of_the_encoder_and_the_converter() {
     encoder.set(GPIOC + AFRL, 0x32 << 24).set(TIM3 + SMCR, 3).set(TIM3 + CR1, 1);
     encoder.breaks(Rule::PinFunction);
     let mut converter = bench();
-    converter.set(GPIOA + MODER, 0xA800_0000).set(DAC, 0b101);
+    converter.set(GPIOA + MODER, 0xA800_0000).set(DAC, 0b111);
     converter.breaks(Rule::PinFunction);
 }
