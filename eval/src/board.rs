@@ -1,6 +1,8 @@
 //! The boards in figures: start, load, interrupts and jitter of the images that get flashed, on the register model, for
 //! docs/board.md.
 
+mod stylus;
+
 use crate::page::{self, Table};
 use anyhow::{Context, Result, anyhow};
 use hal_mock::{Constant, Options, Scene, Sliding, SlidingScene};
@@ -42,8 +44,15 @@ const REQUESTS_HZ: f64 = 20.0;
 /// The processor's clock, cycles in a microsecond.
 const CYCLES_US: f64 = 168.0;
 
+/// What is measured.
+pub struct Measured {
+    boards: Vec<Figures>,
+    /// The stylus's table.
+    stylus: String,
+}
+
 /// What is measured of a board, as cells of the tables.
-pub struct Figures {
+struct Figures {
     start: Vec<String>,
     load: Vec<String>,
     tasks: Vec<Vec<String>>,
@@ -147,7 +156,7 @@ fn request(number: u16) -> Result<Vec<u8>> {
 }
 
 /// Measures each board.
-pub fn measure() -> Result<Vec<Figures>> {
+pub fn measure() -> Result<Measured> {
     let one = |board| {
         let bench = Bench { board, image: Image::built(board)? };
         Ok(Figures {
@@ -157,7 +166,8 @@ pub fn measure() -> Result<Vec<Figures>> {
             jitter: bench.jitter()?,
         })
     };
-    Board::ALL.into_iter().map(one).collect()
+    let boards: Result<Vec<_>> = Board::ALL.into_iter().map(one).collect();
+    Ok(Measured { boards: boards?, stylus: stylus::table()? })
 }
 
 /// A table with a column for each board.
@@ -170,7 +180,8 @@ fn by_board(names: &[String], figures: &[Figures], cells: fn(&Figures) -> &Vec<S
     table.end()
 }
 
-fn table(name: &str, figures: &[Figures]) -> Option<String> {
+fn table(name: &str, measured: &Measured) -> Option<String> {
+    let figures = &measured.boards;
     let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
     Some(match name {
         "start" => {
@@ -190,6 +201,7 @@ fn table(name: &str, figures: &[Figures]) -> Option<String> {
             let names = ["no byte arrives", "bytes arrive one behind the other"];
             by_board(&owned(&names), figures, |board| &board.jitter)
         }
+        "stylus" => measured.stylus.clone(),
         _ => {
             let at = Board::ALL.iter().position(|board| board.name() == name)?;
             let mut table =
@@ -203,19 +215,19 @@ fn table(name: &str, figures: &[Figures]) -> Option<String> {
 }
 
 /// The page with its tables filled in.
-pub fn page(figures: &[Figures], text: &str) -> Result<String> {
-    page::filled(text, |name| table(name, figures))
+pub fn page(measured: &Measured, text: &str) -> Result<String> {
+    page::filled(text, |name| table(name, measured))
 }
 
 /// The command.
 pub fn run(args: &BoardArgs) -> Result<()> {
-    let figures = measure()?;
+    let measured = measure()?;
     let Some(folder) = &args.write else {
-        let names = ["start", "load", "feather-f405", "nucleo-f446re", "jitter"];
-        let tables: Vec<String> = names.iter().filter_map(|name| table(name, &figures)).collect();
+        let names = ["start", "load", "feather-f405", "nucleo-f446re", "jitter", "stylus"];
+        let tables: Vec<String> = names.iter().filter_map(|name| table(name, &measured)).collect();
         return output::line(&tables.join("\n\n"));
     };
     let path = folder.join("board.md");
     let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-    fs::write(&path, page(&figures, &text)?).with_context(|| path.display().to_string())
+    fs::write(&path, page(&measured, &text)?).with_context(|| path.display().to_string())
 }

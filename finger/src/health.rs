@@ -4,7 +4,6 @@ use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{FrameClock, Readings};
 use crate::ring::reached;
-use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Health;
@@ -105,7 +104,7 @@ impl HealthReporter {
 /// What `health` reports at a device time, microseconds.
 #[inline(never)]
 pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics: &Diagnostics) -> Health {
-    let [stack_used_bytes, stack_bytes] = diagnostics.stack.each_ref().map(|bytes| bytes.load(Relaxed));
+    let [stack_used_bytes, stack_bytes] = diagnostics.stack_bytes();
     let Readings { supply_v, reference_v, temperature_c, offset_v, gain } = assembler.readings();
     Health {
         t_us,
@@ -124,7 +123,7 @@ pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics:
         stack_used_bytes,
         stack_bytes,
         frame_rate_hz,
-        load: f32::from_bits(diagnostics.load_bits.load(Relaxed)),
+        load: diagnostics.load(),
         supply_v,
         reference_v,
         temperature_c,

@@ -349,6 +349,24 @@ fn the_wiring_is_the_firmwares() {
     }
 }
 
+/// The pins of the stylus, each on the line of its function.
+#[test]
+fn the_stylus_s_pins_are_the_firmwares() {
+    let page = read(&root().join("docs/book/5-another-board.md"));
+    let board = read(&root().join("src/stylus/board.rs"));
+    let pins = [
+        ("| amplifier", "PA4", "gpioa.pa4.into_analog()"),
+        ("| encoder, channel A", "PC6", "gpioc.pc6.into_alternate::<2>()"),
+        ("| encoder, channel B", "PC7", "gpioc.pc7.into_alternate::<2>()"),
+        ("| telemetry out", "PB10, PB11", "(gpiob.pb10, rx)"),
+    ];
+    for (signal, pin, code) in pins {
+        let row = page.lines().find(|line| line.starts_with(signal)).unwrap_or_else(|| panic!("no row {signal}"));
+        assert!(row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin), "{row}");
+        assert!(board.contains(code), "{signal} is not on {pin}");
+    }
+}
+
 #[test]
 fn every_kind_of_fault_has_a_remedy() {
     let page = read(&root().join("docs/book/6-troubleshooting.md"));

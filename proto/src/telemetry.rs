@@ -8,7 +8,7 @@ mod image;
 mod packet;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
-pub use decoder::Decoder;
+pub use decoder::{Decoder, Events, PacketDecoder};
 pub use estimate::{Abscissa, Channel, Direction, Estimate, Movement, OtherTone, Span, Status, Travel, TravelStatus};
 pub use event::{Contact, Event, Health, Hello, Raw, Release, Slide};
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};

@@ -1,6 +1,7 @@
 //! A board's serial line as a port of this PC, in real time: `serve feather-f405` prints the port's path, and
 //! `ridgetone monitor --port PATH` and all other commands work with it. The image runs on the register model, in front of the
-//! demo's touch, again and again, or at rest: `serve feather-f405 rest`.
+//! demo's touch, again and again, or at rest: `serve feather-f405 rest`. `serve stylus-f405` is a stylus, whose hand goes to and fro by
+//! 40 mm once a second.
 
 use hal_mock::{Constant, Repeated, Scene, Sliding, SlidingScene};
 use rig::{Board, Image, Rig, Start};
@@ -14,15 +15,20 @@ use std::time::{Duration, Instant};
 const STEP_NS: u64 = 1_000_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let usage = "serve feather-f405 or serve nucleo-f446re, with `rest` behind it for a finger that touches nothing";
+    let usage = "serve feather-f405, nucleo-f446re or stylus-f405, with `rest` behind it for a finger that touches nothing, a hand that rests";
     let mut arguments = std::env::args().skip(1);
     let board = arguments.next().and_then(|name| Board::named(&name)).ok_or(usage)?;
-    let scene: Box<dyn Scene> = match arguments.next().as_deref() {
+    let (rest, moves) = (arguments.next(), board == Board::StylusF405);
+    let scene: Box<dyn Scene> = match rest.as_deref() {
         None => Box::new(Repeated(SlidingScene::new(Sliding::default())?)),
         Some("rest") => Box::new(Constant::default()),
         Some(_) => return Err(usage.into()),
     };
     let mut rig = Rig::new(board, &Image::built(board)?, scene, Start::default())?;
+    if moves && rest.is_none() {
+        // Counts of 5 um.
+        rig.move_hand(|ns| (4000.0 * (std::f64::consts::TAU * ns as f64 * 1e-9).sin()) as i64);
+    }
     let (mut ours, theirs) = TTYPort::pair()?;
     ours.set_timeout(Duration::ZERO)?;
     println!("{}", theirs.name().ok_or("the port has no name")?);

@@ -11,11 +11,13 @@ pub enum Board {
     FeatherF405,
     /// ST Nucleo-F446RE.
     NucleoF446re,
+    /// The Feather with an encoder and an actuator in place of the ADC: a stylus.
+    StylusF405,
 }
 
-/// What the rig must know of a board.
+/// Where the ADS1258 is wired.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wiring {
+pub(crate) struct AdcPins {
     pub sck: Pin,
     pub miso: Pin,
     pub mosi: Pin,
@@ -23,6 +25,22 @@ pub(crate) struct Wiring {
     pub start: Pin,
     pub reset: Pin,
     pub drdy: Pin,
+}
+
+/// Where an encoder's two channels and an actuator's amplifier are wired.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StylusPins {
+    pub channels: [Pin; 2],
+    pub output: Pin,
+}
+
+/// What the rig must know of a board.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wiring {
+    /// A finger's.
+    pub adc: Option<AdcPins>,
+    /// A stylus's.
+    pub stylus: Option<StylusPins>,
     pub tx: Pin,
     pub rx: Pin,
     /// The serial line's USART: 2 or 3.
@@ -46,12 +64,20 @@ const PORT_B: u8 = 1;
 const PORT_C: u8 = 2;
 
 impl Board {
-    /// All of them.
+    /// Those of a finger.
     pub const ALL: [Self; 2] = [Self::FeatherF405, Self::NucleoF446re];
 
     /// The board of this name.
     pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|board| board.name() == name)
+        Self::ALL.into_iter().chain([Self::StylusF405]).find(|board| board.name() == name)
+    }
+
+    /// The name of its image's file.
+    pub(crate) const fn file(self) -> &'static str {
+        match self {
+            Self::FeatherF405 | Self::NucleoF446re => "ridgetone-firmware.elf",
+            Self::StylusF405 => "ridgetone-stylus-firmware.elf",
+        }
     }
 
     /// Its name, and that of its image's folder.
@@ -59,6 +85,7 @@ impl Board {
         match self {
             Self::FeatherF405 => "feather-f405",
             Self::NucleoF446re => "nucleo-f446re",
+            Self::StylusF405 => "stylus-f405",
         }
     }
 
@@ -66,13 +93,16 @@ impl Board {
         let spi1 = [Pin(PORT_A, 5), Pin(PORT_A, 6), Pin(PORT_A, 7)];
         match self {
             Self::FeatherF405 => Wiring {
-                sck: spi1[0],
-                miso: spi1[1],
-                mosi: spi1[2],
-                cs: Pin(PORT_A, 4),
-                start: Pin(PORT_C, 5),
-                reset: Pin(PORT_C, 6),
-                drdy: Pin(PORT_C, 4),
+                adc: Some(AdcPins {
+                    sck: spi1[0],
+                    miso: spi1[1],
+                    mosi: spi1[2],
+                    cs: Pin(PORT_A, 4),
+                    start: Pin(PORT_C, 5),
+                    reset: Pin(PORT_C, 6),
+                    drdy: Pin(PORT_C, 4),
+                }),
+                stylus: None,
                 tx: Pin(PORT_B, 10),
                 rx: Pin(PORT_B, 11),
                 usart: 3,
@@ -84,14 +114,22 @@ impl Board {
                 limits_hz: [168_000_000, 42_000_000, 84_000_000],
                 id_code: 0x1007_6413,
             },
+            Self::StylusF405 => Wiring {
+                adc: None,
+                stylus: Some(StylusPins { channels: [Pin(PORT_C, 6), Pin(PORT_C, 7)], output: Pin(PORT_A, 4) }),
+                ..Self::FeatherF405.wiring()
+            },
             Self::NucleoF446re => Wiring {
-                sck: spi1[0],
-                miso: spi1[1],
-                mosi: spi1[2],
-                cs: Pin(PORT_B, 6),
-                start: Pin(PORT_C, 7),
-                reset: Pin(PORT_A, 9),
-                drdy: Pin(PORT_A, 4),
+                adc: Some(AdcPins {
+                    sck: spi1[0],
+                    miso: spi1[1],
+                    mosi: spi1[2],
+                    cs: Pin(PORT_B, 6),
+                    start: Pin(PORT_C, 7),
+                    reset: Pin(PORT_A, 9),
+                    drdy: Pin(PORT_A, 4),
+                }),
+                stylus: None,
                 tx: Pin(PORT_A, 2),
                 rx: Pin(PORT_A, 3),
                 usart: 2,

@@ -31,7 +31,7 @@ impl Image {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let target =
             std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |target| root.join(target));
-        Self::read(&target.join("firmware").join(board.name()).join("ridgetone-firmware.elf"))
+        Self::read(&target.join("firmware").join(board.name()).join(board.file()))
     }
 
     /// Reads an ELF file.

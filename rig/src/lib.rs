@@ -19,6 +19,7 @@ pub use board::Board;
 pub use findings::{Finding, Rule};
 pub use image::{Image, ImageError};
 pub use peripherals::adc::Reading;
+pub use peripherals::dac::Output;
 pub use peripherals::rcc::ResetCause;
 pub use processor_fault::ProcessorFault;
 pub use rig::{Reset, Rig, Start};

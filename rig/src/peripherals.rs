@@ -4,6 +4,8 @@
 //! which agree with RM0090 and RM0390 as far as these were at hand; what stands on memory alone is marked "(from memory)".
 
 pub(crate) mod adc;
+pub(crate) mod dac;
+pub(crate) mod encoder;
 pub(crate) mod exti;
 pub(crate) mod flash;
 pub(crate) mod gpio;

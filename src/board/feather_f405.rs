@@ -8,19 +8,20 @@
 //! A timer's input capture would date the edges of DRDY exactly, if DRDY were on D6 (PC6, TIM3 CH1) and RESET on A4.
 
 use super::stm32f4::{self, External};
-use super::{Board, SerialLine};
+use super::{Board, SerialLine, converter};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PC5, PC6, PinState, Pull};
 use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 
+pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{die, ended, feed_watchdog, leave, restart, sleep};
 
-pub type Spi = stm32f4::Spi<'A', 4>;
+pub type Spi = converter::Spi<'A', 4>;
 pub type Start = PC5<Output>;
 pub type Reset = PC6<Output>;
-pub type Drdy = stm32f4::Drdy<'C'>;
+pub type Drdy = converter::Drdy<'C'>;
 pub type Usart = USART3;
 
 pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
@@ -35,7 +36,7 @@ pub fn init(device: pac::Peripherals, _core: cortex_m::Peripherals) -> Board {
     Board {
         start: gpioc.pc5.into_push_pull_output_in_state(PinState::Low),
         reset: gpioc.pc6.into_push_pull_output_in_state(PinState::High),
-        spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
+        spi: converter::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpioa.pa4, &mut rcc),
         drdy: Drdy::new(gpioc.pc4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART3, (gpiob.pb10, rx), &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -44,6 +44,8 @@
 #![allow(unsafe_code)]
 
 mod clock;
+#[cfg(feature = "stm32f4")]
+mod converter;
 mod crash;
 mod serial_line;
 mod stack;

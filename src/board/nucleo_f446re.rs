@@ -8,20 +8,21 @@
 //! (UM1724).
 
 use super::stm32f4::{self, External};
-use super::{Board, SerialLine};
+use super::{Board, SerialLine, converter};
 use ridgetone_proto::boot::Boot;
 use stm32f4xx_hal::gpio::{Output, PA9, PC7, PinState, Pull};
 use stm32f4xx_hal::interrupt;
 use stm32f4xx_hal::pac::{self, Interrupt, NVIC, USART2};
 use stm32f4xx_hal::prelude::*;
 
+pub use super::converter::POWER_UP_US;
 pub use super::flash::SettingsFlash;
-pub use stm32f4::{POWER_UP_US, die, ended, feed_watchdog, leave, restart, sleep};
+pub use stm32f4::{die, ended, feed_watchdog, leave, restart, sleep};
 
-pub type Spi = stm32f4::Spi<'B', 6>;
+pub type Spi = converter::Spi<'B', 6>;
 pub type Start = PC7<Output>;
 pub type Reset = PA9<Output>;
-pub type Drdy = stm32f4::Drdy<'A'>;
+pub type Drdy = converter::Drdy<'A'>;
 pub type Usart = USART2;
 
 pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
@@ -36,7 +37,7 @@ pub fn init(device: pac::Peripherals, core: cortex_m::Peripherals) -> Board {
     let board = Board {
         start: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         reset: gpioa.pa9.into_push_pull_output_in_state(PinState::High),
-        spi: stm32f4::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
+        spi: converter::spi(device.SPI1, (gpioa.pa5, gpioa.pa6, gpioa.pa7), gpiob.pb6, &mut rcc),
         drdy: Drdy::new(gpioa.pa4, device.EXTI, device.SYSCFG, &mut rcc),
         line: SerialLine::new(device.USART2, (gpioa.pa2, rx), &mut rcc),
         boot: Boot { oscillator, ..boot },

@@ -1,115 +1,20 @@
-//! What the STM32F4 boards share: 168 MHz, SPI1 on PA5 to PA7, DRDY on line 4 of EXTI, the watchdog, the end of a run.
-//!
-//! The time of a DRDY edge is read first in its interrupt: 12 cycles (0.07 us) late, or a few microseconds if interrupts were
-//! masked. A timer's input capture would be exact, but no pin of line 4 is on a free timer channel.
+//! What all boards with an STM32F4 share, the stylus too: 168 MHz, the two timers, the watchdog, the end of a run.
 
 use super::crash;
-use core::convert::Infallible;
 use cortex_m::peripheral::NVIC;
 use defmt_rtt as _;
-use embedded_hal::digital::{ErrorType, OutputPin};
-use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
-use ridgetone::tasks::drdy::DrdyPin;
 use ridgetone::tasks::liveness::WATCHDOG_S;
 use ridgetone_proto::boot::{Boot, BrownOut, Oscillator, Record, ResetCause};
-use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PA5, PA6, PA7, Pin, PinState, Pull, Speed};
-use stm32f4xx_hal::pac::{self, DBGMCU, EXTI, IWDG, RCC, SPI1, SYSCFG, TIM2, TIM4};
+use stm32f4xx_hal::pac::{self, DBGMCU, IWDG, RCC, TIM2, TIM4};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
-use stm32f4xx_hal::spi;
-
-/// From power-up to the first register access, microseconds: 2^18 tCLK are 16.7 ms at 15.72864 MHz,
-/// and the chip's own crystal may take 150 ms to start (SBAS297G, typical after power-down).
-pub const POWER_UP_US: u32 = 200_000;
-
-/// SPI clock, hertz: 84 MHz / 16, the fastest divider below half the chip's clock (7.86 MHz).
-const SPI_HZ: u32 = 5_250_000;
 
 /// Reads of RCC_CR, 4 cycles of 16 MHz each at least, that the external oscillator may take to start: 100 ms. A crystal
 /// takes 2 ms (DS8626, HSE start-up time, typical).
 const OSCILLATOR_READS: u32 = 400_000;
 
-/// Reads of SPI_SR until the bus is not busy: the last bit's second half lasts 16 cycles.
-const BUSY_READS: u32 = 100;
-
-/// Processor cycles to let CS settle: 190 ns at 168 MHz, over 2.5 tCLK (159 ns) and 2 tCLK (127 ns).
-const CS_SETTLE_CYCLES: u32 = 32;
-
 /// Clock of the timers on APB1 in MHz: twice PCLK1.
 const TIMER_MHZ: u32 = 84;
-
-pub type Spi<const PORT: char, const NUMBER: u8> = ExclusiveDevice<spi::Spi<SPI1>, SettledCs<PORT, NUMBER>, NoDelay>;
-
-/// CS that gives the chip its set-up time after each edge.
-pub struct SettledCs<const PORT: char, const NUMBER: u8>(Pin<PORT, NUMBER, Output>);
-
-impl<const PORT: char, const NUMBER: u8> ErrorType for SettledCs<PORT, NUMBER> {
-    type Error = Infallible;
-}
-
-impl<const PORT: char, const NUMBER: u8> OutputPin for SettledCs<PORT, NUMBER> {
-    fn set_low(&mut self) -> Result<(), Infallible> {
-        self.0.set_low();
-        cortex_m::asm::delay(CS_SETTLE_CYCLES);
-        Ok(())
-    }
-
-    fn set_high(&mut self) -> Result<(), Infallible> {
-        // The last byte is received half a clock before it ends, and the HAL (0.23) waits no longer.
-        // SAFETY: reading the status has no side effect before the next read of data.
-        let is_busy = || unsafe { (*SPI1::ptr()).sr().read().bsy().bit_is_set() };
-        let _ = (0..BUSY_READS).any(|_| !is_busy());
-        self.0.set_high();
-        cortex_m::asm::delay(CS_SETTLE_CYCLES);
-        Ok(())
-    }
-}
-
-/// The falling edge of DRDY, on pin 4 of a port.
-pub struct Drdy<const PORT: char> {
-    pin: Pin<PORT, 4, Input>,
-    exti: EXTI,
-    edge_us: u32,
-}
-
-impl<const PORT: char> Drdy<PORT> {
-    pub fn new(pin: Pin<PORT, 4>, mut exti: EXTI, syscfg: SYSCFG, rcc: &mut Rcc) -> Self {
-        let mut syscfg = syscfg.constrain(rcc);
-        // Up: without a chip the pin would float, and every edge of noise would cost a read.
-        let mut pin = Input::new(pin, Pull::Up);
-        pin.make_interrupt_source(&mut syscfg);
-        pin.trigger_on_edge(&mut exti, Edge::Falling);
-        pin.enable_interrupt(&mut exti);
-        Self { pin, exti, edge_us: 0 }
-    }
-}
-
-impl<const PORT: char> DrdyPin for Drdy<PORT> {
-    #[inline(always)]
-    fn acknowledge(&mut self) -> Option<bool> {
-        self.edge_us = super::now_us();
-        let has_fallen = self.pin.check_interrupt();
-        self.pin.clear_interrupt_pending_bit();
-        // The write must reach EXTI before the handler returns, or the interrupt fires twice.
-        cortex_m::asm::dsb();
-        let is_low = self.pin.is_low();
-        (has_fallen || is_low).then_some(is_low)
-    }
-
-    fn edge_us(&self) -> u32 {
-        self.edge_us
-    }
-
-    fn mute(&mut self) {
-        self.pin.disable_interrupt(&mut self.exti);
-    }
-
-    fn unmute(&mut self) {
-        // A masked line's pending bit is set all the same (RM0090).
-        self.pin.clear_interrupt_pending_bit();
-        self.pin.enable_interrupt(&mut self.exti);
-    }
-}
 
 /// Starts the watchdog before the clocks, and finds out how this run began.
 pub fn begin(device: &pac::Peripherals) -> Boot {
@@ -197,30 +102,6 @@ unsafe fn DefaultHandler(number: i16) {
     }
     if let Ok(number) = u16::try_from(number) {
         NVIC::mask(Unserved(number));
-    }
-}
-
-pub fn spi<const PORT: char, const NUMBER: u8>(
-    spi1: SPI1,
-    (sck, miso, mosi): (PA5, PA6, PA7),
-    cs: Pin<PORT, NUMBER>,
-    rcc: &mut Rcc,
-) -> Spi<PORT, NUMBER> {
-    let mut cs = cs.into_push_pull_output_in_state(PinState::High);
-    let mut sck = sck.into_alternate::<5>();
-    let miso = miso.into_alternate::<5>();
-    let mut mosi = mosi.into_alternate::<5>();
-    // The slowest setting of the pins is too slow above 4 MHz (datasheets DS8626 and DS10693, I/O AC characteristics).
-    cs.set_speed(Speed::Medium);
-    // SPI1 takes its input's clock back from this pad: a medium one delays it so much at 84 MHz that the last bit may be
-    // wrong (errata ES0182 and ES0298, "corrupted last bit of data and/or CRC ... delayed SCK feedback").
-    sck.set_speed(Speed::High);
-    mosi.set_speed(Speed::Medium);
-    let bus = spi::Spi::new(spi1, (Some(sck), Some(miso), Some(mosi)), ads1258::MODE, SPI_HZ.Hz(), rcc);
-    // CS never fails.
-    match ExclusiveDevice::new_no_delay(bus, SettledCs(cs)) {
-        Ok(spi) => spi,
-        Err(never) => match never {},
     }
 }
 

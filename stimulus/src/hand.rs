@@ -45,6 +45,11 @@ pub(crate) struct Hand {
 }
 
 impl Hand {
+    /// Counts a sample.
+    pub fn speed(&self) -> f32 {
+        self.speed
+    }
+
     /// Takes a reading. Gives the count, how far ahead of it the hand is once the latency is over, and its speed: in counts, and counts
     /// a sample.
     pub(crate) fn advance(&mut self, encoder: &Encoder, counts: i32) -> (i32, f32, f32) {

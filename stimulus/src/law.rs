@@ -1,6 +1,7 @@
 //! How strongly a texture is felt: amplitude by spatial period.
 
 use crate::error::{Error, within};
+use crate::stimulus::between;
 
 /// Signal power of a sensor over the spatial period, a polynomial, and the power that drives the actuator to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +37,7 @@ impl AmplitudeLaw {
     /// Power at a period (equation 2), not below 0.
     pub fn power(&self, period_mm: f32) -> f32 {
         let (least, most) = self.period_mm;
-        let x = period_mm.clamp(least, most);
+        let x = between(period_mm, least, most);
         self.coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient).max(0.0)
     }
 

@@ -32,6 +32,6 @@ pub use error::Error;
 pub use hand::Encoder;
 pub use law::AmplitudeLaw;
 pub use path::Path;
-pub use stimulus::Stimulus;
+pub use stimulus::{Prepared, Stimulus};
 pub use texture::{HARMONICS_MAX, Harmonic, Texture};
 pub use vibration::Vibration;

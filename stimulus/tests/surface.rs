@@ -127,6 +127,26 @@ fn the_phase_is_continuous() {
     }
 }
 
+/// The same under a long latency, over which the output is many counts ahead of the hand: a change of texture begins where the output is.
+#[test]
+fn a_change_of_texture_under_latency_is_no_step() {
+    let encoder = Encoder { latency_s: 2e-3, ..Encoder::OKAMOTO };
+    let mut stimulus = Stimulus::new(Actuator::PIEZO, encoder, AmplitudeLaw::OKAMOTO).expect("a stimulus");
+    stimulus.down();
+    let mut last = 75.0f32;
+    for n in 0..5000 {
+        if n % 300 == 0 {
+            let period_mm = [1.0, 2.0, 0.8][(n as usize / 300) % 3];
+            stimulus.set_texture(&Texture { power: 3000.0, ..Texture::new(period_mm) }).expect("a texture");
+        }
+        let y = stimulus.next(counts(100.0 * f64::from(n) / RATE_HZ));
+        // 37.5 V at 125 Hz, and the fade of 75 V in 20 ms.
+        let most = 37.5 * TAU as f32 * 125.0 / 5000.0 + 75.0 / 0.02 / 5000.0 + 0.5;
+        assert!((y - last).abs() < most, "{n}: {last} {y}");
+        last = y;
+    }
+}
+
 #[test]
 fn overtones_are_where_they_belong() {
     let mut texture = Texture { power: 6000.0, ..Texture::new(2.0) };

@@ -50,9 +50,9 @@ pub fn distance(flags: &[String]) -> Result<()> {
     run(&mut distance)
 }
 
-/// Builds both boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.
+/// Builds the boards' images and measures them on the register model; with `--write` it fills in `docs/board.md`.
 pub fn board(write: bool) -> Result<()> {
-    for board in [Board::FeatherF405, Board::NucleoF446re] {
+    for board in Board::REAL {
         images::build(board.image())?;
     }
     let mut board = eval("board");

@@ -41,8 +41,11 @@ pub const OVERFLOW_CHECKED: Image = Image { profile: "overflow-checked", ..Board
 /// The profile of all that is not for a test alone, in the workspace's `Cargo.toml`.
 const USUAL: &str = "image";
 
-/// The firmware's binary.
+/// The firmware's package, and its binary for a finger.
 const FIRMWARE: &str = "ridgetone-firmware";
+
+/// Its binary for a stylus.
+const STYLUS: &str = "ridgetone-stylus-firmware";
 
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -53,22 +56,37 @@ pub enum Board {
     NucleoF446re,
     /// QEMU's netduinoplus2, with the ADS1258 on the PC.
     Emulated,
+    /// Adafruit Feather STM32F405 Express with an encoder and an actuator: a stylus.
+    StylusF405,
 }
 
 impl Board {
+    /// The boards that exist, all but the emulated one.
+    pub const REAL: [Self; 3] = [Self::FeatherF405, Self::NucleoF446re, Self::StylusF405];
+
     /// Its firmware.
     pub const fn image(self) -> Image {
-        // The firmware depends on DRDY's interrupt and the line's.
-        let (name, interrupts): (_, &[_]) = match self {
-            Self::FeatherF405 => ("feather-f405", &[inspect::DRDY, inspect::USART3]),
-            Self::NucleoF446re => ("nucleo-f446re", &[inspect::DRDY, inspect::USART2]),
-            Self::Emulated => ("emulated", &[inspect::DRDY, inspect::USART3]),
+        // The firmware depends on DRDY's interrupt and the line's, the stylus's on the timer's.
+        let (name, binary, interrupts): (_, _, &[_]) = match self {
+            Self::FeatherF405 => ("feather-f405", FIRMWARE, &[inspect::DRDY, inspect::USART3]),
+            Self::NucleoF446re => ("nucleo-f446re", FIRMWARE, &[inspect::DRDY, inspect::USART2]),
+            Self::Emulated => ("emulated", FIRMWARE, &[inspect::DRDY, inspect::USART3]),
+            Self::StylusF405 => ("stylus-f405", STYLUS, &[inspect::TIM6, inspect::USART3]),
         };
-        Image { package: FIRMWARE, name, binary: FIRMWARE, profile: USUAL, interrupts }
+        Image { package: FIRMWARE, name, binary, profile: USUAL, interrupts }
     }
 }
 
 impl Image {
+    /// What it may take of flash and RAM; none for a benchmark.
+    fn budgets(self) -> Option<&'static sizes::Budgets> {
+        match self.binary {
+            FIRMWARE => Some(&sizes::FINGER),
+            STYLUS => Some(&sizes::STYLUS),
+            _ => None,
+        }
+    }
+
     /// A command of cargo for this image, such as `build`.
     fn cargo(self, toolchain: &Toolchain, subcommand: &str) -> Command {
         let Self { package, name, binary, profile, .. } = self;
@@ -89,9 +107,9 @@ pub fn build(image: Image) -> Result<(PathBuf, Sizes)> {
     let unfit = || format!("the image {name} is not fit to run");
     let sizes = inspect::check(&bytes, interrupts).with_context(unfit)?;
     // Overflow checks are panics of their own.
-    if binary == FIRMWARE && profile == USUAL {
+    if let Some(budgets) = image.budgets().filter(|_| profile == USUAL) {
         panics::check(&bytes).with_context(unfit)?;
-        sizes::table(&bytes).with_context(unfit)?;
+        sizes::table(&bytes, budgets).with_context(unfit)?;
     }
     let folder = if profile == USUAL { name.to_owned() } else { format!("{name}-{profile}") };
     let folder = target_dir().join("firmware").join(folder);
@@ -107,7 +125,9 @@ pub fn build_and_print(board: Option<Board>) -> Result<()> {
         let (path, sizes) = build(board.image())?;
         println!("{:<13} {sizes}", board.image().name);
         println!("{:<13} {}", "", path.display());
-        print!("{}", sizes::table(&read(&path)?)?);
+        if let Some(budgets) = board.image().budgets() {
+            print!("{}", sizes::table(&read(&path)?, budgets)?);
+        }
     }
     Ok(())
 }

@@ -18,6 +18,9 @@ pub const USART2: Interrupt = ("USART2", 16 + 38);
 /// As above.
 pub const USART3: Interrupt = ("USART3", 16 + 39);
 
+/// TIM6 (interrupt 54), a sample of the stylus.
+pub const TIM6: Interrupt = ("TIM6_DAC", 16 + 54);
+
 /// What an image takes, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {

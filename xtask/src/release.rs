@@ -25,7 +25,7 @@ pub fn run() -> Result<()> {
     remove(&folder)?;
     create(&folder)?;
     let mut sums = String::new();
-    for image in [Board::FeatherF405, Board::NucleoF446re].map(Board::image) {
+    for image in Board::REAL.map(Board::image) {
         let (path, sizes) = images::build(image)?;
         let elf = read(&path)?;
         let segments = segments(&elf)?;

@@ -18,8 +18,8 @@ const EMULATED: [&str; 7] = [
     "a_fit_too_slow_for_the_hop_costs_hops",
 ];
 
-/// Runs of the boards' own images without `--all`: a program in `rig/tests`.
-const RIG: &str = "boards";
+/// Runs of the boards' own images without `--all`: programs in `rig/tests`.
+const RIG: [&str; 2] = ["boards", "stylus"];
 
 /// Tests that take longer than all others together: `cargo test` runs them by their names.
 const NEVER: [&str; 3] = [
@@ -50,14 +50,15 @@ pub fn run_tests(all: bool) -> Result<()> {
     images::build(Board::Emulated.image())?;
     announce("tests on this PC");
     run(&mut test(&[])).context("tests on this PC")?;
-    for board in [Board::FeatherF405, Board::NucleoF446re] {
+    for board in Board::REAL {
         images::build(board.image())?;
     }
     if all {
         return run_long();
     }
     announce("the images of the boards on the register model");
-    run(&mut test(&["--test", RIG, "--", "--ignored"])).context("tests of the boards' images")?;
+    let mut rig = test(&RIG.map(|program| ["--test", program]).concat());
+    run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
     announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
     let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
@@ -129,6 +130,6 @@ mod tests {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));
-        assert!(root().join(format!("rig/tests/{RIG}.rs")).is_file());
+        assert!(RIG.iter().all(|program| root().join(format!("rig/tests/{program}.rs")).is_file()));
     }
 }

@@ -66,6 +66,16 @@ impl Diagnostics {
         }
     }
 
+    /// Share of time that the processor was busy, 0 to 1; zero where nothing measures it.
+    pub fn load(&self) -> f32 {
+        f32::from_bits(self.load_bits.load(Relaxed))
+    }
+
+    /// Most stack in use since start-up, and the stack's size, bytes; zero where nothing measures it.
+    pub fn stack_bytes(&self) -> [u32; 2] {
+        self.stack.each_ref().map(|bytes| bytes.load(Relaxed))
+    }
+
     /// The chip's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
     pub fn adc_registers(&self) -> [u8; Register::ALL.len()] {
         self.adc_registers.each_ref().map(|register| register.load(Relaxed))

@@ -40,12 +40,12 @@ impl Idle {
 
     /// Runs after each sleep. `slept_us` is its start and its end on the microsecond counter. The stack has `words` words;
     /// `word` reads one by its number from the far end.
-    pub fn run<P>(
+    pub fn run<P, E>(
         &mut self,
         slept_us: (u32, u32),
         words: usize,
         word: impl Fn(usize) -> u32,
-        outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+        outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>,
         shared: &Shared<P>,
     ) -> Next {
         let diagnostics = &shared.diagnostics;

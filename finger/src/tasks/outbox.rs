@@ -6,19 +6,19 @@ use ridgetone_proto::telemetry::{Event, Packet};
 
 /// At most `N` packets. They are numbered before any is dropped, so that a reader sees the loss.
 #[derive(Debug, Default)]
-pub struct Outbox<const N: usize> {
-    waiting: Deque<Packet, N>,
+pub struct Outbox<const N: usize, E = Event> {
+    waiting: Deque<Packet<E>, N>,
     sequence: u16,
 }
 
-impl<const N: usize> Outbox<N> {
+impl<const N: usize, E> Outbox<N, E> {
     /// An empty outbox; `const`, so that it can live in a static.
     pub const fn new() -> Self {
         Self { waiting: Deque::new(), sequence: 0 }
     }
 
     /// Numbers an event and queues it. Returns whether an event was dropped for it.
-    pub fn post(&mut self, event: Event) -> bool {
+    pub fn post(&mut self, event: E) -> bool {
         let dropped = self.waiting.is_full() && self.waiting.pop_front().is_some();
         let packet = Packet { sequence: self.sequence, event };
         self.sequence = self.sequence.wrapping_add(1);
@@ -27,7 +27,7 @@ impl<const N: usize> Outbox<N> {
     }
 
     /// The oldest packet.
-    pub fn take(&mut self) -> Option<Packet> {
+    pub fn take(&mut self) -> Option<Packet<E>> {
         self.waiting.pop_front()
     }
 
@@ -39,7 +39,7 @@ impl<const N: usize> Outbox<N> {
 
 /// Hands an event to `report`. A dropped event is counted.
 #[inline(never)]
-pub fn post<P: Platform>(outbox: &mut Outbox<PACKETS>, event: Event, shared: &Shared<P>) {
+pub fn post<P: Platform, E>(outbox: &mut Outbox<PACKETS, E>, event: E, shared: &Shared<P>) {
     if outbox.post(event) {
         shared.diagnostics.messages_dropped.add(1);
     }

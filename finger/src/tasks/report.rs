@@ -4,7 +4,7 @@ use super::outbox::Outbox;
 use super::shared::{LOW_WATER, PACKETS, Platform, Shared, Task};
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Producer;
-use ridgetone_proto::telemetry::{WIRE_MAX, encode};
+use ridgetone_proto::telemetry::{Events, WIRE_MAX};
 use rtic_core::Mutex;
 
 /// What the task owns.
@@ -22,10 +22,10 @@ impl<'a> Report<'a> {
     }
 
     /// Runs when an event was posted, and when the queue of bytes is nearly empty.
-    pub fn run<P: Platform>(&mut self, outbox: &mut impl Mutex<T = Outbox<PACKETS>>, shared: &Shared<P>) {
+    pub fn run<P: Platform, E: Events>(&mut self, outbox: &mut impl Mutex<T = Outbox<PACKETS, E>>, shared: &Shared<P>) {
         while self.bytes.len() <= LOW_WATER {
             let Some(packet) = outbox.lock(|outbox| outbox.take()) else { break };
-            let length = encode(&packet, &mut self.wire).ok();
+            let length = E::encode(&packet, &mut self.wire).ok();
             let Some(encoded) = length.and_then(|length| self.wire.get(..length)) else {
                 shared.diagnostics.messages_dropped.add(1);
                 continue;

@@ -108,6 +108,11 @@ impl<P> Shared<P> {
         P::pend(self, Task::Drdy);
     }
 
+    /// The board resets as soon as the line is silent.
+    pub fn restart(&self) {
+        self.restarting.store(true, Relaxed);
+    }
+
     /// Whether a request has made the board reset as soon as the line is silent.
     pub fn is_restarting(&self) -> bool {
         self.restarting.load(Relaxed)

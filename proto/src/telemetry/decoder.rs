@@ -1,36 +1,80 @@
 //! From bytes back to packets.
 
 use super::event::Event;
-use super::packet::{PROTOCOL, Packet};
-use crate::framing::{self, Inbox, Pushed, WIRE_MAX};
+use super::packet::{self, PROTOCOL, Packet};
+use crate::framing::{self, Inbox, Pushed, TooLong, WIRE_MAX};
+use core::marker::PhantomData;
+use serde::de::DeserializeOwned;
+
+/// The events of a kind of board.
+pub trait Events: DeserializeOwned {
+    /// Version of their wire contract.
+    const PROTOCOL: u8;
+
+    /// The version that a greeting names; none for other events. A greeting with number zero means a restart.
+    fn greeting(&self) -> Option<u8>;
+
+    /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Here, so that it is compiled, small, where the event is.
+    fn encode(packet: &Packet<Self>, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong>;
+}
+
+impl Events for Event {
+    const PROTOCOL: u8 = PROTOCOL;
+
+    fn greeting(&self) -> Option<u8> {
+        if let Self::Hello(hello) = self { Some(hello.protocol) } else { None }
+    }
+
+    fn encode(packet: &Packet, wire: &mut [u8; WIRE_MAX]) -> Result<usize, TooLong> {
+        packet::encode(packet, wire)
+    }
+}
+
+/// The finger's.
+pub type Decoder = PacketDecoder<Event>;
 
 /// Assembles packets from single bytes and counts the damaged and the missing ones.
-#[derive(Debug, Default)]
-pub struct Decoder {
+#[derive(Debug)]
+pub struct PacketDecoder<E> {
     inbox: Inbox<WIRE_MAX>,
     expected: Option<u16>,
     /// Frames that failed stuffing, checksum or content and were skipped.
     pub damaged: u32,
-    /// Protocol of the device, if it is not [`PROTOCOL`]: then its packets are not returned.
+    /// Protocol of the device, if it is not [`Events::PROTOCOL`]: then its packets are not returned.
     pub foreign: Option<u8>,
     /// Packets that never arrived, by their sequence numbers. Of a gap of 32,768 or more only what is beyond whole
     /// multiples of 65,536 counts, if that is less than 32,768.
     pub missing: u32,
     /// Times that the numbers stepped back: the line repeated itself, or a restarted device's greeting was lost.
     pub stepped_back: u32,
+    events: PhantomData<E>,
 }
 
-impl Decoder {
+impl<E: Events> Default for PacketDecoder<E> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<E: Events> PacketDecoder<E> {
     /// A new decoder; it finds its place at the next zero byte.
     pub const fn new() -> Self {
-        Self { inbox: Inbox::new(), expected: None, damaged: 0, foreign: None, missing: 0, stepped_back: 0 }
+        Self {
+            inbox: Inbox::new(),
+            expected: None,
+            damaged: 0,
+            foreign: None,
+            missing: 0,
+            stepped_back: 0,
+            events: PhantomData,
+        }
     }
 
     /// Takes one byte; returns a packet when the byte completes one.
-    pub fn push(&mut self, byte: u8) -> Option<Packet> {
+    pub fn push(&mut self, byte: u8) -> Option<Packet<E>> {
         let packet = match self.inbox.push(byte) {
             Pushed::More => return None,
-            Pushed::Whole => self.inbox.take().and_then(|mut frame| framing::decode::<Packet>(&mut frame)),
+            Pushed::Whole => self.inbox.take().and_then(|mut frame| framing::decode::<Packet<E>>(&mut frame)),
             Pushed::Damaged => None,
         };
         let Some(packet) = packet else {
@@ -39,7 +83,7 @@ impl Decoder {
         };
         let gap = match self.expected {
             // A greeting with number zero means a restart.
-            Some(expected) if !(packet.sequence == 0 && matches!(packet.event, Event::Hello(_))) => {
+            Some(expected) if !(packet.sequence == 0 && packet.event.greeting().is_some()) => {
                 packet.sequence.wrapping_sub(expected)
             }
             _ => 0,
@@ -51,8 +95,8 @@ impl Decoder {
             self.stepped_back = self.stepped_back.saturating_add(1);
         }
         self.expected = Some(packet.sequence.wrapping_add(1));
-        if let Event::Hello(hello) = &packet.event {
-            self.foreign = (hello.protocol != PROTOCOL).then_some(hello.protocol);
+        if let Some(protocol) = packet.event.greeting() {
+            self.foreign = (protocol != E::PROTOCOL).then_some(protocol);
         }
         self.foreign.is_none().then_some(packet)
     }

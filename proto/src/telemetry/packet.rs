@@ -14,11 +14,11 @@ pub const PROTOCOL: u8 = 8;
 
 /// An event with its number, so that a reader notices every loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Packet {
+pub struct Packet<E = Event> {
     /// Number of the packet since start-up, wrapping.
     pub sequence: u16,
     /// The event.
-    pub event: Event,
+    pub event: E,
 }
 
 /// Encodes a packet ([`crate::framing`]). Returns the bytes used of `wire`. Every event fits.

@@ -1,7 +1,7 @@
 //! What happens by itself: bytes end, timers wrap, DRDY falls, the watchdog bites.
 
 use super::state::Bus;
-use crate::board::Pin;
+use crate::board::{AdcPins, Pin};
 use crate::findings::Rule;
 
 /// Interrupts' numbers (RM0090, table 61).
@@ -9,6 +9,7 @@ const IRQ_EXTI4: u16 = 10;
 const IRQ_TIM4: u16 = 30;
 const IRQ_USART2: u16 = 38;
 const IRQ_USART3: u16 = 39;
+const IRQ_TIM6_DAC: u16 = 54;
 pub(super) const IRQ_OTG_FS: u16 = 67;
 
 impl Bus {
@@ -24,6 +25,7 @@ impl Bus {
             self.spi.next_event(),
             self.usart.next_event(),
             self.tim4.next_event(self.timer_ratio()),
+            self.tim6.next_event(self.timer_ratio()),
             self.drdy_falls,
             self.usb_rises,
             bite,
@@ -44,6 +46,9 @@ impl Bus {
         self.shift();
         self.usart.advance(now, self.byte_cycles());
         self.tim4.advance(now, self.timer_ratio());
+        if let Some(cycle) = self.tim6.advance(now, self.timer_ratio()).filter(|_| self.tim6.triggers()) {
+            self.trigger_dac(cycle);
+        }
         if self.drdy_falls.is_some_and(|cycle| cycle <= now) {
             self.drdy_edge();
         }
@@ -60,6 +65,7 @@ impl Bus {
         self.scs.now = now;
         self.scs.set_line(IRQ_EXTI4, self.exti.is_requested(4));
         self.scs.set_line(IRQ_TIM4, self.tim4.is_requested());
+        self.scs.set_line(IRQ_TIM6_DAC, self.tim6.is_requested());
         let irq = if self.wiring.usart == 2 { IRQ_USART2 } else { IRQ_USART3 };
         self.scs.set_line(irq, self.usart.is_requested());
         // Nothing here serves USB, so it goes on.
@@ -70,12 +76,19 @@ impl Bus {
 
     /// DRDY falls, once or more often since it was looked at last.
     fn drdy_edge(&mut self) {
-        let Pin(port, pin) = self.wiring.drdy;
+        let Some(AdcPins { drdy: Pin(port, pin), .. }) = self.wiring.adc else { return };
         self.adc.chip.advance_to(self.time.ns());
         if self.syscfg.port(pin) == port {
             self.exti.fall(pin);
         }
         self.expect_drdy();
+    }
+
+    /// TIM6 has triggered the converter at this cycle.
+    pub fn trigger_dac(&mut self, cycle: u64) {
+        /// From the trigger to DOR1, cycles of APB1 (RM0090, 14.3.4).
+        const TRIGGER_CYCLES: u64 = 3;
+        self.dac.trigger(self.time.ns_at(cycle + TRIGGER_CYCLES * self.apb_ratio(0)));
     }
 
     /// Starts the next byte on SPI, if one waits.

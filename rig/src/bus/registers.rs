@@ -4,11 +4,14 @@ use super::state::Bus;
 use crate::findings::Rule;
 
 const TIM2: u32 = 0x4000_0000;
+const TIM3: u32 = 0x4000_0400;
 const TIM4: u32 = 0x4000_0800;
+const TIM6: u32 = 0x4000_1000;
 const IWDG: u32 = 0x4000_3000;
 const USART2: u32 = 0x4000_4400;
 const USART3: u32 = 0x4000_4800;
 const PWR: u32 = 0x4000_7000;
+const DAC: u32 = 0x4000_7400;
 const SPI1: u32 = 0x4001_3000;
 const SYSCFG: u32 = 0x4001_3800;
 const EXTI: u32 = 0x4001_3C00;
@@ -20,17 +23,21 @@ const FLASH: u32 = 0x4002_3C00;
 /// The data register of a USART.
 const USART_DR: u32 = 0x04;
 
-/// The counter of a timer.
+/// The counter of a timer, and what makes an update of it.
 const CNT: u32 = 0x24;
+const EGR: u32 = 0x14;
 
 /// Where a peripheral's bit is in RCC: the bus, as in [`crate::peripherals::rcc::Rcc`], and the bit.
 const fn clock_of(base: u32) -> Option<(usize, u32)> {
     Some(match base {
         TIM2 => (3, 0),
+        TIM3 => (3, 1),
         TIM4 => (3, 2),
+        TIM6 => (3, 4),
         USART2 => (3, 17),
         USART3 => (3, 18),
         PWR => (3, 28),
+        DAC => (3, 29),
         SPI1 => (4, 12),
         SYSCFG => (4, 14),
         GPIOA..=GPIOC => (0, (base - GPIOA) / 0x400),
@@ -64,7 +71,10 @@ impl Bus {
                 }
                 Some(value)
             }
+            TIM3 => self.encoder.read(offset, self.time.ns()),
             TIM4 => self.tim4.read(offset, now, ratio),
+            TIM6 => self.tim6.read(offset, now, ratio),
+            DAC => self.dac.read(offset),
             IWDG => self.iwdg.read(offset, self.time.ns()),
             PWR => self.pwr.read(offset),
             SPI1 => self.spi.read(offset),
@@ -91,7 +101,27 @@ impl Bus {
                 let detail = || "TIM2 runs, and nobody has written ARR".to_owned();
                 self.note(self.tim2.runs_unset().then(|| (Rule::TimerReload, detail())));
             }
+            TIM3 => {
+                let was_on = self.encoder.is_on();
+                self.encoder.write(offset, value, self.time.ns())?;
+                if !was_on && self.encoder.is_on() {
+                    self.check_encoder();
+                }
+            }
             TIM4 => self.tim4.write(offset, value, now, ratio)?,
+            TIM6 => {
+                self.tim6.write(offset, value, now, ratio)?;
+                if offset == EGR && self.tim6.triggers() {
+                    self.trigger_dac(now);
+                }
+            }
+            DAC => {
+                let was_on = self.dac.is_on();
+                self.dac.write(offset, value, self.time.ns())?;
+                if !was_on && self.dac.is_on() {
+                    self.check_dac();
+                }
+            }
             IWDG => self.iwdg.write(offset, value, self.time.ns())?,
             PWR => self.pwr.write(offset, value)?,
             SPI1 => {
@@ -135,7 +165,7 @@ impl Bus {
     /// Resets peripherals by their bits in RCC's registers; none if one is not modelled.
     fn reset_peripherals(&mut self, bus: usize, bits: u32) -> Option<()> {
         let line = self.line_base();
-        let known = [TIM2, TIM4, line, PWR, SPI1, SYSCFG, GPIOA, GPIOA + 0x400, GPIOC];
+        let known = [TIM2, TIM3, TIM4, TIM6, DAC, line, PWR, SPI1, SYSCFG, GPIOA, GPIOA + 0x400, GPIOC];
         let mut left = bits;
         for base in known {
             let Some((_, bit)) = clock_of(base).filter(|(its, bit)| *its == bus && bits >> bit & 1 != 0) else {
@@ -144,7 +174,10 @@ impl Bus {
             left &= !(1 << bit);
             match base {
                 TIM2 => self.tim2.reset(),
+                TIM3 => self.encoder.reset(),
                 TIM4 => self.tim4.reset(),
+                TIM6 => self.tim6.reset(),
+                DAC => self.dac.reset(self.time.ns()),
                 PWR => self.pwr = crate::peripherals::small::Pwr::new(),
                 SPI1 => self.spi.reset(),
                 SYSCFG => self.syscfg = Default::default(),

@@ -3,6 +3,8 @@
 use crate::board::Wiring;
 use crate::findings::{Findings, Rule};
 use crate::peripherals::adc::Adc;
+use crate::peripherals::dac::Dac;
+use crate::peripherals::encoder::Encoder;
 use crate::peripherals::exti::{Exti, Syscfg};
 use crate::peripherals::flash::Flash;
 use crate::peripherals::gpio::Gpio;
@@ -40,6 +42,9 @@ pub(crate) struct Bus {
     pub usart: Usart,
     pub tim2: Timer,
     pub tim4: Timer,
+    pub tim6: Timer,
+    pub encoder: Encoder,
+    pub dac: Dac,
     pub iwdg: Iwdg,
     pub pwr: Pwr,
     pub dbgmcu: Dbgmcu,
@@ -80,6 +85,9 @@ impl Bus {
             usart: Usart::new(),
             tim2: Timer::new(u32::MAX),
             tim4: Timer::new(u16::MAX as u32),
+            tim6: Timer::new(u16::MAX as u32),
+            encoder: Encoder::new(),
+            dac: Dac::default(),
             iwdg: Iwdg::new(),
             pwr: Pwr::new(),
             dbgmcu: Dbgmcu::new(wiring.id_code),
@@ -106,6 +114,9 @@ impl Bus {
         self.usart.reset();
         self.tim2.reset();
         self.tim4.reset();
+        self.tim6.reset();
+        self.encoder.reset();
+        self.dac.reset(self.time.ns());
         self.iwdg.reset();
         self.pwr = Pwr::new();
         (self.has_bitten, self.dates_edge, self.is_line_checked) = (false, false, false);

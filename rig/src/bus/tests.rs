@@ -3,6 +3,7 @@
 mod clocks;
 mod flash;
 mod pins;
+mod stylus;
 mod time;
 
 use super::state::Bus;
@@ -42,8 +43,12 @@ struct Bench(Bus);
 
 impl Bench {
     fn new() -> Self {
+        Self::of(Board::FeatherF405)
+    }
+
+    fn of(board: Board) -> Self {
         let adc = Adc::new(Box::new(Constant::default()), Options::default());
-        Self(Bus::new(Board::FeatherF405.wiring(), adc, crate::Start::default().option_bytes))
+        Self(Bus::new(board.wiring(), adc, crate::Start::default().option_bytes))
     }
 
     fn set(&mut self, address: u32, value: u32) -> &mut Self {

@@ -2,11 +2,12 @@
 
 use super::events::IRQ_OTG_FS;
 use super::state::Bus;
-use crate::board::Pin;
+use crate::board::{AdcPins, Pin};
 use crate::findings::Rule;
 use crate::peripherals::gpio::Gpio;
 
-/// Alternate functions (DS8626, table 9): SPI1 and the USARTs 1 to 3.
+/// Alternate functions (DS8626, table 9): TIM3, SPI1 and the USARTs 1 to 3.
+const AF_TIM3: u32 = 2;
 const AF_SPI1: u32 = 5;
 const AF_USART: u32 = 7;
 
@@ -31,10 +32,11 @@ impl Bus {
 
     /// Outputs may have moved.
     pub fn pins_changed(&mut self) {
-        let (wiring, now_ns) = (self.wiring, self.time.ns());
-        let start = self.level(wiring.start, false);
-        let reset = self.level(wiring.reset, true);
-        let cs_low = !self.level(wiring.cs, true);
+        let Some(adc) = self.wiring.adc else { return };
+        let now_ns = self.time.ns();
+        let start = self.level(adc.start, false);
+        let reset = self.level(adc.reset, true);
+        let cs_low = !self.level(adc.cs, true);
         let broken = self.adc.set_cs(cs_low, now_ns, self.spi.is_busy());
         self.note(broken);
         self.adc.set_start(start, now_ns);
@@ -44,7 +46,7 @@ impl Bus {
 
     /// Puts DRDY's level where its pin is read.
     pub fn show_drdy(&mut self) {
-        let Pin(port, pin) = self.wiring.drdy;
+        let Some(AdcPins { drdy: Pin(port, pin), .. }) = self.wiring.adc else { return };
         let high = self.adc.chip.drdy_high(self.time.ns());
         let outside = &mut self.gpio[usize::from(port)].outside;
         *outside = *outside & !(1 << pin) | u16::from(high) << pin;
@@ -102,10 +104,12 @@ impl Bus {
 
     /// The rules for SPI, as it is switched on.
     pub fn check_spi(&mut self) {
-        let Pin(port, sck) = self.wiring.sck;
-        let pins = [self.wiring.sck, self.wiring.miso, self.wiring.mosi];
-        self.check_functions(&pins, AF_SPI1);
-        if self.port(self.wiring.cs).driven(self.wiring.cs.1).is_none() {
+        let Some(adc) = self.wiring.adc else {
+            return self.note(Some((Rule::PinFunction, "SPI1 is on, and nothing is wired to it".into())));
+        };
+        let Pin(port, sck) = adc.sck;
+        self.check_functions(&[adc.sck, adc.miso, adc.mosi], AF_SPI1);
+        if self.port(adc.cs).driven(adc.cs.1).is_none() {
             self.note(Some((Rule::PinFunction, "CS is no output".into())));
         }
         let apb_hz = self.clocks.pclk[1];
@@ -125,6 +129,22 @@ impl Bus {
     /// The rules for the serial line, as its first byte leaves.
     pub fn check_line(&mut self) {
         self.check_functions(&[self.wiring.tx, self.wiring.rx], AF_USART);
+    }
+
+    /// The rules for the encoder, as its counter is switched on.
+    pub fn check_encoder(&mut self) {
+        match self.wiring.stylus {
+            Some(stylus) => self.check_functions(&stylus.channels, AF_TIM3),
+            None => self.note(Some((Rule::PinFunction, "TIM3 counts, and nothing is wired to it".into()))),
+        }
+    }
+
+    /// The rules for the converter, as it is switched on: its pin is analogue by then (RM0090, 14.3.1).
+    pub fn check_dac(&mut self) {
+        let is_analogue = |pin: Pin| self.port(pin).mode(pin.1) == 3;
+        if !self.wiring.stylus.is_some_and(|stylus| is_analogue(stylus.output)) {
+            self.note(Some((Rule::PinFunction, "the converter is on, and its pin is not analogue".into())));
+        }
     }
 
     fn check_functions(&mut self, pins: &[Pin], wanted: u32) {

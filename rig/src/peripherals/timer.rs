@@ -1,12 +1,15 @@
-//! TIM2 and TIM4 as counters that count up and wrap (RM0090, 18.4).
+//! TIM2, TIM4 and TIM6 as counters that count up and wrap (RM0090, 18.4 and 20.4).
 
 const CEN: u32 = 1;
 const UIF: u32 = 1;
+/// CR2: the update is TRGO.
+const MMS_UPDATE: u32 = 2 << 4;
 
 pub struct Timer {
     /// Highest value of the counter: 16 or 32 bits.
     top: u32,
     cr1: u32,
+    cr2: u32,
     dier: u32,
     has_wrapped: bool,
     /// The prescaler that was written, and the one in use.
@@ -22,7 +25,7 @@ impl Timer {
     /// The counter's highest value, and ARR after a reset: RM0090 has all ones, the register descriptions zero.
     pub const fn new(top: u32) -> Self {
         let (psc, from) = ([0; 2], (0, 0));
-        Self { top, cr1: 0, dier: 0, has_wrapped: false, psc, arr: top, is_arr_written: false, from }
+        Self { top, cr1: 0, cr2: 0, dier: 0, has_wrapped: false, psc, arr: top, is_arr_written: false, from }
     }
 
     pub fn reset(&mut self) {
@@ -47,21 +50,27 @@ impl Timer {
         if self.arr == 0 { (0, 0) } else { ((sum % period) as u32, sum / period) }
     }
 
-    /// When it wraps next, if that is an interrupt.
+    /// Whether each wrap triggers something else.
+    pub fn triggers(&self) -> bool {
+        self.cr2 == MMS_UPDATE
+    }
+
+    /// When it wraps next, if that is an interrupt or a trigger.
     pub fn next_event(&self, ratio: u64) -> Option<u64> {
-        let wakes = self.cr1 & CEN != 0 && self.dier & UIF != 0 && self.arr != 0;
+        let wakes = self.cr1 & CEN != 0 && (self.dier & UIF != 0 || self.triggers()) && self.arr != 0;
         let left = (u64::from(self.arr) + 1).saturating_sub(self.from.0.into());
         wakes.then(|| self.from.1 + left * self.cycles_per_count(ratio))
     }
 
-    /// Lets it count until now.
-    pub fn advance(&mut self, now: u64, ratio: u64) {
+    /// Lets it count until now. Gives the cycle of the latest wrap.
+    pub fn advance(&mut self, now: u64, ratio: u64) -> Option<u64> {
         let (_, wraps) = self.count(now, ratio);
         if wraps > 0 {
             self.has_wrapped = true;
             let whole = (u64::from(self.arr) + 1) * wraps - u64::from(self.from.0);
             self.from = (0, self.from.1 + whole * self.cycles_per_count(ratio));
         }
+        (wraps > 0).then_some(self.from.1)
     }
 
     /// Starts counting from a value at this moment.
@@ -76,7 +85,8 @@ impl Timer {
     pub fn read(&self, offset: u32, now: u64, ratio: u64) -> Option<u32> {
         Some(match offset {
             0x00 => self.cr1,
-            0x04 | 0x08 => 0,
+            0x04 => self.cr2,
+            0x08 => 0,
             0x0C => self.dier,
             0x10 => self.has_wrapped.into(),
             0x24 => self.count(now, ratio).0,
@@ -94,7 +104,8 @@ impl Timer {
                 self.cr1 = value;
                 self.restart(count, now);
             }
-            0x04 | 0x08 if value == 0 => {}
+            0x04 if value == 0 || value == MMS_UPDATE => self.cr2 = value,
+            0x08 if value == 0 => {}
             0x0C if value & !UIF == 0 => self.dier = value,
             0x10 => self.has_wrapped &= value & UIF != 0,
             0x14 if value == 1 => {

@@ -3,6 +3,7 @@
 use super::run::{Reset, Rig};
 use crate::findings::Finding;
 use crate::peripherals::adc::Reading;
+use crate::peripherals::dac::Output;
 use crate::peripherals::rcc::ResetCause;
 use crate::processor_fault::ProcessorFault;
 use crate::scs::{FIRST_IRQ, Served};
@@ -138,6 +139,23 @@ impl Rig {
         }
         self.bus.expect_drdy();
         self.bus.attend();
+    }
+
+    /// From now on a hand moves the encoder: its place in counts at a time, nanoseconds since power-up.
+    pub fn move_hand(&mut self, place: impl Fn(u64) -> i64 + 'static) {
+        let now_ns = self.bus.time.ns();
+        let jump = place(now_ns) - (self.bus.encoder.hand)(now_ns);
+        self.bus.encoder.hand = Box::new(move |ns| place(ns) - jump);
+    }
+
+    /// When the firmware has read the encoder, nanoseconds since power-up.
+    pub fn encoder_reads_ns(&self) -> &[u64] {
+        &self.bus.encoder.reads_ns
+    }
+
+    /// What the converter's pin has done.
+    pub fn outputs(&self) -> &[Output] {
+        &self.bus.dac.outputs
     }
 
     /// Instructions executed.
