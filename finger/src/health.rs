@@ -120,6 +120,7 @@ pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics:
         faults: diagnostics.faults.counts(),
         requests_damaged: diagnostics.requests_damaged.get(),
         bytes_overrun: diagnostics.bytes_overrun.get(),
+        odometry: diagnostics.odometry.get(),
         adc_registers: diagnostics.adc_registers(),
         stack_used_bytes,
         stack_bytes,

@@ -2,6 +2,7 @@
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
+use crate::surface::odometry::Mark;
 use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::plan::Plan;
@@ -168,6 +169,7 @@ impl WindowScheduler {
             slide_first,
             force_ratio: self.force_ratio,
             plan: self.plan,
+            odometry: Mark::NONE,
         });
     }
 }
