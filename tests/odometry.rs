@@ -206,9 +206,9 @@ fn lost_doubled_and_damaged_messages_are_counted_and_do_no_harm() {
     assert_eq!(out.health.requests_damaged, did.damaged);
     assert_eq!(counts.received, did.sent + did.doubled - did.lost - did.damaged);
     assert_eq!(counts.doubled, did.doubled);
-    // Those of the last 32 numbers may still come.
+    // One that is the last of all is not missed.
     let missing = did.lost + did.damaged;
-    assert!((missing - 10..=missing).contains(&counts.lost), "{counts:?}");
+    assert!((missing - 1..=missing).contains(&counts.lost), "{counts:?}");
     assert!(good > 25 && counts.windows_by_time == 0);
 }
 

@@ -75,11 +75,6 @@ impl Detector {
         self.tracker.contact.is_touched()
     }
 
-    /// The plan of the conversions.
-    pub const fn plan(&self) -> &Plan {
-        &self.plan
-    }
-
     /// Board time at which device time is zero, microseconds, wrapping; any value before the first conversion.
     pub const fn zero_us(&self) -> u32 {
         self.assembler.board_us.wrapping_sub(self.assembler.now_us as u32)

@@ -41,6 +41,7 @@ pub struct HealthReporter {
 
 impl HealthReporter {
     /// Before the first frame.
+    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
         Self { health_frames, rate_frames, due: health_frames, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }

@@ -9,7 +9,7 @@ use crate::frame::TimedConversion;
 use crate::ring::Ring;
 use crate::surface::odometry::Odometer;
 use crate::surface::profile::Profile;
-use crate::tasks::detect::{admit, mark, take_message};
+use crate::tasks::detect::{admit, take_message};
 use crate::tasks::fit::{feel, fit};
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
@@ -64,7 +64,7 @@ impl Pipeline {
     /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that was complete at a board time,
     /// microseconds. Give it between the conversions before that time and those after it.
     pub fn hear(&mut self, frame: &mut [u8], complete_us: u32) {
-        take_message(frame, complete_us, &mut self.odometer, &self.detector, &self.shared);
+        take_message(frame, complete_us, self.ring.lasts_us(), &mut self.odometer, &self.shared);
     }
 
     /// Reports the next `frames` frames raw too.
@@ -96,8 +96,8 @@ impl Pipeline {
         if let Some(TimedConversion { t_us, .. }) = conversion {
             odometer.forget(t_us, &shared.track);
         }
-        let due = &mut |window| {
-            let window = mark(window, zero_us, odometer, shared);
+        let due = &mut |mut window: Window| {
+            window.odometry = odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
             admit(window, true, |window| windows.push(window).is_ok(), shared);
         };
         match conversion {

@@ -52,6 +52,7 @@ pub(crate) struct WindowScheduler {
 
 impl WindowScheduler {
     /// A scheduler before the first frame.
+    #[inline(never)]
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],

@@ -15,10 +15,8 @@ pub mod way;
 
 use crate::faults::diagnostics::Diagnostics;
 use crate::faults::log::Counter;
-use crate::scan::Scan;
 use alignment::Alignment;
 use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading};
-use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::OdometryCounts;
 use track::{ENTRIES, Entry, Track};
 
@@ -37,13 +35,14 @@ const SPEED_MAX_MM_S: f32 = crate::surface::profile::SPEED_MAX_MM_S;
 /// old stamp would look new.
 const GONE_US: u32 = 60_000_000;
 /// Entries that a window may use, enough for a full ring of frames. The others are for those that come while it is fitted.
-const USABLE: u32 = ENTRIES as u32 - 4;
+const USABLE: u16 = ENTRIES as u16 - 4;
 
 /// What was counted. Every task may read.
 #[derive(Debug, Default)]
 pub struct Counters {
     received: Counter,
-    lost: Counter,
+    /// Numbers up to the newest message's.
+    numbers: Counter,
     late: Counter,
     doubled: Counter,
     /// Windows that were fitted by time although a robot streams.
@@ -53,17 +52,18 @@ pub struct Counters {
 impl Counters {
     /// Nothing counted.
     pub const fn new() -> Self {
-        let [received, lost, late, doubled, windows_by_time] = [const { Counter::new() }; 5];
-        Self { received, lost, late, doubled, windows_by_time }
+        let [received, numbers, late, doubled, windows_by_time] = [const { Counter::new() }; 5];
+        Self { received, numbers, late, doubled, windows_by_time }
     }
 
     /// As `health` reports them.
     pub fn get(&self) -> OdometryCounts {
+        let (received, doubled) = (self.received.get(), self.doubled.get());
         OdometryCounts {
-            received: self.received.get(),
-            lost: self.lost.get(),
+            received,
+            lost: self.numbers.get().saturating_sub(received.saturating_sub(doubled)),
             late: self.late.get(),
-            doubled: self.doubled.get(),
+            doubled,
             windows_by_time: self.windows_by_time.get(),
         }
     }
@@ -72,10 +72,10 @@ impl Counters {
 /// What is known of the robot's motion when a window falls due.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mark {
-    /// Number of the entry behind the newest one; zero if no robot streams.
-    until: u32,
+    /// Number of the entry behind the newest one; that of the oldest if no robot streams.
+    until: u16,
     /// Number of the oldest entry that may be used.
-    oldest: u32,
+    oldest: u16,
     /// The newest entry. In the track it may have moved on by the time of the fit.
     newest: Entry,
     /// The robot's time at the window's end, microseconds.
@@ -90,7 +90,7 @@ impl Mark {
 
     /// Whether a robot streams.
     pub const fn is_some(&self) -> bool {
-        self.until != 0
+        self.until != self.oldest
     }
 }
 
@@ -102,7 +102,8 @@ struct Newest {
     /// Place, and the part of a unit that rounding has left where it follows from speeds.
     place: i32,
     rest: f32,
-    speed_mm_s: Option<f32>,
+    /// NaN for a place.
+    speed_mm_s: f32,
 }
 
 /// Takes a robot's messages.
@@ -110,85 +111,69 @@ struct Newest {
 pub struct Odometer {
     alignment: Alignment,
     newest: Option<Newest>,
-    /// Bit k: the message k numbers before the newest has arrived. Before the first one all have.
+    /// Bit k: the message k numbers before the newest has arrived.
     arrived: u32,
-    /// Least time from one entry of the track to the next, microseconds.
-    spacing_us: u32,
 }
 
 impl Odometer {
     /// Before the first message.
     pub const fn new() -> Self {
-        Self { alignment: Alignment::new(), newest: None, arrived: u32::MAX, spacing_us: 0 }
+        Self { alignment: Alignment::new(), newest: None, arrived: 0 }
     }
 
-    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. `plan`: that of the frames, whose ring the track
-    /// has to last for.
+    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The track is to last for `ring_us`.
     #[inline(never)]
-    pub fn take(&mut self, message: &Odometry, sent_us: u32, plan: &Plan, track: &Track, diagnostics: &Diagnostics) {
+    pub fn take(&mut self, message: &Odometry, sent_us: u32, ring_us: u32, track: &Track, diagnostics: &Diagnostics) {
         let Odometry { number, t_us, reading } = *message;
-        if matches!(reading, Reading::Speed(mm_s) if !(mm_s.abs() <= SPEED_MAX_MM_S)) {
+        let speed_mm_s = if let Reading::Speed(mm_s) = reading { mm_s } else { f32::NAN };
+        if speed_mm_s.abs() > SPEED_MAX_MM_S || matches!(reading, Reading::Speed(mm_s) if mm_s.is_nan()) {
             return diagnostics.requests_damaged.add(1);
         }
         let counters = &diagnostics.odometry;
         counters.received.add(1);
         let delay_us = self.alignment.delay_us(t_us, sent_us);
-        let Some(newest) = self.newest.filter(|_| delay_us.unsigned_abs() < JUMP_US) else {
-            self.alignment.restart(t_us, sent_us);
-            self.arrived = u32::MAX;
-            return self.begin(message, 0, plan, track);
-        };
-        let ahead = number.wrapping_sub(newest.number) as i16;
+        let begins = self.newest.is_none() || delay_us.unsigned_abs() >= JUMP_US;
+        let newest = self.newest.unwrap_or(Newest { number, t_us, place: 0, rest: 0.0, speed_mm_s });
         let passed_us = t_us.wrapping_sub(newest.t_us) as i32;
-        if ahead <= -(u32::BITS as i16) && passed_us > 0 {
-            // The robot's program has started again; its clock has not.
-            self.arrived = u32::MAX;
-        } else if ahead <= 0 {
+        let ahead = number.wrapping_sub(newest.number) as i16;
+        if begins {
+            self.alignment.restart(t_us, sent_us);
+        } else if ahead <= 0 && (ahead > -(u32::BITS as i16) || passed_us <= 0) {
             let bit = 1u32.checked_shl(ahead.unsigned_abs().into()).unwrap_or(0);
             let counter = if self.arrived & bit != 0 { &counters.doubled } else { &counters.late };
             self.arrived |= bit;
             return counter.add(1);
         } else {
-            // A number is lost if it has not arrived by the time that it leaves these bits.
-            let ahead = ahead as u32;
-            let leave = self.arrived & !u32::MAX.checked_shr(ahead).unwrap_or(0);
-            counters.lost.add(ahead - leave.count_ones());
-            self.arrived = self.arrived.checked_shl(ahead).unwrap_or(0) | 1;
+            if delay_us > self.alignment.least_us() + LATE_US {
+                counters.late.add(1);
+            }
+            self.alignment.take(t_us, delay_us);
         }
-        if delay_us > self.alignment.least_us() + LATE_US {
-            counters.late.add(1);
-        }
-        self.alignment.take(t_us, delay_us);
-        if passed_us <= 0 {
+        // Numbers that go back are those of a robot's program that has started again.
+        let steps = if begins || ahead < 0 { 1 } else { u32::from(ahead.unsigned_abs()) };
+        counters.numbers.add(steps);
+        self.arrived = self.arrived.checked_shl(steps).unwrap_or(0) | 1;
+        if !begins && passed_us <= 0 {
+            // From a time that stands still nothing follows.
             return;
         }
         let passed_us = passed_us as u32;
-        let (place, rest) = match (reading, newest.speed_mm_s) {
-            (Reading::Place(place), _) => (place, 0.0),
-            (Reading::Speed(mm_s), Some(before_mm_s)) => {
-                let way = 0.5 * (mm_s + before_mm_s) * (PLACE_PER_MM * 1e-6) * passed_us as f32 + newest.rest;
-                let whole = libm::roundf(way);
-                (newest.place.wrapping_add(whole as i32), way - whole)
-            }
-            (Reading::Speed(_), None) => (newest.place, 0.0),
-        };
-        let is_other = newest.speed_mm_s.is_some() != matches!(reading, Reading::Speed(_));
-        let way = place.wrapping_sub(newest.place).unsigned_abs();
-        if is_other || passed_us > STALE_US || way > STEPS_A_US * passed_us + STEPS_A_US {
-            return self.begin(message, place, plan, track);
+        let (mut place, mut rest) = (newest.place, 0.0);
+        if let Reading::Place(sent) = reading {
+            place = sent;
+        } else {
+            let way = 0.5 * (speed_mm_s + newest.speed_mm_s) * (PLACE_PER_MM * 1e-6) * passed_us as f32 + newest.rest;
+            let whole = libm::roundf(way);
+            // After a place it is none.
+            (place, rest) = (place.wrapping_add(whole as i32), if way.is_nan() { 0.0 } else { way - whole });
         }
-        self.newest = Some(Newest { number, t_us, place, rest, speed_mm_s: speed(reading) });
-        track.put(Entry { t_us, place }, self.spacing_us);
-    }
-
-    /// The track begins with this message.
-    fn begin(&mut self, message: &Odometry, place: i32, plan: &Plan, track: &Track) {
-        let Odometry { number, t_us, reading } = *message;
-        let place = if let Reading::Place(place) = reading { place } else { place };
-        self.newest = Some(Newest { number, t_us, place, rest: 0.0, speed_mm_s: speed(reading) });
-        self.spacing_us = Scan::new(plan).frame_ns() / 1000 * plan.ring_frames() / USABLE;
-        track.clear();
-        track.put(Entry { t_us, place }, 0);
+        let is_other = newest.speed_mm_s.is_nan() != speed_mm_s.is_nan();
+        let way = place.wrapping_sub(newest.place).unsigned_abs();
+        if begins || is_other || passed_us > STALE_US || way > STEPS_A_US * (passed_us + 1) {
+            track.clear();
+        }
+        self.newest = Some(Newest { number, t_us, place, rest, speed_mm_s });
+        track.put(Entry { t_us, place }, ring_us / u32::from(USABLE));
     }
 
     /// Frames are of another plan from now on: the track begins again.
@@ -220,8 +205,4 @@ impl Default for Odometer {
     fn default() -> Self {
         Self::new()
     }
-}
-
-fn speed(reading: Reading) -> Option<f32> {
-    if let Reading::Speed(mm_s) = reading { Some(mm_s) } else { None }
 }

@@ -54,37 +54,40 @@ impl<'a> Detect<'a> {
                 let complete_us = shared.odometry_us.load(Relaxed);
                 let is_next = |next: &TimedConversion| next.t_us.wrapping_sub(complete_us) as i32 > 0;
                 if samples.peek().is_none_or(is_next) {
-                    take_odometry(complete_us, odometer, detector, inbox, shared);
+                    take_odometry(complete_us, ring.lasts_us(), odometer, inbox, shared);
                 }
             }
-            let Some(conversion) = samples.dequeue() else { break };
+            let conversion = samples.dequeue();
+            if conversion.is_none() {
+                shared.touched.store(detector.is_touched(), Relaxed);
+                if shared.look.swap(false, Relaxed) {
+                    let now_us = platform.now_us();
+                    detector.look(now_us, diagnostics, &mut emit);
+                    odometer.forget(now_us, &shared.track);
+                }
+            }
             let zero_us = detector.zero_us();
-            let mut due = |window| {
-                let (keeps_up, window) = (windows.is_empty(), mark(window, zero_us, odometer, shared));
+            let mut due = |mut window: Window| {
+                let keeps_up = windows.is_empty();
+                window.odometry = odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
                 admit(window, keeps_up, |window| windows.enqueue(window).is_ok(), shared);
             };
-            match conversion.as_plan() {
-                None => detector.push(conversion, ring, diagnostics, &mut emit, &mut due),
-                Some(plan) => {
-                    detector.begin(plan, ring, diagnostics, &mut emit, &mut due);
-                    odometer.change_plan(&shared.track);
+            match conversion {
+                Some(conversion) => match conversion.as_plan() {
+                    None => detector.push(conversion, ring, diagnostics, &mut emit, &mut due),
+                    Some(plan) => {
+                        detector.begin(plan, ring, diagnostics, &mut emit, &mut due);
+                        odometer.change_plan(&shared.track);
+                    }
+                },
+                None => {
+                    if platform.has_ended() && !shared.finished.load(Relaxed) {
+                        detector.finish(ring, diagnostics, &mut emit, &mut due);
+                        shared.finished.store(true, Relaxed);
+                    }
+                    break;
                 }
             }
-        }
-        shared.touched.store(detector.is_touched(), Relaxed);
-        if shared.look.swap(false, Relaxed) {
-            let now_us = platform.now_us();
-            detector.look(now_us, diagnostics, &mut emit);
-            odometer.forget(now_us, &shared.track);
-        }
-        let zero_us = detector.zero_us();
-        let mut due = |window| {
-            let (keeps_up, window) = (windows.is_empty(), mark(window, zero_us, odometer, shared));
-            admit(window, keeps_up, |window| windows.enqueue(window).is_ok(), shared);
-        };
-        if platform.has_ended() && !shared.finished.load(Relaxed) {
-            detector.finish(ring, diagnostics, &mut emit, &mut due);
-            shared.finished.store(true, Relaxed);
         }
         shared.liveness.detected.bump();
     }
@@ -94,37 +97,32 @@ impl<'a> Detect<'a> {
 #[inline(never)]
 fn take_odometry<P: Platform>(
     complete_us: u32,
+    ring_us: u32,
     odometer: &mut Odometer,
-    detector: &Detector,
     inbox: &mut impl Mutex<T = Inboxes>,
     shared: &Shared<P>,
 ) {
     shared.has_odometry.store(false, Relaxed);
     let Some(mut frame) = inbox.lock(|inbox| inbox.odometry.take()) else { return };
-    take_message(&mut frame, complete_us, odometer, detector, shared);
+    take_message(&mut frame, complete_us, ring_us, odometer, shared);
 }
 
-/// Takes a robot's message, stuffed and without its zero, that was complete at a board time, microseconds.
+/// Takes a robot's message, stuffed and without its zero, that was complete at a board time, microseconds. A full ring lasts for
+/// `ring_us`.
 pub fn take_message<P: Platform>(
     frame: &mut [u8],
     complete_us: u32,
+    ring_us: u32,
     odometer: &mut Odometer,
-    detector: &Detector,
     shared: &Shared<P>,
 ) {
     let Shared { diagnostics, track, .. } = shared;
     match Odometry::decode(frame) {
         Some(message) => {
-            let (sent_us, plan) = (complete_us.wrapping_sub(ODOMETRY_US), detector.plan());
-            odometer.take(&message, sent_us, plan, track, diagnostics);
+            odometer.take(&message, complete_us.wrapping_sub(ODOMETRY_US), ring_us, track, diagnostics);
         }
         None => diagnostics.requests_damaged.add(1),
     }
-}
-
-/// A window that is due, with what is known of a robot's motion. `zero_us`: board time at which device time is zero.
-pub fn mark<P>(window: Window, zero_us: u32, odometer: &Odometer, shared: &Shared<P>) -> Window {
-    Window { odometry: odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track), ..window }
 }
 
 /// Gives a window that is due to the fit by `put`, which is false if there is no place, or counts it as skipped. A hop is

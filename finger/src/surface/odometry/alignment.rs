@@ -1,19 +1,17 @@
 //! The robot's clock against the board's, from the stamps of messages and the times at which they arrived.
 //!
 //! A message is some time under way, never less than the line takes. So the delays of many messages have a straight line as their
-//! lower bound, and the line's slope is the difference of the clocks' rates: of all lines below the delays, the one that is
-//! nearest to them (Moon, Skelly and Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM
-//! 1999, section IV). It is an edge of the lower convex hull, the one above the middle of the times. Of each second only the
-//! quickest message counts.
-
-use heapless::Vec;
+//! lower bound, and the line's slope is the difference of the clocks' rates. Of each second only the quickest message is kept. The
+//! slope is that from the quickest of the earlier ones to the quickest of the later ones (Paxson, "On calibrating measurements of
+//! packet transit times", SIGMETRICS 1998, section 5: the least delays of parts of a trace), and the line is as high as none of
+//! the delays is below it.
 
 /// Seconds whose quickest messages are kept.
-const LOWS: usize = 9;
+const LOWS: usize = 8;
 /// Time from one of them to the next, at least, microseconds of the robot.
 const BLOCK_US: u32 = 1_000_000;
 /// Time over which the quickest messages have to spread before a slope is taken from them, microseconds.
-const SLOPE_US: u32 = 3_000_000;
+const SLOPE_US: f32 = 3e6;
 /// Greatest difference of two clocks' rates: five times what crystals have.
 const FASTER_MOST: f32 = 500e-6;
 
@@ -29,10 +27,14 @@ struct Low {
 /// The alignment of the robot's clock with the board's.
 #[derive(Debug)]
 pub struct Alignment {
-    /// The first message: its stamp, and the board's time less that.
+    /// The board's time less the stamp, of the first message.
     offset_us: u32,
-    /// The quickest message of each of the latest seconds, in their order.
-    lows: Vec<Low, LOWS>,
+    /// The quickest message of each of the latest seconds; the latest of them is number `latest`, the one before that comes before
+    /// it, and so on around the end.
+    lows: [Low; LOWS],
+    /// How many there are.
+    count: usize,
+    latest: usize,
     /// Stamp with which the latest of these seconds began.
     block_us: u32,
 }
@@ -40,12 +42,12 @@ pub struct Alignment {
 impl Alignment {
     /// Before the first message.
     pub const fn new() -> Self {
-        Self { offset_us: 0, lows: Vec::new(), block_us: 0 }
+        Self { offset_us: 0, lows: [Low { t_us: 0, delay_us: 0 }; LOWS], count: 0, latest: 0, block_us: 0 }
     }
 
     /// Begins again with this message.
     pub fn restart(&mut self, t_us: u32, board_us: u32) {
-        *self = Self { offset_us: board_us.wrapping_sub(t_us), lows: Vec::new(), block_us: t_us };
+        (self.offset_us, self.count) = (board_us.wrapping_sub(t_us), 0);
         self.take(t_us, 0);
     }
 
@@ -56,35 +58,32 @@ impl Alignment {
 
     /// The least delay of the latest seconds, microseconds.
     pub fn least_us(&self) -> i32 {
-        self.lows.iter().map(|low| low.delay_us).min().unwrap_or(0)
+        self.lows().fold(i32::MAX, |least, low| least.min(low.delay_us))
     }
 
     /// Takes the delay of a message, which is later than all before.
     pub fn take(&mut self, t_us: u32, delay_us: i32) {
-        let low = Low { t_us, delay_us };
-        let is_old = t_us.wrapping_sub(self.block_us) >= BLOCK_US;
-        match self.lows.last_mut() {
-            Some(latest) if !is_old => {
-                if delay_us < latest.delay_us {
-                    *latest = low;
-                }
-            }
-            _ => {
-                if self.lows.is_full() {
-                    self.lows.remove(0);
-                }
-                // There is room now.
-                let _ = self.lows.push(low);
-                self.block_us = t_us;
-            }
+        let begins = self.count == 0 || t_us.wrapping_sub(self.block_us) >= BLOCK_US;
+        if begins {
+            (self.count, self.latest, self.block_us) = ((self.count + 1).min(LOWS), (self.latest + 1) % LOWS, t_us);
         }
+        if let Some(low) = self.lows.get_mut(self.latest)
+            && (begins || delay_us < low.delay_us)
+        {
+            *low = Low { t_us, delay_us };
+        }
+    }
+
+    /// The quickest messages, from the latest back.
+    fn lows(&self) -> impl Iterator<Item = &Low> {
+        (0..self.count).filter_map(|back| self.lows.get((self.latest + LOWS - back) % LOWS))
     }
 
     /// The robot's time at a board time, microseconds, and how many microseconds of the robot's clock pass in one of the board's,
     /// less 1.
     pub fn robot_us(&self, board_us: u32) -> (u32, f32) {
-        let Some(latest) = self.lows.last() else { return (board_us.wrapping_sub(self.offset_us), 0.0) };
         let first_us = board_us.wrapping_sub(self.offset_us);
+        let Some(latest) = self.lows().next() else { return (first_us, 0.0) };
         let (delay_us, slope) = self.line(latest);
         // The delay at that time, which a difference of the order of the delay does not change.
         let since_us = first_us.wrapping_sub(latest.t_us).wrapping_sub(latest.delay_us as u32) as i32;
@@ -97,30 +96,26 @@ impl Alignment {
         let at = |low: &Low| {
             (low.t_us.wrapping_sub(latest.t_us) as i32 as f32, low.delay_us.wrapping_sub(latest.delay_us) as f32)
         };
-        let spread_us = self.lows.first().map_or(0, |first| latest.t_us.wrapping_sub(first.t_us));
-        if spread_us < SLOPE_US {
-            return (self.lows.iter().map(|low| at(low).1).fold(0.0, f32::min), 0.0);
-        }
-        let middle = self.lows.iter().map(|low| at(low).0).sum::<f32>() / self.lows.len() as f32;
-        let (mut from, mut slope) = (0, 0.0);
-        // Along the hull from its first point on.
-        while let Some((x, y)) = self.lows.get(from).map(at) {
-            let mut next = None;
-            for (number, low) in self.lows.iter().enumerate().skip(from + 1) {
-                let (to_x, to_y) = at(low);
-                let to = (to_y - y) / (to_x - x);
-                if next.is_none_or(|(_, least)| to <= least) {
-                    next = Some((number, to));
-                }
+        let late = self.count.div_ceil(2);
+        let none = (0.0, f32::INFINITY);
+        let (mut least, mut first_us) = ([none; 2], 0.0);
+        for (back, (x, y)) in self.lows().map(at).enumerate() {
+            let least = &mut least[usize::from(back >= late)];
+            if y < least.1 {
+                *least = (x, y);
             }
-            let Some((number, least)) = next else { break };
-            slope = least.clamp(-FASTER_MOST, FASTER_MOST);
-            if self.lows.get(number).is_none_or(|low| at(low).0 >= middle) {
-                return (y - slope * x, slope);
-            }
-            from = number;
+            first_us = x;
         }
-        (0.0, slope)
+        let [late, early] = least;
+        let slope = if first_us > -SLOPE_US { 0.0 } else { (late.1 - early.1) / (late.0 - early.0) };
+        let slope = slope.clamp(-FASTER_MOST, FASTER_MOST);
+        (self.lows().map(at).fold(0.0, |delay, (x, y)| f32::min(delay, y - slope * x)), slope)
+    }
+}
+
+impl Default for Alignment {
+    fn default() -> Self {
+        Self::new()
     }
 }
 
@@ -169,8 +164,9 @@ mod tests {
                         }
                     }
                 }
-                // The least of a second's delays is above 0.3 ms by 1 ms over their number on average.
-                let bound_us = 8e3 / rate_hz + 20.0;
+                // The least of a second's delays is above 0.3 ms by 1 ms over their number on average, and the line reaches on from two.
+                std::println!("{ppm} ppm, {rate_hz} messages a second: {worst_us:.0} us off at most");
+                let bound_us = 20e3 / rate_hz + 20.0;
                 assert!(worst_us < bound_us, "{ppm} ppm, {rate_hz} Hz: {worst_us} us");
             }
         }

@@ -4,7 +4,7 @@
 //! finds that out ([`Track::has_kept`]). The newest moves on with every message until it is far enough from the one before, so that
 //! few entries last for long at any rate of messages; a reader has a copy of it from when its window fell due.
 
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, Ordering::Relaxed};
 
 /// Most entries.
 pub const ENTRIES: usize = 64;
@@ -22,10 +22,10 @@ pub struct Entry {
 #[derive(Debug)]
 pub struct Track {
     slots: [[AtomicU32; 2]; ENTRIES],
-    /// Entries since start-up: the number behind that of the newest one.
-    until: AtomicU32,
+    /// Number behind that of the newest entry. Numbers wrap.
+    until: AtomicU16,
     /// Number of the oldest that counts.
-    oldest: AtomicU32,
+    oldest: AtomicU16,
     /// The slots hold something else.
     is_lent: AtomicBool,
 }
@@ -33,7 +33,7 @@ pub struct Track {
 impl Track {
     /// Without entries.
     pub const fn new() -> Self {
-        let [until, oldest] = [const { AtomicU32::new(1) }; 2];
+        let [until, oldest] = [const { AtomicU16::new(0) }; 2];
         Self {
             slots: [const { [const { AtomicU32::new(0) }; 2] }; ENTRIES],
             until,
@@ -58,34 +58,34 @@ impl Track {
         let number = if moves { until.wrapping_sub(1) } else { until };
         self.write(number as usize, [entry.t_us, entry.place as u32]);
         if !moves {
-            // After the entry. Zero is the number of none.
-            self.until.store(until.wrapping_add(1).max(1), Relaxed);
-            if until.wrapping_sub(oldest) >= ENTRIES as u32 {
+            // After the entry.
+            self.until.store(until.wrapping_add(1), Relaxed);
+            if until.wrapping_sub(oldest) >= ENTRIES as u16 {
                 self.oldest.store(oldest.wrapping_add(1), Relaxed);
             }
         }
     }
 
     /// The entry of a number, if it is still there.
-    pub fn get(&self, number: u32) -> Entry {
+    pub fn get(&self, number: u16) -> Entry {
         let [t_us, place] = self.read(number as usize);
         Entry { t_us, place: place as i32 }
     }
 
     /// Number behind the newest entry, and that entry.
-    pub fn newest(&self) -> Option<(u32, Entry)> {
+    pub fn newest(&self) -> Option<(u16, Entry)> {
         let until = self.until.load(Relaxed);
         (until != self.oldest.load(Relaxed)).then(|| (until, self.get(until.wrapping_sub(1))))
     }
 
     /// Number of the oldest entry.
-    pub fn oldest(&self) -> u32 {
+    pub fn oldest(&self) -> u16 {
         self.oldest.load(Relaxed)
     }
 
     /// Whether no entry from this number on has been overwritten, also not in part.
-    pub fn has_kept(&self, number: u32) -> bool {
-        !self.is_lent.load(Relaxed) && self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u32
+    pub fn has_kept(&self, number: u16) -> bool {
+        !self.is_lent.load(Relaxed) && self.until.load(Relaxed).wrapping_sub(number) < ENTRIES as u16
     }
 
     /// Lends the slots to a task of lower priority that needs room for a while, or takes them back. Entries are dropped.
@@ -126,7 +126,7 @@ mod tests {
             assert_eq!(track.newest().map(|(_, newest)| newest.t_us), Some(t_us));
         }
         let (until, _) = track.newest().expect("entries");
-        assert_eq!(until.wrapping_sub(track.oldest()), ENTRIES as u32);
+        assert_eq!(until.wrapping_sub(track.oldest()), ENTRIES as u16);
         for number in track.oldest()..until - 2 {
             let (one, next) = (track.get(number), track.get(number + 1));
             assert_eq!(next.t_us - one.t_us, 72_000);

@@ -13,7 +13,7 @@ use ridgetone_proto::odometry::PLACE_PER_MM;
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     /// Number of the entry at its begin.
-    number: u32,
+    number: u16,
     /// Time of its begin and of its end, microseconds from the window's begin.
     from_us: f32,
     until_us: f32,
@@ -29,7 +29,7 @@ pub struct Way<'a> {
     /// The robot's time at the window's begin.
     start_us: u32,
     /// Number of the latest entry that is not later than that.
-    first: u32,
+    first: u16,
     /// Place of that entry.
     origin: i32,
     /// How much of the window's end has no place yet, microseconds.
@@ -86,7 +86,7 @@ impl<'a> Way<'a> {
 
     /// The segment of a time; outside all of them the first or the last one.
     #[inline(never)]
-    fn find(&self, after_us: f32, near: u32) -> Segment {
+    fn find(&self, after_us: f32, near: u16) -> Segment {
         let last = self.mark.until.wrapping_sub(2);
         let mut number = near;
         while number != last && self.at(number.wrapping_add(1)).0 < after_us {
@@ -99,38 +99,40 @@ impl<'a> Way<'a> {
     }
 
     /// Time and place of an entry, relative to the window's begin and to the first entry.
-    fn at(&self, number: u32) -> (f32, f32) {
+    #[inline(never)]
+    fn at(&self, number: u16) -> (f32, f32) {
         let is_newest = number == self.mark.until.wrapping_sub(1);
         let Entry { t_us, place } = if is_newest { self.mark.newest } else { self.track.get(number) };
         (t_us.wrapping_sub(self.start_us) as i32 as f32, place.wrapping_sub(self.origin) as f32)
     }
 
-    fn segment(&self, number: u32) -> Segment {
-        let (begin, end) = (self.at(number), self.at(number.wrapping_add(1)));
-        let (lasts_us, mean) = chord(begin, end);
+    fn segment(&self, number: u16) -> Segment {
+        let [other, begin, end, next] = [u16::MAX, 0, 1, 2].map(|step| self.at(number.wrapping_add(step)));
+        let [before, this, after] = [chord(other, begin), chord(begin, end), chord(end, next)];
+        let (has_before, has_after) = (number != self.mark.oldest, number.wrapping_add(2) != self.mark.until);
         // Slopes by the parabola through three entries; at an end of the way by the one that the other side gives.
-        let curved = |other: (f32, f32), near: (f32, f32)| {
-            let (other_us, other_mean) = chord(other, near);
-            (mean * other_us + other_mean * lasts_us) / (lasts_us + other_us)
-        };
-        let has_before = number != self.mark.oldest;
-        let has_after = number.wrapping_add(2) != self.mark.until;
-        let before = has_before.then(|| curved(self.at(number.wrapping_sub(1)), begin));
-        let after = has_after.then(|| curved(end, self.at(number.wrapping_add(2))));
-        let (from, to) = match (before, after) {
-            (Some(from), Some(to)) => (from, to),
-            (Some(from), None) => (from, 2.0 * mean - from),
-            (None, Some(to)) => (2.0 * mean - to, to),
-            (None, None) => (mean, mean),
-        };
-        let per_us = 1.0 / lasts_us;
+        let (mut from, mut to) = (curved(this, before), curved(this, after));
+        if !has_before {
+            from = if has_after { 2.0 * this.1 - to } else { this.1 };
+        }
+        if !has_after {
+            to = 2.0 * this.1 - from;
+        }
+        let (per_us, mean) = (1.0 / this.0, this.1);
         let powers =
             [begin.1, from, (3.0 * mean - 2.0 * from - to) * per_us, (from + to - 2.0 * mean) * per_us * per_us];
         Segment { number, from_us: begin.0, until_us: end.0, powers }
     }
 }
 
+/// Slope between two chords that meet.
+#[inline(never)]
+fn curved(this: (f32, f32), other: (f32, f32)) -> f32 {
+    (this.1 * other.0 + other.1 * this.0) / (this.0 + other.0)
+}
+
 /// Time from one entry to the next, and the mean speed on the way.
+#[inline(never)]
 fn chord(from: (f32, f32), to: (f32, f32)) -> (f32, f32) {
     let lasts_us = (to.0 - from.0).max(1.0);
     (lasts_us, (to.1 - from.1) / lasts_us)
