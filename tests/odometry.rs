@@ -184,6 +184,19 @@ fn with_a_robot_every_window_gives_the_period() {
     }
 }
 
+/// A least delay that nobody knows of moves every place: the book says by how much.
+#[test]
+fn a_delay_that_is_always_there_costs_windows() {
+    let exact = Robot { delay_s: 0.000_206, jitter_s: 0.0, ppm: 0.0, ..ROBOT };
+    for (name, robot, least, most_share) in
+        [("none", exact, 30, 0.002), ("1 ms", Robot { delay_s: 0.001_206, ..exact }, 15, 0.004)]
+    {
+        let (good, worst, share) = judge(&slide(robot).0.window_fits, most_share);
+        println!("{name}: {good} good, {worst:.1} sigma, {:.3} % at most", 100.0 * share);
+        assert!(good >= least, "{name}: {good}");
+    }
+}
+
 #[test]
 fn without_a_robot_there_is_no_common_frequency() {
     let (out, did) = slide(Robot { until_s: -10.0, ..ROBOT });

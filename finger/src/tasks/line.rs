@@ -18,35 +18,43 @@ pub const ODOMETRY_US: u32 = odometry::WIRE_BYTES as u32 * BYTE_NS / 1000;
 pub struct Inboxes {
     /// For `fit`.
     pub requests: Inbox<REQUEST_WIRE_MAX>,
-    /// For `detect`.
-    pub odometry: Inbox<{ odometry::FRAME_BYTES }>,
+    /// A robot's message, for `detect`. The next one may follow at once: `detect` has the time of a message to take this one.
+    pub odometry: Option<[u8; odometry::FRAME_BYTES]>,
+    arriving: Inbox<{ odometry::FRAME_BYTES }>,
 }
 
 impl Inboxes {
     /// Nothing has arrived.
     pub const fn new() -> Self {
-        Self { requests: Inbox::new(), odometry: Inbox::new() }
+        Self { requests: Inbox::new(), odometry: None, arriving: Inbox::new() }
     }
 
     /// Takes a byte; gives the state of the frame, and whether it is a robot's.
     fn push(&mut self, byte: u8) -> (Pushed, bool) {
         let request = self.requests.push(byte);
-        if self.odometry.push(byte) == Pushed::Whole {
-            if self.odometry.whole().is_some_and(Odometry::claims) {
-                if request == Pushed::Whole {
-                    self.requests.drop_whole();
-                }
-                return (Pushed::Whole, true);
-            }
-            self.odometry.drop_whole();
+        if self.arriving.push(byte) != Pushed::Whole {
+            return (request, false);
         }
-        (request, false)
+        let frame = self.arriving.whole().filter(|frame| Odometry::claims(frame));
+        let frame: Option<[u8; odometry::FRAME_BYTES]> = frame.and_then(|frame| frame.try_into().ok());
+        self.arriving.drop_whole();
+        if frame.is_none() {
+            return (request, false);
+        }
+        if request == Pushed::Whole {
+            self.requests.drop_whole();
+        }
+        if self.odometry.is_some() {
+            return (Pushed::Damaged, true);
+        }
+        self.odometry = frame;
+        (Pushed::Whole, true)
     }
 
     /// A byte of the current frame was lost.
     fn spoil(&mut self) {
         self.requests.spoil();
-        self.odometry.spoil();
+        self.arriving.spoil();
     }
 }
 
@@ -155,6 +163,51 @@ mod tests {
         fn now_us(&self) -> u32 {
             0
         }
+    }
+
+    /// A request waits for a fit; messages of a robot come and go meanwhile, each with its own time.
+    #[test]
+    fn a_robot_is_heard_while_a_request_waits() {
+        use ridgetone_proto::odometry::Reading;
+        #[derive(Default)]
+        struct Detect(Cell<u32>);
+        impl Platform for Detect {
+            fn pend(shared: &Shared<Self>, task: Task) {
+                shared.platform.0.set(shared.platform.0.get() + u32::from(task == Task::Detect));
+            }
+
+            fn now_us(&self) -> u32 {
+                0
+            }
+        }
+        let shared = Shared::new(Detect::default(), ridgetone_proto::plan::Plan::PAPER);
+        let mut inbox = Inboxes::new();
+        let mut push = |bytes: &[u8], at_us, inbox: &mut Inboxes| {
+            bytes.iter().for_each(|byte| receive(Received::Byte(*byte), at_us, inbox, &shared));
+            (shared.platform.0.get(), shared.diagnostics.requests_damaged.get(), shared.odometry_us.load(Relaxed))
+        };
+        let mut wire = [0; 32];
+        let used = framing::encode(&7u16, &mut wire).expect("it fits");
+        let message = |number| Odometry { number, t_us: 5, reading: Reading::Place(0) };
+        assert_eq!(push(&wire[..used], 10, &mut inbox), (0, 0, 0));
+        for number in 1..=3 {
+            assert_eq!(
+                push(&message(number).encode(), 10 * u32::from(number), &mut inbox),
+                (number.into(), 0, 10 * u32::from(number))
+            );
+            let mut frame = inbox.odometry.take().expect("a message");
+            assert_eq!(Odometry::decode(&mut frame), Some(message(number)));
+        }
+        // Nobody takes the fourth before the fifth is complete, which is dropped and counted.
+        assert_eq!(push(&message(4).encode(), 40, &mut inbox), (4, 0, 40));
+        assert_eq!(push(&message(5).encode(), 50, &mut inbox), (4, 1, 40));
+        assert_eq!(inbox.odometry.take().and_then(|mut frame| Odometry::decode(&mut frame)), Some(message(4)));
+        assert!(inbox.requests.take().is_some());
+        // A message is no request, and a request no message.
+        assert_eq!(push(&message(6).encode(), 60, &mut inbox), (5, 1, 60));
+        assert!(inbox.requests.take().is_none() && inbox.odometry.take().is_some());
+        push(&wire[..used], 70, &mut inbox);
+        assert!(inbox.requests.take().is_some() && inbox.odometry.is_none());
     }
 
     /// The receiver's data register holds the byte before the one that is lost.
