@@ -86,8 +86,7 @@ fn run_plan(name: &str, plan: Plan, hand: Hand, period_mm: f64, streams: bool) -
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn a_robot_costs_no_conversion_and_no_window() {
     let slow = Hand { peak_mm_s: 60.0, swing_hz: 0.8, swings: 4.0 };
-    for (name, plan, hand, period_mm) in
-        [("paper", Plan::PAPER, slow, 2.6), ("hand", Plan::HAND, Hand::default(), 1.0)]
+    for (name, plan, hand, period_mm) in [("paper", Plan::PAPER, slow, 2.6), ("hand", Plan::HAND, Hand::default(), 1.0)]
     {
         let without = run_plan(name, plan, hand, period_mm, false);
         let with = run_plan(name, plan, hand, period_mm, true);

@@ -25,7 +25,7 @@ use track::{ENTRIES, Entry, Track};
 pub const STALE_US: u32 = 100_000;
 /// A message that took so much longer than the quickest ones is late, microseconds.
 const LATE_US: i32 = 20_000;
-/// A stamp that is off by so much is of another clock, microseconds: the robot has started again.
+/// A stamp whose delay differs by so much from the quickest ones is of another clock, microseconds: the robot has started again.
 const JUMP_US: u32 = 1_000_000;
 /// Fastest motion, tenths of a micrometre in a microsecond: 2000 mm/s, [`crate::surface::profile::SPEED_MAX_MM_S`].
 const STEPS_A_US: u32 = 20;
@@ -132,7 +132,9 @@ impl Odometer {
         let counters = &diagnostics.odometry;
         counters.received.add(1);
         let delay_us = self.alignment.delay_us(t_us, sent_us);
-        let begins = self.newest.is_none() || delay_us.unsigned_abs() >= JUMP_US;
+        // Beside the quickest of late: clocks drift apart by seconds in an hour.
+        let over_us = delay_us.wrapping_sub(self.alignment.least_us());
+        let begins = self.newest.is_none() || over_us.unsigned_abs() >= JUMP_US;
         let newest = self.newest.unwrap_or(Newest { number, t_us, place: 0, rest: 0.0, speed_mm_s });
         let passed_us = t_us.wrapping_sub(newest.t_us) as i32;
         let ahead = number.wrapping_sub(newest.number) as i16;
@@ -144,7 +146,7 @@ impl Odometer {
             self.arrived |= bit;
             return counter.add(1);
         } else {
-            if delay_us > self.alignment.least_us() + LATE_US {
+            if over_us > LATE_US {
                 counters.late.add(1);
             }
             self.alignment.take(t_us, delay_us);
