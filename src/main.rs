@@ -56,7 +56,7 @@ mod app {
     use ridgetone::tasks::drdy::Drdy;
     use ridgetone::tasks::fit::Fit;
     use ridgetone::tasks::idle::{Idle, Next};
-    use ridgetone::tasks::line::SerialLine;
+    use ridgetone::tasks::line::{Inboxes, SerialLine};
     use ridgetone::tasks::liveness::WatchdogPolicy;
     use ridgetone::tasks::outbox::Outbox;
     use ridgetone::tasks::report::Report;
@@ -64,8 +64,6 @@ mod app {
     use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
     use ridgetone::window::Window;
     use ridgetone_proto::boot::Record;
-    use ridgetone_proto::command::REQUEST_WIRE_MAX;
-    use ridgetone_proto::framing::Inbox;
     use ridgetone_proto::store::{FlashStore, Store};
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -100,7 +98,7 @@ mod app {
     struct Resources {
         ring: &'static mut Ring,
         detector: &'static mut Detector,
-        inbox: Inbox<REQUEST_WIRE_MAX>,
+        inbox: Inboxes,
         outbox: Outbox<PACKETS>,
         shared: Shared<Rtic>,
     }
@@ -150,7 +148,7 @@ mod app {
             Resources {
                 ring: black_box(cx.local.ring),
                 detector: put(cx.local.detector_place, || Detector::booted(settings, source, boot)),
-                inbox: Inbox::new(),
+                inbox: Inboxes::new(),
                 outbox: Outbox::new(),
                 shared,
             },
@@ -186,11 +184,12 @@ mod app {
         cx.local.drdy.run(cx.shared.shared, &mut Wait);
     }
 
-    // No task above it takes these locks, so they mask nothing.
-    #[task(binds = CAN1_RX0, priority = 3, local = [detect], shared = [ring, detector, outbox, &shared])]
+    // No task above it takes these locks but that of the inbox, so they mask nothing.
+    #[task(binds = CAN1_RX0, priority = 3, local = [detect], shared = [ring, detector, inbox, outbox, &shared])]
     fn detect(cx: detect::Context) {
-        let detect::SharedResources { ring, detector, outbox, shared, .. } = cx.shared;
-        (ring, detector, outbox).lock(|ring, detector, outbox| cx.local.detect.run(detector, ring, outbox, shared));
+        let detect::SharedResources { ring, detector, mut inbox, outbox, shared, .. } = cx.shared;
+        let detect = cx.local.detect;
+        (ring, detector, outbox).lock(|ring, detector, outbox| detect.run(detector, ring, &mut inbox, outbox, shared));
     }
 
     #[task(binds = CAN1_TX, priority = 2, local = [report], shared = [outbox, &shared])]

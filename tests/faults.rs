@@ -334,6 +334,7 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         slide_first: 0,
         force_ratio: None,
         plan: Settings::DEFAULT.plan,
+        odometry: ridgetone::surface::odometry::Mark::NONE,
     };
     let travel = Travel { status: TravelStatus::Given, ..Travel::NONE };
     for kind in FaultKind::ALL {

@@ -2,6 +2,7 @@
 
 use ads1258::reading::volts;
 use ridgetone::feeling::{MEMORY, feel, image_ratio};
+use ridgetone::surface::odometry::Mark;
 use ridgetone::window::{Table, Window};
 use ridgetone_feel::Receptor;
 use ridgetone_proto::plan::Plan;
@@ -43,6 +44,7 @@ fn felt(
         slide_first: 0,
         force_ratio,
         plan,
+        odometry: Mark::NONE,
     };
     let mut source = Table { values: &values, valid: &valid };
     feel(&window, &mut source, &mut [0.0; MEMORY], &settings(plan)).expect("a table loses no frames")

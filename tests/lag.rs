@@ -4,8 +4,9 @@
 mod reference;
 
 use reference::{Noise, codes};
-use ridgetone::abscissa::{self, Fitted};
+use ridgetone::abscissa::{self, Fitted, Motion};
 use ridgetone::surface::lag::lag;
+use ridgetone::surface::odometry::Mark;
 use ridgetone::surface::travel::by_phases;
 use ridgetone::window::Window;
 use ridgetone_proto::plan::Plan;
@@ -83,8 +84,9 @@ impl Wave {
             slide_first: 0,
             force_ratio: None,
             plan: Plan::PAPER,
+            odometry: Mark::NONE,
         };
-        abscissa::fit(fitter, &window, &mut table, 0.0, None).expect("all frames are there")
+        abscissa::fit(fitter, &window, &mut table, 0.0, Motion::Unknown).expect("all frames are there")
     }
 }
 

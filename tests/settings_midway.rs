@@ -4,6 +4,7 @@
 #[allow(dead_code, reason = "a part of it is used here")]
 mod touch;
 
+use ridgetone::abscissa::Motion;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -42,7 +43,7 @@ impl Board {
             None => self.detector.finish(&mut self.ring, &self.diagnostics, &mut |_| (), &mut wait),
         }
         for window in due {
-            match self.estimator.run(&window, &mut &self.ring, None).expect("its frames are there") {
+            match self.estimator.run(&window, &mut &self.ring, Motion::Unknown).expect("its frames are there") {
                 WindowFit::Done(estimate) => self.estimates.push((self.is_changed, estimate)),
                 WindowFit::Growing => {}
             }

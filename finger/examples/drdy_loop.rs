@@ -5,6 +5,7 @@
 
 use ads1258::Ads1258;
 use hal_mock::{Options, SimulatedBoard, Sliding, SlidingScene};
+use ridgetone::abscissa::Motion;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::faults::diagnostics::Diagnostics;
@@ -34,7 +35,7 @@ fn fit(windows: mpsc::Receiver<Window>, ring: &Mutex<Ring>, diagnostics: &Diagno
     let mut estimator = Estimator::new(Settings::DEFAULT);
     let mut estimates = Vec::new();
     for window in windows {
-        match estimator.run(&window, &mut LockedRing(ring), None) {
+        match estimator.run(&window, &mut LockedRing(ring), Motion::Unknown) {
             Ok(WindowFit::Done(mut estimate)) => {
                 qualify(&mut estimate, &window, diagnostics);
                 println!("{:?} {:.3} Hz +- {:.3} Hz", estimate.status, estimate.frequency, estimate.sigma);

@@ -1,11 +1,24 @@
 //! The unit of a window's frequency: cycles in time, or by place on the surface.
 
 use crate::scan::Scan;
+use crate::surface::odometry::track::Track;
+use crate::surface::odometry::way::Way;
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
+
+/// What is known of the motion over the surface.
+#[derive(Clone, Copy, Debug)]
+pub enum Motion<'a> {
+    /// Nothing: windows are fitted in time.
+    Unknown,
+    /// The speed at a few times, from a PC.
+    Profile(&'a Profile),
+    /// Places from a robot, for windows that have a [`Mark`](crate::surface::odometry::Mark).
+    Odometry(&'a Track),
+}
 
 /// A fit, and the unit of its frequency.
 #[derive(Clone, Debug)]
@@ -22,6 +35,8 @@ pub struct Fitted {
     pub slot: f32,
     /// The scan.
     pub scan: Scan,
+    /// Frames at the window's end that were left out: the robot's messages of them were not there yet.
+    pub unplaced: u32,
 }
 
 impl Fitted {
@@ -38,43 +53,64 @@ impl Fitted {
     }
 }
 
-/// Fits a window by the places that a speed profile leads to; without one, in time. Fails if frames were overwritten.
+/// Fits a window by the places that are known of it; if none are, in time. Fails if frames were overwritten, or places.
 pub fn fit(
     fitter: &mut Fitter,
     window: &Window,
     source: &mut dyn FrameSource,
     interferer_hz: f32,
-    profile: Option<&Profile>,
+    motion: Motion,
 ) -> Result<Fitted, Overwritten> {
     let scan = Scan::new(&window.plan);
     let Scan { channels, slots, conversion_ns, .. } = scan;
-    // Frames hold codes.
-    let mut span = FrameSpan::new(source, window.first, window.frames).with_quantization(1.0);
-    if interferer_hz > 0.0 {
-        span = span.with_interferer(interferer_hz / window.frame_rate_hz);
-    }
-    let Some(profile) = profile else {
-        let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / slots as f32);
-        let fit = fitter.fit(&mut span);
-        // By reference: a copy would lie on the stack beside it, during the fit.
-        let fit = fit.as_ref().map_err(|overwritten| *overwritten)?;
-        return Ok(Fitted { fit: fit.clone(), abscissa: Abscissa::Time, per_unit, per_slot, slot: 0.0, scan });
-    };
     // By the converter's own clock: a single frame's time stamp has the jitter of its interrupt.
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
+    let lasts_us = (last as f32 * frame_us) as u32;
     // The middle of the taxels' slots, from the first: by place, all taxels of a frame count as read there. While the speed
     // changes, the error of that has opposite signs in the first and in the last taxels.
     let middle_slot = 0.5 * (channels as f32 - 1.0);
     let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
-    let start_us =
-        window.end_us.saturating_add(middle_us.into()).saturating_sub(((last as f32 * frame_us) as u32).into());
-    let way = profile.way_from(start_us);
-    let place_mm = |frame: u32| way.place_mm((frame as f32 * frame_us) as u32);
-    let per_slot = place_mm(last) / (last.max(1) * slots) as f32;
-    let fit = match span.along(&place_mm) {
+    let by_robot = match motion {
+        Motion::Odometry(track) => Way::new(track, &window.odometry, lasts_us, middle_us),
+        _ => None,
+    };
+    let unplaced = by_robot.as_ref().map_or(0, |way| frames_in(way.missing_us, frame_us));
+    // Frames hold codes.
+    let mut span = FrameSpan::new(source, window.first, window.frames.saturating_sub(unplaced)).with_quantization(1.0);
+    if interferer_hz > 0.0 {
+        span = span.with_interferer(interferer_hz / window.frame_rate_hz);
+    }
+    let place_mm: &dyn Fn(u32) -> f32 = match (motion, &by_robot) {
+        (_, Some(way)) => &|frame| way.place_mm((frame as f32 * frame_us) as u32),
+        (Motion::Profile(profile), None) => {
+            let start_us = window.end_us.saturating_add(middle_us.into()).saturating_sub(lasts_us.into());
+            let way = profile.way_from(start_us);
+            &move |frame| way.place_mm((frame as f32 * frame_us) as u32)
+        }
+        _ => {
+            let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / slots as f32);
+            let fit = fitter.fit(&mut span);
+            // By reference: a copy would lie on the stack beside it, during the fit.
+            let fit = fit.as_ref().map_err(|overwritten| *overwritten)?;
+            let abscissa = Abscissa::Time;
+            return Ok(Fitted { fit: fit.clone(), abscissa, per_unit, per_slot, slot: 0.0, scan, unplaced: 0 });
+        }
+    };
+    let last = last.saturating_sub(unplaced);
+    let per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
+    let fit = match span.along(place_mm) {
         Some(mut span) => fitter.fit(&mut span)?,
         None => Fit::at_rest(window.frames),
     };
-    Ok(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: middle_slot, scan })
+    if by_robot.is_some_and(|way| !way.is_intact()) {
+        return Err(Overwritten);
+    }
+    Ok(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: middle_slot, scan, unplaced })
+}
+
+/// Frames that a time takes, rounded up.
+fn frames_in(time_us: u32, frame_us: f32) -> u32 {
+    let frames = (time_us as f32 / frame_us) as u32;
+    if time_us > 0 { frames + 1 } else { 0 }
 }

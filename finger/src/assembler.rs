@@ -35,6 +35,7 @@ struct Times {
 }
 
 impl Times {
+    #[inline(never)]
     const fn new(scan: &Scan) -> Self {
         let share_us = scan.conversion_ns * 3 / 8000;
         let half_us = scan.frame_ns() / 2000;
@@ -394,6 +395,7 @@ impl Assembler {
 }
 
 /// A scan's flawless statuses in their order, and its taxels.
+#[inline(never)]
 const fn table(order: Order, scan: &Scan) -> ([u8; SLOTS_MAX], [u8; TAXELS]) {
     let (mut statuses, mut taxels, mut status, mut slot) = ([0; SLOTS_MAX], [0; TAXELS], order.first(), 0);
     while slot < scan.slots as usize && slot < SLOTS_MAX {

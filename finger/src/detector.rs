@@ -75,6 +75,11 @@ impl Detector {
         self.tracker.contact.is_touched()
     }
 
+    /// Board time at which device time is zero, microseconds, wrapping; any value before the first conversion.
+    pub const fn zero_us(&self) -> u32 {
+        self.assembler.board_us.wrapping_sub(self.assembler.now_us as u32)
+    }
+
     /// Takes one conversion. Events go to `emit`, windows to be fitted to `due`, faults to `diagnostics`.
     #[inline(always)]
     pub fn push(

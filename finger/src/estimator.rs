@@ -1,11 +1,10 @@
 //! The estimator: one window in, one estimate out.
 
-use crate::abscissa::{self, Fitted};
+use crate::abscissa::{self, Fitted, Motion};
 use crate::feeling::feel;
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
-use crate::surface::profile::Profile;
 use crate::surface::travel;
 use crate::window::Window;
 use ads1258::reading;
@@ -48,16 +47,16 @@ impl Estimator {
         self.fitter.set_harmonics(settings.harmonics);
     }
 
-    /// Fits a window, unless its frames were overwritten. With a speed profile the estimate is in cycles per millimetre,
-    /// without one in hertz.
+    /// Fits a window, unless its frames were overwritten. Where the motion is known the estimate is in cycles per millimetre,
+    /// elsewhere in hertz.
     pub fn run(
         &mut self,
         window: &Window,
         source: &mut dyn FrameSource,
-        profile: Option<&Profile>,
+        motion: Motion,
     ) -> Result<WindowFit, Overwritten> {
         if !(self.settings.accuracy > 0.0) || window.span == Span::Slide {
-            return self.fit(window, source, profile).map(WindowFit::Done);
+            return self.fit(window, source, motion).map(WindowFit::Done);
         }
         // An estimate's frames are not reused.
         let end = window.first.wrapping_add(window.frames);
@@ -67,12 +66,13 @@ impl Estimator {
         if window.frames < GROWING_FRAMES_MIN {
             return Ok(WindowFit::Growing);
         }
-        let estimate = self.fit(&window, source, profile)?;
+        let estimate = self.fit(&window, source, motion)?;
         // The uncertainty of an unsteady tone counts its movement, which grows with the window.
         let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
             && estimate.sigma <= self.settings.accuracy * estimate.frequency;
         // A window that is half a frame short cannot grow any more.
-        if !is_accurate && estimate.window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
+        let window_s = window.frames as f32 / window.frame_rate_hz;
+        if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
             return Ok(WindowFit::Growing);
         }
         self.reported_end = end;
@@ -87,13 +87,8 @@ impl Estimator {
         feel(window, source, self.fitter.scratch(), &self.settings)
     }
 
-    fn fit(
-        &mut self,
-        window: &Window,
-        source: &mut dyn FrameSource,
-        profile: Option<&Profile>,
-    ) -> Result<Estimate, Overwritten> {
-        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, profile);
+    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, motion: Motion) -> Result<Estimate, Overwritten> {
+        let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, motion);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         Ok(self.estimate(fitted, window))
@@ -103,9 +98,11 @@ impl Estimator {
     #[inline(never)]
     fn estimate(&self, fitted: &Fitted, window: &Window) -> Estimate {
         let fit = &fitted.fit;
+        let frames = window.frames.saturating_sub(fitted.unplaced);
+        let unplaced_us = (fitted.unplaced as f32 * 1e6 / window.frame_rate_hz) as u32;
         let mut estimate = Estimate {
-            t_us: window.end_us,
-            window_s: window.frames as f32 / window.frame_rate_hz,
+            t_us: window.end_us.saturating_sub(unplaced_us.into()),
+            window_s: frames as f32 / window.frame_rate_hz,
             span: window.span,
             status: reported_status(fit.status),
             abscissa: fitted.abscissa,
@@ -116,7 +113,7 @@ impl Estimator {
             // An interferer is in time, by place too.
             interferer_hz: fit.interferer.map(|cycles| cycles * window.frame_rate_hz),
             harmonics: fit.harmonics,
-            frames_missing: window.frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
+            frames_missing: frames.saturating_sub(fit.frames).min(u16::MAX as u32) as u16,
             faults: FaultSet::NONE,
             travel: self.travel(fitted, window),
             channels: heapless::Vec::new(),

@@ -40,6 +40,7 @@ pub struct HealthReporter {
 
 impl HealthReporter {
     /// Before the first frame.
+    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let (health_frames, rate_frames) = (plan.frame_rate_hz() as u32, plan.frames_in(RATE_S));
         Self { health_frames, rate_frames, due: health_frames, ungreeted: 0, rate_from: (0, 0, 0), silent: 0 }
@@ -119,6 +120,7 @@ pub fn health(t_us: u64, assembler: &Assembler, frame_rate_hz: f32, diagnostics:
         faults: diagnostics.faults.counts(),
         requests_damaged: diagnostics.requests_damaged.get(),
         bytes_overrun: diagnostics.bytes_overrun.get(),
+        odometry: diagnostics.odometry.get(),
         adc_registers: diagnostics.adc_registers(),
         stack_used_bytes,
         stack_bytes,

@@ -7,8 +7,9 @@ use crate::detector::Detector;
 use crate::estimator::Estimator;
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
+use crate::surface::odometry::Odometer;
 use crate::surface::profile::Profile;
-use crate::tasks::detect::admit;
+use crate::tasks::detect::{admit, take_message};
 use crate::tasks::fit::{feel, fit};
 use crate::tasks::shared::{Platform, Shared, Task};
 use crate::window::Window;
@@ -39,6 +40,7 @@ pub struct Pipeline {
     ring: Ring,
     shared: Shared<OneCall>,
     profile: Option<Profile>,
+    odometer: Odometer,
 }
 
 impl Pipeline {
@@ -50,12 +52,19 @@ impl Pipeline {
             ring: Ring::new(),
             shared: Shared::new(OneCall, settings.plan),
             profile: None,
+            odometer: Odometer::new(),
         }
     }
 
     /// Estimates are by this speed profile from now on, in cycles per millimetre; without one, in hertz.
     pub fn follow(&mut self, profile: Option<Profile>) {
         self.profile = profile;
+    }
+
+    /// Takes a robot's message ([`ridgetone_proto::odometry`]), stuffed and without its zero, that was complete at a board time,
+    /// microseconds. Give it between the conversions before that time and those after it.
+    pub fn hear(&mut self, frame: &mut [u8], complete_us: u32) {
+        take_message(frame, complete_us, self.ring.lasts_us(), &mut self.odometer, &self.shared);
     }
 
     /// Reports the next `frames` frames raw too.
@@ -80,10 +89,17 @@ impl Pipeline {
 
     /// Takes a conversion, or the end of the signal; then fits the windows that are due.
     fn step(&mut self, conversion: Option<TimedConversion>, emit: &mut dyn FnMut(Event)) {
-        let Self { detector, estimator, ring, shared, profile } = self;
+        let Self { detector, estimator, ring, shared, profile, odometer } = self;
         let mut windows = Vec::<Window, WINDOWS_AT_ONCE>::new();
         // The fit takes no time of the signal, so it always keeps up.
-        let due = &mut |window| admit(window, true, |window| windows.push(window).is_ok(), shared);
+        let zero_us = detector.zero_us();
+        if let Some(TimedConversion { t_us, .. }) = conversion {
+            odometer.forget(t_us, &shared.track);
+        }
+        let due = &mut |mut window: Window| {
+            window.odometry = odometer.mark((window.end_us as u32).wrapping_add(zero_us), &shared.track);
+            admit(window, true, |window| windows.push(window).is_ok(), shared);
+        };
         match conversion {
             Some(conversion) => detector.push(conversion, ring, &shared.diagnostics, emit, due),
             None => detector.finish(ring, &shared.diagnostics, emit, due),

@@ -104,6 +104,8 @@ pub struct Scan {
 
 impl Scan {
     /// Of a plan.
+    // One copy: not inlined into everything that begins.
+    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         Self {
             inputs: plan.inputs,

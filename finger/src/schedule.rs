@@ -2,6 +2,7 @@
 
 use crate::frame::FrameClock;
 use crate::ring::{Ring, reached};
+use crate::surface::odometry::Mark;
 use crate::touch::change::Change;
 use crate::window::Window;
 use ridgetone_proto::plan::Plan;
@@ -51,6 +52,7 @@ pub(crate) struct WindowScheduler {
 
 impl WindowScheduler {
     /// A scheduler before the first frame.
+    #[inline(never)]
     pub const fn new(settings: &Settings) -> Self {
         let mut scheduler = Self {
             reference: [0.0; TAXELS],
@@ -168,6 +170,7 @@ impl WindowScheduler {
             slide_first,
             force_ratio: self.force_ratio,
             plan: self.plan,
+            odometry: Mark::NONE,
         });
     }
 }

@@ -1,5 +1,6 @@
 //! From the channels' phases and the speed to the surface: spatial period, speed, direction.
 
 pub mod lag;
+pub mod odometry;
 pub mod profile;
 pub mod travel;

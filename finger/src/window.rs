@@ -1,6 +1,7 @@
 //! A window: consecutive frames of the ring that are fitted together.
 
 pub use crate::ring::{Ring, reached};
+use crate::surface::odometry::Mark;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::{Measured, Span};
 pub use ridgetone_tone::{FrameSource, Table, Values};
@@ -26,4 +27,6 @@ pub struct Window {
     pub force_ratio: Option<Measured>,
     /// The plan of its frames.
     pub plan: Plan,
+    /// What is known of a robot's motion by now.
+    pub odometry: Mark,
 }

@@ -54,6 +54,7 @@ pub mod live;
 pub mod messages;
 mod monitor;
 pub mod names;
+pub mod odometry;
 pub mod output;
 mod part;
 pub mod picture;

@@ -2,6 +2,7 @@
 
 use crate::input::{Opened, Uncertainty};
 use crate::live::Counts;
+use crate::odometry::Stream;
 use crate::stop;
 use ads1258::Ads1258;
 use anyhow::{Context, Result, ensure};
@@ -45,6 +46,17 @@ pub fn run(
     run_watched(input, settings, profile, sink, progress, &mut |_| {})
 }
 
+/// As [`run`], with a robot's messages instead of a profile.
+pub fn run_streamed(
+    input: Opened,
+    settings: Settings,
+    stream: Stream,
+    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+) -> Result<Outcome> {
+    run_all(input, settings, (None, stream), sink, progress, &mut |_| {})
+}
+
 /// As [`run`]; `watch` sees every conversion, with the board's time of its DRDY edge.
 pub fn run_watched(
     input: Opened,
@@ -54,6 +66,18 @@ pub fn run_watched(
     progress: &mut dyn FnMut(f64, f64),
     watch: &mut dyn FnMut(TimedConversion),
 ) -> Result<Outcome> {
+    run_all(input, settings, (profile, Stream::new()), sink, progress, watch)
+}
+
+fn run_all(
+    input: Opened,
+    settings: Settings,
+    (profile, stream): (Option<Profile>, Stream),
+    sink: &mut dyn FnMut(&Packet) -> Result<()>,
+    progress: &mut dyn FnMut(f64, f64),
+    watch: &mut dyn FnMut(TimedConversion),
+) -> Result<Outcome> {
+    let mut stream = stream.into_iter().peekable();
     let (end_s, uncertainty) = (input.end_s, input.uncertainty);
     let decoder = Decoder::default();
     let mut wire = Wire { sequence: 0, serial: Vec::new(), decoder, received: 0, uncertainty, sink, failure: None };
@@ -65,6 +89,11 @@ pub fn run_watched(
     let whole = conversions_of(input, &plan, &mut |timed| {
         ensure!(!stop::is_requested(), "interrupted");
         watch(timed);
+        // START, zero of the scene's time, rises here; the board's counter wraps.
+        let now_us = extended_us(count, &plan, timed.t_us).saturating_sub(START_US.into());
+        while let Some((at_us, mut frame)) = stream.next_if(|(at_us, _)| *at_us < now_us) {
+            pipeline.hear(&mut frame, (at_us + u64::from(START_US)) as u32);
+        }
         pipeline.push(timed, &mut |event| wire.send(event));
         wire.result()?;
         count += 1;
@@ -79,6 +108,13 @@ pub fn run_watched(
     pipeline.finish(&mut |event| wire.send(event));
     wire.result()?;
     Ok(Outcome { counts: Counts::of(&wire.decoder, wire.received), serial: wire.serial, conversions: count })
+}
+
+/// Board time of a conversion, microseconds: its wrapping count, and how often that has wrapped by the number of conversions.
+fn extended_us(number: u64, plan: &Plan, t_us: u32) -> u64 {
+    let nominal_us = number * u64::from(plan.conversion_ns()) / 1000 + u64::from(START_US);
+    let off_us = t_us.wrapping_sub(nominal_us as u32) as i32;
+    nominal_us.saturating_add_signed(off_us.into())
 }
 
 /// As [`conversions_of`], by the default plan.

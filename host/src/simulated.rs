@@ -19,7 +19,7 @@ use ridgetone::ring::Ring;
 use ridgetone::tasks::detect::Detect;
 use ridgetone::tasks::drdy::{Drdy, DrdyPin};
 use ridgetone::tasks::fit::Fit;
-use ridgetone::tasks::line::{self, Received};
+use ridgetone::tasks::line::{self, Inboxes, Received};
 use ridgetone::tasks::liveness::WatchdogPolicy;
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone::tasks::report::Report;
@@ -27,8 +27,6 @@ use ridgetone::tasks::requests::Requests;
 use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, SAMPLES, Shared, Task, WINDOWS};
 use ridgetone::tasks::watch;
 use ridgetone_proto::boot::{Boot, ResetCause, SettingsSource};
-use ridgetone_proto::command::REQUEST_WIRE_MAX;
-use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 use rtic_core::Exclusive;
@@ -108,7 +106,7 @@ fn run_until_restart<F: NorFlash>(
         report: Report::new(bytes_in),
         detector: Box::new(Detector::booted(start.settings, start.source, start.boot)),
         ring: Box::new(Ring::new()),
-        inbox: Inbox::new(),
+        inbox: Inboxes::new(),
         outbox: Outbox::new(),
         line: bytes_out,
         around,
@@ -227,7 +225,7 @@ struct Tasks<'a, F: NorFlash> {
     report: Report<'a>,
     detector: Box<Detector>,
     ring: Box<Ring>,
-    inbox: Inbox<REQUEST_WIRE_MAX>,
+    inbox: Inboxes,
     outbox: Outbox<PACKETS>,
     line: Consumer<'a, u8>,
     around: &'a mut dyn Surroundings,
@@ -241,7 +239,7 @@ impl<F: NorFlash> Tasks<'_, F> {
             self.around.read(&conversion, board);
         }
         let Self { detect, fit, report, detector, ring, inbox, outbox, line, around } = self;
-        detect.run(detector, ring, outbox, shared);
+        detect.run(detector, ring, &mut Exclusive(&mut *inbox), outbox, shared);
         let (ring, outbox) = (&mut Exclusive(ring), &mut Exclusive(outbox));
         fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);
         let mut sent = Vec::new();
@@ -252,7 +250,7 @@ impl<F: NorFlash> Tasks<'_, F> {
             }
         }
         for received in around.exchange(board, &sent)? {
-            line::receive(received, inbox, shared);
+            line::receive(received, now_us(board), inbox, shared);
             // A request is complete at its last byte: it is carried out before the next one arrives.
             if matches!(received, Received::Byte(0)) {
                 fit.run(ring, &mut Exclusive(&mut *detector), &mut Exclusive(&mut *inbox), outbox, shared);

@@ -4,6 +4,8 @@
 mod common;
 #[path = "emulated/live.rs"]
 mod live;
+#[path = "emulated/odometry.rs"]
+mod odometry;
 #[path = "emulated/plans.rs"]
 mod plans;
 #[path = "emulated/requests.rs"]

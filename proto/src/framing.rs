@@ -37,6 +37,13 @@ pub fn encode<T: Serialize>(message: &T, wire: &mut [u8]) -> Result<usize, TooLo
     seal(&mut plain, length, wire)
 }
 
+/// Encodes a content of a form of its own, unless it is longer than `wire`. Returns the bytes used.
+pub fn encode_bytes(content: &[u8], wire: &mut [u8]) -> Result<usize, TooLong> {
+    let mut plain = [0; PLAIN_MAX];
+    plain.get_mut(..content.len()).ok_or(TooLong)?.copy_from_slice(content);
+    seal(&mut plain, content.len(), wire)
+}
+
 /// Adds checksum, stuffing and the zero. Apart from [`encode`], so that it is compiled once for all types.
 #[inline(never)]
 fn seal(plain: &mut [u8; PLAIN_MAX], length: usize, wire: &mut [u8]) -> Result<usize, TooLong> {
@@ -56,7 +63,7 @@ pub fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
 
 /// The content of a stuffed frame, if its checksum matches.
 #[inline(never)]
-fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
+pub fn unseal(frame: &mut [u8]) -> Option<&[u8]> {
     let length = cobs::decode_in_place(frame).ok()?;
     let (content, sum) = frame.get(..length)?.split_last_chunk::<CHECKSUM_BYTES>()?;
     (checksum(content) == u32::from_le_bytes(*sum)).then_some(content)
@@ -111,6 +118,18 @@ impl<const N: usize> Inbox<N> {
     pub fn spoil(&mut self) {
         self.skipping = true;
         if !self.whole {
+            self.bytes.clear();
+        }
+    }
+
+    /// The complete frame, stuffed and without its zero, if there is one.
+    pub fn whole(&self) -> Option<&[u8]> {
+        self.whole.then_some(&*self.bytes)
+    }
+
+    /// Drops the complete frame, if there is one.
+    pub fn drop_whole(&mut self) {
+        if core::mem::take(&mut self.whole) {
             self.bytes.clear();
         }
     }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | what the finger sends: numbered packets, each with one event | [`telemetry`] |
 //! | what the PC sends: numbered requests, each with one command | [`command`], [`profile`] |
+//! | what a robot sends: places or speeds, with its own stamps | [`odometry`] |
 //! | faults: their kinds and sets | [`fault`] |
 //! | how both travel on the line | [`framing`] |
 //! | settings with their bounds, and the scan | [`settings`], [`plan`], [`scan`] |
@@ -38,6 +39,7 @@ pub mod command;
 pub mod crash;
 pub mod fault;
 pub mod framing;
+pub mod odometry;
 pub mod plan;
 pub mod profile;
 pub mod scan;

@@ -153,6 +153,8 @@ impl Plan {
     }
 
     /// Inputs that are converted.
+    // As others below not inlined: it is needed in many places, seldom.
+    #[inline(never)]
     pub const fn channels(&self) -> usize {
         self.inputs.count_ones() as usize
     }
@@ -168,6 +170,7 @@ impl Plan {
     }
 
     /// Frames per second at the nominal clock.
+    #[inline(never)]
     pub const fn frame_rate_hz(&self) -> f32 {
         self.config().frame_rate_hz()
     }
@@ -178,6 +181,7 @@ impl Plan {
     }
 
     /// Frames that are averaged for touch detection.
+    #[inline(never)]
     pub const fn frames_averaged(&self) -> u32 {
         let frames = (self.frame_rate_hz() / TOUCH_RATE_HZ + 0.5) as u32;
         if frames > 1 { frames } else { 1 }
@@ -192,6 +196,7 @@ impl Plan {
     }
 
     /// Frames that the ring holds.
+    #[inline(never)]
     pub const fn ring_frames(&self) -> u32 {
         (RING_FRAMES * self.frames_a_row()) as u32
     }
@@ -205,6 +210,7 @@ impl Plan {
     }
 
     /// Frames in a time, rounded.
+    #[inline(never)]
     pub const fn frames_in(&self, seconds: f32) -> u32 {
         (seconds * self.frame_rate_hz() + 0.5) as u32
     }

@@ -159,8 +159,7 @@ impl Settings {
     }
 
     /// Checks every bound. The error is the first field outside its own.
-    // Inlined where it is called once: smaller than a call.
-    #[inline]
+    #[inline(never)]
     pub fn validate(&self) -> Result<(), SettingsError> {
         let error = |field: &str, value, (least, greatest)| {
             // A test shows that every name fits.

@@ -24,7 +24,7 @@ use stm32f4xx_hal::pac::{self, USART3};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 
-pub use link::{Drdy, ended, feed_watchdog, is_line_blocked, take_line_byte};
+pub use link::{Drdy, ended, feed_watchdog, is_line_blocked, received, received_us, take_line_byte};
 pub use memory::SettingsFlash;
 
 /// From power-up to the first register access, microseconds: the simulated chip's 2^18 tCLK.

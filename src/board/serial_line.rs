@@ -39,6 +39,10 @@ impl SerialLine {
 impl SerialPort for SerialLine {
     /// Not by the HAL (0.23), which drops the byte in the data register if the one after it was lost.
     fn receive(&mut self) -> Option<Received> {
+        #[cfg(feature = "emulated")]
+        if let Some(byte) = super::received() {
+            return Some(Received::Byte(byte));
+        }
         // SAFETY: nothing else receives. Its status, then its data, clears the flags (RM0090, 30.6.1).
         let usart = unsafe { &*Usart::ptr() };
         let status = usart.sr().read();
@@ -52,6 +56,11 @@ impl SerialPort for SerialLine {
             (false, true) => Received::Overrun(byte),
             (false, false) => Received::Byte(byte),
         })
+    }
+
+    #[cfg(feature = "emulated")]
+    fn received_us(&self) -> Option<u32> {
+        Some(super::received_us())
     }
 
     fn is_ready(&self) -> bool {

@@ -27,11 +27,29 @@ pub fn run_along(
     run_on(SimulatedBoard::new(scene, Options::default()), settings, profile, keep)
 }
 
+/// Frames of a robot's messages, stuffed and without their zeros, and when each is complete: seconds of scene time.
+pub type Stream = Vec<(f64, Vec<u8>)>;
+
+/// The same with a robot's messages, in the order of their times.
+pub fn run_streamed(scene: impl Scene + 'static, settings: Settings, stream: Stream) -> Vec<Event> {
+    run_all(SimulatedBoard::new(scene, Options::default()), settings, None, stream, all)
+}
+
 /// The same on a board of one's own.
 pub fn run_on(
     board: SimulatedBoard,
     settings: Settings,
     profile: Option<Profile>,
+    keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
+) -> Vec<Event> {
+    run_all(board, settings, profile, Vec::new(), keep)
+}
+
+fn run_all(
+    board: SimulatedBoard,
+    settings: Settings,
+    profile: Option<Profile>,
+    stream: Stream,
     mut keep: impl FnMut(u32, TimedConversion) -> Option<TimedConversion>,
 ) -> Vec<Event> {
     let mut adc = ads1258::Ads1258::new(board.spi());
@@ -44,11 +62,16 @@ pub fn run_on(
     let mut wire = Wire::default();
     pipeline.follow(profile);
     wire.send(pipeline.hello());
+    let zero_s = board.with_chip(|chip| chip.scene_zero_ns()).unwrap_or(0) as f64 * 1e-9;
+    let mut stream = stream.into_iter().peekable();
     let mut count = 0;
     while let Some(edge_ns) = board.wait_for_drdy() {
         let conversion = adc.read().unwrap();
         if board.with_chip(|chip| chip.ended()) {
             break;
+        }
+        while let Some((at_s, mut frame)) = stream.next_if(|(at_s, _)| zero_s + at_s < edge_ns as f64 * 1e-9) {
+            pipeline.hear(&mut frame, ((zero_s + at_s) * 1e6) as u64 as u32);
         }
         if let Some(kept) = keep(count, TimedConversion::new((edge_ns / 1000) as u32, conversion)) {
             pipeline.push(kept, &mut |event| wire.send(event));

@@ -1,6 +1,7 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
 use crate::faults::log::{Counter, FaultLog};
+use crate::surface::odometry::Counters;
 use ads1258::Register;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;
@@ -22,10 +23,12 @@ pub struct Diagnostics {
     pub messages_dropped: Counter,
     /// Times the ADC was set up again.
     pub chip_restarts: Counter,
-    /// Requests that were damaged, or arrived before the previous one was taken.
+    /// Requests and messages of odometry that were damaged, or arrived before the previous one was taken.
     pub requests_damaged: Counter,
     /// Bytes that the USART lost because the one before was not yet read.
     pub bytes_overrun: Counter,
+    /// Messages of odometry.
+    pub odometry: Counters,
     /// The chip's registers as they were read at its latest set-up.
     adc_registers: [AtomicU8; Register::ALL.len()],
     /// Bits of the processor load, an f32 from 0 to 1.
@@ -50,6 +53,7 @@ impl Diagnostics {
             chip_restarts: Counter::new(),
             requests_damaged: Counter::new(),
             bytes_overrun: Counter::new(),
+            odometry: Counters::new(),
             adc_registers: [const { AtomicU8::new(0) }; Register::ALL.len()],
             load_bits: AtomicU32::new(0),
             stack: [const { AtomicU32::new(0) }; 2],

@@ -71,6 +71,7 @@ impl FaultEpisodes {
     }
 
     /// Sets the reference, volts.
+    #[inline(never)]
     pub const fn set_reference(&mut self, vref_v: f32) {
         self.reference = reference_codes(vref_v);
     }

@@ -2,21 +2,24 @@
 
 use crate::detector::Detector;
 use crate::estimator::Estimator;
+use crate::surface::odometry::track::Track;
 use crate::surface::profile::Profile;
 use heapless::Vec;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome, Part, Reply, Request};
-use ridgetone_proto::profile::{KNOTS_MAX, Knot};
+use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{NotStored, Saved, Store};
 use ridgetone_proto::telemetry::Event;
 
-/// Decides commands and carries them out. Its memory is bounded: a profile, the parts of the next one, the latest reply.
+/// Decides commands and carries them out. Its memory is bounded: a profile, the latest reply. The parts of the next profile are
+/// kept in the slots of a robot's track, which is of no use meanwhile.
 #[derive(Debug, Default)]
 pub struct CommandExecutor {
     /// The speed profile in force.
     pub(super) profile: Option<Profile>,
-    knots: Vec<Knot, KNOTS_MAX>,
+    /// Knots of the next profile that are in the track's slots.
+    knots: usize,
     latest: Option<Reply>,
     /// The board resets as soon as the line is silent.
     pub(super) restarting: bool,
@@ -25,14 +28,20 @@ pub struct CommandExecutor {
 impl CommandExecutor {
     /// An executor before the first command.
     pub const fn new() -> Self {
-        Self { profile: None, knots: Vec::new(), latest: None, restarting: false }
+        Self { profile: None, knots: 0, latest: None, restarting: false }
     }
 
     /// Decides a command, and stores settings that are to be kept. Gives the reply, and the command for
     /// [`Self::carry_out`] unless it is refused. While the finger `is_touched` no page is erased: that stops the
     /// processor for a second.
     #[inline(never)]
-    pub fn decide(&mut self, request: Request, is_touched: bool, store: &mut dyn Store) -> (Option<Command>, Reply) {
+    pub fn decide(
+        &mut self,
+        request: Request,
+        is_touched: bool,
+        store: &mut dyn Store,
+        track: &Track,
+    ) -> (Option<Command>, Reply) {
         let Request { number, command } = request;
         if let Some(again) = self.latest.as_ref().filter(|reply| reply.number == number) {
             return (None, again.clone());
@@ -45,7 +54,7 @@ impl CommandExecutor {
                 Ok(()) => Outcome::Done,
             },
             Command::Forget => stored(store.save(None, !is_touched)),
-            Command::Follow(part) => self.collect(part),
+            Command::Follow(part) => self.collect(part, track),
             _ => Outcome::Done,
         };
         let settings = match &command {
@@ -65,18 +74,36 @@ impl CommandExecutor {
     }
 
     /// Takes a part of a profile. A part that does not fit drops all parts; the profile in force stays.
-    fn collect(&mut self, part: &Part) -> Outcome {
+    fn collect(&mut self, part: &Part, track: &Track) -> Outcome {
         if part.first == 0 {
-            self.knots.clear();
+            self.knots = 0;
         }
-        let follows = usize::from(part.first) == self.knots.len() && !part.knots.is_empty();
-        let fits = follows && self.knots.extend_from_slice(&part.knots).is_ok();
-        let good = fits && part.last.is_none_or(|after| Profile::new(&self.knots, after).is_ok());
-        if !good {
-            self.knots.clear();
+        let follows = usize::from(part.first) == self.knots && !part.knots.is_empty();
+        let fits = follows && self.knots + part.knots.len() <= KNOTS_MAX;
+        track.lend(fits);
+        if fits {
+            for (slot, knot) in (self.knots..).zip(&part.knots) {
+                track.write(slot, [knot.t_us, knot.speed_mm_s.to_bits()]);
+            }
+            self.knots += part.knots.len();
+        }
+        if !fits || part.last.is_some_and(|after| self.collected(after, track).is_none()) {
+            self.knots = 0;
+            track.lend(false);
             return Outcome::Profile;
         }
         Outcome::Done
+    }
+
+    /// The profile of the knots in the track's slots, if it is one.
+    #[inline(never)]
+    fn collected(&self, after: After, track: &Track) -> Option<Profile> {
+        let knot = |slot| {
+            let [t_us, speed_bits] = track.read(slot);
+            Knot { t_us, speed_mm_s: f32::from_bits(speed_bits) }
+        };
+        let knots: Vec<Knot, KNOTS_MAX> = (0..self.knots.min(KNOTS_MAX)).map(knot).collect();
+        Profile::new(&knots, after).ok()
     }
 
     /// Lets a command take effect. The windows that were due before it must have been fitted.
@@ -84,8 +111,8 @@ impl CommandExecutor {
     pub fn carry_out(
         &mut self,
         command: &Command,
-        detector: &mut Detector,
-        estimator: &mut Estimator,
+        (detector, estimator): (&mut Detector, &mut Estimator),
+        track: &Track,
         emit: &mut dyn FnMut(Event),
     ) {
         let mut change = |settings: &Settings, source| {
@@ -105,11 +132,15 @@ impl CommandExecutor {
             Command::Follow(part) => {
                 if let Some(after) = part.last {
                     // Built again, because to keep it since `decide` would take half a kilobyte.
-                    self.profile = Profile::new(&self.knots, after).ok();
-                    self.knots.clear();
+                    self.profile = self.collected(after, track);
+                    self.knots = 0;
+                    track.lend(false);
                 }
             }
-            Command::Unfollow => self.profile = None,
+            Command::Unfollow => {
+                (self.profile, self.knots) = (None, 0);
+                track.lend(false);
+            }
             Command::Restart => self.restarting = true,
         }
     }
@@ -129,7 +160,6 @@ mod tests {
     use super::*;
     use ridgetone_proto::command::{KNOTS_A_COMMAND, REQUEST_WIRE_MAX};
     use ridgetone_proto::framing as wire;
-    use ridgetone_proto::profile::After;
     use ridgetone_proto::settings::{Array, SettingsError, SlideRule};
     use ridgetone_proto::telemetry::Hello;
     extern crate std;
@@ -163,6 +193,7 @@ mod tests {
         executor: CommandExecutor,
         detector: Box<Detector>,
         estimator: Box<Estimator>,
+        track: Track,
         store: Kept,
         greeted: vec::Vec<Hello>,
     }
@@ -171,18 +202,20 @@ mod tests {
         fn new() -> Self {
             let settings = Settings::DEFAULT;
             let (detector, estimator) = (Box::new(Detector::new(settings)), Box::new(Estimator::new(settings)));
-            Self { executor: CommandExecutor::new(), detector, estimator, store: Kept::default(), greeted: vec![] }
+            let (track, store) = (Track::new(), Kept::default());
+            Self { executor: CommandExecutor::new(), detector, estimator, track, store, greeted: vec![] }
         }
 
         fn execute(&mut self, number: u16, command: Command, touched: bool) -> Outcome {
-            let (command, reply) = self.executor.decide(Request { number, command }, touched, &mut self.store);
+            let (command, reply) =
+                self.executor.decide(Request { number, command }, touched, &mut self.store, &self.track);
             assert_eq!(reply.number, number);
             let mut emit = |event| match event {
                 Event::Hello(hello) => self.greeted.push(hello),
                 event => panic!("{event:?}"),
             };
             if let Some(command) = command {
-                self.executor.carry_out(&command, &mut self.detector, &mut self.estimator, &mut emit);
+                self.executor.carry_out(&command, (&mut self.detector, &mut self.estimator), &self.track, &mut emit);
             }
             reply.outcome
         }

@@ -1,8 +1,10 @@
 //! `fit`: windows in, estimates out; then requests, which change nothing before the windows that are due are fitted.
 
+use super::line::Inboxes;
 use super::outbox::{Outbox, post};
 use super::requests::Requests;
 use super::shared::{PACKETS, Platform, Shared, Task};
+use crate::abscissa::Motion;
 use crate::detector::Detector;
 use crate::estimator::{Estimator, WindowFit};
 use crate::faults::qualify::{faults_of, qualify};
@@ -12,10 +14,8 @@ use crate::window::Window;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use heapless::spsc::Consumer;
-use ridgetone_proto::command::REQUEST_WIRE_MAX;
-use ridgetone_proto::framing::Inbox;
 use ridgetone_proto::store::Store;
-use ridgetone_proto::telemetry::{Estimate, Event, Feel};
+use ridgetone_proto::telemetry::{Abscissa, Estimate, Event, Feel};
 use ridgetone_tone::{FrameSource, Overwritten, Values};
 use rtic_core::Mutex;
 
@@ -35,7 +35,7 @@ impl<S: Store> Fit<'_, S> {
         &mut self,
         ring: &mut impl Mutex<T: DerefMut<Target = Ring>>,
         detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        inbox: &mut impl Mutex<T = Inboxes>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) {
@@ -73,7 +73,8 @@ pub fn fit<P: Platform>(
     profile: Option<&Profile>,
     shared: &Shared<P>,
 ) -> Option<Estimate> {
-    let outcome = estimator.run(window, source, profile);
+    let motion = profile.map_or(Motion::Odometry(&shared.track), Motion::Profile);
+    let outcome = estimator.run(window, source, motion);
     shared.liveness.fits_done.bump();
     match outcome {
         Ok(WindowFit::Done(mut estimate)) => {
@@ -82,6 +83,9 @@ pub fn fit<P: Platform>(
                 P::pend(shared, Task::Drdy);
             }
             qualify(&mut estimate, window, &shared.diagnostics);
+            if estimate.abscissa == Abscissa::Time && window.odometry.is_some() {
+                shared.diagnostics.odometry.windows_by_time.add(1);
+            }
             Some(estimate)
         }
         Ok(WindowFit::Growing) => None,

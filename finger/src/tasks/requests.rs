@@ -1,6 +1,7 @@
 //! Requests take turns with windows: a request changes nothing before the windows that were due before it are fitted.
 
 use super::commands::CommandExecutor;
+use super::line::Inboxes;
 use super::outbox::{Outbox, post};
 use super::shared::{PACKETS, Platform, Shared};
 use crate::detector::Detector;
@@ -8,8 +9,8 @@ use crate::estimator::Estimator;
 use crate::surface::profile::Profile;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
-use ridgetone_proto::command::{Command, REQUEST_WIRE_MAX, Reply, Request};
-use ridgetone_proto::framing::{Inbox, decode};
+use ridgetone_proto::command::{Command, Reply, Request};
+use ridgetone_proto::framing::decode;
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
@@ -48,7 +49,7 @@ impl<S: Store> Requests<S> {
         is_window_due: impl Fn() -> bool,
         estimator: &mut Estimator,
         detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
-        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        inbox: &mut impl Mutex<T = Inboxes>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
         shared: &Shared<P>,
     ) -> bool {
@@ -56,7 +57,7 @@ impl<S: Store> Requests<S> {
         if decided.is_none() {
             *decided = take(inbox, shared).map(|request| {
                 let is_touched = detector.lock(|detector| detector.is_touched());
-                executor.decide(request, is_touched, store)
+                executor.decide(request, is_touched, store, &shared.track)
             });
         }
         let Some((command, reply)) = decided else { return false };
@@ -65,7 +66,7 @@ impl<S: Store> Requests<S> {
             // A window may have fallen due while the request was decided.
             let may = !is_window_due();
             if let Some(command) = command.as_ref().filter(|_| may) {
-                executor.carry_out(command, detector, estimator, &mut emit);
+                executor.carry_out(command, (detector, estimator), &shared.track, &mut emit);
             }
             may
         });
@@ -85,8 +86,8 @@ impl<S: Store> Requests<S> {
 
 /// The request in the inbox, if it is as it was sent.
 #[inline(never)]
-fn take<P>(inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>, shared: &Shared<P>) -> Option<Request> {
-    let mut frame = inbox.lock(|inbox| inbox.take())?;
+fn take<P>(inbox: &mut impl Mutex<T = Inboxes>, shared: &Shared<P>) -> Option<Request> {
+    let mut frame = inbox.lock(|inbox| inbox.requests.take())?;
     let request = decode(&mut frame);
     if request.is_none() {
         shared.diagnostics.requests_damaged.add(1);

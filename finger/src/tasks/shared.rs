@@ -2,6 +2,7 @@
 
 use super::liveness::Liveness;
 use crate::faults::diagnostics::Diagnostics;
+use crate::surface::odometry::track::Track;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::WIRE_MAX;
@@ -54,7 +55,12 @@ pub struct Shared<P> {
     pub platform: P,
     /// Counters and faults.
     pub diagnostics: Diagnostics,
+    /// Places that a robot has sent. While a PC sends a speed profile its parts are kept here.
+    pub track: Track,
     pub(super) liveness: Liveness,
+    /// A robot's message is in its inbox since this board time, microseconds.
+    pub(super) has_odometry: AtomicBool,
+    pub(super) odometry_us: AtomicU32,
     /// `drdy` checks the chip's registers after the next conversion.
     pub(super) check: AtomicBool,
     /// `drdy` does not wait for a conversion before this check.
@@ -78,14 +84,18 @@ pub struct Shared<P> {
 impl<P> Shared<P> {
     /// Nothing counted, nothing to do. The chip has the plan that it is set up with.
     pub const fn new(platform: P, plan: Plan) -> Self {
-        let [check, urgent, look, health, touched, finished, sending, restarting] =
-            [const { AtomicBool::new(false) }; 8];
+        let [check, urgent, look, health, touched, finished, sending, restarting, has_odometry] =
+            [const { AtomicBool::new(false) }; 9];
         let (diagnostics, liveness) = (Diagnostics::new(), Liveness::new());
         let plan = AtomicU32::new(plan.to_bits());
+        let (track, odometry_us) = (Track::new(), AtomicU32::new(0));
         Self {
             platform,
             diagnostics,
+            track,
             liveness,
+            has_odometry,
+            odometry_us,
             check,
             urgent,
             look,

@@ -67,6 +67,7 @@ pub struct Averager {
 
 impl Averager {
     /// Before the first frame.
+    #[inline(never)]
     pub const fn new(plan: &Plan) -> Self {
         let frames = plan.frames_averaged();
         Self {

@@ -7,7 +7,7 @@ use crate::feed::{Feed, Requester};
 use crate::output::with_progress;
 use crate::recording::Recorded;
 use crate::usage::UsageError;
-use crate::{recording, replay, speed, stop};
+use crate::{odometry, recording, replay, speed, stop};
 use anyhow::Result;
 use clap::Args;
 use ridgetone_proto::settings::Settings;
@@ -25,6 +25,7 @@ Examples:
   ridgetone replay --scene scenes/c8.toml
   ridgetone replay --scene-speed 15 --period 2.6 --snr 10
   ridgetone replay trace.csv --speed 30 --delay 1 --length 55
+  ridgetone replay trace.csv --odometry robot.csv
   ridgetone replay trace.csv --settings finger.toml")]
 pub struct ReplayArgs {
     #[command(flatten)]
@@ -38,6 +39,10 @@ pub struct ReplayArgs {
     /// Repeat the profile when it ends [default: its last speed goes on].
     #[arg(long, requires = "profile")]
     profile_repeats: bool,
+    /// A robot's odometry while the speed varies and turns: CSV with time_s (the robot's clock) and place_mm or speed_mm_s, 20 to 250
+    /// rows a second; with arrival_s (device time) where messages were slow. Estimates then come in cycles per mm.
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "profile")]
+    odometry: Option<PathBuf>,
     #[command(flatten)]
     lines: LineOptions,
 }
@@ -52,17 +57,25 @@ impl ReplayArgs {
         let settings = self.settings.settings()?;
         let after = speed::after(self.profile_repeats);
         let profile = self.profile.as_ref().map(|path| speed::profile(path, after)).transpose()?;
+        let stream = self.odometry.as_deref().map(odometry::stream).transpose()?;
         let input = self.input.open_for(&settings)?;
         let mut printer = Printer::new(self.lines, true);
         let mut sink = |packet: &Packet| printer.print(packet, None);
-        let outcome = with_progress(|progress| replay::run(input, settings, profile, &mut sink, progress))?;
+        let outcome = with_progress(|progress| match stream {
+            Some(stream) => replay::run_streamed(input, settings, stream, &mut sink, progress),
+            None => replay::run(input, settings, profile, &mut sink, progress),
+        })?;
         drop(printer);
         report(outcome.counts);
         Ok(())
     }
 
     fn print_telemetry(&self, file: &Path) -> Result<()> {
-        if self.settings.settings()? != Settings::DEFAULT || self.profile.is_some() || self.input.rate.is_some() {
+        if self.settings.settings()? != Settings::DEFAULT
+            || self.profile.is_some()
+            || self.odometry.is_some()
+            || self.input.rate.is_some()
+        {
             let file = file.display();
             let why = format!(
                 "{file}: the telemetry has its settings already; for others replay its frames: `ridgetone export {file} --format csv --table frames -o frames.csv`, `ridgetone replay frames.csv`"

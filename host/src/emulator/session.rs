@@ -179,7 +179,8 @@ impl Session {
             Some(Some(101)) => bail!("the firmware panicked{last}"),
             _ => bail!("{QEMU} failed: {}{last}", status.unwrap_or_default()),
         }
-        let ChipEnd { chip, now_us, start_us, first_edge_us, conversions, served, arrived, read_once, .. } = self.chip;
+        let ChipEnd { chip, now_us, start_us, first_edge_us, conversions, served, arrived, read_once, heard, .. } =
+            self.chip;
         Ok(Outcome {
             serial: self.serial.unwrap_or_default(),
             messages: String::from_utf8_lossy(&self.messages).into_owned(),
@@ -193,6 +194,7 @@ impl Session {
             first_edge_us: first_edge_us.unwrap_or(0),
             end_us: now_us,
             conversions,
+            heard,
             ..Outcome::default()
         })
     }

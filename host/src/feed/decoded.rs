@@ -8,7 +8,11 @@ use crate::utc::Receipt;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::telemetry::{Decoder, PROTOCOL, Packet};
 use std::collections::VecDeque;
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
+
+/// Longest wait between two looks for a robot's messages: it adds to their delays.
+const SEND: Duration = Duration::from_millis(1);
 
 /// A source and the decoder behind it.
 pub struct Feed {
@@ -22,6 +26,8 @@ pub struct Feed {
     pace: Option<Pace>,
     recording: Option<Box<dyn Keep + Send>>,
     opened: Instant,
+    /// A robot's messages, to be sent as they come.
+    odometry: Option<Receiver<Vec<u8>>>,
 }
 
 impl Feed {
@@ -38,6 +44,7 @@ impl Feed {
             pace: None,
             recording: None,
             opened: Instant::now(),
+            odometry: None,
         }
     }
 
@@ -51,6 +58,12 @@ impl Feed {
     #[must_use]
     pub fn recorded(self, recording: Box<dyn Keep + Send>) -> Self {
         Self { recording: Some(recording), ..self }
+    }
+
+    /// Sends a robot's messages while it waits for packets.
+    #[must_use]
+    pub fn with_odometry(self, messages: Receiver<Vec<u8>>) -> Self {
+        Self { odometry: Some(messages), ..self }
     }
 
     /// Waits for the next event, at most for `most`. After a disconnection the gap in the sequence numbers gives the number
@@ -77,7 +90,16 @@ impl Feed {
                 std::thread::sleep(left);
                 return Ok(None);
             }
-            match self.source.next(left)? {
+            let wait = match &self.odometry {
+                Some(messages) => {
+                    for message in messages.try_iter() {
+                        self.source.send(&message)?;
+                    }
+                    left.min(SEND)
+                }
+                None => left,
+            };
+            match self.source.next(wait)? {
                 Some(event) => self.take(event)?,
                 None if left.is_zero() => return Ok(None),
                 None => {}

@@ -4,13 +4,12 @@ use embedded_storage::nor_flash::NorFlash;
 use ridgetone::detector::Detector;
 use ridgetone::estimator::Estimator;
 use ridgetone::surface::profile::Profile;
-use ridgetone::tasks::line::{self, Received};
+use ridgetone::tasks::line::{self, Inboxes, Received};
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone::tasks::requests::Requests;
 use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::boot::{Boot, SettingsSource};
-use ridgetone_proto::command::{REQUEST_WIRE_MAX, Reply};
-use ridgetone_proto::framing::Inbox;
+use ridgetone_proto::command::Reply;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::store::{FlashStore, Store};
 use ridgetone_proto::telemetry::Event;
@@ -36,7 +35,7 @@ impl Platform for FitPended {
 /// The part of a board that handles requests.
 #[derive(Debug)]
 pub struct Receiver<F: NorFlash> {
-    inbox: Inbox<REQUEST_WIRE_MAX>,
+    inbox: Inboxes,
     requests: Requests<FlashStore<F>>,
     detector: Box<Detector>,
     estimator: Box<Estimator>,
@@ -51,7 +50,7 @@ impl<F: NorFlash> Receiver<F> {
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
         Self {
-            inbox: Inbox::new(),
+            inbox: Inboxes::new(),
             requests: Requests::new(store),
             detector: Box::new(Detector::booted(settings, source, Boot::UNKNOWN)),
             estimator: Box::new(Estimator::new(settings)),
@@ -63,7 +62,7 @@ impl<F: NorFlash> Receiver<F> {
 
     /// The line's interrupt with a byte. True if a request is complete.
     pub fn push(&mut self, byte: u8) -> bool {
-        line::receive(Received::Byte(byte), &mut self.inbox, &self.shared);
+        line::receive(Received::Byte(byte), 0, &mut self.inbox, &self.shared);
         self.shared.platform.0.take()
     }
 

@@ -133,7 +133,7 @@ const DIAGNOSTICS: [Field; 27] = [
     ("frames_unconfirmed", "integer", "", "lost at a receiver: frames given to a connection that broke"),
 ];
 
-const HEALTH: [Field; 22] = [
+const HEALTH: [Field; 23] = [
     ("frames", "integer", "", "frames since start-up"),
     ("conversions_lost", "integer", "", "conversions lost"),
     ("conversions_doubtful", "integer", "", "conversions that cannot be trusted"),
@@ -141,8 +141,14 @@ const HEALTH: [Field; 22] = [
     ("messages_dropped", "integer", "", "messages dropped because the line was slow"),
     ("chip_restarts", "integer", "", "times that the ADC was set up again"),
     ("faults", "object", "", "times that each kind of fault was seen"),
-    ("requests_damaged", "integer", "", "requests that arrived damaged"),
+    ("requests_damaged", "integer", "", "requests and messages of odometry that arrived damaged"),
     ("bytes_overrun", "integer", "", "bytes of requests that the board read too late"),
+    (
+        "odometry",
+        "object",
+        "",
+        "messages of a robot: received, lost, late, doubled; windows fitted by time for want of them",
+    ),
     ("adc_registers", "integer[]", "", "the ADC's registers, CONFIG0 to ID"),
     ("stack_used_bytes", "integer", "byte", "most of the stack in use"),
     ("stack_bytes", "integer", "byte", "size of the stack"),

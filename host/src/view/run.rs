@@ -6,8 +6,10 @@ use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;
 use anyhow::{Result, anyhow, ensure};
+use ridgetone::abscissa::Motion;
 use ridgetone::estimator::{Estimator, WindowFit};
 use ridgetone::pipeline::Pipeline;
+use ridgetone::surface::odometry::Mark;
 use ridgetone::window::Window;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Hello, Packet, Raw, Span};
@@ -209,12 +211,13 @@ impl Run {
             slide_first: 0,
             force_ratio: None,
             plan: self.settings().plan,
+            odometry: Mark::NONE,
         };
         // The part is as long as it was marked.
         let settings = Settings { accuracy: 0.0, ..self.settings() };
         let mut source = Table { values: &values, valid: &valid };
         let mut estimator = Box::new(Estimator::new(settings));
-        match estimator.run(&window, &mut source, None) {
+        match estimator.run(&window, &mut source, Motion::Unknown) {
             Ok(WindowFit::Done(estimate)) => Ok(estimate),
             _ => Err(anyhow!("the fit did not reach all frames")),
         }

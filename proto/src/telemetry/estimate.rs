@@ -127,7 +127,7 @@ pub enum Span {
 pub enum Abscissa {
     /// Time: cycles per second.
     Time,
-    /// Place on the surface, by the PC's speed profile: cycles per millimetre.
+    /// Place on the surface, by the PC's speed profile or a robot's odometry: cycles per millimetre.
     Place,
 }
 
@@ -177,9 +177,9 @@ pub enum TravelStatus {
     Ambiguous,
     /// They allow none.
     OutOfRange,
-    /// The PC gives the speed, and with it the period; the phases agree.
+    /// The PC or a robot gives the speed, and with it the period; the phases agree.
     Given,
-    /// The PC gives the speed, and with it the period; the phases disagree.
+    /// The PC or a robot gives the speed, and with it the period; the phases disagree.
     Contradicted,
 }
 

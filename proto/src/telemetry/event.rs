@@ -108,10 +108,12 @@ pub struct Health {
     /// Times that each kind of fault was seen, in the order of [`crate::fault::FaultKind::ALL`].
     #[serde(serialize_with = "fault::by_kind")]
     pub faults: [u32; KINDS],
-    /// Requests of the PC that arrived damaged.
+    /// Requests of the PC, and messages of a robot's odometry, that arrived damaged.
     pub requests_damaged: u32,
     /// Bytes of requests that the board's USART lost because the one before was not yet read.
     pub bytes_overrun: u32,
+    /// Messages of a robot's odometry.
+    pub odometry: OdometryCounts,
     /// The ADS1258's registers, CONFIG0 to ID, as they were read at its latest set-up; zeros before.
     pub adc_registers: [u8; 10],
     /// Most bytes of the stack in use since start-up; zero where nothing measures it, as on a PC.
@@ -132,6 +134,21 @@ pub struct Health {
     pub offset_v: f32,
     /// Gain by the chip's own reading, ideally 1.
     pub gain: f32,
+}
+
+/// Messages of a robot's odometry since start-up ([`crate::odometry`]). Damaged ones count as `requests_damaged`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OdometryCounts {
+    /// Messages that arrived as they were sent.
+    pub received: u32,
+    /// Messages that never arrived, by their numbers.
+    pub lost: u32,
+    /// Messages that took 20 ms longer than the quickest ones, or arrived after a later one.
+    pub late: u32,
+    /// Messages that had arrived before.
+    pub doubled: u32,
+    /// Windows that were fitted by time because messages were missing, or stale.
+    pub windows_by_time: u32,
 }
 
 /// One frame as it was read, on request.

@@ -1,0 +1,210 @@
+//! A robot's odometry: its messages are numbered, their stamps aligned with the board's clock, and their places kept, so that a
+//! window can be fitted by place while the speed varies and turns.
+//!
+//! | step | module |
+//! |---|---|
+//! | number a message, count what is lost, late and doubled | [`Odometer::take`] |
+//! | the robot's clock against the board's | [`alignment`] |
+//! | places of the latest seconds | [`track`] |
+//! | what is known when a window falls due | [`Odometer::mark`] |
+//! | the place of every frame of a window | [`way`] |
+
+pub mod alignment;
+pub mod track;
+pub mod way;
+
+use crate::faults::diagnostics::Diagnostics;
+use crate::faults::log::Counter;
+use alignment::Alignment;
+use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading};
+use ridgetone_proto::telemetry::OdometryCounts;
+use track::{ENTRIES, Entry, Track};
+
+/// Without a message for so long places are stale, microseconds: a hand that goes to and fro at 1.07 Hz (197 mm/s at most) is by
+/// then 7 mm from where its speed would lead.
+pub const STALE_US: u32 = 100_000;
+/// A message that took so much longer than the quickest ones is late, microseconds.
+const LATE_US: i32 = 20_000;
+/// A stamp whose delay differs by so much from the quickest ones is of another clock, microseconds: the robot has started again.
+const JUMP_US: u32 = 1_000_000;
+/// Fastest motion, tenths of a micrometre in a microsecond: 2000 mm/s, [`crate::surface::profile::SPEED_MAX_MM_S`].
+const STEPS_A_US: u32 = 20;
+/// Fastest speed, millimetres per second.
+const SPEED_MAX_MM_S: f32 = crate::surface::profile::SPEED_MAX_MM_S;
+/// Without a message for so long there is no robot, microseconds. Much shorter than half the range of the clocks, beyond which an
+/// old stamp would look new.
+const GONE_US: u32 = 60_000_000;
+/// Entries that a window may use, enough for a full ring of frames. The others are for those that come while it is fitted.
+const USABLE: u16 = ENTRIES as u16 - 4;
+
+/// What was counted. Every task may read.
+#[derive(Debug, Default)]
+pub struct Counters {
+    received: Counter,
+    /// Numbers up to the newest message's.
+    numbers: Counter,
+    late: Counter,
+    doubled: Counter,
+    /// Windows that were fitted by time although a robot streams.
+    pub windows_by_time: Counter,
+}
+
+impl Counters {
+    /// Nothing counted.
+    pub const fn new() -> Self {
+        let [received, numbers, late, doubled, windows_by_time] = [const { Counter::new() }; 5];
+        Self { received, numbers, late, doubled, windows_by_time }
+    }
+
+    /// As `health` reports them.
+    pub fn get(&self) -> OdometryCounts {
+        let (received, doubled) = (self.received.get(), self.doubled.get());
+        OdometryCounts {
+            received,
+            lost: self.numbers.get().saturating_sub(received.saturating_sub(doubled)),
+            late: self.late.get(),
+            doubled,
+            windows_by_time: self.windows_by_time.get(),
+        }
+    }
+}
+
+/// What is known of the robot's motion when a window falls due.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Number of the entry behind the newest one; that of the oldest if no robot streams.
+    until: u16,
+    /// Number of the oldest entry that may be used.
+    oldest: u16,
+    /// The newest entry. In the track it may have moved on by the time of the fit.
+    newest: Entry,
+    /// The robot's time at the window's end, microseconds.
+    end_us: u32,
+    /// Microseconds of the robot's clock in one of the board's, less 1.
+    faster: f32,
+}
+
+impl Mark {
+    /// No robot streams.
+    pub const NONE: Self = Self { until: 0, oldest: 0, newest: Entry { t_us: 0, place: 0 }, end_us: 0, faster: 0.0 };
+
+    /// Whether a robot streams.
+    pub const fn is_some(&self) -> bool {
+        self.until != self.oldest
+    }
+}
+
+/// The newest message.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    number: u16,
+    t_us: u32,
+    /// Place, and the part of a unit that rounding has left where it follows from speeds.
+    place: i32,
+    rest: f32,
+    /// NaN for a place.
+    speed_mm_s: f32,
+}
+
+/// Takes a robot's messages.
+#[derive(Debug)]
+pub struct Odometer {
+    alignment: Alignment,
+    newest: Option<Newest>,
+    /// Bit k: the message k numbers before the newest has arrived.
+    arrived: u32,
+}
+
+impl Odometer {
+    /// Before the first message.
+    pub const fn new() -> Self {
+        Self { alignment: Alignment::new(), newest: None, arrived: 0 }
+    }
+
+    /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The track is to last for `ring_us`.
+    #[inline(never)]
+    pub fn take(&mut self, message: &Odometry, sent_us: u32, ring_us: u32, track: &Track, diagnostics: &Diagnostics) {
+        let Odometry { number, t_us, reading } = *message;
+        let speed_mm_s = if let Reading::Speed(mm_s) = reading { mm_s } else { f32::NAN };
+        if speed_mm_s.abs() > SPEED_MAX_MM_S || matches!(reading, Reading::Speed(mm_s) if mm_s.is_nan()) {
+            return diagnostics.requests_damaged.add(1);
+        }
+        let counters = &diagnostics.odometry;
+        counters.received.add(1);
+        let delay_us = self.alignment.delay_us(t_us, sent_us);
+        // Beside the quickest of late: clocks drift apart by seconds in an hour.
+        let over_us = delay_us.wrapping_sub(self.alignment.least_us());
+        let begins = self.newest.is_none() || over_us.unsigned_abs() >= JUMP_US;
+        let newest = self.newest.unwrap_or(Newest { number, t_us, place: 0, rest: 0.0, speed_mm_s });
+        let passed_us = t_us.wrapping_sub(newest.t_us) as i32;
+        let ahead = number.wrapping_sub(newest.number) as i16;
+        if begins {
+            self.alignment.restart(t_us, sent_us);
+        } else if ahead <= 0 && (ahead > -(u32::BITS as i16) || passed_us <= 0) {
+            let bit = 1u32.checked_shl(ahead.unsigned_abs().into()).unwrap_or(0);
+            let counter = if self.arrived & bit != 0 { &counters.doubled } else { &counters.late };
+            self.arrived |= bit;
+            return counter.add(1);
+        } else {
+            if over_us > LATE_US {
+                counters.late.add(1);
+            }
+            self.alignment.take(t_us, delay_us);
+        }
+        // Numbers that go back are those of a robot's program that has started again.
+        let steps = if begins || ahead < 0 { 1 } else { u32::from(ahead.unsigned_abs()) };
+        counters.numbers.add(steps);
+        self.arrived = self.arrived.checked_shl(steps).unwrap_or(0) | 1;
+        if !begins && passed_us <= 0 {
+            // From a time that stands still nothing follows.
+            return;
+        }
+        let passed_us = passed_us as u32;
+        let (mut place, mut rest) = (newest.place, 0.0);
+        if let Reading::Place(sent) = reading {
+            place = sent;
+        } else {
+            let way = 0.5 * (speed_mm_s + newest.speed_mm_s) * (PLACE_PER_MM * 1e-6) * passed_us as f32 + newest.rest;
+            let whole = libm::roundf(way);
+            // After a place it is none.
+            (place, rest) = (place.wrapping_add(whole as i32), if way.is_nan() { 0.0 } else { way - whole });
+        }
+        let is_other = newest.speed_mm_s.is_nan() != speed_mm_s.is_nan();
+        let way = place.wrapping_sub(newest.place).unsigned_abs();
+        if begins || is_other || passed_us > STALE_US || way > STEPS_A_US * (passed_us + 1) {
+            track.clear();
+        }
+        self.newest = Some(Newest { number, t_us, place, rest, speed_mm_s });
+        track.put(Entry { t_us, place }, ring_us / u32::from(USABLE));
+    }
+
+    /// Frames are of another plan from now on: the track begins again.
+    pub fn change_plan(&mut self, track: &Track) {
+        self.newest = None;
+        track.clear();
+    }
+
+    /// What is known for a window that ends at a board time, microseconds, wrapping.
+    #[inline(never)]
+    pub fn mark(&self, board_us: u32, track: &Track) -> Mark {
+        let (Some((until, newest)), Some(_)) = (track.newest(), self.newest) else { return Mark::NONE };
+        let (end_us, faster) = self.alignment.robot_us(board_us);
+        let oldest = until.wrapping_sub(USABLE.min(until.wrapping_sub(track.oldest())));
+        Mark { until, oldest, newest, end_us, faster }
+    }
+
+    /// Forgets a robot that has been silent for a minute, `board_us` being now. To be called every few minutes at least.
+    pub fn forget(&mut self, board_us: u32, track: &Track) {
+        let Some(newest) = self.newest else { return };
+        if self.alignment.robot_us(board_us).0.wrapping_sub(newest.t_us) as i32 > GONE_US as i32 {
+            self.newest = None;
+            track.clear();
+        }
+    }
+}
+
+impl Default for Odometer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
