@@ -1,5 +1,6 @@
 //! The whole path on a PC: SPI bytes in, telemetry out, over the paper's protocol.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
 use ads1258::Status as StatusByte;
