@@ -1,5 +1,6 @@
 //! Accuracy on request: an estimate as soon as its uncertainty meets the requested one, and no sooner.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
 use hal_mock::{Sliding, SlidingScene};

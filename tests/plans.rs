@@ -1,5 +1,6 @@
 //! Every scan plan on the whole path: SPI bytes in, telemetry out.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
 use hal_mock::{Sliding, SlidingScene};

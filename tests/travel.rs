@@ -1,6 +1,7 @@
 //! Spatial period, speed and direction over the whole path on a PC: SPI bytes in, telemetry out, with the simulated
 //! finger behind the chip.
 
+#[allow(dead_code, reason = "every test file uses a part of it")]
 mod support;
 
 use hal_mock::{Finger, Sliding, SlidingScene, load_scene};
