@@ -45,7 +45,7 @@ const WITH_A_BOARD: [&str; 23] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 27] = [
+const LITTLE_OF: [(&str, &str); 26] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
@@ -66,7 +66,6 @@ const LITTLE_OF: [(&str, &str); 27] = [
     ("cargo xtask noise --seed 1", "eval/src/tests/noise.rs"),
     ("cargo xtask noise --write docs", "eval/src/tests/noise.rs"),
     ("cargo xtask touch --write docs", "eval/src/tests/touch.rs"),
-    ("cargo xtask reproduce", "eval/src/tests/reproduction.rs"),
     ("cargo xtask reproduce --wavelengths", "eval/src/reproduce/okamoto.rs"),
     ("cargo +nightly fuzz run settings", "tests/extremes/settings.rs"),
     ("cargo test --workspace", "xtask/src/test.rs"),
