@@ -18,7 +18,7 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
-const WITH_A_BOARD: [&str; 23] = [
+const WITH_A_BOARD: [&str; 24] = [
     "ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450",
     "ridgetone link --finger udp:robot.local:7450",
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",
@@ -31,6 +31,7 @@ const WITH_A_BOARD: [&str; 23] = [
     "ridgetone check",
     "ridgetone check -o check.txt",
     "ridgetone monitor",
+    "ridgetone monitor --odometry -",
     "ridgetone record --for 60 -o touch.rec",
     "ridgetone settings set window_s=0.4 hop_s=0.1 --keep",
     "ridgetone settings set plan=hand",
