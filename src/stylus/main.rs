@@ -33,13 +33,11 @@ mod app {
     use crate::board::{Board, Samples};
     use heapless::spsc::Queue;
     use ridgetone::tasks::idle::{Idle, Next};
-    use ridgetone::tasks::line::SerialLine;
+    use ridgetone::tasks::line::{Inboxes, SerialLine};
     use ridgetone::tasks::outbox::Outbox;
     use ridgetone::tasks::report::Report;
     use ridgetone::tasks::shared::{BYTES, PACKETS, Platform, Shared, Task};
     use ridgetone_proto::boot::Record;
-    use ridgetone_proto::command::REQUEST_WIRE_MAX;
-    use ridgetone_proto::framing::Inbox;
     use ridgetone_proto::plan::Plan;
     use ridgetone_stylus::liveness::{Liveness, WatchdogPolicy};
     use ridgetone_stylus::message::{Event, Mark};
@@ -78,7 +76,7 @@ mod app {
     #[shared]
     struct Resources {
         sampler: Sampler,
-        inbox: Inbox<REQUEST_WIRE_MAX>,
+        inbox: Inboxes,
         outbox: Outbox<PACKETS, Mark<Event>>,
         shared: Shared<Rtic>,
         liveness: Liveness,
@@ -102,7 +100,7 @@ mod app {
         (
             Resources {
                 sampler: Sampler::new(),
-                inbox: Inbox::new(),
+                inbox: Inboxes::new(),
                 outbox: Outbox::new(),
                 // A stylus scans nothing; the plan is not used.
                 shared: Shared::new(Rtic, Plan::PAPER),

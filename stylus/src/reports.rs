@@ -6,11 +6,10 @@ use crate::message::{Change, Damaged, Event, Health, Hello, Mark, PROTOCOL};
 use crate::requests::Requests;
 use crate::sampler::{Look, Sampler};
 use crate::{REPORT_SAMPLES, SAMPLE_HZ};
+use ridgetone::tasks::line::Inboxes;
 use ridgetone::tasks::outbox::{Outbox, post};
 use ridgetone::tasks::shared::{PACKETS, Platform, Shared};
 use ridgetone_proto::boot::Boot;
-use ridgetone_proto::command::REQUEST_WIRE_MAX;
-use ridgetone_proto::framing::Inbox;
 use rtic_core::Mutex;
 
 /// Of the crate.
@@ -44,7 +43,7 @@ impl Reports {
     pub fn run<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
-        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        inbox: &mut impl Mutex<T = Inboxes>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
         liveness: &Liveness,

@@ -3,10 +3,10 @@
 use crate::message::{Command, Event, Mark, Outcome, Reply, Request};
 use crate::parameters::{Parameters, named};
 use crate::sampler::Sampler;
+use ridgetone::tasks::line::Inboxes;
 use ridgetone::tasks::outbox::{Outbox, post};
 use ridgetone::tasks::shared::{PACKETS, Platform, Shared};
-use ridgetone_proto::command::REQUEST_WIRE_MAX;
-use ridgetone_proto::framing::{Inbox, decode};
+use ridgetone_proto::framing::decode;
 use rtic_core::Mutex;
 
 /// What the task owns of them.
@@ -41,11 +41,11 @@ impl Requests {
     pub fn step<P: Platform>(
         &mut self,
         sampler: &mut impl Mutex<T = Sampler>,
-        inbox: &mut impl Mutex<T = Inbox<REQUEST_WIRE_MAX>>,
+        inbox: &mut impl Mutex<T = Inboxes>,
         outbox: &mut impl Mutex<T = Outbox<PACKETS, Mark<Event>>>,
         shared: &Shared<P>,
     ) -> bool {
-        let Some(mut frame) = inbox.lock(|inbox| inbox.take()) else { return false };
+        let Some(mut frame) = inbox.lock(|inbox| inbox.requests.take()) else { return false };
         let Some(Request { number, command: Mark(command) }) = decode(&mut frame) else {
             shared.diagnostics.requests_damaged.add(1);
             return false;

@@ -1,10 +1,11 @@
 //! Samples and requests on a PC, without a board: time, deadlines, limits, and what is refused.
 
 use proptest::prelude::*;
+use ridgetone::tasks::line::Inboxes;
 use ridgetone::tasks::outbox::Outbox;
 use ridgetone::tasks::shared::{PACKETS, Platform, Shared, Task};
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
-use ridgetone_proto::framing::{self, Inbox};
+use ridgetone_proto::framing;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::WIRE_MAX;
 use ridgetone_stimulus::{Actuator, Texture};
@@ -30,7 +31,7 @@ impl Platform for Still {
 struct Bench {
     sampler: Sampler,
     requests: Requests,
-    inbox: Inbox<REQUEST_WIRE_MAX>,
+    inbox: Inboxes,
     outbox: Outbox<PACKETS, Mark<Event>>,
     shared: Shared<Still>,
     now_us: u32,
@@ -42,7 +43,7 @@ impl Bench {
         Self {
             sampler: Sampler::new(),
             requests: Requests::new(),
-            inbox: Inbox::new(),
+            inbox: Inboxes::new(),
             outbox: Outbox::new(),
             shared: Shared::new(Still, Plan::PAPER),
             // The counter wraps soon.
@@ -63,7 +64,7 @@ impl Bench {
         let (mut sampler, mut inbox, mut outbox) =
             (Exclusive(&mut self.sampler), Exclusive(&mut self.inbox), Exclusive(&mut self.outbox));
         for byte in bytes {
-            inbox.0.push(*byte);
+            inbox.0.requests.push(*byte);
         }
         self.requests.step(&mut sampler, &mut inbox, &mut outbox, &self.shared);
         match self.outbox.take()?.event.0 {

@@ -4,6 +4,7 @@ use hal_mock::Constant;
 use ridgetone_proto::command::REQUEST_WIRE_MAX;
 use ridgetone_proto::framing;
 use ridgetone_stimulus::Actuator;
+use ridgetone_stylus::gate::State;
 use ridgetone_stylus::message::{Command, Decoder, Event, Health, Mark, Outcome, Request};
 use ridgetone_stylus::parameters::Parameters;
 use rig::{Board, Image, Output, Rig, Start};
@@ -148,3 +149,9 @@ pub fn amplitude_v(period_mm: f64) -> f64 {
 }
 
 pub const DEFAULT: Parameters = Parameters::DEFAULT;
+
+/// The states that it has reported, one after the other.
+pub fn states(stylus: &Stylus) -> Vec<State> {
+    let of = |event: &Event| if let Event::State(change) = event { Some(change.state) } else { None };
+    stylus.events.iter().filter_map(of).collect()
+}
