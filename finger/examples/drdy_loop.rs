@@ -68,7 +68,9 @@ pub fn run() -> Result<Vec<Estimate>, Box<dyn Error>> {
             let mut locked = ring.lock().unwrap_or_else(PoisonError::into_inner);
             detector.push(conversion, &mut locked, &diagnostics, &mut |_| (), &mut |next| window = Some(next));
             drop(locked);
-            window.map_or(Ok(()), |window| due.send(window))?;
+            if let Some(window) = window {
+                due.send(window)?;
+            }
         }
         drop(due);
         fit.join().map_err(|_| "the fit panicked".into())

@@ -182,7 +182,7 @@ mod tests {
         }
         let shared = Shared::new(Detect::default(), ridgetone_proto::plan::Plan::PAPER);
         let mut inbox = Inboxes::new();
-        let mut push = |bytes: &[u8], at_us, inbox: &mut Inboxes| {
+        let push = |bytes: &[u8], at_us, inbox: &mut Inboxes| {
             bytes.iter().for_each(|byte| receive(Received::Byte(*byte), at_us, inbox, &shared));
             (shared.platform.0.get(), shared.diagnostics.requests_damaged.get(), shared.odometry_us.load(Relaxed))
         };
