@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `line` | 5 | USART3, transmitter empty or byte received; pended by `report` |
 //! | `drdy` | 4 | EXTI4, DRDY's falling edge; pended by `watch` and `fit` |
-//! | `detect` | 3 | CAN1_RX0, pended by `drdy` when a scan is over or interrupted |
+//! | `detect` | 3 | CAN1_RX0, pended by `drdy` when a scan is over or interrupted, and by `line` with a robot's message |
 //! | `report` | 2 | CAN1_TX, pended by `detect`, `fit` and `line` |
 //! | `watch` | 2 | TIM4, twice a second |
 //! | `fit` | 1 | CAN1_RX1, pended by `detect` and `line` |

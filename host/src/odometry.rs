@@ -6,7 +6,7 @@ use ridgetone_proto::odometry::{FRAME_BYTES, Odometry, PLACE_PER_MM, Reading};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 /// Frames, stuffed and without their zeros, and when each is complete at the board, microseconds of scene time.
@@ -81,6 +81,9 @@ pub fn stream(path: &Path) -> Result<Stream> {
     Ok(stream)
 }
 
+/// Messages of a robot that wait to be sent: a quarter of a second of 250 a second.
+const WAITING: usize = 64;
+
 /// Follows a robot that writes lines as [`stream`] reads them, a header first, into a pipe, a port or, as `-`, standard input: gives
 /// each message as it travels. A file is read at the pace of its stamps. A line that is wrong ends it, with a word on standard error.
 pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
@@ -90,7 +93,8 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
         true => Box::new(std::io::stdin()),
         false => Box::new(File::open(path).with_context(|| shown.clone())?),
     };
-    let (found, messages) = channel();
+    // A robot's pipe waits for a board that is slower.
+    let (found, messages) = sync_channel(WAITING);
     std::thread::spawn(move || {
         if let Err(error) = send_lines(BufReader::new(source), &shown, is_file, &found) {
             eprintln!("ridgetone: {error:#}; estimates come by time from now on");
@@ -99,7 +103,7 @@ pub fn follow(path: &Path) -> Result<Receiver<Vec<u8>>> {
     Ok(messages)
 }
 
-fn send_lines(source: impl BufRead, file: &str, is_paced: bool, found: &Sender<Vec<u8>>) -> Result<()> {
+fn send_lines(source: impl BufRead, file: &str, is_paced: bool, found: &SyncSender<Vec<u8>>) -> Result<()> {
     let mut lines = source.lines();
     let Some(header) = lines.next().transpose().with_context(|| file.to_owned())? else { bail!("{file}: no line") };
     let names: Vec<String> = header.split(',').map(|name| name.trim().to_owned()).collect();
@@ -152,7 +156,7 @@ mod tests {
 
     #[test]
     fn lines_become_messages_as_they_come() {
-        let (found, messages) = channel();
+        let (found, messages) = sync_channel(WAITING);
         let lines = "time_s, speed_mm_s\n1.0,5\n1.004,\n1.008,-7.5\n1.012\n1.016,2\n";
         let error = send_lines(lines.as_bytes(), "a pipe", false, &found).unwrap_err();
         assert!(format!("{error}").contains("a pipe: line 5: 1.012: too few columns"), "{error}");

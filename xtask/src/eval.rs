@@ -68,7 +68,7 @@ pub fn faults(flags: &[String]) -> Result<()> {
     let mut faults = eval("faults");
     faults.args(flags.iter().filter(|flag| !["--quick", "--full"].contains(&flag.as_str())));
     // With a plan it runs on the PC alone.
-    if !has(flags, "--help") && !has(flags, "--plan") {
+    if !has(flags, "--help") && !flags.iter().any(|flag| flag == "--plan" || flag.starts_with("--plan=")) {
         setup::qemu()?;
         let (elf, _) = images::build(Board::Emulated.image())?;
         let (injections, emulated) = match (has(flags, "--quick"), has(flags, "--full")) {

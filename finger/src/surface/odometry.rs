@@ -151,8 +151,9 @@ impl Odometer {
             }
             self.alignment.take(t_us, delay_us);
         }
-        // Numbers that go back are those of a robot's program that has started again.
-        let steps = if begins || ahead < 0 { 1 } else { u32::from(ahead.unsigned_abs()) };
+        // Numbers that go back, or on by more than can have been sent since, are those of a program that has started again.
+        let is_new_run = ahead < 0 || i32::from(ahead) > passed_us / 1000 + 32;
+        let steps = if begins || is_new_run { 1 } else { u32::from(ahead.unsigned_abs()) };
         counters.numbers.add(steps);
         self.arrived = self.arrived.checked_shl(steps).unwrap_or(0) | 1;
         if !begins && passed_us <= 0 {
@@ -206,5 +207,26 @@ impl Odometer {
 impl Default for Odometer {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The robot's program starts again, and its clock goes on.
+    #[test]
+    fn numbers_that_begin_anew_are_no_loss() {
+        for (until, again) in [(40_000u16, 0u16), (30_000, 0), (10, 30_000)] {
+            let (mut odometer, track, diagnostics) = (Odometer::new(), Track::new(), Diagnostics::new());
+            let numbers = (until - 10..until).chain(again..again + 10);
+            for (number, t_us) in numbers.zip((5_000u32..).step_by(4_000)) {
+                let message = Odometry { number, t_us, reading: Reading::Place(0) };
+                odometer.take(&message, t_us + 300, 4_000_000, &track, &diagnostics);
+            }
+            let counts = diagnostics.odometry.get();
+            let expected = OdometryCounts { received: 20, lost: 0, late: 0, doubled: 0, windows_by_time: 0 };
+            assert_eq!(counts, expected, "{until} {again}");
+        }
     }
 }

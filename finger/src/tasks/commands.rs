@@ -46,6 +46,11 @@ impl CommandExecutor {
         if let Some(again) = self.latest.as_ref().filter(|reply| reply.number == number) {
             return (None, again.clone());
         }
+        if self.knots > 0 && !matches!(command, Command::Follow(_)) {
+            // The PC has given up its profile half-way: a robot's places need the room.
+            self.knots = 0;
+            track.lend(false);
+        }
         let outcome = match &command {
             _ if self.restarting => Outcome::Busy,
             Command::Set { settings, keep } => match settings.validate() {

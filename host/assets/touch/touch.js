@@ -22,6 +22,16 @@ const mmPerPx = () => MM_PER_PX * Number($("zoom").value);
 const send = (what, ...values) => node?.port.postMessage({ what, values });
 const sendPlaces = (what, places) => node?.port.postMessage({ what, at: places[places.length - 1][0], values: places });
 
+// One at a time: a click while the sound is being switched waits for nothing and does nothing.
+async function toggle() {
+  $("sound").disabled = true;
+  try {
+    await (context === null ? start() : stop());
+  } finally {
+    $("sound").disabled = false;
+  }
+}
+
 async function start() {
   if (!isSecureContext || typeof AudioWorkletNode === "undefined") {
     $("said").textContent = "This browser plays sound from here only at an address of its own computer: open the page on localhost.";
@@ -106,7 +116,7 @@ for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
   });
 }
 
-$("sound").addEventListener("click", () => (context === null ? start() : stop()));
+$("sound").addEventListener("click", () => state !== null && toggle());
 $("volume").addEventListener("input", () => gain?.gain.setTargetAtTime(Number($("volume").value), context.currentTime, 0.02));
 $("condition").addEventListener("change", () => {
   if ($("condition").value !== "own") [$("mean_ms").value, $("sigma_ms").value] = $("condition").value.split(",");
@@ -135,18 +145,22 @@ setInterval(() => node?.port.postMessage({ what: "clock", at: performance.now() 
 const events = new EventSource("/events");
 events.addEventListener("state", ({ data }) => {
   const before = state;
+  const wasAway = !isConnected;
   state = JSON.parse(data);
   isConnected = true;
+  const isChanged = (names) => names.some((name) => JSON.stringify(state[name]) !== JSON.stringify(before?.[name]));
+  // The command was started again with other limits: the sound keeps those it was switched on with.
+  if (node !== null && before !== null && isChanged(["voltage_v", "cutoff_hz", "slew_v_s", "fade_s"])) toggle();
   if (before === null) {
     [$("mean_ms").value, $("sigma_ms").value] = state.delay_ms;
     chooseCondition();
   }
-  if (state.texture && state.number !== before?.number) {
+  if (state.texture && isChanged(["number", "texture", "share"])) {
     $("period_mm").value = state.texture.period_mm;
     sendTexture();
   }
   if (state.is_silent) send("lift");
-  else if (before?.is_silent && pointer !== null) sendPlaces("down", [[pointer.t_s, pointer.x_mm]]);
+  else if ((before?.is_silent || wasAway) && pointer !== null) sendPlaces("down", [[pointer.t_s, pointer.x_mm]]);
 });
 events.addEventListener("error", () => {
   isConnected = false;

@@ -52,14 +52,15 @@ const REMEMBERED: usize = 1024;
 pub struct Receiver {
     pub counts: Counts,
     run: u32,
-    next: u32,
+    /// The number that is expected; none before the first message of a run, whatever its number.
+    next: Option<u32>,
     /// Which of the latest numbers have come, by their remainder.
     seen: Vec<Option<u32>>,
 }
 
 impl Default for Receiver {
     fn default() -> Self {
-        Self { counts: Counts::default(), run: 0, next: 0, seen: vec![None; REMEMBERED] }
+        Self { counts: Counts::default(), run: 0, next: None, seen: vec![None; REMEMBERED] }
     }
 }
 
@@ -81,15 +82,16 @@ impl Receiver {
             return None;
         }
         self.seen[place] = Some(message.number);
-        if message.number < self.next {
+        let next = self.next.unwrap_or(message.number);
+        if message.number < next {
             // It was counted as lost.
             self.counts.lost = self.counts.lost.saturating_sub(1);
             self.counts.late += 1;
             return None;
         }
-        self.counts.lost += u64::from(message.number - self.next);
+        self.counts.lost += u64::from(message.number - next);
         self.counts.received += 1;
-        self.next = message.number.saturating_add(1);
+        self.next = Some(message.number.saturating_add(1));
         Some(message)
     }
 }
@@ -117,7 +119,7 @@ mod tests {
     fn what_is_lost_late_doubled_or_damaged_is_counted() {
         let mut receiver = Receiver::default();
         for number in [0, 1, 5, 3, 5, 3, 6] {
-            let is_new = [0, 1, 5, 6].contains(&number) && receiver.next <= number;
+            let is_new = [0, 1, 5, 6].contains(&number) && receiver.next.is_none_or(|next| next <= number);
             assert_eq!(receiver.take(&place(number).bytes()).is_some(), is_new, "{number}");
         }
         // 2 and 4 have not come; 3 came late, and then again, as 5 did.
@@ -134,6 +136,10 @@ mod tests {
         assert!(receiver.take(&good).is_some());
         // The sender begins anew.
         assert!(receiver.take(&Message { run: 8, ..place(0) }.bytes()).is_some());
+        // Another one, which sent to others before: nothing is lost.
+        let lost = receiver.counts.lost;
+        assert!(receiver.take(&Message { run: 9, ..place(15_000) }.bytes()).is_some());
+        assert_eq!(receiver.counts.lost, lost);
     }
 
     #[test]

@@ -4,6 +4,10 @@ use anyhow::{Context, Result};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 
+/// Nobody listens there, or nothing has come: as if it were lost. Windows calls the first of these a reset.
+const NOTHING: [ErrorKind; 4] =
+    [ErrorKind::WouldBlock, ErrorKind::ConnectionRefused, ErrorKind::ConnectionReset, ErrorKind::Interrupted];
+
 /// Longest datagram that is looked at, bytes: a frame of the line.
 const LONGEST: usize = 512;
 
@@ -49,8 +53,7 @@ impl Socket {
         let mut bytes = [0; LONGEST];
         match self.socket.recv_from(&mut bytes) {
             Ok((length, from)) => Ok(Some((bytes[..length].to_vec(), from))),
-            // Nobody listens there: as if it were lost.
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::ConnectionRefused) => Ok(None),
+            Err(error) if NOTHING.contains(&error.kind()) => Ok(None),
             Err(error) => Err(error).context("the network"),
         }
     }

@@ -116,8 +116,13 @@ pub async fn guard(State(access): State<Access>, request: Request, next: Next) -
         next.run(request).await
     };
     for (name, value) in HEADERS {
-        // A page may say itself what it loads.
-        response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
+        let value = HeaderValue::from_static(value);
+        // A page may say itself what it loads, and nothing else.
+        if name == header::CONTENT_SECURITY_POLICY {
+            response.headers_mut().entry(name).or_insert(value);
+        } else {
+            response.headers_mut().insert(name, value);
+        }
     }
     response
 }
