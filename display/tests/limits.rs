@@ -39,7 +39,8 @@ proptest! {
             prop_assert_eq!(done.is_err(), is_wrong && !releases);
             for (now, before) in pins.forces_n().iter().zip(before) {
                 prop_assert!((0.0..=greatest_n * 1.000_001).contains(now), "{}", now);
-                prop_assert!((now - before).abs() <= step_n + 1e-4 * quantum_n, "{} {}", now, before);
+                // A millionth more, so that a slew of just one level an update is possible.
+                prop_assert!((now - before).abs() <= step_n * 1.000_002 + 1e-4 * quantum_n, "{} {}", now, before);
                 prop_assert!(done.is_ok() || *now == before);
                 let level = now / quantum_n;
                 prop_assert!((level - level.round()).abs() < 1e-2, "{}", level);
