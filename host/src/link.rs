@@ -8,7 +8,7 @@
 //! | one end or the other over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
 //! | the stylus' end: a simulated hand and actuator, and the error of what is felt | [`stylus`] |
-//! | both, and what they report each second | [`run`] |
+//! | both, and what they report each second | [`run`](mod@run) |
 
 pub mod finger;
 pub mod message;

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | what the texture becomes: an actuator, and how strongly | [`output`] |
 //! | a hand that nobody moves | [`hand`] |
-//! | samples for a file | [`render`] |
+//! | samples for a file | [`render`](mod@render) |
 //! | sound and haptic files | [`wav`], [`ahap`] |
 //! | the page, and the textures of a finger for it | [`page`], [`live`] |
 
