@@ -257,6 +257,8 @@ fn multiply(a: u16, b: u16) -> Op {
             let a = if addend == 15 { SINK } else { addend };
             Op::HalfMul { d, n, m, a, n_high: halves & 2 != 0, m_high: halves & 1 != 0 }
         }
+        // SMMUL without rounding (DDI 0403E, A7.7.148): the upper half of a long product.
+        (5, 0) if addend == 15 => Op::LongMul { low: SINK, high: d, n, m, signed: true, accumulate: false },
         _ => Op::Unmodelled,
     }
 }
