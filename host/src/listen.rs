@@ -10,6 +10,9 @@ use ridgetone_proto::telemetry::Packet;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+/// Time without a packet after which a board is silent: it sends one a second.
+pub const SILENT: Duration = Duration::from_secs(3);
+
 /// Longest wait between two looks at [`stop`] and at due requests.
 const LOOK: Duration = Duration::from_millis(50);
 

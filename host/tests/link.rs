@@ -25,11 +25,11 @@ fn two_ends_find_each_other_over_a_network() {
     let input = Input::default().open().expect("a scene");
     let outcome = replay::run(input, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
     recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
-    let mishaps =
+    let impairments =
         ["--delay-ms", "40", "--jitter-ms", "10", "--loss", "5%", "--doubled", "5%", "--damaged", "5%", "--json"];
     let mut finger = ridgetone()
         .args(["link", "--finger", text(&path), "--stylus", "udp:127.0.0.1:0"])
-        .args(mishaps)
+        .args(impairments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -38,7 +38,8 @@ fn two_ends_find_each_other_over_a_network() {
     let mut line = String::new();
     said.read_line(&mut line).expect("a line");
     let address = line.trim().rsplit(' ').next().expect("an address").to_owned();
-    let stylus = run(&[&["link", "--finger", &address, "--stylus", "simulated", "--for", "7"], &mishaps[..]].concat());
+    let stylus =
+        run(&[&["link", "--finger", &address, "--stylus", "simulated", "--for", "7"], &impairments[..]].concat());
     let stylus = json_lines(&stylus);
     let mut printed = String::new();
     finger.stdout.take().expect("a pipe").read_to_string(&mut printed).expect("UTF-8");

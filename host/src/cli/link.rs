@@ -4,7 +4,7 @@ use super::actuator::{ActuatorOptions, DelayOptions, HandOptions};
 use super::firmware::FirmwareOptions;
 use super::lines::report;
 use super::parse::{number, positive};
-use crate::link::network::Mishaps;
+use crate::link::network::Impairments;
 use crate::link::socket::Socket;
 use crate::link::{Ends, Link, Options, run};
 use crate::serve::name::Source;
@@ -84,7 +84,7 @@ impl LinkArgs {
         getrandom::fill(&mut bytes).map_err(|error| anyhow::anyhow!("random numbers: {error}"))?;
         let options = Options {
             delay_ms: (delay_ms, jitter_ms),
-            mishaps: Mishaps { loss: self.loss, doubled: self.doubled, damaged: self.damaged },
+            impairments: Impairments { loss: self.loss, doubled: self.doubled, damaged: self.damaged },
             seed: self.seed,
             run: u32::from_le_bytes(bytes),
             hand,

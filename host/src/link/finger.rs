@@ -18,7 +18,7 @@ pub struct FingerEnd {
 }
 
 impl FingerEnd {
-    /// `run` tells this run's messages from those of the one before.
+    /// `run`: a number that the messages of an earlier run do not have.
     pub fn new(run: u32) -> Self {
         Self { run, ..Self::default() }
     }

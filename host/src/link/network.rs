@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 /// What happens to messages, each as a share of them, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mishaps {
+pub struct Impairments {
     pub loss: f64,
     pub doubled: f64,
     /// One bit of them is another.
@@ -17,7 +17,7 @@ pub struct Mishaps {
 /// One way.
 pub struct Network {
     delay: Delay,
-    pub mishaps: Mishaps,
+    pub impairments: Impairments,
     random: ChaCha8Rng,
     /// Time of arrival, and bytes: in the order of sending.
     under_way: VecDeque<(f64, Vec<u8>)>,
@@ -25,8 +25,8 @@ pub struct Network {
 }
 
 impl Network {
-    pub fn new(delay: Delay, mishaps: Mishaps, seed: u64) -> Self {
-        Self { delay, mishaps, random: ChaCha8Rng::seed_from_u64(seed), under_way: VecDeque::new(), sent: 0 }
+    pub fn new(delay: Delay, impairments: Impairments, seed: u64) -> Self {
+        Self { delay, impairments, random: ChaCha8Rng::seed_from_u64(seed), under_way: VecDeque::new(), sent: 0 }
     }
 
     fn happens(&mut self, share: f64) -> bool {
@@ -38,17 +38,17 @@ impl Network {
     pub fn send(&mut self, t_s: f64, bytes: Vec<u8>) {
         self.sent += 1;
         let arrives_s = t_s + self.delay.at_s(t_s);
-        if self.happens(self.mishaps.doubled) {
+        if self.happens(self.impairments.doubled) {
             self.carry(arrives_s, bytes.clone());
         }
         self.carry(arrives_s, bytes);
     }
 
     fn carry(&mut self, arrives_s: f64, mut bytes: Vec<u8>) {
-        if self.happens(self.mishaps.loss) {
+        if self.happens(self.impairments.loss) {
             return;
         }
-        if self.happens(self.mishaps.damaged) {
+        if self.happens(self.impairments.damaged) {
             let bits = 8 * bytes.len().max(1) as u64;
             let bit = (self.random.next_u64() % bits) as usize;
             if let Some(byte) = bytes.get_mut(bit / 8) {

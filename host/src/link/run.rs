@@ -2,11 +2,11 @@
 
 use super::finger::FingerEnd;
 use super::message::Counts;
-use super::network::{Mishaps, Network};
+use super::network::{Impairments, Network};
 use super::socket::Socket;
 use super::stylus::{Error, StylusEnd};
 use crate::feed::{Feed, Requester};
-use crate::listen::{Heard, Listener};
+use crate::listen::{Heard, Listener, SILENT};
 use crate::texture::Found;
 use crate::touch::{Hand, Output};
 use crate::{output, stop};
@@ -17,9 +17,6 @@ use std::time::{Duration, Instant};
 
 /// Time between two steps.
 const STEP: Duration = Duration::from_millis(1);
-
-/// Time without a packet after which a finger is silent: it sends one a second.
-const SILENT: Duration = Duration::from_secs(3);
 
 /// Time between two reports, seconds.
 const REPORT_S: f64 = 1.0;
@@ -39,9 +36,9 @@ pub enum Ends {
 pub struct Options {
     /// Mean and standard deviation, milliseconds.
     pub delay_ms: (f64, f64),
-    pub mishaps: Mishaps,
+    pub impairments: Impairments,
     pub seed: u64,
-    /// Tells this run's messages from those of the one before.
+    /// A number that the messages of an earlier run do not have.
     pub run: u32,
     pub hand: Hand,
     pub output: Output,
@@ -85,7 +82,7 @@ impl Link {
     pub fn new(options: &Options, ends: Ends) -> Result<Self> {
         let (mean_ms, sigma_ms) = options.delay_ms;
         let delay = |seed: u64| Delay::new((mean_ms / 1e3) as f32, (sigma_ms / 1e3) as f32, seed as u32);
-        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.mishaps, seed));
+        let network = |seed: u64| anyhow::Ok(Network::new(delay(seed)?, options.impairments, seed));
         Ok(Self {
             finger: FingerEnd::new(options.run),
             stylus: StylusEnd::new(options.output, options.hand, mean_ms / 1e3, options.run)?,
@@ -95,7 +92,7 @@ impl Link {
         })
     }
 
-    /// Does what is due up to a time, seconds. Times must not decrease.
+    /// Sends and takes all messages up to a time, seconds. Times must not decrease.
     pub fn step(&mut self, t_s: f64) -> Result<()> {
         let Self { finger, stylus, to_finger, to_stylus, ends } = self;
         if !matches!(ends, Ends::Finger(_)) {

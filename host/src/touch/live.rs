@@ -3,7 +3,7 @@
 use super::output::Output;
 use super::page::{Page, Shown};
 use crate::feed::{Feed, Requester};
-use crate::listen::{Heard, Listener};
+use crate::listen::{Heard, Listener, SILENT};
 use crate::stop;
 use crate::texture::Found;
 use crate::view::announce;
@@ -17,9 +17,6 @@ use std::time::{Duration, Instant};
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
-
-/// Time without a packet after which a finger is silent: it sends one a second.
-const SILENT: Duration = Duration::from_secs(3);
 
 /// Where textures come from.
 pub enum Textures {

@@ -1,4 +1,4 @@
-//! The page: its files, and what it is told.
+//! The page: its files, and what the command sends to it.
 //!
 //! | path | what |
 //! |---|---|

@@ -1,11 +1,9 @@
 //! The status line of the page: the state of the board, and what to do if nothing arrives.
 
 use crate::feed::RawFrames;
+use crate::listen::SILENT;
 use crate::live::{Connection, Live, Phase};
 use std::time::Duration;
-
-/// Time without a packet after which a board is silent; it sends one every second.
-const SILENT: Duration = Duration::from_secs(3);
 
 /// The status in a sentence. `age` is the time since the latest packet; none before the first one.
 pub fn status(live: &Live, age: Option<Duration>) -> String {

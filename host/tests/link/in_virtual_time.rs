@@ -1,14 +1,14 @@
 //! The link in virtual time.
 
-use ridgetone_host::link::network::Mishaps;
+use ridgetone_host::link::network::Impairments;
 use ridgetone_host::link::run::Report;
 use ridgetone_host::link::{Ends, Link, Options};
 use ridgetone_host::touch::{Hand, Output};
 use ridgetone_stimulus::{Actuator, Texture};
 
-fn link(delay_ms: (f64, f64), mishaps: Mishaps) -> Link {
+fn link(delay_ms: (f64, f64), impairments: Impairments) -> Link {
     let output = Output::new(Actuator::PIEZO, None).expect("an output");
-    let options = Options { delay_ms, mishaps, seed: 5, run: 1, hand: Hand::OKAMOTO, output };
+    let options = Options { delay_ms, impairments, seed: 5, run: 1, hand: Hand::OKAMOTO, output };
     Link::new(&options, Ends::Here).expect("a link")
 }
 
@@ -30,7 +30,7 @@ const PAPER: (f64, f64) = (120.0, 40.0);
 /// The delay is not felt: below 1 % of the amplitude and 0.02 cycles, where a vibration that travels would be nothing like the surface.
 #[test]
 fn neither_delay_nor_jitter_nor_loss_is_felt() {
-    let mut link = link(PAPER, Mishaps { loss: 0.05, ..Mishaps::default() });
+    let mut link = link(PAPER, Impairments { loss: 0.05, ..Impairments::default() });
     link.finger.found(Some(Texture::new(1.4)));
     let report = pass(&mut link, 0.0, 10.0);
     println!("{}", report.text());
@@ -49,7 +49,7 @@ fn neither_delay_nor_jitter_nor_loss_is_felt() {
 
 #[test]
 fn a_new_texture_arrives_and_is_felt() {
-    let mut link = link(PAPER, Mishaps::default());
+    let mut link = link(PAPER, Impairments::default());
     link.finger.found(Some(Texture::new(1.4)));
     pass(&mut link, 0.0, 3.0);
     link.finger.found(Some(Texture::new(0.9)));
@@ -62,7 +62,7 @@ fn a_new_texture_arrives_and_is_felt() {
 
 #[test]
 fn damaged_and_doubled_messages_are_counted_and_do_no_harm() {
-    let mut link = link(PAPER, Mishaps { loss: 0.1, doubled: 0.2, damaged: 0.2 });
+    let mut link = link(PAPER, Impairments { loss: 0.1, doubled: 0.2, damaged: 0.2 });
     link.finger.found(Some(Texture::new(1.4)));
     let report = pass(&mut link, 0.0, 20.0);
     for (counts, sent) in [(&report.places, 5000.0), (&report.textures, 80.0)] {
@@ -76,10 +76,10 @@ fn damaged_and_doubled_messages_are_counted_and_do_no_harm() {
 /// The vibration fades, within the slew, as soon as a second without a message is over; and comes again with the link.
 #[test]
 fn a_dead_link_stops_softly() {
-    let mut link = link((120.0, 0.0), Mishaps::default());
+    let mut link = link((120.0, 0.0), Impairments::default());
     link.finger.found(Some(Texture::new(1.4)));
     assert!(pass(&mut link, 0.0, 3.0).is_felt);
-    link.to_stylus.mishaps.loss = 1.0;
+    link.to_stylus.impairments.loss = 1.0;
     // What is under way still arrives.
     assert!(pass(&mut link, 3.0, 3.6).is_felt);
     let dead = pass(&mut link, 3.6, 5.0);
@@ -88,7 +88,7 @@ fn a_dead_link_stops_softly() {
         "{dead:?} {}",
         link.stylus.level()
     );
-    link.to_stylus.mishaps.loss = 0.0;
+    link.to_stylus.impairments.loss = 0.0;
     assert!(pass(&mut link, 5.0, 7.0).error_percent < Some(1.0));
     // A finger that is silent itself says so.
     link.finger.found(None);
