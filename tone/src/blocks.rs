@@ -243,7 +243,8 @@ impl Blocks {
         }
         for b in 0..self.count.min(BLOCKS_MAX) {
             self.products[b] = [0.0; PRODUCTS];
-            self.rows[b].iter_mut().take(2 + 2 * line_count).for_each(|row| *row = [0.0; CHANNELS_MAX]);
+            let used = self.rows[b].as_flattened_mut().get_mut(..(2 + 2 * line_count) * CHANNELS_MAX);
+            used.unwrap_or_default().fill(0.0);
             let first = b as u32 * frames_per_block;
             self.u[b] = match (abscissa.step(), sums[b]) {
                 (Some(step), _) => pass.start + step * (first as f32 + 0.5 * (frames_per_block - 1) as f32),

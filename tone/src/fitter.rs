@@ -111,7 +111,7 @@ impl Fitter {
         statistics: &Statistics,
         interferer: &mut Option<Interferer>,
     ) -> Result<Found, Overwritten> {
-        let few = statistics.order().first(CHANNELS);
+        let few = statistics.order.first(CHANNELS);
         let Self { blocks, equations, harmonics_max } = self;
         let harmonics = *harmonics_max;
         let mut climber = Climber { span, statistics, blocks, equations };
@@ -174,7 +174,7 @@ impl Fitter {
         interferer: &mut Option<Interferer>,
     ) -> Result<Option<Summit>, Overwritten> {
         let Some(best) = found.best else { return Ok(None) };
-        let (all, limits) = (statistics.order(), Limits::RESULT);
+        let (all, limits) = (statistics.order, Limits::RESULT);
         let Self { blocks, equations, harmonics_max } = self;
         let mut climber = Climber { span, statistics, blocks, equations };
         if let Some(interferer) = interferer {
@@ -223,7 +223,7 @@ impl Fitter {
         fit: &mut Fit,
     ) -> Result<(), Overwritten> {
         let Self { blocks, equations, harmonics_max } = self;
-        let all = statistics.order();
+        let all = statistics.order;
         let least = least_squares(statistics, &all);
         let at = (equations.nu, Interferer::nu(&interferer));
         if let Some(impulses) = impulses.filter(|_| statistics.is_spiky) {
@@ -233,7 +233,8 @@ impl Fitter {
             }
         }
         // The neighbourhood is that of the blocks' solution.
-        let around = neighbourhood(blocks, &equations.solution);
+        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
+        let around = neighbourhood(blocks, &equations.solution, *harmonics_max > 1);
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
         if !span.is_in_time() || is_rough || equations.is_cancelled() {
             polish(span, statistics, &all, &least, at, &mut equations.solution)?;
@@ -241,12 +242,11 @@ impl Fitter {
         let evidence = evidence(statistics, &all, &equations.solution);
         let by = (summit, &around, &evidence);
         conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
-        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
-        if around.may_share && fit.status.has_tone() && *harmonics_max > 1 {
+        if around.may_share && fit.status.has_tone() {
             let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
             blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;
             if whiten(blocks, equations, &least, nu, shape) {
-                let around = neighbourhood(blocks, &equations.solution);
+                let around = neighbourhood(blocks, &equations.solution, false);
                 conclude_mixtures(fit, span, &equations.solution, &around, &evidence);
             }
         }
@@ -273,7 +273,7 @@ impl Fitter {
     /// If the frames were overwritten meanwhile.
     pub fn spectrum(&mut self, span: &mut FrameSpan) -> Result<Spectrum<'_>, Overwritten> {
         let statistics = self.statistics(span)?;
-        let channels = statistics.order();
+        let channels = statistics.order;
         let (power, points) = self.blocks.transform_memory();
         let periodogram = Periodogram::new(span, &statistics, channels.list(), None, points, power)?;
         let strongest_cycles = periodogram.strongest(2.0).map(|peak| peak.cycles);

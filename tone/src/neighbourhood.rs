@@ -43,7 +43,7 @@ pub struct Neighbourhood {
     /// Change of the frequency from the window's centre to its end, in `nu`, and its variance in such noise.
     pub chirp: f32,
     pub chirp_variance: f32,
-    /// Whether the channels may share noise that is not the tone's.
+    /// Whether the channels may share noise that is not the tone's; false if that was not requested.
     pub may_share: bool,
 }
 
@@ -65,13 +65,14 @@ struct Series<'s> {
     /// One over the standard deviation of each channel's residuals, and the covariance of these residuals in that unit.
     roots: Values,
     covariance: &'s mut Covariance,
+    is_shared_wanted: bool,
 }
 
-/// The neighbourhood of a window's solution.
+/// The neighbourhood of a window's solution; on request also whether channels may share noise.
 #[inline(never)]
-pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
+pub fn neighbourhood(blocks: &Blocks, solution: &Solution, is_shared_wanted: bool) -> Neighbourhood {
     let mut covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    let mut series = Series::new(&mut covariance);
+    let mut series = Series::new(&mut covariance, is_shared_wanted);
     series.fill(blocks, solution);
     series.end(blocks.u.get(..blocks.count).unwrap_or(&blocks.u), solution)
 }
@@ -80,7 +81,7 @@ pub fn neighbourhood(blocks: &Blocks, solution: &Solution) -> Neighbourhood {
 #[inline(never)]
 pub fn covariance(blocks: &Blocks, solution: &Solution, covariance: &mut Covariance, roots: &mut Values) -> usize {
     *covariance = [[0.0; CHANNELS_MAX]; CHANNELS_MAX];
-    let mut series = Series::new(covariance);
+    let mut series = Series::new(covariance, true);
     series.fill(blocks, solution);
     *roots = series.roots;
     series.main
@@ -88,7 +89,7 @@ pub fn covariance(blocks: &Blocks, solution: &Solution, covariance: &mut Covaria
 
 impl<'s> Series<'s> {
     #[inline(always)]
-    const fn new(covariance: &'s mut Covariance) -> Self {
+    const fn new(covariance: &'s mut Covariance, is_shared_wanted: bool) -> Self {
         Self {
             density: [0.0; BLOCKS_MAX],
             expected: [0.0; BLOCKS_MAX],
@@ -100,6 +101,7 @@ impl<'s> Series<'s> {
             latest: [[[0.0; LAGS - 1]; 2]; CHANNELS_MAX],
             roots: [0.0; CHANNELS_MAX],
             covariance,
+            is_shared_wanted,
         }
     }
 
@@ -109,6 +111,11 @@ impl<'s> Series<'s> {
         self.begin(solution);
         for b in 0..blocks.count.min(BLOCKS_MAX) {
             self.add(blocks, b, solution);
+        }
+        for c in 0..CHANNELS_MAX {
+            for other in c + 1..CHANNELS_MAX {
+                self.covariance[c][other] = self.covariance[other][c];
+            }
         }
     }
 
@@ -234,14 +241,28 @@ impl<'s> Series<'s> {
             }
         }
         self.lags = [zero_lag, one_lag, two_lags];
-        for quadrature in 0..2 {
-            let mut of_unit = [0.0; CHANNELS_MAX];
-            for ((of_unit, root), latest) in of_unit.iter_mut().zip(&self.roots).zip(&self.latest).take(solution.width)
-            {
+        if self.is_shared_wanted {
+            self.add_covariance(solution.width);
+        }
+    }
+
+    /// Adds the latest residuals to the lower triangle of the covariance, four columns at a time.
+    #[inline(never)]
+    fn add_covariance(&mut self, width: usize) {
+        let mut of_unit = [[0.0; CHANNELS_MAX]; 2];
+        for (quadrature, of_unit) in of_unit.iter_mut().enumerate() {
+            for ((of_unit, root), latest) in of_unit.iter_mut().zip(&self.roots).zip(&self.latest).take(width) {
                 *of_unit = root * latest[quadrature][0];
             }
-            for (row, residual) in self.covariance.iter_mut().zip(&of_unit).take(solution.width) {
-                row.iter_mut().zip(&of_unit).for_each(|(sum, other)| *sum += residual * other);
+        }
+        let [cosines, sines] = of_unit.each_ref().map(|of_unit| of_unit.as_chunks::<4>().0);
+        for (c, row) in self.covariance.iter_mut().enumerate().take(width) {
+            let (with_cos, with_sin) = (of_unit[0][c % CHANNELS_MAX], of_unit[1][c % CHANNELS_MAX]);
+            let fours = row.as_chunks_mut::<4>().0.iter_mut().zip(cosines).zip(sines);
+            for ((sums, cosines), sines) in fours.take(c / 4 + 1) {
+                for ((sum, cos), sin) in sums.iter_mut().zip(cosines).zip(sines) {
+                    *sum = *sum + with_cos * cos + with_sin * sin;
+                }
             }
         }
     }
@@ -274,7 +295,7 @@ impl<'s> Series<'s> {
         bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
         let (bent, bends) = self.product(&bend, u);
         Neighbourhood {
-            may_share: may_share(self.covariance, solution),
+            may_share: self.is_shared_wanted && may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,

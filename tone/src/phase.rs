@@ -9,9 +9,10 @@ pub(crate) const TURN: f32 = 4_294_967_296.0;
 
 /// A phase from turns (any sign, magnitude below 2^31): the fraction of a turn in units of 2^-32.
 pub fn from_turns(turns: f32) -> u32 {
-    // Whole turns are subtracted first, exactly, so that the fraction keeps all its bits.
-    let fraction = turns - (turns as i32) as f32;
-    (fraction * TURN) as i64 as u32
+    // The nearest whole turns are subtracted first, exactly, so that the fraction keeps all its bits; half a turn to either side
+    // fits into 32 bits, to which the core converts by itself.
+    let fraction = turns - (turns + 0.5f32.copysign(turns)) as i32 as f32;
+    (fraction * TURN) as i32 as u32
 }
 
 /// Cosine and sine of `phase` (a 32-bit fraction of a turn). Absolute error below 1.5e-7.

@@ -35,6 +35,8 @@ pub struct Statistics {
     /// Variance of a frame's noise by the third differences of consecutive frames, in units of `scale`: a tone below a tenth
     /// of the frame rate adds very little. 0 if it is not known.
     pub noise_variance: Values,
+    /// The usable channels, those with the least share of noise first.
+    pub order: Channels,
     /// Number of pieces, and from one to the next in `u`.
     pub pieces: usize,
     pub piece_step: f32,
@@ -129,7 +131,8 @@ impl Statistics {
     }
 
     /// The usable channels, those with the least share of noise first.
-    pub fn order(&self) -> Channels {
+    #[inline(never)]
+    fn by_noise(&self) -> Channels {
         let shares: Values = core::array::from_fn(|c| self.noise_variance[c] / self.about_line[c]);
         let (mut order, mut count) = ([0; CHANNELS_MAX], 0);
         for c in (0..CHANNELS_MAX as u8).filter(|c| self.usable & 1 << c != 0) {
@@ -309,6 +312,7 @@ impl Sums<'_> {
             about_line: zeros,
             scale: self.scale,
             noise_variance: zeros,
+            order: Channels { order: [0; CHANNELS_MAX], width: 0 },
             pieces: self.pieces.len(),
             piece_step: step,
             quantization_step: span.quantization_step,
@@ -361,6 +365,7 @@ impl Sums<'_> {
             }
             before = *piece;
         }
+        out.order = out.by_noise();
         out
     }
 }
