@@ -94,6 +94,33 @@ fn a_tone_that_starts_or_ends_inside_is_at_its_maximum() {
     partly(check, &[4.3, 8.34, 20.0]);
 }
 
+/// A reference that jumps moves all channels at once, by a share of their level: a step has overtones too, and is no tone.
+#[test]
+fn a_step_of_the_reference_is_no_tone() {
+    const STEP_FRAMES: usize = 438;
+    let mut seen = 0;
+    for seed in 0..120u64 {
+        let mut noise = Noise::new(seed);
+        let cycles = 2.5 + 3.0 * (seed as f64 * 0.618).fract();
+        let (at, share) = (0.1 + 0.8 * (seed as f64 * 0.414).fract(), 0.03 + 0.17 * (seed as f64 * 0.732).fract());
+        let values = codes(STEP_FRAMES, |c, n| {
+            let (phase, tone) = (c as f64 * 0.4, cycles / STEP_FRAMES as f64);
+            let level = 40_000.0 + 1_500.0 * c as f64;
+            let reference = if n < (at - 0.5) * STEP_FRAMES as f64 { 1.0 } else { 1.0 + share };
+            (level + 1000.0 * (TAU * tone * n + phase).cos()) / reference + 50.0 * noise.next()
+        });
+        let case = Case::new(values);
+        let (fit, tone) = (case.fit(), cycles / STEP_FRAMES as f64);
+        seen += usize::from(fit.status != Status::Good);
+        let off = (fit.frequency as f64 - tone).abs();
+        assert!(
+            fit.status != Status::Good || off < 5.0 * fit.sigma as f64,
+            "seed {seed}, {cycles} cycles, {share} at {at}: {fit:?}"
+        );
+    }
+    assert!(seen > 100, "{seen} of 120 are not good");
+}
+
 /// One of them; if one is the other's harmonic, the lower one.
 #[test]
 fn two_tones_of_equal_strength() {

@@ -39,6 +39,8 @@ const CYCLES_SPREAD: f32 = 1.15;
 /// As many cycles of a weak line, or of one that all channels have in phase, within this spread, are no period either.
 const CYCLES_DOUBTFUL: f32 = 2.7;
 const COMMON_SPREAD: f32 = 0.1;
+/// Nor where they leave this share of the tone's power that is no noise: a step that all channels have looks like them.
+const COMMON_REMAINDER: f32 = 0.02;
 /// Nor are as many beside a curved baseline: the third harmonic of half a cycle looks like them.
 const CYCLES_BENT: f32 = 2.0;
 /// In fewer cycles than this a change of amplitude looks like movement: the limit is twice as high.
@@ -96,7 +98,8 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
     let moves = of.slow_power > moving * colour
         || of.coherence > UNSTEADY_COHERENCE && of.slow_power > UNSTEADY_SLOW_POWER && contrast < UNSTEADY_CONTRAST;
     // One shape in time in all channels, or a weak one, may be a few swings of anything.
-    let is_common = evidence.spread < COMMON_SPREAD && contrast < CLEAR_CONTRAST;
+    let leaves = |share: f32| evidence.noise_ratio > NOISE_RATIO && evidence.remainder > share;
+    let is_common = evidence.spread < COMMON_SPREAD && (contrast < CLEAR_CONTRAST || leaves(COMMON_REMAINDER));
     let is_bent = evidence.is_curved && cycles < CYCLES_BENT && contrast < CLEAR_CONTRAST;
     let is_doubtful = cycles < CYCLES_DOUBTFUL && (is_common || contrast < LINE_CONTRAST) || is_bent;
     let is_short = is_doubtful
@@ -108,13 +111,12 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
             } else {
                 CYCLES
             };
-    let is_no_noise = evidence.noise_ratio > NOISE_RATIO && evidence.remainder > MISFIT_REMAINDER;
     let status = match () {
         () if !is_plain && contrast < CONTRAST && evidence.contrast < LINE_CONTRAST => Status::NoTone,
         () if !is_plain && contrast < CONTRAST => Status::Unsteady,
         () if cycles < CYCLES && is_short => Status::Ambiguous,
         () if moves => Status::Unsteady,
-        () if is_short || is_no_noise => Status::Ambiguous,
+        () if is_short || leaves(MISFIT_REMAINDER) => Status::Ambiguous,
         () => Status::Good,
     };
     (status, libm::sqrtf(variance))
