@@ -99,9 +99,10 @@ fn each_plan_is_set_by_a_request_and_finds_a_tone_and_loses_nothing() {
 #[test]
 #[ignore = "needs the boards' images: cargo xtask test --all"]
 fn each_plan_loses_nothing_and_skips_no_hop_in_a_minute() {
-    for board in BOARDS {
-        for (name, plan) in Plan::NAMED {
-            check(board, name, plan, 60);
+    // Each board on a core of its own.
+    std::thread::scope(|scope| {
+        for board in BOARDS {
+            scope.spawn(move || Plan::NAMED.into_iter().for_each(|(name, plan)| check(board, name, plan, 60)));
         }
-    }
+    });
 }
