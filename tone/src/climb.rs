@@ -244,8 +244,8 @@ impl Climber<'_, '_> {
             if is_known && score + SURE_GAINS * expected + SURE_SCORE < limits.score {
                 return Ok(None);
             }
-            // Along a path a block's frames are not spread evenly about its centre.
-            most = if self.span.is_in_time() { move_max(solution, self.blocks.count) } else { 0.0 };
+            // Along a path a block's frames are not spread evenly about its centre; the last step is that of the frames then.
+            most = move_max(solution, self.blocks.count);
             // A step should take itself back: where it does less, as in few cycles, the secant leads further.
             let slope = match last {
                 Some((at, step, of)) if of == shape => Some((step - solution.step) / (nu - at)),
