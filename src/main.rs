@@ -129,6 +129,9 @@ mod app {
         // Before the chip scans: the search in blank sectors takes milliseconds, in which conversions would be lost.
         let mut store = FlashStore::new(flash);
         let (settings, source) = store.load();
+        // So too what is large: its memory is cleared, which takes longer than a conversion.
+        let detector = put(cx.local.detector_place, || Detector::booted(settings, source, boot));
+        let estimator = put(cx.local.estimator_place, || Estimator::new(settings));
         let shared = Shared::new(Rtic, settings.plan);
         let mut acquisition = Acquisition::new(Ads1258::new(spi), start, reset, settings.plan);
         // The counter has run since the start.
@@ -147,7 +150,7 @@ mod app {
         (
             Resources {
                 ring: black_box(cx.local.ring),
-                detector: put(cx.local.detector_place, || Detector::booted(settings, source, boot)),
+                detector,
                 inbox: Inboxes::new(),
                 outbox: Outbox::new(),
                 shared,
@@ -157,11 +160,7 @@ mod app {
                 line: SerialLine { port: line, bytes: bytes_out },
                 detect: Detect::new(samples_out, windows_in),
                 report: Report::new(bytes_in),
-                fit: Fit {
-                    estimator: put(cx.local.estimator_place, || Estimator::new(settings)),
-                    windows: windows_out,
-                    requests: Requests::new(store),
-                },
+                fit: Fit { estimator, windows: windows_out, requests: Requests::new(store) },
             },
         )
     }

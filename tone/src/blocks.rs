@@ -64,6 +64,8 @@ pub struct Blocks {
     pub rows: [[Values; LOCAL]; BLOCKS_MAX],
     /// How many there are.
     pub count: usize,
+    /// Whether they are as they were collected: no other step has had their memory since.
+    pub are_intact: bool,
     /// Channels of the pass, and their number.
     pub order: [u8; CHANNELS_MAX],
     pub width: usize,
@@ -166,6 +168,7 @@ impl Blocks {
             products: [[0.0; PRODUCTS]; BLOCKS_MAX],
             rows: [[[0.0; CHANNELS_MAX]; LOCAL]; BLOCKS_MAX],
             count: 0,
+            are_intact: false,
             order: [0; CHANNELS_MAX],
             width: 0,
             squares: [0.0; CHANNELS_MAX],
@@ -177,11 +180,13 @@ impl Blocks {
 
     /// The pieces' memory, before there are blocks: behind that of a periodogram.
     pub fn pieces_mut(&mut self) -> &mut [Values] {
+        self.are_intact = false;
         self.rows.as_flattened_mut().split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX).1
     }
 
     /// The first pieces, and memory for a grid.
     pub fn grid_memory(&mut self, count: usize) -> (&[Values], &mut [Folded]) {
+        self.are_intact = false;
         let rows = self.rows.as_flattened();
         let pieces = rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default();
         let folded = self.products.as_flattened_mut().as_chunks_mut().0.as_chunks_mut().0;
@@ -195,6 +200,7 @@ impl Blocks {
 
     /// The memory of transforms, one and a half times as many values as their points.
     pub fn scratch(&mut self) -> &mut [f32] {
+        self.are_intact = false;
         #[cfg(feature = "long-windows")]
         let memory = &mut self.long[..];
         #[cfg(not(feature = "long-windows"))]
@@ -213,7 +219,7 @@ impl Blocks {
         most: usize,
     ) -> Result<(), Overwritten> {
         (self.order, self.width) = (channels.order, channels.width.min(CHANNELS_MAX));
-        (self.lines, self.squares) = (lines, [0.0; CHANNELS_MAX]);
+        (self.lines, self.squares, self.are_intact) = (lines, [0.0; CHANNELS_MAX], true);
         let (nu, line_count) = lines.all();
         let mut chunk = 2;
         let most = most.clamp(1, BLOCKS_MAX);
@@ -333,21 +339,28 @@ impl Blocks {
         for ([cos, sin], nu) in basis.as_chunks_mut::<2>().0.iter_mut().skip(1).zip(&pass.nu).take(pass.lines) {
             (*cos, *sin) = cos_sin(from_turns(nu * distance));
         }
-        let mut products = self.products[number].iter_mut();
+        let mut products = &mut self.products[number][..];
         for (row, factor) in basis.iter().enumerate().take(size) {
             let factor = weight * factor;
-            for (column, product) in basis.iter().take(row + 1).zip(products.by_ref()) {
-                *product += factor * column;
-            }
+            let (own, others) = products.split_at_mut((row + 1).min(products.len()));
+            own.iter_mut().zip(&basis).for_each(|(product, column)| *product += factor * column);
+            products = others;
         }
         let Statistics { offset, slope, scale, .. } = pass.statistics;
-        for (k, (channel, squares)) in self.order.iter().zip(&mut self.squares).enumerate().take(self.width) {
+        let mut weighted = [0.0; CHANNELS_MAX];
+        let channels = self.order.iter().zip(&mut self.squares).zip(&mut weighted);
+        for ((channel, squares), weighted) in channels.take(self.width) {
             let c = *channel as usize % CHANNELS_MAX;
             let value = (block.values[i][c] - offset[c] - slope[c] * u) * scale[c];
-            *squares += weight * value * value;
-            let value = weight * value;
-            for (row, factor) in self.rows[number].iter_mut().zip(&basis).take(size) {
-                row[k] += factor * value;
+            *weighted = weight * value;
+            *squares += *weighted * value;
+        }
+        // By fours: what is behind the channels adds zeros.
+        let fours = self.width.div_ceil(4);
+        for (row, factor) in self.rows[number].iter_mut().zip(&basis).take(size) {
+            let row = row.as_chunks_mut::<4>().0.iter_mut().zip(weighted.as_chunks::<4>().0);
+            for (sums, values) in row.take(fours) {
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
             }
         }
     }

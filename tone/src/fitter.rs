@@ -244,7 +244,9 @@ impl Fitter {
         conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
         if around.may_share && fit.status.has_tone() {
             let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
-            blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;
+            if !blocks.are_intact {
+                blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;
+            }
             if whiten(blocks, equations, &least, nu, shape) {
                 let around = neighbourhood(blocks, &equations.solution, false);
                 conclude_mixtures(fit, span, &equations.solution, &around, &evidence);
