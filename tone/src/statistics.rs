@@ -14,6 +14,8 @@ const ROUNDING_SHARE: f32 = 1e-6;
 /// Frames of a third difference, and the sum of its squared factors: 1 + 9 + 9 + 1.
 const QUAD: usize = 4;
 const THIRD_DIFFERENCE_SQUARES: f32 = 20.0;
+/// From a channel's first value in a block to its last, both included.
+const COLUMN: usize = (BLOCK - 1) * CHANNELS_MAX + 1;
 /// A third difference of so many times their mean magnitude is seldom noise: in white noise of 940 frames and sixteen channels
 /// in one window of a hundred.
 const SPIKY: f32 = 6.0;
@@ -271,9 +273,12 @@ impl Sums<'_> {
             let (mut sum, mut squares, mut third_squares) = (0.0, 0.0, 0.0);
             let (mut thirds, mut most) = (0.0, self.third_most[c]);
             let mut quads = [0.0; BLOCK / QUAD];
-            let frames = block.values.as_chunks::<QUAD>().0;
-            for ((quad, full), frames) in quads.iter_mut().zip(full).zip(frames) {
-                let [a, b, c, d] = [0, 1, 2, 3].map(|i: usize| (frames[i][c] - zero) * scale);
+            // The channel's values from one address on: each frame's has a constant distance from it.
+            let values = block.values.as_flattened().get(c..).and_then(|values| values.first_chunk::<COLUMN>());
+            let Some(values) = values else { continue };
+            for (q, (quad, full)) in quads.iter_mut().zip(full).enumerate() {
+                let [a, b, c, d] =
+                    [0, 1, 2, 3].map(|i: usize| (values[(QUAD * q + i) % BLOCK * CHANNELS_MAX] - zero) * scale);
                 *quad = (a + b) + (c + d);
                 sum += *quad;
                 squares += (a * a + b * b) + (c * c + d * d);
