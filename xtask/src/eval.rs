@@ -16,7 +16,7 @@ fn eval(command: &str) -> Command {
 pub fn bench(flags: &[String]) -> Result<()> {
     let mut bench = eval("bench");
     bench.args(flags);
-    if has(flags, "--plans") {
+    if flags.iter().any(|flag| flag == "--plans" || flag.starts_with("--plans=")) {
         images::build(Board::FeatherF405.image())?;
     } else if !has(flags, "--help") && !has(flags, "--render") {
         // What measures nothing needs no image.
