@@ -49,6 +49,10 @@ pub struct BenchArgs {
     /// Write trade.md and its picture anew from the data in a folder, and measure nothing.
     #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", exclusive = true)]
     pub render: Option<PathBuf>,
+    /// Measure the scan plans instead: accuracy here, load and latency on the register model. Writes plans.json, and trade.md with it,
+    /// into a folder. Takes three minutes.
+    #[arg(long, value_name = "FOLDER", num_args = 0..=1, default_missing_value = "docs", exclusive = true)]
+    pub plans: Option<PathBuf>,
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,

@@ -113,7 +113,7 @@ impl Bench {
         rig.run_ns(400_000_000)?;
         rig.forget_served();
         for number in 1..=(5.0 * REQUESTS_HZ) as u16 {
-            rig.send(&request(number)?);
+            rig.send(&request(number, Command::Greet)?);
             rig.run_ns((1e9 / REQUESTS_HZ) as u64)?;
         }
         let at = usize::from(self.board == Board::NucleoF446re);
@@ -149,9 +149,10 @@ impl Bench {
     }
 }
 
-fn request(number: u16) -> Result<Vec<u8>> {
+/// A request as it travels.
+pub fn request(number: u16, command: Command) -> Result<Vec<u8>> {
     let mut wire = [0; REQUEST_WIRE_MAX];
-    let length = framing::encode(&Request { number, command: Command::Greet }, &mut wire).map_err(|_| anyhow!("a request"))?;
+    let length = framing::encode(&Request { number, command }, &mut wire).map_err(|_| anyhow!("a request"))?;
     Ok(wire[..length].to_vec())
 }
 

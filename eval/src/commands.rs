@@ -87,6 +87,10 @@ fn run_bench(args: &BenchArgs) -> Result<()> {
     if let Some(folder) = &args.render {
         return trade::render(folder);
     }
+    if let Some(folder) = &args.plans {
+        trade::plans::write(folder)?;
+        return trade::render(folder);
+    }
     let images = args.elf.as_ref().zip(args.baselines_elf.as_ref()).zip(args.flash_bytes.zip(args.ram_bytes));
     let firmware = args.firmware.as_deref();
     let chip =

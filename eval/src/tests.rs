@@ -13,10 +13,10 @@ mod reproduction;
 mod touch;
 mod trade;
 
-fn from_root(path: &str) -> std::path::PathBuf {
+pub fn from_root(path: &str) -> std::path::PathBuf {
     std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }
 
-fn read(path: &str) -> String {
+pub fn read(path: &str) -> String {
     std::fs::read_to_string(from_root(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }

@@ -6,6 +6,7 @@ pub mod chart;
 pub mod contender;
 mod grid;
 mod noise_chart;
+pub mod plans;
 pub mod results;
 mod tables;
 
@@ -53,13 +54,17 @@ pub fn write(trade: &Trade, folder: &Path) -> Result<()> {
 pub fn render(folder: &Path) -> Result<()> {
     let trade: Trade = load(&folder.join("trade.json"))?;
     let noise = noise::load(folder)?;
-    whole_text(&folder.join("trade.md"), &page(&trade, &noise)?)?;
+    whole_text(&folder.join("trade.md"), &page(&trade, &noise, &plans::load(folder)?)?)?;
     whole_text(&folder.join("trade.svg"), &chart::draw(&trade, &noise))
 }
 
-/// The page; its table of noise is that of the rows that `noise` measured last.
-pub fn page(trade: &Trade, noise: &[noise::Row]) -> Result<String> {
-    filled(PAGE, |name| if name == "noise" { Some(tables::noise(noise)) } else { tables::table(trade, name) })
+/// The page; its tables of noise and of scan plans are those of the rows that were measured last, by runs of their own.
+pub fn page(trade: &Trade, noise: &[noise::Row], plans: &[plans::Row]) -> Result<String> {
+    filled(PAGE, |name| match name {
+        "noise" => Some(tables::noise(noise)),
+        "plans" => Some(plans::table(plans)),
+        _ => tables::table(trade, name),
+    })
 }
 
 /// The tables for a terminal.

@@ -46,7 +46,7 @@ const WITH_A_BOARD: [&str; 24] = [
 ];
 
 /// Commands that take too long for a test, and the test that does a little of the same.
-const LITTLE_OF: [(&str, &str); 26] = [
+const LITTLE_OF: [(&str, &str); 27] = [
     ("cargo xtask worklet", "host/tests/touch/page.rs"),
     ("cargo xtask distance --chip", "eval/src/tests/distance.rs"),
     ("cargo xtask distance --write docs", "eval/src/tests/distance.rs"),
@@ -61,6 +61,7 @@ const LITTLE_OF: [(&str, &str); 26] = [
     ("cargo xtask board --write", "eval/src/tests/board.rs"),
     ("cargo xtask bench --write", "eval/src/tests/bench.rs"),
     ("cargo xtask bench --chip", "eval/src/tests/bench.rs"),
+    ("cargo xtask bench --plans", "eval/src/trade/plans/tests.rs"),
     ("cargo xtask bench --render", "eval/src/tests/trade.rs"),
     ("cargo xtask faults --full", "eval/src/tests/faults.rs"),
     ("cargo xtask faults --plan hand --seed 777001 --injections 1000 --write docs", "eval/src/tests/faults.rs"),

@@ -12,6 +12,8 @@ mod plans;
 mod requests;
 #[path = "common/steady.rs"]
 mod steady;
+#[path = "emulated/wavelengths.rs"]
+mod wavelengths;
 
 use hal_mock::{Sliding, SlidingScene, TABLE_2, Truth, load_scene, write_csv};
 use ridgetone_host::demo;

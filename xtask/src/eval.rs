@@ -16,8 +16,10 @@ fn eval(command: &str) -> Command {
 pub fn bench(flags: &[String]) -> Result<()> {
     let mut bench = eval("bench");
     bench.args(flags);
-    // What measures nothing needs no image.
-    if !has(flags, "--help") && !has(flags, "--render") {
+    if flags.iter().any(|flag| flag == "--plans" || flag.starts_with("--plans=")) {
+        images::build(Board::FeatherF405.image())?;
+    } else if !has(flags, "--help") && !has(flags, "--render") {
+        // What measures nothing needs no image.
         setup::qemu()?;
         let (_, sizes) = images::build(Board::FeatherF405.image())?;
         let (elf, _) = images::build(images::BENCH)?;

@@ -3,7 +3,7 @@
 use super::emulated::{Jobs, next};
 use crate::setting::{Length, Setting};
 use crate::simulated::Simulated;
-use crate::trade::contender::fit;
+use crate::trade::contender::{first, fit};
 use crate::workload::{Job, Measured, Outcome};
 use anyhow::{Result, ensure};
 use ridgetone_proto::settings::TAXELS;
@@ -79,8 +79,7 @@ impl Fits {
     pub fn write(&self, jobs: &mut Jobs) {
         for kind in &self.0 {
             for window in &kind.windows {
-                // Bit k: taxel k has valid values.
-                let valid = u16::MAX >> (u16::BITS - u32::from(kind.channels));
+                let valid = first(kind.channels);
                 let job = Job::Fit { harmonics: kind.harmonics, frames: window.values.len() as u32 };
                 jobs.add(job, window.values.iter().map(|values| (values, valid)));
             }
@@ -98,7 +97,7 @@ impl Kind {
         let (mut sum, mut worst, mut stack, mut good) = (0.0, 0, 0, 0);
         for window in windows {
             let (instructions, stack_bytes, outcome) = next!(measured, Fit { instructions, stack_bytes, outcome });
-            let fit = fit(&window.values, harmonics, channels)?;
+            let fit = fit(&window.values, harmonics, first(channels))?;
             let here = Outcome::new(Some(&fit));
             ensure!(
                 outcome == here,

@@ -93,7 +93,7 @@ pub fn joint_hz(taken: &Taken, frames: &Range<usize>) -> Result<Option<(f64, f64
     let zero = part[0];
     let values: Vec<[f32; TAXELS]> =
         part.iter().map(|codes| std::array::from_fn(|taxel| codes[taxel] - zero[taxel])).collect();
-    let fit = fit(&values, Settings::DEFAULT.harmonics, TAXELS as u8)?;
+    let fit = fit(&values, Settings::DEFAULT.harmonics, u16::MAX)?;
     // The stimulator's speed has a ripple: the mean counts.
     let single = matches!(fit.status, Status::Good | Status::Unsteady);
     Ok(single.then(|| (f64::from(fit.frequency) * taken.rate_hz, f64::from(fit.sigma) * taken.rate_hz)))

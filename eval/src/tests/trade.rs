@@ -1,8 +1,10 @@
 //! The trade: that it runs, and that the page is what was measured.
 
 use super::{from_root, read};
+use crate::accuracy::Accuracy;
 use crate::noise;
 use crate::page::load;
+use crate::trade::plans::Row;
 use crate::trade::results::Trade;
 use crate::trade::{self, Windows};
 
@@ -25,7 +27,7 @@ fn the_least_run_measures_every_choice_and_every_bar() {
 
     trade.rows.iter_mut().for_each(|row| row.instructions = Some(168_000));
     let noise = noise::rows(2, 5, (Some("sigma"), None), &[]).expect("rows");
-    let (page, svg) = (trade::page(&trade, &noise).expect("a page"), trade::chart::draw(&trade, &noise));
+    let (page, svg) = (trade::page(&trade, &noise, &[]).expect("a page"), trade::chart::draw(&trade, &noise));
     assert!(svg.contains("pink") && !trade::chart::draw(&trade, &[]).contains("pink"));
     assert!(page.contains("| 1001.00 | 168,000 | 11.7 |"), "{page}");
     for text in [page, svg] {
@@ -38,8 +40,9 @@ fn the_page_and_its_picture_are_what_their_data_give() {
     let trade: Trade = load(&from_root("docs/trade.json")).expect("the data");
     // `cargo xtask bench --render` fills in the page again, `cargo xtask bench --write` measures.
     let noise = noise::load(&from_root("docs")).expect("the data");
+    let plans = trade::plans::load(&from_root("docs")).expect("the data");
     assert!(
-        trade::page(&trade, &noise).expect("a page") == read("docs/trade.md"),
+        trade::page(&trade, &noise, &plans).expect("a page") == read("docs/trade.md"),
         "docs/trade.md is not what its data give"
     );
     assert!(trade::chart::draw(&trade, &noise) == read("docs/trade.svg"), "docs/trade.svg is not what its data give");
@@ -62,4 +65,41 @@ fn the_page_and_its_picture_are_what_their_data_give() {
         assert!([four, one].iter().all(|row| row.rms_percent() > all.rms_percent()), "{window_s} s");
         assert!([four, one].iter().all(|row| row.instructions < all.instructions), "{window_s} s");
     }
+}
+
+/// What the text says of the scan plans.
+#[test]
+fn the_scan_plans_are_as_the_text_says() {
+    let plans = trade::plans::load(&from_root("docs")).expect("the data");
+    let row = |plan: &str, window_s: f64| {
+        let found = plans.iter().find(|row| row.plan == plan && row.window_s == window_s);
+        found.unwrap_or_else(|| panic!("{plan}, {window_s} s"))
+    };
+    let rms_hz = |row: &Row| row.accuracy.error.expect("an error").rms_hz;
+    let load = |row: &Row| row.board.expect("measured on the register model").load;
+    for one in &plans {
+        let Accuracy { windows, good, error, .. } = one.accuracy;
+        assert!(windows == 1000 && 10 * good >= 9 * windows, "{one:?}");
+        // The standard error of a ratio near one is 2 % of a thousand windows where the control variate fails.
+        assert!(error.is_some_and(|error| (0.94..1.1).contains(&error.ratio)), "{one:?}");
+        assert!(load(one) < 0.9 && one.latency_s().is_some_and(|latency_s| latency_s < one.window_s + 0.1), "{one:?}");
+    }
+    // Longer windows have less error in each plan: twice the length less than half.
+    for (a, b) in plans.iter().zip(&plans[1..]).filter(|(a, b)| a.plan == b.plan) {
+        let slope = (rms_hz(b) / rms_hz(a)).ln() / (b.window_s / a.window_s).ln();
+        assert!((-1.8..-1.2).contains(&slope), "{a:?}, {b:?}: {slope}");
+    }
+    for window_s in [0.032, 0.064, 0.128] {
+        // From the most channels to the fewest: more load, and no more error.
+        let fast: Vec<&Row> = plans.iter().filter(|row| row.window_s == window_s && row.plan != "paper").collect();
+        assert!(fast.len() >= 3 && fast.windows(2).all(|pair| load(pair[0]) < load(pair[1])), "{window_s} s");
+        assert!(fast.iter().all(|row| (1.0..1.55).contains(&(rms_hz(fast[0]) / rms_hz(row)))), "{window_s} s");
+    }
+    let [paper, hand] = ["paper", "hand"].map(|plan| row(plan, 0.128));
+    assert!((0.8..1.1).contains(&(rms_hz(paper) / rms_hz(hand))) && load(paper) < 0.55 * load(hand));
+    for plan in ["hand", "0x5555", "texture", "vibration"] {
+        assert!(load(row(plan, 0.032)) > 0.99 * load(row(plan, 0.064)), "{plan}");
+    }
+    let idle = |plan| 1.0 - load(row(plan, 0.032));
+    assert!((0.35..0.5).contains(&(idle("single") / idle("hand"))));
 }

@@ -7,7 +7,6 @@ use crate::parallel;
 use crate::setting::{Length, Setting};
 use anyhow::Result;
 use hal_mock::TABLE_2;
-use ridgetone_proto::settings::TAXELS;
 use serde::{Deserialize, Serialize};
 
 pub const LENGTHS: [Length; 6] = [
@@ -258,7 +257,7 @@ fn noise(windows: u32) -> Result<Vec<Found>> {
         };
         let seeds: Vec<u64> = (0..u64::from(windows)).map(|run| NOISE_SEED + run).collect();
         let found = parallel::map("noise alone", &seeds, |seed| {
-            let fit = fit(&setting.noise(window_s, *seed)?.values, HARMONICS, TAXELS as u8)?;
+            let fit = fit(&setting.noise(window_s, *seed)?.values, HARMONICS, u16::MAX)?;
             Ok(fit.status.has_tone())
         })?;
         Ok(Found { length: Some(length), windows, found: found.into_iter().map(u32::from).sum() })

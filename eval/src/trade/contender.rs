@@ -36,14 +36,7 @@ impl Contender {
     pub fn answer(&self, window: &Simulated) -> Result<Option<Answer>> {
         match *self {
             Self::Ridgetone { harmonics, channels } => {
-                let fit = fit(&window.values, harmonics, channels)?;
-                let to_hz = |per_frame: f32| f64::from(per_frame) * window.frame_rate_hz;
-                let answer = Answer {
-                    hz: to_hz(fit.frequency),
-                    sigma_hz: Some(to_hz(fit.sigma)),
-                    ambiguous: fit.status != Status::Good,
-                };
-                Ok(fit.status.has_tone().then_some(answer))
+                Ok(answer(&fit(&window.values, harmonics, first(channels))?, window.frame_rate_hz))
             }
             Self::Nls { harmonics } => {
                 let estimate = nls::estimate(&window.values, TAXELS, harmonics.into(), None);
@@ -71,9 +64,21 @@ impl Contender {
     }
 }
 
-/// Ridgetone's fit of the first `channels` channels of a window's frames.
-pub fn fit(values: &[Values], harmonics: u8, channels: u8) -> Result<Fit> {
-    let valid = vec![u16::MAX >> (u16::BITS - u32::from(channels)); values.len()];
+/// The answer of a fit.
+pub fn answer(fit: &Fit, frame_rate_hz: f64) -> Option<Answer> {
+    let to_hz = |per_frame: f32| f64::from(per_frame) * frame_rate_hz;
+    let (hz, sigma_hz) = (to_hz(fit.frequency), Some(to_hz(fit.sigma)));
+    fit.status.has_tone().then_some(Answer { hz, sigma_hz, ambiguous: fit.status != Status::Good })
+}
+
+/// The mask of the first `channels` taxels: bit k is taxel k.
+pub fn first(channels: u8) -> u16 {
+    u16::MAX >> (u16::BITS - u32::from(channels))
+}
+
+/// Ridgetone's fit of a window's frames, of the taxels in `inputs`.
+pub fn fit(values: &[Values], harmonics: u8, inputs: u16) -> Result<Fit> {
+    let valid = vec![inputs; values.len()];
     let mut table = Table { values, valid: &valid };
     let mut fitter = Box::new(Fitter::new(harmonics));
     let fit = fitter.fit(&mut FrameSpan::new(&mut table, 0, valid.len() as u32).with_quantization(1.0));

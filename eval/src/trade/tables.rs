@@ -2,6 +2,7 @@
 
 use super::bars::{Bars, LENGTHS, SNRS_DB};
 use super::results::{NLS, RIDGETONE, Row, Trade};
+use crate::accuracy::Accuracy;
 use crate::bar;
 use crate::baselines::Method;
 use crate::bench::baselines::CARRIED;
@@ -35,7 +36,7 @@ fn windows(trade: &Trade) -> String {
 }
 
 /// A figure, or a dash where there is none.
-fn or_dash(figure: Option<String>) -> String {
+pub fn or_dash(figure: Option<String>) -> String {
     figure.unwrap_or_else(|| "-".into())
 }
 
@@ -54,14 +55,18 @@ fn costs(row: &Row) -> [String; 3] {
     [or_dash(latency), or_dash(instructions), or_dash(row.passes().map(|passes| format!("{passes:.1}")))]
 }
 
-/// Windows without a single frequency, and those with a multiple or a fraction of the true one, percent of all.
-fn failures(row: &Row) -> [String; 2] {
-    let accuracy = &row.accuracy;
-    let share = |count: u32| match 100.0 * f64::from(count) / f64::from(accuracy.windows) {
+/// A share of so many, percent.
+pub fn share(count: u32, of: u32) -> String {
+    match 100.0 * f64::from(count) / f64::from(of) {
         0.0 => "0".into(),
         percent => significant(percent, 2),
-    };
-    [share(accuracy.windows - accuracy.good), share(accuracy.octaves)]
+    }
+}
+
+/// Windows without a single frequency, and those with a multiple or a fraction of the true one, percent of all.
+fn failures(row: &Row) -> [String; 2] {
+    let Accuracy { windows, good, octaves, .. } = row.accuracy;
+    [share(windows - good, windows), share(octaves, windows)]
 }
 
 /// An estimator's error, and how often it fails: under RMS in percent, x bound, no answer and octaves.

@@ -1,0 +1,146 @@
+//! A scale slid over the finger, and the firmware's answers to it.
+
+use super::SCAN_MM;
+use super::motion::Motion;
+use anyhow::{Context, Result};
+use hal_mock::{Sliding, sliding::Hand};
+use ridgetone::frame::TimedConversion;
+use ridgetone_host::input::{Input, Opened, Source};
+use ridgetone_host::odometry::{self, Stream};
+use ridgetone_host::replay::{self, START_US};
+use ridgetone_proto::odometry::{FRAME_BYTES, WIRE_BYTES};
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::{Settings, TAXELS};
+use ridgetone_proto::telemetry::{Estimate, Event, Packet};
+
+/// Messages of the robot, in a second: the paper's rate (section III-C).
+const MESSAGES_HZ: f64 = 250.0;
+/// How long a message is on the line, seconds: ten bits a byte at 921,600 baud. The board knows this.
+const ON_THE_LINE_S: f64 = WIRE_BYTES as f64 * 10.0 / 921_600.0;
+/// Delay of the bridges' low-pass, seconds: 820 ohm beside 820 ohm, and 1 uF.
+pub const FILTER_S: f64 = 0.5 * 820.0 * 1e-6;
+/// The taxels that feel most, the first and the third of each unit, are read half a slot before the middle of its four.
+const EARLY_SLOTS: f64 = 0.5;
+
+/// How late the finger feels a place, seconds.
+pub fn felt_late_s() -> f64 {
+    FILTER_S + EARLY_SLOTS * conversion_s()
+}
+
+/// A scale under a motion, with the conversions of its scan.
+pub struct Slid {
+    pub scene: Sliding,
+    pub motion: Motion,
+    /// Frames in volts, with the times of their first taxels, seconds from the slide's begin.
+    pub frames: Vec<(f64, [f64; TAXELS])>,
+    /// How long the slide lasts, seconds.
+    pub lasts_s: f64,
+    /// The slide's begin, seconds of the device and of the scene.
+    begins_s: f64,
+    scene_begins_s: f64,
+    scene_ends_s: f64,
+}
+
+fn scene(wavelength_mm: f64, motion: Motion) -> Sliding {
+    let (speed_mm_s, hand) = match motion {
+        Motion::Steady(speed_mm_s) => (speed_mm_s, None),
+        Motion::Hand => (Hand::default().peak_mm_s, Some(Hand::default())),
+    };
+    let ridge_mm = 0.5 * wavelength_mm;
+    let (hold_before_s, hold_after_s) = (0.6, 0.5);
+    Sliding {
+        speed_mm_s,
+        period_mm: wavelength_mm,
+        ridge_mm,
+        slide_mm: SCAN_MM,
+        hold_before_s,
+        hold_after_s,
+        hand,
+        ..Sliding::physical()
+    }
+}
+
+
+/// From one taxel to the next, seconds.
+pub fn conversion_s() -> f64 {
+    1e-9 * f64::from(Plan::HAND.conversion_ns())
+}
+
+fn open(scene: &Sliding) -> Result<Opened> {
+    Input { source: Source::Scene(scene.clone()), seed: scene.seed, ..Input::default() }.open_in(&Plan::HAND)
+}
+
+/// Settings of a window, and of the accuracy that it is to have; zero for a window of this length.
+pub fn settings(window_s: f64, accuracy: f32) -> Settings {
+    let window_s = window_s as f32;
+    Settings { window_s, hop_s: 0.05, harmonics: 2, accuracy, ..Settings::DEFAULT.with_plan(Plan::HAND) }
+}
+
+impl Slid {
+    /// Slides.
+    pub fn new(wavelength_mm: f64, motion: Motion) -> Result<Self> {
+        let scene = scene(wavelength_mm, motion);
+        let input = open(&scene)?;
+        let truth = input.truth.context("a scene has its truth")?;
+        let (mut frames, mut first_us) = (Vec::<(f64, [f64; TAXELS])>::new(), None);
+        replay::conversions_of(input, &Plan::HAND, &mut |timed: TimedConversion| {
+            let t_s = f64::from(timed.t_us - *first_us.get_or_insert(timed.t_us)) * 1e-6;
+            // AIN0 to AIN15 have the ids 8 to 23 (SBAS297G).
+            let Some(taxel) = usize::from(timed.status().chid()).checked_sub(8).filter(|taxel| *taxel < TAXELS) else {
+                return Ok(());
+            };
+            if taxel == 0 {
+                frames.push((t_s, [0.0; TAXELS]));
+            }
+            if let Some((_, values)) = frames.last_mut() {
+                values[taxel] = ads1258::reading::volts(timed.code(), Settings::DEFAULT.vref_v).into();
+            }
+            Ok(())
+        })?;
+        // Time of the device is zero at the first conversion, time of the scene when START rises.
+        let zero_s = f64::from(first_us.context("no conversion")? - START_US) * 1e-6;
+        let begins_s = truth.slide_start_s - zero_s;
+        frames.iter_mut().for_each(|(t_s, _)| *t_s -= begins_s);
+        Ok(Self {
+            scene,
+            motion,
+            frames,
+            lasts_s: truth.slide_end_s - truth.slide_start_s,
+            begins_s,
+            scene_begins_s: truth.slide_start_s,
+            scene_ends_s: truth.end_s,
+        })
+    }
+
+    /// The firmware's estimates; a hand's places are streamed to it, those of so long before the stamps.
+    pub fn estimates(&self, settings: Settings, late_s: f64) -> Result<Vec<Estimate>> {
+        let mut estimates = Vec::new();
+        let mut sink = |packet: &Packet| {
+            if let Event::Estimate(estimate) = &packet.event {
+                estimates.push(estimate.clone());
+            }
+            Ok(())
+        };
+        let stream = if self.scene.hand.is_some() { self.stream(late_s) } else { Stream::new() };
+        replay::run_streamed(open(&self.scene)?, settings, stream, &mut sink, &mut |_, _| {})?;
+        Ok(estimates)
+    }
+
+    /// The robot's messages.
+    fn stream(&self, late_s: f64) -> Stream {
+        let count = (self.scene_ends_s * MESSAGES_HZ) as usize;
+        let message = |number: usize| {
+            let t_s = number as f64 / MESSAGES_HZ;
+            let since_s = (t_s - late_s - self.scene_begins_s).clamp(0.0, self.lasts_s);
+            let message = odometry::message(number, t_s, self.motion.place_mm(since_s), true);
+            (((t_s + ON_THE_LINE_S) * 1e6).round() as u64, message.encode()[..FRAME_BYTES].to_vec())
+        };
+        (0..count).map(message).collect()
+    }
+
+    /// An estimate's window, seconds from the slide's begin.
+    pub fn window_s(&self, estimate: &Estimate) -> (f64, f64) {
+        let until_s = estimate.t_us as f64 * 1e-6 - self.begins_s;
+        (until_s - f64::from(estimate.window_s), until_s)
+    }
+}
