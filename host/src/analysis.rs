@@ -5,7 +5,7 @@ use crate::digits::seconds;
 use crate::harmonics::{self, Harmonic, Harmonics};
 use crate::live::{Frame, Live, Strips};
 use ads1258::reading;
-use ridgetone::scan::CONVERSION_NS;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::{Abscissa, Estimate};
 use ridgetone_tone::{FRAMES_MAX, FRAMES_MIN, Fitter, FrameSpan, Table, Values};
@@ -174,12 +174,13 @@ pub fn curves(live: &Live) -> Option<Curves> {
     if frames.is_empty() {
         return None;
     }
-    let slot_s = CONVERSION_NS as f64 * 1e-9;
+    let plan = live.settings().plan;
+    let after_s = |taxel: usize| slot_s(&plan, taxel);
     let curve = |taxel: usize| {
         let channel = estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
         let value = |frame: &Frame| {
             // Phases are those of a scan read at once; this taxel's slot is later.
-            let t_s = frame.t_s + taxel as f64 * slot_s - centre_s;
+            let t_s = frame.t_s + after_s(taxel) - centre_s;
             let wave = (TAU * f64::from(estimate.frequency) * t_s + f64::from(channel.phase_rad)).cos() as f32;
             channel.offset_v + channel.amplitude_v * wave
         };
@@ -187,7 +188,7 @@ pub fn curves(live: &Live) -> Option<Curves> {
     };
     let whole = |taxel: usize| -> Option<Harmonics> {
         estimate.channels.iter().find(|channel| usize::from(channel.taxel) == taxel)?;
-        let t_s: Vec<f64> = frames.iter().map(|frame| frame.t_s + taxel as f64 * slot_s - centre_s).collect();
+        let t_s: Vec<f64> = frames.iter().map(|frame| frame.t_s + after_s(taxel) - centre_s).collect();
         let volts: Vec<Option<f32>> = frames.iter().map(|frame| frame.volts[taxel]).collect();
         let interferer_hz = estimate.interferer_hz.map(f64::from);
         harmonics::fit(&t_s, &volts, estimate.frequency.into(), estimate.harmonics, interferer_hz)
@@ -206,6 +207,12 @@ pub fn curves(live: &Live) -> Option<Curves> {
         read_v,
         tone_v: (0..TAXELS).map(curve).collect(),
     })
+}
+
+/// From a frame's first conversion to that of a taxel, seconds.
+fn slot_s(plan: &Plan, taxel: usize) -> f64 {
+    let before = (0..taxel).filter(|other| plan.inputs >> other & 1 != 0).count();
+    before as f64 * f64::from(plan.conversion_ns()) * 1e-9
 }
 
 /// Frames of an estimate's window.
@@ -262,4 +269,27 @@ fn table(frames: &[Frame], slots: u32, vref_v: f32) -> (Vec<Values>, Vec<u16>) {
         }
     }
     (values, valid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ads1258::Channel;
+
+    /// The driver's own order of a scan.
+    #[test]
+    fn a_taxel_is_as_late_as_its_conversion() {
+        for plan in
+            [Plan::PAPER, Plan::HAND, Plan { inputs: 0x5555, ..Plan::HAND }, Plan { inputs: 0x8001, ..Plan::PAPER }]
+        {
+            let inputs = plan.config().scan().filter_map(|channel| match channel {
+                Channel::Single(input) => Some(usize::from(input)),
+                _ => None,
+            });
+            for (slot, taxel) in (0u32..).zip(inputs) {
+                let expected_s = f64::from(slot * plan.conversion_ns()) * 1e-9;
+                assert_eq!(slot_s(&plan, taxel), expected_s, "{plan:?}, {taxel}");
+            }
+        }
+    }
 }

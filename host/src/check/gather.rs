@@ -10,6 +10,7 @@ use crate::stop;
 use anyhow::{Context, Result, bail};
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::{Command, Outcome};
+use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::{FRAME_RATE_HZ, Settings};
 use ridgetone_proto::telemetry::{Event, Health, Hello, Packet, Raw};
 use std::time::{Duration, Instant};
@@ -99,6 +100,14 @@ impl Talk<'_> {
             return Err(error.context(format!("{bytes} bytes received, {packets} packets understood")));
         }
         heard?;
+        if let Some(plan) = found.hello.as_ref().map(|hello| hello.settings.plan).filter(|plan| *plan != Scan::PAPER) {
+            let (inputs, rate_hz, name) =
+                (plan.channels(), plan.frame_rate_hz(), Scan::PAPER.name().unwrap_or_default());
+            bail!(
+                "the board's scan plan has {inputs} inputs at {rate_hz:.1} Hz, and the check is made for the plan `{name}`: \
+                 `ridgetone settings set plan={name}`, and back afterwards"
+            );
+        }
         // Telemetry runs meanwhile as it does in use.
         self.request_frames(plan.length_s)?;
         let exchanged = found.exchanged.insert(Exchanged::default());

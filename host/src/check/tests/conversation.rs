@@ -164,3 +164,17 @@ fn a_board_that_restarts_while_it_is_watched_is_noticed() {
     let losses = findings.iter().find(|check| check.name == "losses").expect("a finding");
     assert!(losses.verdict == Fail && losses.finding.contains("1 restarts of the board"), "{findings:#?}");
 }
+
+/// Rates, noise and mains are judged for the default plan.
+#[test]
+fn another_plan_is_refused_with_the_way_out() {
+    let fast = Settings::DEFAULT.with_plan(ridgetone_proto::plan::Plan::HAND);
+    let mut feed = Bench { in_force: Some(fast), ..Bench::default() }.feed();
+    let seen = gather(&mut feed, STORES, &mut Progress::default());
+    let ended = seen.ended.clone().expect("it ends");
+    assert!(
+        ended.contains("16 inputs at 1458.5 Hz") && ended.contains("`ridgetone settings set plan=paper`"),
+        "{ended}"
+    );
+    assert!(seen.watched.is_none() && !Report::new(feed.name(), Inputs::Shorted, &seen).failed().is_empty());
+}
