@@ -187,7 +187,7 @@ impl Live {
                 }
             }
             Event::Raw(raw) => self.strips.push(Frame::new(raw, self.settings().vref_v)),
-            Event::Reply(_) => {}
+            Event::Texture(_) | Event::Reply(_) => {}
         }
         // The log keeps what is not shown elsewhere, and no success of a request.
         let is_usual = match &packet.event {

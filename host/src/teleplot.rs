@@ -48,6 +48,10 @@ impl Teleplot {
                     put(&format!("ain{taxel}_v"), reading::volts(raw.codes[taxel], self.vref_v).into());
                 }
             }
+            Event::Texture(texture) => {
+                put("texture_period_mm", texture.period_mm.into());
+                put("texture_power_v2", texture.power_v2.into());
+            }
             Event::Feel(feel) => {
                 for Reading { key, found, .. } in receptors(feel) {
                     found.into_iter().for_each(|found| put(&format!("{key}_per_hz"), found.value.into()));

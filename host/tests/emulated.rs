@@ -58,8 +58,8 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
 /// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
 /// pipeline on a PC does not have.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
-    let mut kinds = [const { Vec::new() }; 11];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 12] {
+    let mut kinds = [const { Vec::new() }; 12];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -78,6 +78,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
             Event::Reply(_) => 8,
             Event::Raw(_) => 9,
             Event::Feel(_) => 10,
+            Event::Texture(_) => 11,
         };
         kinds[kind].push(event);
     }

@@ -4,17 +4,17 @@ use crate::digits::seconds;
 use crate::feel::event::JsonFeel;
 use crate::live::Frame;
 use crate::names::name;
-use crate::settings_form::SettingsForm;
+use crate::settings_form::{SettingsForm, plan_form};
 use crate::tone::{JsonBeside, JsonTone, period_f32};
 use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::plan::Gives;
+use ridgetone_proto::plan::{Gives, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
-    TravelStatus,
+    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Texture,
+    Travel, TravelStatus,
 };
 use serde::Serialize;
 
@@ -107,6 +107,7 @@ enum Body<'a> {
         volts: Option<[Option<f32>; TAXELS]>,
     },
     Feel(JsonFeel),
+    Texture(JsonTexture),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -168,6 +169,26 @@ impl From<&Travel> for JsonTravel {
             speed_mm_s: known(travel.speed_mm_s),
             speed_sigma_mm_s: known(travel.speed_sigma_mm_s),
         }
+    }
+}
+
+/// A texture, with its plan by name.
+#[derive(Serialize)]
+struct JsonTexture {
+    t_s: f64,
+    #[serde(with = "plan_form")]
+    plan: Plan,
+    period_mm: f32,
+    period_sigma_mm: f32,
+    power_v2: f32,
+    power_sigma_v2: f32,
+    level_v: Option<f32>,
+}
+
+impl From<&Texture> for JsonTexture {
+    fn from(texture: &Texture) -> Self {
+        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v } = *texture;
+        Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v }
     }
 }
 
@@ -264,6 +285,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
         Event::Feel(feel) => Body::Feel(feel.into()),
+        Event::Texture(texture) => Body::Texture(texture.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }

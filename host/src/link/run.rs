@@ -5,13 +5,12 @@ use super::message::Counts;
 use super::network::{Impairments, Network};
 use super::socket::Socket;
 use super::stylus::{Error, StylusEnd};
-use crate::feed::{Feed, Requester};
-use crate::listen::{Heard, Listener, SILENT};
-use crate::texture::Found;
+use crate::feed::Feed;
+use crate::texture::{Follower, News};
 use crate::touch::{Hand, Output};
 use crate::{output, stop};
 use anyhow::Result;
-use ridgetone_stimulus::{Delay, Texture};
+use ridgetone_stimulus::Delay;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -192,65 +191,36 @@ impl Report {
     }
 }
 
-/// Where the textures of the finger's end come from.
-struct Finger {
-    listener: Listener,
-    found: Found,
-    heard_at: Instant,
-    is_silent: bool,
-}
-
-impl Finger {
-    /// Waits a step for what the finger sends; gives whether it goes on.
-    fn step(&mut self, end: &mut FingerEnd) -> Result<bool> {
-        match self.listener.next(STEP)? {
-            Some(Heard::Packet(packet, _)) => {
-                self.heard_at = Instant::now();
-                let was_silent = std::mem::take(&mut self.is_silent);
-                if let Some(texture) = self.found.take(&packet) {
-                    end.found(Some(texture));
-                } else if was_silent {
-                    // It may be another surface by now.
-                    self.found = Found::default();
-                }
-            }
-            Some(Heard::Over) => return Ok(false),
-            Some(Heard::Disconnected(name, why)) => {
-                eprintln!("ridgetone: {name}: {why}; waiting for the board");
-                self.quiet(end);
-            }
-            _ if !self.is_silent && self.heard_at.elapsed() > SILENT => self.quiet(end),
-            _ => {}
+/// Waits a step for what the finger sends; gives whether it goes on.
+fn take(finger: &mut Follower, end: &mut FingerEnd) -> Result<bool> {
+    match finger.next(STEP)? {
+        Some(News::Texture(texture)) => end.found(Some(texture)),
+        Some(News::Disconnected(name, why)) => {
+            eprintln!("ridgetone: {name}: {why}; waiting for the board");
+            end.found(None);
         }
-        Ok(true)
+        Some(News::Silent) => end.found(None),
+        Some(News::Over) => return Ok(false),
+        Some(News::Back) | None => {}
     }
-
-    fn quiet(&mut self, end: &mut FingerEnd) {
-        self.is_silent = true;
-        end.found(None::<Texture>);
-    }
+    Ok(true)
 }
 
 /// Runs the link in real time until its finger is over, for `seconds`, or until this process is to stop. Gives the feed back, if
 /// there is one, for its counts.
 pub fn run(feed: Option<Feed>, link: &mut Link, json: bool, seconds: Option<f64>) -> (Option<Feed>, Result<()>) {
-    let mut finger = feed.map(|feed| Finger {
-        listener: Listener::new(feed, Requester::default()),
-        found: Found::default(),
-        heard_at: Instant::now(),
-        is_silent: false,
-    });
+    let mut finger = feed.map(Follower::new);
     let done = follow(finger.as_mut(), link, json, seconds);
-    (finger.map(|finger| finger.listener.feed), done)
+    (finger.map(Follower::into_feed), done)
 }
 
-fn follow(mut finger: Option<&mut Finger>, link: &mut Link, json: bool, seconds: Option<f64>) -> Result<()> {
+fn follow(mut finger: Option<&mut Follower>, link: &mut Link, json: bool, seconds: Option<f64>) -> Result<()> {
     let (begun, mut reported_s) = (Instant::now(), 0.0);
     let mut goes_on = true;
     while goes_on && !stop::is_requested() {
         match finger.as_deref_mut() {
             None => std::thread::sleep(STEP),
-            Some(finger) => match finger.step(&mut link.finger) {
+            Some(finger) => match take(finger, &mut link.finger) {
                 // Ctrl-C reaches an emulator too, which may end first.
                 Err(_) if stop::is_requested() => break,
                 stepped => goes_on = stepped?,
