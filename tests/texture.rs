@@ -80,7 +80,8 @@ fn a_grating_that_stays_is_reported_once() {
         let power_v2 = 0.5 * squares / estimate.channels.len() as f64;
         assert!((f64::from(textures[0].power_v2) / power_v2 - 1.0).abs() < 1e-5, "{power_v2} {textures:?}");
         let image = out.images.iter().find(|image| image.hold == Hold::BeforeSlide).expect("an image");
-        let mean: f64 = image.taxels.iter().map(|taxel| f64::from(taxel.level_v)).sum::<f64>() / image.taxels.len() as f64;
+        let mean: f64 =
+            image.taxels.iter().map(|taxel| f64::from(taxel.level_v)).sum::<f64>() / image.taxels.len() as f64;
         let level_v = f64::from(textures[0].level_v.expect("a level"));
         assert!((level_v - mean).abs() < 1e-6 * mean.abs().max(1e-3), "{level_v} {mean}");
     }
@@ -98,6 +99,47 @@ fn another_grating_in_the_same_touch_is_reported_again() {
             (f64::from(texture.period_mm) - second_mm).abs() < 4.0 * f64::from(texture.period_sigma_mm)
         }));
     }
+}
+
+/// A scene again and again.
+struct Again(SlidingScene);
+
+impl Scene for Again {
+    fn volts(&mut self, input: u8, t_s: f64) -> f64 {
+        self.0.volts(input, t_s % self.0.end_s())
+    }
+
+    fn end_s(&self) -> f64 {
+        3.0 * self.0.end_s()
+    }
+}
+
+#[test]
+fn each_touch_reports_its_texture() {
+    let scene = SlidingScene::new(sliding(3.6)).expect("a scene");
+    let (textures, events) = textures(Again(scene), Settings::DEFAULT, known_speed());
+    assert_eq!((outcome(&events).contacts_s.len(), textures.len()), (3, 3), "{textures:?}");
+    textures.iter().for_each(|texture| assert_is(texture, 3.6));
+}
+
+/// Of many runs in white noise the power scatters as its standard deviation says.
+#[test]
+fn the_power_s_sigma_is_its_scatter() {
+    const RUNS: u64 = 50;
+    let first = |seed| {
+        let scene = Sliding { seed, snr_db: Some(20.0), period_mm: 3.6, slide_mm: 40.0, ..Sliding::physical() };
+        let scene = SlidingScene::new(scene).expect("a scene");
+        textures(scene, Settings::DEFAULT, known_speed()).0.first().copied()
+    };
+    let all: Vec<Texture> = (1..=RUNS).filter_map(first).collect();
+    assert_eq!(all.len() as u64, RUNS);
+    let mean = |value: &dyn Fn(&Texture) -> f64| all.iter().map(value).sum::<f64>() / all.len() as f64;
+    let power_v2 = mean(&|texture| texture.power_v2.into());
+    let scatter_v2 = mean(&|texture| (f64::from(texture.power_v2) - power_v2).powi(2)).sqrt();
+    let sigma_v2 = mean(&|texture| texture.power_sigma_v2.into());
+    println!("scatter {scatter_v2:e} sigma {sigma_v2:e} of {power_v2:e} V^2");
+    // The scatter of 50 values is known to 10 %.
+    assert!((scatter_v2 / sigma_v2 - 1.0).abs() < 0.35, "scatter {scatter_v2:e} sigma {sigma_v2:e}");
 }
 
 #[test]

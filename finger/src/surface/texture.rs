@@ -76,7 +76,8 @@ fn texture(estimate: &Estimate, window: &Window) -> Option<Texture> {
         level_v: Some(window.level_v).filter(|level_v| level_v.is_finite()),
     };
     // Neither infinite nor NaN.
-    let is_known = texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2 < f32::INFINITY;
+    let is_known =
+        texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2 < f32::INFINITY;
     is_known.then_some(texture)
 }
 
@@ -84,4 +85,104 @@ fn texture(estimate: &Estimate, window: &Window) -> Option<Texture> {
 pub fn image_level_v(image: &Image) -> f32 {
     let sum: f32 = image.taxels.iter().map(|taxel| taxel.level_v).sum();
     sum / image.taxels.len() as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::odometry::Mark;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::telemetry::{Event, Span, Travel, longest_packet};
+
+    const TOUCH: Window = Window {
+        first: 0,
+        frames: 241,
+        end_us: 1_000_000,
+        frame_rate_hz: 241.0,
+        reference: [0.0; 16],
+        span: Span::Window,
+        slide_first: 0,
+        touch_first: 7,
+        level_v: 0.25,
+        force_ratio: None,
+        plan: Plan::PAPER,
+        odometry: Mark::NONE,
+    };
+
+    /// 3.6 mm by the phases alone, with a standard deviation of 1 um.
+    fn found() -> Estimate {
+        let Event::Estimate(mut estimate) = longest_packet().event else { panic!("an estimate") };
+        estimate.travel.status = TravelStatus::Unique;
+        (estimate.frames_missing, estimate.window_s) = (0, 1.0);
+        estimate
+    }
+
+    fn with(change: impl Fn(&mut Estimate)) -> Estimate {
+        let mut estimate = found();
+        change(&mut estimate);
+        estimate
+    }
+
+    #[test]
+    fn it_comes_once_a_touch_and_again_when_it_has_changed() {
+        let mut reporter = TextureReporter::new();
+        let mut take = |estimate: &Estimate, window: &Window| reporter.take(estimate, window).is_some();
+        let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
+        assert!(take(&found(), &TOUCH));
+        // Of the difference of two the standard deviation is 1.41 um: three of them are 4.24 um.
+        assert!(!take(&found(), &TOUCH) && !take(&moved(0.0041), &TOUCH));
+        assert!(take(&moved(0.0044), &TOUCH) && !take(&moved(0.0044), &TOUCH));
+        assert!(take(&found(), &TOUCH));
+        assert!(take(&found(), &Window { touch_first: 8, ..TOUCH }));
+        assert!(!take(&found(), &Window { touch_first: 8, ..TOUCH }));
+        reporter.forget();
+        assert!(reporter.take(&found(), &Window { touch_first: 8, ..TOUCH }).is_some());
+    }
+
+    /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean of the powers to 1.14e-10 V^2.
+    #[test]
+    fn its_power_counts_too_with_its_own_sigma() {
+        let scaled = |by: f32| with(|estimate| estimate.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
+        let mut reporter = TextureReporter::new();
+        let texture = reporter.take(&found(), &TOUCH).expect("a texture");
+        let sigma_v2 = 1e-3 * 5e-6 * (2.0f64 / 241.0 / 16.0).sqrt();
+        assert!((f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5, "{texture:?}");
+        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5, "{texture:?}");
+        assert_eq!((texture.plan, texture.level_v), (Plan::PAPER, Some(0.25)));
+        // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
+        assert!(reporter.take(&scaled(1.0004), &TOUCH).is_none());
+        assert!(reporter.take(&scaled(1.0006), &TOUCH).is_some());
+        // Missing frames say nothing: with a quarter of them sigma is twice as large.
+        let gaps = with(|estimate| estimate.frames_missing = 241 - 60);
+        let texture = TextureReporter::new().take(&gaps, &TOUCH).expect("a texture");
+        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01, "{texture:?}");
+        let without = Window { level_v: f32::NAN, ..TOUCH };
+        assert_eq!(TextureReporter::new().take(&found(), &without).expect("a texture").level_v, None);
+    }
+
+    #[test]
+    fn what_is_not_sure_or_no_number_is_no_texture() {
+        let takes = |change: &dyn Fn(&mut Estimate)| TextureReporter::new().take(&with(change), &TOUCH).is_some();
+        assert!(takes(&|_| ()));
+        assert!(takes(&|estimate| estimate.status = Status::Unsteady));
+        assert!(takes(&|estimate| estimate.travel.status = TravelStatus::Given));
+        for status in [Status::NoTone, Status::Doubtful, Status::Ambiguous, Status::TooShort, Status::Nothing] {
+            assert!(!takes(&|estimate| estimate.status = status), "{status:?}");
+        }
+        // No speed is known, and the phases do not find it.
+        assert!(!takes(&|estimate| estimate.travel = Travel::NONE));
+        for status in [TravelStatus::Ambiguous, TravelStatus::OutOfRange, TravelStatus::Contradicted] {
+            assert!(!takes(&|estimate| estimate.travel.status = status), "{status:?}");
+        }
+        for value in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
+            assert!(!takes(&|estimate| estimate.travel.spatial_period_mm = value), "{value}");
+        }
+        for value in [f32::NAN, f32::INFINITY] {
+            assert!(!takes(&|estimate| estimate.travel.spatial_period_sigma_mm = value), "{value}");
+            assert!(!takes(&|estimate| estimate.channels[3].amplitude_v = value), "{value}");
+            assert!(!takes(&|estimate| estimate.channels[3].residual_v = value), "{value}");
+        }
+        assert!(!takes(&|estimate| estimate.channels.clear()));
+        assert!(!takes(&|estimate| estimate.frames_missing = u16::MAX));
+    }
 }

@@ -431,6 +431,25 @@ mod tests {
     }
 
     #[test]
+    fn a_texture_has_its_plan_by_name() {
+        let texture = Texture {
+            t_us: 2_500_000,
+            plan: Plan::HAND,
+            period_mm: 3.5,
+            period_sigma_mm: 0.25,
+            power_v2: 0.5,
+            power_sigma_v2: 0.125,
+            level_v: None,
+        };
+        let line = |texture| json(&Packet { sequence: 4, event: Event::Texture(texture) }).unwrap();
+        assert_eq!(
+            line(texture),
+            r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"level_v":null}"#
+        );
+        assert!(line(Texture { level_v: Some(0.75), ..texture }).ends_with(r#""level_v":0.75}"#));
+    }
+
+    #[test]
     fn a_slide_is_reported_at_its_start_and_its_end() {
         let line = |end_us| json(&Packet { sequence: 1, event: Event::Slide(Slide { start_us: 1_500_000, end_us }) });
         assert_eq!(
