@@ -179,6 +179,9 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             windows += u32::from(fit.span == Span::Window);
         }
         assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
+        let [.., textures] = by_kind(&packets);
+        let Some(Event::Texture(texture)) = textures.first() else { panic!("c{number}: no texture") };
+        assert!((f64::from(texture.period_mm) / scene.period_mm - 1.0).abs() < 0.01, "c{number}: {texture:?}");
         assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
     });
 }

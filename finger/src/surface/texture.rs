@@ -8,7 +8,7 @@ use ridgetone_proto::telemetry::{Estimate, Image, Measured, Status, Texture, Tra
 const CHANGED: f32 = 3.0;
 
 /// The latest texture that was reported.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct TextureReporter {
     /// First frame of its touch; none if the next texture is reported anyway.
     touch_first: Option<u32>,
