@@ -197,10 +197,15 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
         let input = Input { source: Source::Scene(first_scene().expect("a scene")), ..Input::default() };
         let (outcome, packets) = emulate_with(&input, settings, false);
         // The emulated board greets with its own settings, and then takes these.
-        let [_, contacts, slides, estimates, .., feels] = by_kind(&packets);
-        let [_, of_contacts, of_slides, of_estimates, .., expected] = by_kind(&replayed_with(&input, settings));
+        let [_, contacts, slides, estimates, .., feels, textures] = by_kind(&packets);
+        let [_, of_contacts, of_slides, of_estimates, .., expected, of_textures] =
+            by_kind(&replayed_with(&input, settings));
         assert_eq!(feels, expected, "{what}: the PC gives other numbers");
-        assert_eq!((contacts, slides, &estimates), (of_contacts, of_slides, &of_estimates), "{what}");
+        assert_eq!(
+            (contacts, slides, &estimates, textures),
+            (of_contacts, of_slides, &of_estimates, of_textures),
+            "{what}"
+        );
         let windows =
             estimates.iter().filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
         assert!(!feels.is_empty() && feels.len() == windows.count(), "{what}: one with each window");
