@@ -89,10 +89,18 @@ pub fn image_level_v(image: &Image) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
+    use crate::detector::Detector;
+    use crate::estimator::Estimator;
     use crate::surface::odometry::Mark;
+    use crate::surface::odometry::track::Track;
+    use crate::tasks::commands::CommandExecutor;
+    use ridgetone_proto::command::Command;
     use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Span, Travel, longest_packet};
+    use std::boxed::Box;
 
     const TOUCH: Window = Window {
         first: 0,
@@ -137,6 +145,23 @@ mod tests {
         assert!(!take(&found(), &Window { touch_first: 8, ..TOUCH }));
         reporter.forget();
         assert!(reporter.take(&found(), &Window { touch_first: 8, ..TOUCH }).is_some());
+    }
+
+    /// A PC that greets may have come in the middle of a touch.
+    #[test]
+    fn a_greeting_brings_it_again() {
+        let settings = Settings::DEFAULT;
+        let mut detector = Box::new(Detector::new(settings));
+        let mut estimator = Box::new(Estimator::new(settings));
+        let (mut executor, track) = (CommandExecutor::new(), Track::new());
+        let mut again = |command: Option<Command>| {
+            if let Some(command) = command {
+                executor.carry_out(&command, (&mut detector, &mut estimator), &track, &mut |_| {});
+            }
+            estimator.textures.take(&found(), &TOUCH).is_some()
+        };
+        assert!(again(None) && !again(None));
+        assert!(!again(Some(Command::Raw { frames: 0 })) && again(Some(Command::Greet)) && !again(None));
     }
 
     /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean of the powers to 1.14e-10 V^2.

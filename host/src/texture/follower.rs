@@ -93,3 +93,87 @@ impl Follower {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feed::{FeedEvent, Source};
+    use ridgetone_proto::command::Request;
+    use ridgetone_proto::framing;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::telemetry::{Event, Packet, Release, Texture as Reported, WIRE_MAX, encode};
+    use std::collections::VecDeque;
+    use std::sync::{Arc, Mutex};
+
+    /// Gives events, and keeps what it is sent.
+    struct Script(VecDeque<FeedEvent<Vec<u8>>>, Arc<Mutex<Vec<u8>>>);
+
+    impl Source for Script {
+        fn name(&self) -> String {
+            "a script".into()
+        }
+
+        fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+            Ok(self.0.pop_front())
+        }
+
+        fn send(&mut self, bytes: &[u8]) -> Result<()> {
+            self.1.lock().expect("alone").extend(bytes);
+            Ok(())
+        }
+    }
+
+    fn data(sequence: u16, event: Event) -> FeedEvent<Vec<u8>> {
+        let mut wire = [0; WIRE_MAX];
+        let used = encode(&Packet { sequence, event }, &mut wire).expect("it fits");
+        FeedEvent::Data(wire[..used].to_vec())
+    }
+
+    /// The commands among the bytes that were sent.
+    fn commands(sent: &Mutex<Vec<u8>>) -> Vec<Command> {
+        let sent = std::mem::take(&mut *sent.lock().expect("alone"));
+        let frames = sent.split(|byte| *byte == 0).filter(|frame| !frame.is_empty());
+        frames.map(|frame| framing::decode::<Request>(&mut frame.to_vec()).expect("a request").command).collect()
+    }
+
+    #[test]
+    fn a_finger_is_greeted_when_it_comes_and_when_it_is_back() {
+        let sent = Arc::new(Mutex::new(Vec::new()));
+        let texture = |period_mm| {
+            let (period_sigma_mm, power_v2, power_sigma_v2) = (0.01, 1e-6, 1e-8);
+            Event::Texture(Reported {
+                t_us: 5,
+                plan: Plan::PAPER,
+                period_mm,
+                period_sigma_mm,
+                power_v2,
+                power_sigma_v2,
+                level_v: None,
+            })
+        };
+        let released = Event::Release(Release { t_us: 4 });
+        let script = [
+            FeedEvent::Connected("a".into()),
+            data(0, texture(3.6)),
+            data(1, released.clone()),
+            FeedEvent::Disconnected("a".into(), "gone".into()),
+            data(2, released),
+            data(3, texture(2.5)),
+            FeedEvent::Over,
+        ];
+        let mut follower = Follower::new(Feed::new(Script(script.into(), Arc::clone(&sent))));
+        let mut next = || follower.next(Duration::ZERO).expect("a step");
+        let period_mm = |news: Option<News>| match news {
+            Some(News::Texture(texture)) => texture.period_mm,
+            news => panic!("{news:?}"),
+        };
+        assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));
+        assert_eq!(period_mm(next()), 3.6);
+        assert_eq!(next(), None);
+        assert_eq!(next(), Some(News::Disconnected("a".into(), "gone".into())));
+        assert_eq!(commands(&sent), []);
+        assert_eq!((next(), commands(&sent)), (Some(News::Back), vec![Command::Greet]));
+        assert_eq!(period_mm(next()), 2.5);
+        assert_eq!((next(), commands(&sent)), (Some(News::Over), vec![]));
+    }
+}
