@@ -8,14 +8,14 @@
 //! | one end or the other over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
 //! | the stylus' end: a simulated hand and actuator, and the error of what is felt | [`stylus`] |
-//! | that end on a board of its own, and what the board is requested | [`board`], [`orders`] |
+//! | that end on a board of its own, and what the board is requested | [`board`], [`requests`] |
 //! | both, and what they report each second | [`run`](mod@run) |
 
 pub mod board;
 pub mod finger;
 pub mod message;
 pub mod network;
-pub mod orders;
+pub mod requests;
 pub mod run;
 pub mod socket;
 pub mod stylus;

@@ -2,7 +2,7 @@
 //! and the vibration is made there.
 
 use super::message::{Body, Message, Receiver};
-use super::orders::Orders;
+use super::requests::StylusRequests;
 use super::stylus::SILENT_S;
 use crate::feed::{FeedEvent, Source};
 use crate::names::name;
@@ -36,7 +36,7 @@ pub struct BoardEnd {
     pub receiver: Receiver,
     line: Box<dyn Source>,
     decoder: Decoder,
-    orders: Orders,
+    requests: StylusRequests,
     output: Output,
     count_mm: f64,
     run: u32,
@@ -61,7 +61,7 @@ impl BoardEnd {
             receiver: Receiver::default(),
             line,
             decoder: Decoder::new(),
-            orders: Orders::new(parameters, run as u16),
+            requests: StylusRequests::new(parameters, run as u16),
             output,
             count_mm: parameters.count_mm.into(),
             run,
@@ -84,7 +84,7 @@ impl BoardEnd {
 
     /// The texture that the board has been given, if it is felt as soon as the hand moves.
     pub fn texture(&self) -> Option<Texture> {
-        self.orders.texture.filter(|_| self.orders.is_done())
+        self.requests.texture.filter(|_| self.requests.is_done())
     }
 
     pub fn is_felt(&self) -> bool {
@@ -105,7 +105,7 @@ impl BoardEnd {
     pub fn take(&mut self, t_s: f64, bytes: &[u8]) {
         if let Some(Message { body: Body::Texture(texture), .. }) = self.receiver.take(bytes) {
             self.link_heard_s = Some(t_s);
-            self.orders.texture = texture.map(|texture| self.output.counted(&texture));
+            self.requests.texture = texture.map(|texture| self.output.counted(&texture));
         }
     }
 
@@ -124,9 +124,9 @@ impl BoardEnd {
             self.lose(&format!("{name}: the stylus is silent; without requests its vibration stops by itself"));
         }
         if self.link_heard_s.is_some_and(|heard_s| t_s - heard_s > SILENT_S) {
-            (self.link_heard_s, self.orders.texture) = (None, None);
+            (self.link_heard_s, self.requests.texture) = (None, None);
         }
-        if let Some((number, command)) = self.orders.due(t_s) {
+        if let Some((number, command)) = self.requests.due(t_s) {
             self.send(number, command);
         }
         Ok(())
@@ -134,8 +134,8 @@ impl BoardEnd {
 
     /// Lets the board rest: gives whether it does, or nobody can say.
     pub fn rest(&mut self) -> bool {
-        (self.link_heard_s, self.orders.texture) = (None, None);
-        self.orders.is_at_rest() || self.heard_s.is_none()
+        (self.link_heard_s, self.requests.texture) = (None, None);
+        self.requests.is_at_rest() || self.heard_s.is_none()
     }
 
     fn hear(&mut self, t_s: f64, bytes: &[u8]) -> Result<()> {
@@ -163,10 +163,10 @@ impl BoardEnd {
             Event::Hello(hello) => {
                 if sequence == 0 {
                     // It has started. Its encoder counts from 0, and the hand is where it was.
-                    self.orders.forget();
+                    self.requests.forget();
                     (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);
                 }
-                self.orders.has(&hello.parameters);
+                self.requests.has(&hello.parameters);
             }
             Event::Place(place) => {
                 let moved = self.counts.map_or(0, |counts| place.counts.wrapping_sub(counts));
@@ -180,7 +180,7 @@ impl BoardEnd {
                 self.doing.deadlines_missed = health.deadlines_missed;
                 self.is_now(health.state);
             }
-            Event::Reply(reply) => match self.orders.answered(t_s, &reply) {
+            Event::Reply(reply) => match self.requests.answered(t_s, &reply) {
                 Some((Command::Texture(texture), why)) => {
                     eprintln!("ridgetone: the stylus refuses the texture of {} mm: {why}", texture.period_mm);
                 }
@@ -194,16 +194,16 @@ impl BoardEnd {
 
     fn is_now(&mut self, state: State) {
         self.doing.state = Some(state);
-        self.orders.is_now(state);
+        self.requests.is_now(state);
     }
 
-    /// Nothing is heard of the board any more. It is told to rest, if it still hears, and gets no sign of life.
+    /// Nothing is heard of the board any more. It is disabled, if it still hears, and gets no sign of life.
     fn lose(&mut self, why: &str) {
         if self.heard_s.take().is_some() {
             eprintln!("ridgetone: {why}");
             (self.is_lost, self.doing.state) = (true, None);
             self.doing.silences += 1;
-            self.orders.forget();
+            self.requests.forget();
         }
     }
 

@@ -133,7 +133,7 @@ fn without_the_finger_the_board_rests() {
     assert_soft(&bench.trace());
 }
 
-/// Nobody knows what a board does that says nothing: it is reported, told to rest, and set up again when it is back.
+/// Nobody knows what a board does that says nothing: it is reported, disabled, and set up again when it is back.
 #[test]
 fn a_board_that_is_silent_is_reported_and_stops_softly() {
     let mut bench = Bench::new(Impairments::default());
@@ -188,7 +188,7 @@ fn the_command_leaves_the_board_at_rest() {
     assert!((felt["period_mm"].as_f64().expect("a number") - 3.6).abs() < 0.4, "{felt}");
     let trace = board.trace();
     assert!(trace.states.contains(&State::Vibrating));
-    // It was told: a line that was silent would say so.
+    // By a request: a line that was silent would say so.
     assert!(!trace.states.contains(&State::LineSilent));
     assert_eq!(trace.states.last(), Some(&State::Disabled));
     assert_soft(&trace);

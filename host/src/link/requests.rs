@@ -28,7 +28,7 @@ struct Sent {
 }
 
 #[derive(Clone, Debug)]
-pub struct Orders {
+pub struct StylusRequests {
     parameters: Parameters,
     /// What is to be felt now; none: nothing.
     pub texture: Option<Texture>,
@@ -39,7 +39,7 @@ pub struct Orders {
     number: u16,
 }
 
-impl Orders {
+impl StylusRequests {
     /// `first`: the first request's number. A board repeats its reply to the number that it answered last.
     pub fn new(parameters: Parameters, first: u16) -> Self {
         Self { parameters, texture: None, done: Done::default(), refused: None, sent: None, number: first }
@@ -149,12 +149,12 @@ mod tests {
     const WANTED: Parameters = Parameters { still_s: 0.4, ..Parameters::DEFAULT };
 
     /// Answers requests until there is none but signs of life; gives them.
-    fn settle(orders: &mut Orders, t_s: &mut f64) -> Vec<Command> {
+    fn settle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
         let mut commands = Vec::new();
         for _ in 0..20 {
             *t_s += LATER_S;
-            let (number, command) = orders.due(*t_s).expect("a request");
-            orders.answered(*t_s, &Reply { number, outcome: Outcome::Done });
+            let (number, command) = requests.due(*t_s).expect("a request");
+            requests.answered(*t_s, &Reply { number, outcome: Outcome::Done });
             if command == Command::Alive {
                 return commands;
             }
@@ -165,73 +165,73 @@ mod tests {
 
     #[test]
     fn a_board_is_set_up_told_what_to_feel_and_kept_alive() {
-        let (mut orders, mut t_s) = (Orders::new(WANTED, 7), 0.0);
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 7), 0.0);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
         let [first, second] = [1.4, 0.9].map(Texture::new);
-        orders.texture = Some(first);
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Texture(first), Command::Enable]);
-        assert!(orders.is_done());
-        orders.texture = Some(second);
-        assert!(!orders.is_done());
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Texture(second)]);
-        orders.texture = None;
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Disable]);
-        assert!(orders.is_at_rest());
+        requests.texture = Some(first);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(first), Command::Enable]);
+        assert!(requests.is_done());
+        requests.texture = Some(second);
+        assert!(!requests.is_done());
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(second)]);
+        requests.texture = None;
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable]);
+        assert!(requests.is_at_rest());
         // The same again: the board still has it.
-        orders.texture = Some(second);
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Enable]);
+        requests.texture = Some(second);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
         // The line was silent for the board, so it has stopped.
-        orders.is_now(State::LineSilent);
-        assert_eq!(settle(&mut orders, &mut t_s), [Command::Enable]);
+        requests.is_now(State::LineSilent);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
         // It has started again.
-        orders.has(&Parameters::DEFAULT);
+        requests.has(&Parameters::DEFAULT);
         let all = [Command::Disable, Command::Configure(WANTED), Command::Texture(second), Command::Enable];
-        assert_eq!(settle(&mut orders, &mut t_s), all);
-        orders.has(&WANTED);
-        assert_eq!(settle(&mut orders, &mut t_s), []);
+        assert_eq!(settle(&mut requests, &mut t_s), all);
+        requests.has(&WANTED);
+        assert_eq!(settle(&mut requests, &mut t_s), []);
     }
 
     #[test]
     fn what_is_not_answered_is_repeated_under_its_number() {
-        let mut orders = Orders::new(WANTED, u16::MAX);
-        assert_eq!(orders.due(0.0), Some((u16::MAX, Command::Disable)));
-        assert_eq!(orders.due(0.99 * REPEAT_S), None);
-        assert_eq!(orders.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
+        let mut requests = StylusRequests::new(WANTED, u16::MAX);
+        assert_eq!(requests.due(0.0), Some((u16::MAX, Command::Disable)));
+        assert_eq!(requests.due(0.99 * REPEAT_S), None);
+        assert_eq!(requests.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
         // Of another one.
-        orders.answered(0.1, &Reply { number: 3, outcome: Outcome::Done });
-        assert!(!orders.is_at_rest());
-        orders.answered(0.1, &Reply { number: u16::MAX, outcome: Outcome::Done });
-        assert_eq!(orders.due(0.1), Some((0, Command::Configure(WANTED))));
-        orders.answered(0.1, &Reply { number: 0, outcome: Outcome::NotAtRest });
-        assert_eq!((orders.due(0.15), orders.due(0.2)), (None, Some((0, Command::Configure(WANTED)))));
+        requests.answered(0.1, &Reply { number: 3, outcome: Outcome::Done });
+        assert!(!requests.is_at_rest());
+        requests.answered(0.1, &Reply { number: u16::MAX, outcome: Outcome::Done });
+        assert_eq!(requests.due(0.1), Some((0, Command::Configure(WANTED))));
+        requests.answered(0.1, &Reply { number: 0, outcome: Outcome::NotAtRest });
+        assert_eq!((requests.due(0.15), requests.due(0.2)), (None, Some((0, Command::Configure(WANTED)))));
     }
 
     #[test]
     fn a_texture_that_is_refused_is_not_felt_and_not_sent_again() {
-        let (mut orders, mut t_s) = (Orders::new(WANTED, 0), 0.0);
-        settle(&mut orders, &mut t_s);
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
+        settle(&mut requests, &mut t_s);
         let bad = Texture::new(1e9);
-        orders.texture = Some(bad);
-        let (number, command) = orders.due(t_s + LATER_S).expect("a request");
+        requests.texture = Some(bad);
+        let (number, command) = requests.due(t_s + LATER_S).expect("a request");
         assert_eq!(command, Command::Texture(bad));
         let why =
             SettingsError { field: "period_mm".try_into().expect("short"), value: 1e9, least: 0.05, greatest: 100.0 };
         let reply = Reply { number, outcome: Outcome::Refused(why.clone()) };
-        assert_eq!(orders.answered(t_s + LATER_S, &reply), Some((command, why)));
+        assert_eq!(requests.answered(t_s + LATER_S, &reply), Some((command, why)));
         t_s += LATER_S;
-        assert_eq!(settle(&mut orders, &mut t_s), []);
-        assert!(!orders.is_done());
+        assert_eq!(settle(&mut requests, &mut t_s), []);
+        assert!(!requests.is_done());
     }
 
     /// While a texture waits for its answer another one comes.
     #[test]
     fn the_latest_texture_counts() {
-        let (mut orders, mut t_s) = (Orders::new(WANTED, 0), 0.0);
-        settle(&mut orders, &mut t_s);
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
+        settle(&mut requests, &mut t_s);
         let [first, second] = [1.4, 0.9].map(Texture::new);
-        orders.texture = Some(first);
-        assert_eq!(orders.due(t_s + LATER_S).map(|(_, command)| command), Some(Command::Texture(first)));
-        orders.texture = Some(second);
-        assert_eq!(orders.due(t_s + 2.0 * LATER_S).map(|(_, command)| command), Some(Command::Texture(second)));
+        requests.texture = Some(first);
+        assert_eq!(requests.due(t_s + LATER_S).map(|(_, command)| command), Some(Command::Texture(first)));
+        requests.texture = Some(second);
+        assert_eq!(requests.due(t_s + 2.0 * LATER_S).map(|(_, command)| command), Some(Command::Texture(second)));
     }
 }
