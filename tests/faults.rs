@@ -332,6 +332,8 @@ fn a_fault_that_changes_a_frequency_makes_a_good_or_unsteady_estimate_doubtful_a
         reference: [0.0; 16],
         span: fit.span,
         slide_first: 0,
+        touch_first: 0,
+        level_v: f32::NAN,
         force_ratio: None,
         plan: Settings::DEFAULT.plan,
         odometry: ridgetone::surface::odometry::Mark::NONE,

@@ -42,6 +42,8 @@ fn felt(
         reference: [0.0; TAXELS],
         span: Span::Window,
         slide_first: 0,
+        touch_first: 0,
+        level_v: f32::NAN,
         force_ratio,
         plan,
         odometry: Mark::NONE,

@@ -82,6 +82,8 @@ impl Wave {
             reference: [0.0; 16],
             span: Span::Window,
             slide_first: 0,
+            touch_first: 0,
+            level_v: f32::NAN,
             force_ratio: None,
             plan: Plan::PAPER,
             odometry: Mark::NONE,

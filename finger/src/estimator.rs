@@ -5,6 +5,7 @@ use crate::feeling::feel;
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
+use crate::surface::texture::TextureReporter;
 use crate::surface::travel;
 use crate::window::Window;
 use ads1258::reading;
@@ -33,12 +34,14 @@ pub struct Estimator {
     fitter: Fitter,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
+    /// What is under the finger.
+    pub textures: TextureReporter,
 }
 
 impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
-        Self { settings, fitter: Fitter::new(settings.harmonics), reported_end: 0 }
+        Self { settings, fitter: Fitter::new(settings.harmonics), reported_end: 0, textures: TextureReporter::new() }
     }
 
     /// Puts settings into force. They must have passed [`Settings::validate`].

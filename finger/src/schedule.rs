@@ -46,7 +46,11 @@ pub(crate) struct WindowScheduler {
     next_end: u32,
     /// A slide that is over and falls due as a whole: first frame, frames.
     pub whole: Option<(u32, u32)>,
-    /// Tangential over normal force by the latest static image of this touch.
+    /// First frame of the latest touch.
+    touch_first: u32,
+    /// Mean level of the taxels by the latest static image of this touch, volts; NaN without one.
+    pub level_v: f32,
+    /// Tangential over normal force by the same.
     pub force_ratio: Option<Measured>,
 }
 
@@ -65,6 +69,8 @@ impl WindowScheduler {
             hop_frames: 0,
             next_end: 0,
             whole: None,
+            touch_first: 0,
+            level_v: f32::NAN,
             force_ratio: None,
         };
         scheduler.set(settings);
@@ -116,7 +122,10 @@ impl WindowScheduler {
                     self.whole = Some((first.wrapping_add(late), most.saturating_sub(late)));
                 }
             }
-            Change::Contact { .. } => self.force_ratio = None,
+            Change::Contact { frame, .. } => {
+                self.touch_first = frame;
+                (self.level_v, self.force_ratio) = (f32::NAN, None);
+            }
             Change::HoldEnd { .. } | Change::Release(_) => {}
         }
     }
@@ -168,6 +177,8 @@ impl WindowScheduler {
             reference: self.reference,
             span,
             slide_first,
+            touch_first: self.touch_first,
+            level_v: self.level_v,
             force_ratio: self.force_ratio,
             plan: self.plan,
             odometry: Mark::NONE,

@@ -23,6 +23,10 @@ pub struct Window {
     pub span: Span,
     /// Number of the first frame of its slide.
     pub slide_first: u32,
+    /// Number of the first frame of its touch.
+    pub touch_first: u32,
+    /// Mean level of the taxels by the static image of the hold before the slide, volts; NaN without one.
+    pub level_v: f32,
     /// Tangential over normal force by the static image of the hold before the slide, if there is one.
     pub force_ratio: Option<Measured>,
     /// The plan of its frames.

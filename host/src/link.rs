@@ -8,13 +8,17 @@
 //! | one end or the other over UDP | [`socket`] |
 //! | the finger's end | [`finger`] |
 //! | the stylus' end: a simulated hand and actuator, and the error of what is felt | [`stylus`] |
+//! | that end on a board of its own, and what the board is requested | [`board`], [`requests`] |
 //! | both, and what they report each second | [`run`](mod@run) |
 
+pub mod board;
 pub mod finger;
 pub mod message;
 pub mod network;
+pub mod requests;
 pub mod run;
 pub mod socket;
 pub mod stylus;
 
+pub use board::BoardEnd;
 pub use run::{Ends, Link, Options, run};

@@ -92,6 +92,7 @@ struct Latest {
     image_after: Option<Kept>,
     health: Option<Kept>,
     feel: Option<Kept>,
+    texture: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -187,6 +188,7 @@ impl Live {
                 }
             }
             Event::Raw(raw) => self.strips.push(Frame::new(raw, self.settings().vref_v)),
+            Event::Texture(_) => now.latest.texture = kept(),
             Event::Reply(_) => {}
         }
         // The log keeps what is not shown elsewhere, and no success of a request.

@@ -59,7 +59,7 @@ enum SlideForm {
 }
 
 /// A plan by its name, if it has one.
-mod plan_form {
+pub mod plan_form {
     use ridgetone_proto::plan::Plan;
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};

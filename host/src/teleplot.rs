@@ -48,6 +48,10 @@ impl Teleplot {
                     put(&format!("ain{taxel}_v"), reading::volts(raw.codes[taxel], self.vref_v).into());
                 }
             }
+            Event::Texture(texture) => {
+                put("texture_period_mm", texture.period_mm.into());
+                put("texture_power_v2", texture.power_v2.into());
+            }
             Event::Feel(feel) => {
                 for Reading { key, found, .. } in receptors(feel) {
                     found.into_iter().for_each(|found| put(&format!("{key}_per_hz"), found.value.into()));
@@ -72,7 +76,8 @@ impl Teleplot {
 mod tests {
     use super::*;
     use ridgetone_proto::fault::FaultSet;
-    use ridgetone_proto::telemetry::{BANDS, Feel, Health, Measured, Raw, Release};
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::telemetry::{BANDS, Feel, Health, Measured, Raw, Release, Texture};
 
     #[test]
     fn numbers_get_a_name_a_time_and_a_value_and_events_without_numbers_none() {
@@ -114,6 +119,17 @@ mod tests {
             ">soft:3000.000:5.5|g",
         ];
         assert_eq!(lines.lines().collect::<Vec<_>>(), expected);
+        let texture = Texture {
+            t_us: 4_000_000,
+            plan: Plan::PAPER,
+            period_mm: 3.5,
+            period_sigma_mm: 0.25,
+            power_v2: 0.5,
+            power_sigma_v2: 0.125,
+            level_v: None,
+        };
+        let lines = teleplot.lines(&Packet { sequence: 1, event: Event::Texture(texture) });
+        assert_eq!(lines, ">texture_period_mm:4000.000:3.5|g\n>texture_power_v2:4000.000:0.5|g");
         assert_eq!(teleplot.lines(&Packet { sequence: 1, event: Event::Release(Release { t_us: 5 }) }), "");
     }
 }

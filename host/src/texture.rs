@@ -1,10 +1,12 @@
 //! `texture`: what a texture is, learned from recordings; and how a finger's power depends on the period.
 
+mod follower;
 mod found;
 mod law;
 mod learn;
 
-pub use found::Found;
+pub use follower::{Follower, News};
+pub use found::found;
 pub use law::law;
 pub use learn::{Learned, Speed, learn};
 

@@ -18,7 +18,9 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
-const WITH_A_BOARD: [&str; 24] = [
+const WITH_A_BOARD: [&str; 26] = [
+    "ridgetone link --finger /dev/ttyUSB0 --stylus /dev/ttyUSB1",
+    "ridgetone link --finger udp:robot.local:7450 --stylus /dev/ttyUSB0",
     "ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450",
     "ridgetone link --finger udp:robot.local:7450",
     "ridgetone serve --finger left=/dev/ttyUSB0 --finger right=emulated --foxglove",

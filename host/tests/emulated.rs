@@ -60,8 +60,8 @@ fn replayed_with(input: &Input, settings: Settings) -> Vec<Packet> {
 /// The events of each kind as they follow, but for the processor's load and stack and the chip's registers, which a
 /// pipeline on a PC does not have.
 /// Kinds may overtake each other: on the chip a fit takes a while, on the PC it is done at once.
-fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
-    let mut kinds = [const { Vec::new() }; 11];
+fn by_kind(packets: &[Packet]) -> [Vec<Event>; 12] {
+    let mut kinds = [const { Vec::new() }; 12];
     for packet in packets {
         let mut event = packet.event.clone();
         let kind = match &mut event {
@@ -80,6 +80,7 @@ fn by_kind(packets: &[Packet]) -> [Vec<Event>; 11] {
             Event::Reply(_) => 8,
             Event::Raw(_) => 9,
             Event::Feel(_) => 10,
+            Event::Texture(_) => 11,
         };
         kinds[kind].push(event);
     }
@@ -180,6 +181,9 @@ fn period_speed_and_direction_of_table_2_without_a_given_speed() {
             windows += u32::from(fit.span == Span::Window);
         }
         assert!(windows > 0 && (outcome.counts.missing, outcome.counts.damaged, outcome.chip.lost) == (0, 0, 0));
+        let [.., textures] = by_kind(&packets);
+        let Some(Event::Texture(texture)) = textures.first() else { panic!("c{number}: no texture") };
+        assert!((f64::from(texture.period_mm) / scene.period_mm - 1.0).abs() < 0.01, "c{number}: {texture:?}");
         assert_eq!(by_kind(&packets), by_kind(&replayed(&input)), "c{number}: the PC gives other numbers");
     });
 }
@@ -195,10 +199,15 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
         let input = Input { source: Source::Scene(first_scene().expect("a scene")), ..Input::default() };
         let (outcome, packets) = emulate_with(&input, settings, false);
         // The emulated board greets with its own settings, and then takes these.
-        let [_, contacts, slides, estimates, .., feels] = by_kind(&packets);
-        let [_, of_contacts, of_slides, of_estimates, .., expected] = by_kind(&replayed_with(&input, settings));
+        let [_, contacts, slides, estimates, .., feels, textures] = by_kind(&packets);
+        let [_, of_contacts, of_slides, of_estimates, .., expected, of_textures] =
+            by_kind(&replayed_with(&input, settings));
         assert_eq!(feels, expected, "{what}: the PC gives other numbers");
-        assert_eq!((contacts, slides, &estimates), (of_contacts, of_slides, &of_estimates), "{what}");
+        assert_eq!(
+            (contacts, slides, &estimates, textures),
+            (of_contacts, of_slides, &of_estimates, of_textures),
+            "{what}"
+        );
         let windows =
             estimates.iter().filter(|event| matches!(event, Event::Estimate(fit) if fit.span == Span::Window));
         assert!(!feels.is_empty() && feels.len() == windows.count(), "{what}: one with each window");

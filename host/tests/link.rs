@@ -3,6 +3,15 @@
 mod common;
 #[path = "link/in_virtual_time.rs"]
 mod in_virtual_time;
+#[cfg(target_os = "linux")]
+#[path = "common/serial_board.rs"]
+mod serial_board;
+#[cfg(target_os = "linux")]
+#[path = "common/stylus_board.rs"]
+mod stylus_board;
+#[cfg(target_os = "linux")]
+#[path = "link/with_a_board.rs"]
+mod with_a_board;
 
 use common::{assert_one_line, directory, json_lines, ridgetone, run, text};
 use ridgetone_host::input::Input;
@@ -67,7 +76,7 @@ fn what_makes_no_sense_is_refused_on_one_line() {
     refused(&["--emulated", "--loss", "-1"], &["0 to 100"]);
     refused(&["--emulated", "--loss", "NaN"], &["not a number"]);
     refused(&["--emulated", "--delay-ms", "5000"], &["--delay-ms 5000"]);
-    refused(&["--emulated", "--stylus", "mine"], &["--stylus mine", "simulated"]);
+    assert_one_line(&run(&["link", "--emulated", "--stylus", "mine"]), 1, &["--stylus", "simulated", "mine"]);
     refused(&["--finger", "udp:127.0.0.1:1", "--stylus", "udp:127.0.0.1:0"], &["one end must be here"]);
     refused(&["--finger", "http://127.0.0.1:1"], &["no packets"]);
     refused(&["--emulated", "--speed-mm-s", "1e9"], &["--speed-mm-s"]);

@@ -6,6 +6,7 @@ mod event;
 mod feel;
 mod image;
 mod packet;
+mod texture;
 
 pub use crate::framing::{TooLong, WIRE_MAX};
 pub use decoder::{Decoder, Events, PacketDecoder};
@@ -14,3 +15,4 @@ pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Sli
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
+pub use texture::Texture;

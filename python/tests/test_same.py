@@ -66,6 +66,14 @@ def test_events_of_what_a_finger_feels(tmp_path: Path, run: Run) -> None:
     assert rt.settings(feel={"sigma_share": 0.25}).feel.sigma_share == 0.25
 
 
+def test_textures(run: Run) -> None:
+    events = rt.replay()
+    same(events, run("replay", "--json"))
+    [texture] = [event for event in events if isinstance(event, rt.Texture)]
+    assert set(rt.Texture.__annotations__) < set(texture)
+    assert abs(texture.period_mm - 3.6) < 4 * texture.period_sigma_mm and texture.plan == "paper"
+
+
 def test_feel(recordings: dict[str, Path], run: Run) -> None:
     surface = "ra_um=0.5,rsm_mm=0.5,speed_mm_s=10"
     [printed] = run("feel", recordings["fast"], "--json", "--reference", surface, "--m", "1.2+-0.1")

@@ -65,10 +65,4 @@ impl Texture {
         }
         Ok(())
     }
-
-    /// Whether it differs from another by more than both of their standard deviations allow: a reason to send it.
-    pub fn differs(&self, other: &Self) -> bool {
-        let sigma = libm::hypotf(self.period_sigma_mm, other.period_sigma_mm);
-        !(libm::fabsf(self.period_mm - other.period_mm) <= sigma)
-    }
 }

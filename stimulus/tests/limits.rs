@@ -135,11 +135,3 @@ fn what_is_impossible_is_refused_and_the_last_texture_stays() {
         assert_eq!(stimulus.next(3 * n), other.next(3 * n));
     }
 }
-
-#[test]
-fn a_texture_differs_by_more_than_its_sigma() {
-    let texture = |period_mm, period_sigma_mm| Texture { period_sigma_mm, ..Texture::new(period_mm) };
-    assert!(!texture(1.0, 0.03).differs(&texture(1.04, 0.03)));
-    assert!(texture(1.0, 0.03).differs(&texture(1.05, 0.03)));
-    assert!(texture(f32::NAN, 0.03).differs(&texture(1.05, 0.03)));
-}

@@ -121,6 +121,8 @@ pub struct Outcome {
     pub window_fits: Vec<ridgetone_proto::telemetry::Estimate>,
     /// Static images.
     pub images: Vec<ridgetone_proto::telemetry::Image>,
+    /// Textures.
+    pub textures: Vec<ridgetone_proto::telemetry::Texture>,
     /// The last health message.
     pub health: ridgetone_proto::telemetry::Health,
 }
@@ -142,6 +144,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Estimate(fit) => out.window_fits.push(fit.clone()),
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),
+            Event::Texture(texture) => out.textures.push(*texture),
             Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
         }
     }

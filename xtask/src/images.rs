@@ -47,6 +47,9 @@ const FIRMWARE: &str = "ridgetone-firmware";
 /// Its binary for a stylus.
 const STYLUS: &str = "ridgetone-stylus-firmware";
 
+/// The image for QEMU, and its feature.
+const EMULATED: &str = "emulated";
+
 /// A board that has an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Board {
@@ -70,7 +73,7 @@ impl Board {
         let (name, binary, interrupts): (_, _, &[_]) = match self {
             Self::FeatherF405 => ("feather-f405", FIRMWARE, &[inspect::DRDY, inspect::USART3]),
             Self::NucleoF446re => ("nucleo-f446re", FIRMWARE, &[inspect::DRDY, inspect::USART2]),
-            Self::Emulated => ("emulated", FIRMWARE, &[inspect::DRDY, inspect::USART3]),
+            Self::Emulated => (EMULATED, FIRMWARE, &[inspect::DRDY, inspect::USART3]),
             Self::StylusF405 => ("stylus-f405", STYLUS, &[inspect::TIM6, inspect::USART3]),
         };
         Image { package: FIRMWARE, name, binary, profile: USUAL, interrupts }
@@ -81,6 +84,7 @@ impl Image {
     /// What it may take of flash and RAM; none for a benchmark.
     fn budgets(self) -> Option<&'static sizes::Budgets> {
         match self.binary {
+            FIRMWARE if self.name == EMULATED => Some(&sizes::EMULATED),
             FIRMWARE => Some(&sizes::FINGER),
             STYLUS => Some(&sizes::STYLUS),
             _ => None,

@@ -27,6 +27,28 @@ pub struct Budgets {
 /// A finger's.
 pub const FINGER: Budgets = Budgets { flash: &FLASH, ram: &RAM };
 
+/// An emulated finger's. Its chip is on a PC, which takes more than a board's peripherals, and no board has to hold it.
+pub const EMULATED: Budgets = Budgets {
+    flash: &[
+        ("ridgetone_tone", 71_560),
+        ("ridgetone", 49_700),
+        ("ridgetone_firmware", 10_550),
+        ("ridgetone_proto", 8_850),
+        ("microfft", 5_960),
+        ("ridgetone_feel", 3_120),
+        (CONSTANTS, 3_920),
+        (OTHER, 11_000),
+    ],
+    ram: &[
+        ("ring", 78_432),
+        ("estimator_place", 23_232),
+        ("detector_place", 4_344),
+        ("outbox", 3_416),
+        ("samples", 1_032),
+        (OTHER, 4_210),
+    ],
+};
+
 /// A stylus's. What it takes and a tenth: the chip has room for more, and a step that grows is seen.
 pub const STYLUS: Budgets = Budgets {
     flash: &[
@@ -45,24 +67,24 @@ pub const STYLUS: Budgets = Budgets {
 /// Most bytes of flash by crate. Together they are less than the 160 KiB that an image may take; the smaller board has 256.
 const FLASH: [(&str, u64); 8] = [
     ("ridgetone_tone", 71_560),
-    ("ridgetone", 49_140),
-    ("ridgetone_firmware", 10_450),
-    ("ridgetone_proto", 8_650),
+    ("ridgetone", 49_500),
+    ("ridgetone_firmware", 8_800),
+    ("ridgetone_proto", 8_850),
     ("microfft", 5_960),
     ("ridgetone_feel", 3_120),
-    (CONSTANTS, 3_920),
-    (OTHER, 11_000),
+    (CONSTANTS, 3_760),
+    (OTHER, 10_100),
 ];
 
 /// Most bytes of RAM by static, without the stack's 16 KiB. Together they are no more than 112 KiB, what the stack leaves of
 /// the smaller board's 128.
 const RAM: [(&str, u64); 6] = [
     ("ring", 78_432),
-    ("estimator_place", 23_208),
-    ("detector_place", 4_420),
+    ("estimator_place", 23_232),
+    ("detector_place", 4_344),
     ("outbox", 3_416),
     ("samples", 1_032),
-    (OTHER, 4_172),
+    (OTHER, 4_060),
 ];
 
 /// A table of both, by line, or an error that says which budget is exceeded.

@@ -6,6 +6,7 @@ use crate::frame::{Frame, FrameClock};
 use crate::ring::Ring;
 use crate::scan::Scan;
 use crate::schedule::WindowScheduler;
+use crate::surface::texture::image_level_v;
 use crate::touch::averages::{Averager, Averages};
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
@@ -125,7 +126,7 @@ impl Tracker {
             scheduler.follow(&change, ring);
             let event = events.event(&change, clock, ring);
             if let Event::Image(image) = &event {
-                scheduler.force_ratio = image_ratio(image);
+                (scheduler.level_v, scheduler.force_ratio) = (image_level_v(image), image_ratio(image));
             }
             emit(event);
         });

@@ -128,7 +128,11 @@ impl CommandExecutor {
             }
         };
         match command {
-            Command::Greet => emit(detector.hello()),
+            Command::Greet => {
+                // A PC that greets knows nothing yet.
+                estimator.textures.forget();
+                emit(detector.hello());
+            }
             Command::Set { settings, .. } => change(settings, SettingsSource::Sent),
             Command::Forget => change(&Settings::DEFAULT, SettingsSource::Default),
             Command::Start => detector.restart(true),

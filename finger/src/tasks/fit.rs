@@ -10,6 +10,7 @@ use crate::estimator::{Estimator, WindowFit};
 use crate::faults::qualify::{faults_of, qualify};
 use crate::ring::Ring;
 use crate::surface::profile::Profile;
+use crate::surface::texture::TextureReporter;
 use crate::window::Window;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
@@ -45,7 +46,7 @@ impl<S: Store> Fit<'_, S> {
                 let source = &mut Locked(&mut *ring);
                 let estimate = fit(&window, estimator, source, requests.profile(), shared);
                 if let Some(estimate) = estimate {
-                    report(outbox, &estimate, shared);
+                    report(outbox, &estimate, (&window, &mut estimator.textures), shared);
                 }
                 if let Some(feel) = feel(&window, estimator, source, shared) {
                     outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
@@ -60,8 +61,19 @@ impl<S: Store> Fit<'_, S> {
 
 // Not inlined, as `fit`: during a fit, the deepest of the stack, its packet has no place there.
 #[inline(never)]
-fn report<P: Platform>(outbox: &mut impl Mutex<T = Outbox<PACKETS>>, estimate: &Estimate, shared: &Shared<P>) {
-    outbox.lock(|outbox| post(outbox, Event::Estimate(estimate.clone()), shared));
+fn report<P: Platform>(
+    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+    estimate: &Estimate,
+    (window, textures): (&Window, &mut TextureReporter),
+    shared: &Shared<P>,
+) {
+    let texture = textures.take(estimate, window);
+    outbox.lock(|outbox| {
+        post(outbox, Event::Estimate(estimate.clone()), shared);
+        if let Some(texture) = texture {
+            post(outbox, Event::Texture(texture), shared);
+        }
+    });
 }
 
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.

@@ -6,20 +6,26 @@ use super::lines::report;
 use super::parse::{number, positive};
 use crate::link::network::Impairments;
 use crate::link::socket::Socket;
-use crate::link::{Ends, Link, Options, run};
+use crate::link::{BoardEnd, Ends, Link, Options, run};
+use crate::port::{self, Wanted};
 use crate::serve::name::Source;
 use crate::serve::{Emulator, open};
 use crate::stop;
 use crate::touch::Hand;
 use crate::usage::UsageError;
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Args;
+use ridgetone_stylus::parameters::Parameters;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when it has changed by more than its
 standard deviation, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
 is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
+
+A stylus' board (the image stylus-f405) has an encoder under a real hand and makes the vibration itself. It gets limits and law of the
+actuator first, which the options below say; then textures; and is disabled at the end. A board that is silent for a second is
+reported, and stops by itself.
 
 The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another
 `ridgetone link` elsewhere: what travels is not encrypted, and the finger answers whoever sends it a place.
@@ -28,13 +34,15 @@ Examples:
   ridgetone link --emulated
   ridgetone link --emulated --delay-ms 120 --jitter-ms 40 --loss 5%
   ridgetone link --finger /dev/ttyUSB0 --stylus simulated --delay-ms 120
+  ridgetone link --finger /dev/ttyUSB0 --stylus /dev/ttyUSB1
   ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450
   ridgetone link --finger udp:robot.local:7450 --stylus simulated")]
 pub struct LinkArgs {
     /// The finger: a serial port; `emulated`, or `emulated:SCENE.toml`; a recording of telemetry; or udp:HOST:PORT, a finger's end elsewhere.
     #[arg(long, value_name = "SOURCE", required_unless_present = "emulated", conflicts_with = "emulated")]
     finger: Option<String>,
-    /// The stylus: `simulated`, a hand that nobody moves; or udp:ADDRESS:PORT, where a stylus' end elsewhere finds this one.
+    /// The stylus: `simulated`, a hand that nobody moves; the serial port of a stylus' board; or udp:ADDRESS:PORT, where a stylus' end
+    /// elsewhere finds this one.
     #[arg(long, value_name = "STYLUS", default_value = "simulated")]
     stylus: String,
     /// The emulated finger.
@@ -58,6 +66,12 @@ pub struct LinkArgs {
     hand: HandOptions,
     #[command(flatten)]
     actuator: ActuatorOptions,
+    /// Of a stylus' board: way of one count of its encoder, all four edges counted, mm [default: the paper's 0.005].
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    count_mm: Option<f64>,
+    /// Of a stylus' board: latency of what follows its converter, such as a filter, ms.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = number, allow_negative_numbers = true)]
+    latency_ms: f64,
     /// End after this time, s [default: never].
     #[arg(long = "for", value_name = "S", value_parser = positive)]
     seconds: Option<f64>,
@@ -91,30 +105,45 @@ impl LinkArgs {
             output,
         };
         let finger = self.finger.as_deref().unwrap_or("emulated");
-        let ends = match (finger.strip_prefix("udp:"), self.stylus.as_str()) {
-            (Some(place), "simulated") => Ends::Stylus(Socket::to(place)?),
-            (None, "simulated") => Ends::Here,
-            (None, stylus) if stylus.starts_with("udp:") => {
-                let socket = Socket::at(&stylus["udp:".len()..])?;
+        let ends = match (finger.strip_prefix("udp:"), self.stylus.strip_prefix("udp:")) {
+            (None, Some(place)) => {
+                let socket = Socket::at(place)?;
                 eprintln!("ridgetone: a stylus finds this finger at udp:{}", socket.address()?);
                 Ends::Finger(socket)
             }
-            (Some(_), _) => return Err(UsageError("one end must be here: --stylus simulated".into()).into()),
-            (None, stylus) => {
-                return Err(UsageError(format!("--stylus {stylus}: write simulated or udp:ADDRESS:PORT")).into());
+            (Some(_), Some(_)) => {
+                return Err(UsageError("one end must be here: --stylus simulated, or a port".into()).into());
             }
+            (Some(place), None) => Ends::Stylus(Socket::to(place)?),
+            (None, None) => Ends::Here,
+        };
+        let board = match (&ends, self.stylus.as_str()) {
+            (Ends::Finger(_), _) | (_, "simulated") => None,
+            (_, port) => Some(self.board(port, &options)?),
         };
         stop::on_signal()?;
         let feed = match &ends {
             Ends::Stylus(_) => None,
             _ => Some(self.open(finger)?),
         };
-        let mut link = Link::new(&options, ends)?;
+        let mut link = Link::new(&options, ends, board)?;
         let (feed, done) = run(feed, &mut link, self.json, self.seconds);
         if let Some(feed) = feed {
             report(feed.counts());
         }
         done
+    }
+
+    fn board(&self, port: &str, options: &Options) -> Result<BoardEnd> {
+        let line = port::Link::open(port::System, Wanted::Name(port.to_owned()))
+            .context("--stylus: simulated, udp:ADDRESS:PORT or a serial port")?;
+        let parameters = Parameters {
+            count_mm: self.count_mm.map_or(Parameters::DEFAULT.count_mm, |mm| mm as f32),
+            latency_s: (self.latency_ms / 1e3) as f32,
+            ..Parameters::DEFAULT
+        };
+        BoardEnd::new(Box::new(line), options.output, parameters, options.run)
+            .map_err(|error| UsageError(format!("{error:#}")).into())
     }
 
     fn open(&self, finger: &str) -> Result<crate::feed::Feed> {

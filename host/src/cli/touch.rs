@@ -6,7 +6,7 @@ use super::lines::report;
 use super::parse::positive;
 use crate::feed::{Feed, FeedEvent, Pace};
 use crate::recording::{Recorded, is_telemetry};
-use crate::texture::{self, Found};
+use crate::texture::{self, found};
 use crate::touch::live::{Options, Textures};
 use crate::touch::{Hand, Output, RATE_HZ, Run, ahap, render, serve, wav};
 use crate::usage::UsageError;
@@ -137,10 +137,10 @@ fn any_texture(path: &Path) -> Result<Texture> {
     if !is_telemetry(path)? {
         return texture::load(path);
     }
-    let (mut feed, mut found, mut latest) = (Feed::new(Recorded::open(path)?), Found::default(), None);
+    let (mut feed, mut latest) = (Feed::new(Recorded::open(path)?), None);
     loop {
         match feed.next(Duration::from_secs(1))? {
-            Some(FeedEvent::Data(packet)) => latest = found.take(&packet).or(latest),
+            Some(FeedEvent::Data(packet)) => latest = found(&packet).or(latest),
             Some(FeedEvent::Over) => break,
             _ => {}
         }

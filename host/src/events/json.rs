@@ -4,17 +4,17 @@ use crate::digits::seconds;
 use crate::feel::event::JsonFeel;
 use crate::live::Frame;
 use crate::names::name;
-use crate::settings_form::SettingsForm;
+use crate::settings_form::{SettingsForm, plan_form};
 use crate::tone::{JsonBeside, JsonTone, period_f32};
 use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::{Fault, FaultSet};
-use ridgetone_proto::plan::Gives;
+use ridgetone_proto::plan::{Gives, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Travel,
-    TravelStatus,
+    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Texture,
+    Travel, TravelStatus,
 };
 use serde::Serialize;
 
@@ -107,6 +107,7 @@ enum Body<'a> {
         volts: Option<[Option<f32>; TAXELS]>,
     },
     Feel(JsonFeel),
+    Texture(JsonTexture),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -168,6 +169,26 @@ impl From<&Travel> for JsonTravel {
             speed_mm_s: known(travel.speed_mm_s),
             speed_sigma_mm_s: known(travel.speed_sigma_mm_s),
         }
+    }
+}
+
+/// A texture, with its plan by name.
+#[derive(Serialize)]
+struct JsonTexture {
+    t_s: f64,
+    #[serde(with = "plan_form")]
+    plan: Plan,
+    period_mm: f32,
+    period_sigma_mm: f32,
+    power_v2: f32,
+    power_sigma_v2: f32,
+    level_v: Option<f32>,
+}
+
+impl From<&Texture> for JsonTexture {
+    fn from(texture: &Texture) -> Self {
+        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v } = *texture;
+        Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v }
     }
 }
 
@@ -264,6 +285,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Fault(fault) => Body::Fault { t_s, fault, state: State::of(fault.until_us) },
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
         Event::Feel(feel) => Body::Feel(feel.into()),
+        Event::Texture(texture) => Body::Texture(texture.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }
@@ -406,6 +428,25 @@ mod tests {
         let scores = r#""scores":[{"name":"soft","score":5.5,"score_sigma":0.5},{"name":"rough","score":null,"score_sigma":null,"absent":"needs the intensity of FA II"}],"#;
         let head = r#"{"type":"feel","sequence":4,"t_s":2.0,"window_s":0.5,"rate_hz":512.0,"taxels":5,"faults":["lost"],"m":null,"m_sigma":null,"#;
         assert_eq!(line, format!(r#"{head}"receptors":[{}],{scores}{level}"#, receptors.join(",")));
+    }
+
+    #[test]
+    fn a_texture_has_its_plan_by_name() {
+        let texture = Texture {
+            t_us: 2_500_000,
+            plan: Plan::HAND,
+            period_mm: 3.5,
+            period_sigma_mm: 0.25,
+            power_v2: 0.5,
+            power_sigma_v2: 0.125,
+            level_v: None,
+        };
+        let line = |texture| json(&Packet { sequence: 4, event: Event::Texture(texture) }).unwrap();
+        assert_eq!(
+            line(texture),
+            r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"level_v":null}"#
+        );
+        assert!(line(Texture { level_v: Some(0.75), ..texture }).ends_with(r#""level_v":0.75}"#));
     }
 
     #[test]

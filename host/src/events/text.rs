@@ -12,7 +12,7 @@ use ridgetone_proto::fault::{Fault, FaultKind};
 use ridgetone_proto::plan::Gives;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Travel, TravelStatus,
+    Abscissa, Channel, Estimate, Event, Health, Hello, Hold, Image, Packet, Span, Texture, Travel, TravelStatus,
 };
 
 /// A packet as one line, without its end; an image as five.
@@ -36,6 +36,7 @@ pub fn text(packet: &Packet) -> String {
         Event::Fault(e) => line(e.until_us.unwrap_or(e.from_us), "fault", &fault(e)),
         Event::Reply(e) => format!("{:>10}  reply     {}", "", reply(e)),
         Event::Feel(e) => line(e.t_us, "feel", &words(e)),
+        Event::Texture(e) => line(e.t_us, "texture", &texture(e)),
         Event::Raw(e) => line(e.t_us, "raw", &format!("frame {}, codes {:?}", e.number, e.codes)),
     }
 }
@@ -153,6 +154,13 @@ fn travel(e: &Travel) -> String {
     format!(
         "period {period_mm} mm +- {period_sigma_mm} mm, {direction} at {speed_mm_s:.3} mm/s +- {speed_sigma_mm_s:.3} mm/s ({status})"
     )
+}
+
+fn texture(e: &Texture) -> String {
+    let (period_mm, period_sigma_mm) = with_sigma(e.period_mm.into(), e.period_sigma_mm.into());
+    let (power_uv2, power_sigma_uv2) = with_sigma(1e12 * f64::from(e.power_v2), 1e12 * f64::from(e.power_sigma_v2));
+    let level = e.level_v.map_or(String::new(), |level_v| format!(", pressed to {:.3} mV", 1e3 * level_v));
+    format!("period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2{level}")
 }
 
 fn fault(e: &Fault) -> String {

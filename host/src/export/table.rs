@@ -9,7 +9,7 @@ use crate::raw_rows::{self, RawRows};
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use hal_mock::RowReader;
-use ridgetone_proto::telemetry::{Event, Feel, Health, Measured};
+use ridgetone_proto::telemetry::{Event, Feel, Health, Measured, Texture};
 use serde::Serialize;
 use std::io::Write;
 use std::path::Path;
@@ -25,6 +25,8 @@ pub enum Kind {
     Health,
     /// A row for each event `feel`: what receptors would fire, and scores; unknown values are empty.
     Feel,
+    /// A row for each event `texture`: what is under the finger; unknown values, and the name of a plan without one, are empty.
+    Texture,
 }
 
 /// A row of health: the time, and fields under their names.
@@ -50,6 +52,24 @@ health_row! {
     f32: frame_rate_hz load supply_v reference_v temperature_c offset_v gain;
 }
 
+#[derive(Serialize)]
+struct TextureRow {
+    t_s: f64,
+    plan: Option<&'static str>,
+    period_mm: f32,
+    period_sigma_mm: f32,
+    power_v2: f32,
+    power_sigma_v2: f32,
+    level_v: Option<f32>,
+}
+
+impl TextureRow {
+    fn new(texture: &Texture) -> Self {
+        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v } = *texture;
+        Self { t_s: seconds(t_us), plan: plan.name(), period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v }
+    }
+}
+
 pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
     let mut csv = csv::Writer::from_writer(out);
     let mut rows = 0u64;
@@ -73,6 +93,11 @@ pub fn write(path: &Path, kind: Kind, out: &mut dyn Write) -> Result<Counts> {
             }
             rows += 1;
             Ok(csv.write_record(values)?)
+        })?,
+        Kind::Texture => packets(path, &mut |packet, _| {
+            let Event::Texture(texture) = &packet.event else { return Ok(()) };
+            rows += 1;
+            Ok(csv.serialize(TextureRow::new(texture))?)
         })?,
     };
     csv.flush()?;

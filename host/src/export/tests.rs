@@ -88,6 +88,22 @@ fn what_a_finger_feels_has_a_row_each_and_nothing_where_it_is_absent() {
 }
 
 #[test]
+fn a_texture_has_a_row_each() {
+    let (csv, _) = exported(Format::Csv, Kind::Texture);
+    let mut rows = csv::Reader::from_reader(csv.as_slice());
+    let header = rows.headers().unwrap().clone();
+    assert_eq!(
+        header.iter().collect::<Vec<_>>(),
+        ["t_s", "plan", "period_mm", "period_sigma_mm", "power_v2", "power_sigma_v2", "level_v"]
+    );
+    let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
+    assert_eq!((rows.len(), &rows[0][1]), (1, "paper"));
+    // The default scene's grating.
+    let [period_mm, sigma_mm] = [2, 3].map(|at| rows[0][at].parse::<f64>().unwrap());
+    assert!((period_mm - 3.6).abs() < 4.0 * sigma_mm, "{period_mm} {sigma_mm}");
+}
+
+#[test]
 fn a_recording_without_frames_says_how_to_get_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("empty.rec");
@@ -131,5 +147,5 @@ fn mcap_holds_every_packet_with_a_schema_that_names_its_fields() {
     }
     assert_eq!(kinds.values().sum::<u64>(), counts.received);
     assert_eq!((kinds["/ridgetone/raw"], kinds["/ridgetone/contact"]), (100, 1));
-    assert!(kinds["/ridgetone/feel"] > 3);
+    assert!(kinds["/ridgetone/feel"] > 3 && kinds["/ridgetone/texture"] == 1);
 }

@@ -35,9 +35,11 @@ impl<P: Ports> Link<P> {
         Ok(Self { ports, name, usb_serial, line: Some(line), is_new: true, looked: Instant::now() })
     }
 
-    fn read(&mut self) -> Option<FeedEvent<Vec<u8>>> {
+    fn read(&mut self, most: Duration) -> Option<FeedEvent<Vec<u8>>> {
         let mut bytes = [0; 4096];
-        let error = match self.line.as_mut()?.read(&mut bytes) {
+        let line = self.line.as_mut()?;
+        self.ports.wait_at_most(line, most);
+        let error = match line.read(&mut bytes) {
             // The other end has hung up.
             Ok(0) => ErrorKind::UnexpectedEof.into(),
             Ok(length) => return Some(FeedEvent::Data(bytes[..length].to_vec())),
@@ -87,7 +89,7 @@ impl<P: Ports> Source for Link<P> {
             }
             let left = most.saturating_sub(begun.elapsed());
             if self.line.is_some() {
-                if let Some(event) = self.read() {
+                if let Some(event) = self.read(left) {
                     return Ok(Some(event));
                 }
             } else if self.looked.elapsed() >= LOOK_EVERY {

@@ -4,6 +4,7 @@ use anyhow::{Context, Error, Result, anyhow, bail};
 use serde::Serialize;
 use std::fmt;
 use std::io::{self, Read, Write};
+use std::time::Duration;
 
 /// A serial port of this computer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -40,6 +41,9 @@ pub trait Ports {
     fn list(&self) -> io::Result<Vec<Found>>;
 
     fn open(&self, name: &str) -> io::Result<Self::SerialLine>;
+
+    /// The next reads of this port wait no longer than `most`, if it can say so.
+    fn wait_at_most(&self, _line: &mut Self::SerialLine, _most: Duration) {}
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]

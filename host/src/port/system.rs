@@ -52,4 +52,9 @@ impl Ports for System {
     fn open(&self, name: &str) -> io::Result<Self::SerialLine> {
         Ok(serialport::new(name, BAUD).timeout(READ_WAIT).open()?)
     }
+
+    fn wait_at_most(&self, line: &mut Self::SerialLine, most: Duration) {
+        // It has no cause to fail; a read would then wait as it did.
+        let _ = line.set_timeout(most.min(READ_WAIT));
+    }
 }

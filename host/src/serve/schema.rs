@@ -103,6 +103,15 @@ const FEEL: [Field; 9] = [
     ),
 ];
 
+const TEXTURE: [Field; 6] = [
+    ("plan", "string", "", "scan plan by its name; an object of its fields if it has none"),
+    ("period_mm", "number", "mm", "spatial period"),
+    ("period_sigma_mm", "number", "mm", "its standard deviation"),
+    ("power_v2", "number", "V^2", "half of the squared amplitude, mean of the channels"),
+    ("power_sigma_v2", "number", "V^2", "its standard deviation"),
+    ("level_v", "number", "V", "mean level of the taxels in the hold before the slide, over that before the touch"),
+];
+
 const DIAGNOSTICS: [Field; 27] = [
     ("protocol", "integer", "", "hello: version of the wire contract"),
     ("version", "string", "", "hello: of the firmware"),
@@ -170,6 +179,7 @@ fn fields(topic: Topic) -> &'static [Field] {
         Topic::Contact => &CONTACT,
         Topic::Tone => &TONE,
         Topic::Feel => &FEEL,
+        Topic::Texture => &TEXTURE,
         Topic::Diagnostics => &DIAGNOSTICS,
         Topic::Health => &HEALTH,
     }

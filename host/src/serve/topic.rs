@@ -13,6 +13,8 @@ pub enum Topic {
     Tone,
     /// What a finger feels.
     Feel,
+    /// What is under the finger.
+    Texture,
     /// Greetings, faults, answers to requests, connections and losses.
     Diagnostics,
     /// Counters and readings, once a second.
@@ -20,7 +22,8 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 6] = [Self::Frames, Self::Contact, Self::Tone, Self::Feel, Self::Diagnostics, Self::Health];
+    pub const ALL: [Self; 7] =
+        [Self::Frames, Self::Contact, Self::Tone, Self::Feel, Self::Texture, Self::Diagnostics, Self::Health];
 
     /// The topic of messages of this `type`.
     pub fn of(kind: &str) -> Self {
@@ -29,6 +32,7 @@ impl Topic {
             "contact" | "slide" | "release" | "image" => Self::Contact,
             "estimate" => Self::Tone,
             "feel" => Self::Feel,
+            "texture" => Self::Texture,
             "health" => Self::Health,
             _ => Self::Diagnostics,
         }
@@ -40,6 +44,7 @@ impl Topic {
             Self::Contact => "contact",
             Self::Tone => "tone",
             Self::Feel => "feel",
+            Self::Texture => "texture",
             Self::Diagnostics => "diagnostics",
             Self::Health => "health",
         }

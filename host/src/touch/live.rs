@@ -2,18 +2,16 @@
 
 use super::output::Output;
 use super::page::{Page, Shown};
-use crate::feed::{Feed, Requester};
-use crate::listen::{Heard, Listener, SILENT};
+use crate::feed::Feed;
 use crate::stop;
-use crate::texture::Found;
+use crate::texture::{Follower, News};
 use crate::view::announce;
 use crate::view::guard::Access;
 use crate::view::server::Server;
 use anyhow::Result;
-use ridgetone_proto::telemetry::Event;
 use ridgetone_stimulus::Texture;
 use std::net::SocketAddr;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Longest wait between two looks at [`stop`].
 const LOOK: Duration = Duration::from_millis(20);
@@ -50,15 +48,15 @@ pub fn serve(textures: Textures, output: Output, options: Options) -> (Option<Bo
         }
         Textures::Finger(feed) => {
             let shown = shown(feed.name(), WAITING, None);
-            let mut finger = Finger::new(*feed);
+            let mut finger = Follower::new(*feed);
             let mut failed = Ok(());
             let served = with_page(shown, output, options, &mut |page| {
-                if let Err(error) = finger.step(page) {
+                if let Err(error) = step(&mut finger, page) {
                     failed = Err(error);
                     stop::request();
                 }
             });
-            (Some(Box::new(finger.listener.feed)), served.and(failed))
+            (Some(Box::new(finger.into_feed())), served.and(failed))
         }
     }
 }
@@ -76,65 +74,28 @@ fn with_page(shown: Shown, output: Output, options: Options, step: &mut dyn FnMu
     Ok(())
 }
 
-struct Finger {
-    listener: Listener,
-    found: Found,
-    heard_at: Instant,
-    is_silent: bool,
-    is_over: bool,
-}
-
-impl Finger {
-    fn new(feed: Feed) -> Self {
-        let listener = Listener::new(feed, Requester::default());
-        Self { listener, found: Found::default(), heard_at: Instant::now(), is_silent: false, is_over: false }
-    }
-
-    /// Waits for what the finger sends next, and shows it.
-    fn step(&mut self, page: &Page) -> Result<()> {
-        // An emulated board waits while nobody looks.
-        if self.listener.feed.idle(!page.is_watched()) || !page.is_watched() {
-            self.heard_at = Instant::now();
+/// Waits for what the finger sends next, and shows it.
+fn step(finger: &mut Follower, page: &Page) -> Result<()> {
+    // An emulated board waits while nobody looks.
+    finger.idle(!page.is_watched());
+    let news = match finger.next(LOOK) {
+        Err(_) if stop::is_requested() => return Ok(()),
+        news => news?,
+    };
+    match news {
+        Some(News::Texture(texture)) => page.change(|shown| {
+            (shown.texture, shown.number) = (Some(texture), shown.number + 1);
+            (shown.is_silent, shown.status) = (false, FOUND.into());
+        }),
+        Some(News::Back) => page.change(|shown| (shown.is_silent, shown.status) = (false, status(shown.texture))),
+        Some(News::Over) => page.change(|shown| shown.status = "The recording is over: its last texture.".into()),
+        Some(News::Disconnected(name, why)) => {
+            page.change(|shown| (shown.is_silent, shown.status) = (true, format!("{name}: {why}. Plug it in again.")))
         }
-        let heard = match self.listener.next(LOOK) {
-            Err(_) if stop::is_requested() => return Ok(()),
-            heard => heard?,
-        };
-        match heard {
-            Some(Heard::Packet(packet, _)) => {
-                self.heard_at = Instant::now();
-                if std::mem::take(&mut self.is_silent) {
-                    page.change(|shown| (shown.is_silent, shown.status) = (false, status(shown.texture)))?;
-                }
-                if matches!(packet.event, Event::Hello(_)) && packet.sequence == 0 {
-                    self.found = Found::default();
-                }
-                if let Some(texture) = self.found.take(&packet) {
-                    page.change(|shown| {
-                        (shown.texture, shown.number) = (Some(texture), shown.number + 1);
-                        shown.status = FOUND.into();
-                    })?;
-                }
-            }
-            Some(Heard::Over) => {
-                self.is_over = true;
-                page.change(|shown| shown.status = "The recording is over: its last texture.".into())?;
-            }
-            Some(Heard::Disconnected(name, why)) => {
-                self.is_silent = true;
-                page.change(|shown| {
-                    (shown.is_silent, shown.status) = (true, format!("{name}: {why}. Plug it in again."))
-                })?;
-            }
-            _ if !self.is_over && !self.is_silent && self.heard_at.elapsed() > SILENT => {
-                self.is_silent = true;
-                page.change(|shown| {
-                    (shown.is_silent, shown.status) = (true, "The finger is silent: the vibration has faded.".into())
-                })?;
-            }
-            _ => {}
-        }
-        Ok(())
+        Some(News::Silent) => page.change(|shown| {
+            (shown.is_silent, shown.status) = (true, "The finger is silent: the vibration has faded.".into())
+        }),
+        None => Ok(()),
     }
 }
 

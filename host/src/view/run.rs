@@ -209,6 +209,8 @@ impl Run {
             reference,
             span: Span::Window,
             slide_first: 0,
+            touch_first: 0,
+            level_v: f32::NAN,
             force_ratio: None,
             plan: self.settings().plan,
             odometry: Mark::NONE,

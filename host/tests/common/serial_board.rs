@@ -54,22 +54,12 @@ impl SerialBoard {
 
     /// The same, silent until it is to [`begin`](Self::begin).
     pub fn waiting(rate_hz: f64) -> Self {
-        let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
-        grantpt(&end).expect("granted");
-        unlockpt(&end).expect("unlocked");
-        let mut modes = tcgetattr(&end).expect("modes");
-        modes.make_raw();
-        tcsetattr(&end, OptionalActions::Now, &modes).expect("raw");
-        let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+        let (end, name) = raw_end();
         let is_fast = rate_hz > f64::from(FRAME_RATE_HZ) + 1.0;
         let frame_s = if is_fast { rate_hz.recip() } else { (FRAME_NS - CONVERSION_NS) as f64 * 1e-9 };
         let shared = Arc::new(Shared::default());
-        let mut line = Line {
-            end: File::from(end),
-            sequence: 0,
-            byte_s: if is_fast { 0.0 } else { BYTE_S },
-            shared: Arc::clone(&shared),
-        };
+        let mut line =
+            Line { end, sequence: 0, byte_s: if is_fast { 0.0 } else { BYTE_S }, shared: Arc::clone(&shared) };
         std::thread::spawn(move || line.run(rate_hz, frame_s));
         Self { name, frame_s, shared }
     }
@@ -96,6 +86,18 @@ impl SerialBoard {
     pub fn stop(&self) {
         self.shared.stops.store(true, Relaxed);
     }
+}
+
+/// A board's end of a line, and the name that the other end is opened by.
+pub fn raw_end() -> (File, String) {
+    let end = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    grantpt(&end).expect("granted");
+    unlockpt(&end).expect("unlocked");
+    let mut modes = tcgetattr(&end).expect("modes");
+    modes.make_raw();
+    tcsetattr(&end, OptionalActions::Now, &modes).expect("raw");
+    let name = ptsname(&end, Vec::new()).expect("a name").into_string().expect("ASCII");
+    (File::from(end), name)
 }
 
 struct Line {

@@ -9,7 +9,7 @@ use ridgetone_stimulus::{Actuator, Texture};
 fn link(delay_ms: (f64, f64), impairments: Impairments) -> Link {
     let output = Output::new(Actuator::PIEZO, None).expect("an output");
     let options = Options { delay_ms, impairments, seed: 5, run: 1, hand: Hand::OKAMOTO, output };
-    Link::new(&options, Ends::Here).expect("a link")
+    Link::new(&options, Ends::Here, None).expect("a link")
 }
 
 /// Steps of a millisecond; gives the report of the last second.

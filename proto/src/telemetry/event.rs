@@ -3,6 +3,7 @@
 use super::estimate::Estimate;
 use super::feel::Feel;
 use super::image::Image;
+use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
 use crate::fault::{self, Fault, KINDS};
@@ -36,6 +37,8 @@ pub enum Event {
     Raw(Raw),
     /// What a finger would feel.
     Feel(Feel),
+    /// What is under the finger.
+    Texture(Texture),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -181,6 +184,7 @@ impl Event {
             Self::Fault(e) => e.until_us.unwrap_or(e.from_us),
             Self::Raw(e) => e.t_us,
             Self::Feel(e) => e.t_us,
+            Self::Texture(e) => e.t_us,
         })
     }
 }

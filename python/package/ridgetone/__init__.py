@@ -34,6 +34,7 @@ from ._objects import (
     Reply,
     Settings,
     Slide,
+    Texture,
     event,
     load,
 )
@@ -42,7 +43,7 @@ from ._ridgetone import Error, UsageError, __version__
 
 __all__ = [
     "Contact", "Error", "Estimate", "Event", "Fault", "Feel", "Felt", "Fit", "Health", "Hello", "Image", "Live", "Object", "Raw",
-    "Recording", "Release", "Reply", "Settings", "Slide", "UsageError", "__version__", "feel", "fit", "live", "picture",
+    "Recording", "Release", "Reply", "Settings", "Slide", "Texture", "UsageError", "__version__", "feel", "fit", "live", "picture",
     "read", "replay", "settings",
 ]  # fmt: skip
 

@@ -144,6 +144,18 @@ class Feel(Event):
     spectrum: list[Object]
 
 
+class Texture(Event):
+    """What is under the finger: once a touch, and again when it has changed by more than its standard deviation."""
+
+    t_s: float
+    plan: str | dict[str, Any]
+    period_mm: float
+    period_sigma_mm: float
+    power_v2: float
+    power_sigma_v2: float
+    level_v: float | None
+
+
 class Release(Event):
     t_s: float
 

@@ -1,0 +1,213 @@
+//! What is under the finger, from its estimates: a texture is reported once a touch, and again when it has changed.
+
+use crate::window::Window;
+use ridgetone_proto::telemetry::{Estimate, Image, Measured, Status, Texture, TravelStatus};
+
+/// A texture has changed if it differs by more than so many standard deviations of the difference: by one, noise alone would
+/// differ in every third window; by three, in one of 370.
+const CHANGED: f32 = 3.0;
+
+/// The latest texture that was reported.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TextureReporter {
+    /// First frame of its touch; none if the next texture is reported anyway.
+    touch_first: Option<u32>,
+    /// Period and power, each with its standard deviation.
+    latest: [Measured; 2],
+}
+
+impl TextureReporter {
+    /// Nothing reported.
+    pub const fn new() -> Self {
+        Self { touch_first: None, latest: [Measured { value: 0.0, sigma: 0.0 }; 2] }
+    }
+
+    /// The next texture is reported, even if it has not changed: a PC may not have the latest one.
+    pub fn forget(&mut self) {
+        self.touch_first = None;
+    }
+
+    /// The texture that a window's estimate has found, if it is to be reported: the first one since a touch began, and one that
+    /// differs from that by more than [`CHANGED`] allows, in its period or in its power. Another plan begins another touch.
+    #[inline(never)]
+    pub fn take(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
+        let texture = texture(estimate, window)?;
+        let found = [(texture.period_mm, texture.period_sigma_mm), (texture.power_v2, texture.power_sigma_v2)]
+            .map(|(value, sigma)| Measured { value, sigma });
+        let is_same = found.iter().zip(&self.latest).all(|(found, latest)| {
+            let difference = found.value - latest.value;
+            difference * difference <= CHANGED * CHANGED * (found.sigma * found.sigma + latest.sigma * latest.sigma)
+        });
+        if is_same && self.touch_first == Some(window.touch_first) {
+            return None;
+        }
+        (self.touch_first, self.latest) = (Some(window.touch_first), found);
+        Some(texture)
+    }
+}
+
+/// The texture that an estimate has found: a tone that can be trusted, and a period that the phases do not contradict. Without a
+/// speed, which the array may find too, there is no period.
+#[inline(always)]
+fn texture(estimate: &Estimate, window: &Window) -> Option<Texture> {
+    let travel = &estimate.travel;
+    let is_sure = matches!(estimate.status, Status::Good | Status::Unsteady)
+        && matches!(travel.status, TravelStatus::Unique | TravelStatus::Given)
+        && travel.spatial_period_mm > 0.0;
+    if !is_sure {
+        return None;
+    }
+    let (mut squares, mut products) = (0.0, 0.0);
+    for channel in &estimate.channels {
+        let square = channel.amplitude_v * channel.amplitude_v;
+        squares += square;
+        products += square * (channel.residual_v * channel.residual_v);
+    }
+    // Of an amplitude that is fitted to N frames the variance is 2 / N of the noise's.
+    let frames = estimate.window_s * window.frame_rate_hz - f32::from(estimate.frames_missing);
+    let per_channel = 1.0 / estimate.channels.len() as f32;
+    let texture = Texture {
+        t_us: estimate.t_us,
+        plan: window.plan,
+        period_mm: travel.spatial_period_mm,
+        period_sigma_mm: travel.spatial_period_sigma_mm,
+        power_v2: 0.5 * per_channel * squares,
+        power_sigma_v2: per_channel * libm::sqrtf(2.0 * products / frames),
+        level_v: Some(window.level_v).filter(|level_v| level_v.is_finite()),
+    };
+    // Neither infinite nor NaN.
+    let is_known =
+        texture.period_mm + texture.period_sigma_mm + texture.power_v2 + texture.power_sigma_v2 < f32::INFINITY;
+    is_known.then_some(texture)
+}
+
+/// Mean level of the alive taxels of a static image, volts; NaN without any.
+pub fn image_level_v(image: &Image) -> f32 {
+    let sum: f32 = image.taxels.iter().map(|taxel| taxel.level_v).sum();
+    sum / image.taxels.len() as f32
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::detector::Detector;
+    use crate::estimator::Estimator;
+    use crate::surface::odometry::Mark;
+    use crate::surface::odometry::track::Track;
+    use crate::tasks::commands::CommandExecutor;
+    use ridgetone_proto::command::Command;
+    use ridgetone_proto::plan::Plan;
+    use ridgetone_proto::settings::Settings;
+    use ridgetone_proto::telemetry::{Event, Span, Travel, longest_packet};
+    use std::boxed::Box;
+
+    const TOUCH: Window = Window {
+        first: 0,
+        frames: 241,
+        end_us: 1_000_000,
+        frame_rate_hz: 241.0,
+        reference: [0.0; 16],
+        span: Span::Window,
+        slide_first: 0,
+        touch_first: 7,
+        level_v: 0.25,
+        force_ratio: None,
+        plan: Plan::PAPER,
+        odometry: Mark::NONE,
+    };
+
+    /// 3.6 mm by the phases alone, with a standard deviation of 1 um.
+    fn found() -> Estimate {
+        let Event::Estimate(mut estimate) = longest_packet().event else { panic!("an estimate") };
+        estimate.travel.status = TravelStatus::Unique;
+        (estimate.frames_missing, estimate.window_s) = (0, 1.0);
+        estimate
+    }
+
+    fn with(change: impl Fn(&mut Estimate)) -> Estimate {
+        let mut estimate = found();
+        change(&mut estimate);
+        estimate
+    }
+
+    #[test]
+    fn it_comes_once_a_touch_and_again_when_it_has_changed() {
+        let mut reporter = TextureReporter::new();
+        let mut take = |estimate: &Estimate, window: &Window| reporter.take(estimate, window).is_some();
+        let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
+        assert!(take(&found(), &TOUCH));
+        // Of the difference of two the standard deviation is 1.41 um: three of them are 4.24 um.
+        assert!(!take(&found(), &TOUCH) && !take(&moved(0.0041), &TOUCH));
+        assert!(take(&moved(0.0044), &TOUCH) && !take(&moved(0.0044), &TOUCH));
+        assert!(take(&found(), &TOUCH));
+        assert!(take(&found(), &Window { touch_first: 8, ..TOUCH }));
+        assert!(!take(&found(), &Window { touch_first: 8, ..TOUCH }));
+        reporter.forget();
+        assert!(reporter.take(&found(), &Window { touch_first: 8, ..TOUCH }).is_some());
+    }
+
+    /// A PC that greets may have come in the middle of a touch.
+    #[test]
+    fn a_greeting_brings_it_again() {
+        let settings = Settings::DEFAULT;
+        let mut detector = Box::new(Detector::new(settings));
+        let mut estimator = Box::new(Estimator::new(settings));
+        let (mut executor, track) = (CommandExecutor::new(), Track::new());
+        let mut again = |command: Option<Command>| {
+            if let Some(command) = command {
+                executor.carry_out(&command, (&mut detector, &mut estimator), &track, &mut |_| {});
+            }
+            estimator.textures.take(&found(), &TOUCH).is_some()
+        };
+        assert!(again(None) && !again(None));
+        assert!(!again(Some(Command::Raw { frames: 0 })) && again(Some(Command::Greet)) && !again(None));
+    }
+
+    /// 16 channels of 1 mV in noise of 5 uV, 241 frames: an amplitude is known to 0.46 uV, the mean of the powers to 1.14e-10 V^2.
+    #[test]
+    fn its_power_counts_too_with_its_own_sigma() {
+        let scaled = |by: f32| with(|estimate| estimate.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
+        let mut reporter = TextureReporter::new();
+        let texture = reporter.take(&found(), &TOUCH).expect("a texture");
+        let sigma_v2 = 1e-3 * 5e-6 * (2.0f64 / 241.0 / 16.0).sqrt();
+        assert!((f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5, "{texture:?}");
+        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5, "{texture:?}");
+        assert_eq!((texture.plan, texture.level_v), (Plan::PAPER, Some(0.25)));
+        // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
+        assert!(reporter.take(&scaled(1.0004), &TOUCH).is_none());
+        assert!(reporter.take(&scaled(1.0006), &TOUCH).is_some());
+        // Missing frames say nothing: with a quarter of them sigma is twice as large.
+        let gaps = with(|estimate| estimate.frames_missing = 241 - 60);
+        let texture = TextureReporter::new().take(&gaps, &TOUCH).expect("a texture");
+        assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01, "{texture:?}");
+        let without = Window { level_v: f32::NAN, ..TOUCH };
+        assert_eq!(TextureReporter::new().take(&found(), &without).expect("a texture").level_v, None);
+    }
+
+    #[test]
+    fn what_is_not_sure_or_no_number_is_no_texture() {
+        let takes = |change: &dyn Fn(&mut Estimate)| TextureReporter::new().take(&with(change), &TOUCH).is_some();
+        assert!(takes(&|_| ()));
+        assert!(takes(&|estimate| estimate.status = Status::Unsteady));
+        assert!(takes(&|estimate| estimate.travel.status = TravelStatus::Given));
+        for status in [Status::NoTone, Status::Doubtful, Status::Ambiguous, Status::TooShort, Status::Nothing] {
+            assert!(!takes(&|estimate| estimate.status = status), "{status:?}");
+        }
+        // No speed is known, and the phases do not find it.
+        assert!(!takes(&|estimate| estimate.travel = Travel::NONE));
+        for status in [TravelStatus::Ambiguous, TravelStatus::OutOfRange, TravelStatus::Contradicted] {
+            assert!(!takes(&|estimate| estimate.travel.status = status), "{status:?}");
+        }
+        for value in [f32::NAN, f32::INFINITY, 0.0, -1.0] {
+            assert!(!takes(&|estimate| estimate.travel.spatial_period_mm = value), "{value}");
+        }
+        for value in [f32::NAN, f32::INFINITY] {
+            assert!(!takes(&|estimate| estimate.travel.spatial_period_sigma_mm = value), "{value}");
+            assert!(!takes(&|estimate| estimate.channels[3].amplitude_v = value), "{value}");
+            assert!(!takes(&|estimate| estimate.channels[3].residual_v = value), "{value}");
+        }
+        assert!(!takes(&|estimate| estimate.channels.clear()));
+        assert!(!takes(&|estimate| estimate.frames_missing = u16::MAX));
+    }
+}

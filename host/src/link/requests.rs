@@ -1,0 +1,237 @@
+//! What a stylus' board is to be requested next, until it does what is wanted: one request at a time, each until it is answered.
+
+use ridgetone_proto::settings::SettingsError;
+use ridgetone_stimulus::Texture;
+use ridgetone_stylus::gate::State;
+use ridgetone_stylus::message::{Command, Outcome, Reply};
+use ridgetone_stylus::parameters::Parameters;
+
+/// Time after which a request that was not answered is sent again, and the least time between two signs of life, seconds: five in
+/// the half of a second after which a board that hears nothing stops.
+const REPEAT_S: f64 = 0.1;
+
+/// What the board is known to have done since it was heard first.
+#[derive(Clone, Copy, Debug, Default)]
+struct Done {
+    is_at_rest: bool,
+    is_configured: bool,
+    texture: Option<Texture>,
+    is_enabled: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sent {
+    number: u16,
+    command: Command,
+    t_s: f64,
+    is_answered: bool,
+}
+
+#[derive(Clone, Debug)]
+pub struct StylusRequests {
+    parameters: Parameters,
+    /// What is to be felt now; none: nothing.
+    pub texture: Option<Texture>,
+    done: Done,
+    /// A texture that the board has refused.
+    refused: Option<Texture>,
+    sent: Option<Sent>,
+    number: u16,
+}
+
+impl StylusRequests {
+    /// `first`: the first request's number. A board repeats its reply to the number that it answered last.
+    pub fn new(parameters: Parameters, first: u16) -> Self {
+        Self { parameters, texture: None, done: Done::default(), refused: None, sent: None, number: first }
+    }
+
+    /// Nothing is known of the board: it has started, or nobody has heard it.
+    pub fn forget(&mut self) {
+        (self.done, self.sent) = (Done::default(), None);
+    }
+
+    /// Whether the board has the texture that is to be felt, and may vibrate.
+    pub fn is_done(&self) -> bool {
+        self.done.is_enabled && self.done.texture == self.texture
+    }
+
+    /// Whether the board is known to rest.
+    pub fn is_at_rest(&self) -> bool {
+        self.done.is_at_rest
+    }
+
+    /// The request that is due.
+    pub fn due(&mut self, t_s: f64) -> Option<(u16, Command)> {
+        if let Some(sent) = &mut self.sent
+            && !sent.is_answered
+        {
+            if t_s - sent.t_s < REPEAT_S {
+                return None;
+            }
+            // What a texture that is no longer wanted was sent for is over.
+            let is_old = matches!(sent.command, Command::Texture(texture) if Some(texture) != self.texture);
+            if !is_old {
+                sent.t_s = t_s;
+                return Some((sent.number, sent.command));
+            }
+        }
+        let is_quiet = self.sent.is_none_or(|sent| t_s - sent.t_s >= REPEAT_S);
+        let command = self.next().or(is_quiet.then_some(Command::Alive))?;
+        let number = self.number;
+        self.number = number.wrapping_add(1);
+        self.sent = Some(Sent { number, command, t_s, is_answered: false });
+        Some((number, command))
+    }
+
+    /// What leads on. Parameters change at rest alone, so a board is disabled first.
+    fn next(&self) -> Option<Command> {
+        let Done { is_at_rest, is_configured, texture, is_enabled } = self.done;
+        let wanted = self.texture.filter(|wanted| Some(*wanted) != self.refused);
+        match wanted {
+            _ if !is_configured => {
+                Some(if is_at_rest { Command::Configure(self.parameters) } else { Command::Disable })
+            }
+            None => (!is_at_rest).then_some(Command::Disable),
+            Some(wanted) if texture != Some(wanted) => Some(Command::Texture(wanted)),
+            Some(_) => (!is_enabled).then_some(Command::Enable),
+        }
+    }
+
+    /// Takes a reply. Gives what the board refuses: a texture is not sent again then; with parameters the board cannot be used.
+    pub fn answered(&mut self, t_s: f64, reply: &Reply) -> Option<(Command, SettingsError)> {
+        let sent = self.sent.as_mut().filter(|sent| sent.number == reply.number && !sent.is_answered)?;
+        sent.is_answered = true;
+        let command = sent.command;
+        match (&reply.outcome, command) {
+            (Outcome::Done, Command::Configure(_)) => {
+                // The texture is forgotten.
+                self.done = Done { is_at_rest: true, is_configured: true, ..Done::default() };
+            }
+            (Outcome::Done, Command::Texture(texture)) => self.done.texture = Some(texture),
+            (Outcome::Done, Command::Enable) => (self.done.is_enabled, self.done.is_at_rest) = (true, false),
+            (Outcome::Done, Command::Disable) => (self.done.is_enabled, self.done.is_at_rest) = (false, true),
+            (Outcome::Done, Command::Greet | Command::Alive | Command::Restart) => {}
+            // Its output still falls: the same once more, soon.
+            (Outcome::NotAtRest, _) => (sent.is_answered, sent.t_s) = (false, t_s),
+            (Outcome::Restarting, _) => self.forget(),
+            (Outcome::Refused(why), command) => {
+                if let Command::Texture(texture) = command {
+                    self.refused = Some(texture);
+                }
+                return Some((command, why.clone()));
+            }
+        }
+        None
+    }
+
+    /// The board says what it does. One that was silent for it must be enabled again.
+    pub fn is_now(&mut self, state: State) {
+        if matches!(state, State::LineSilent | State::Disabled) && self.done.is_enabled {
+            (self.done.is_enabled, self.done.is_at_rest) = (false, true);
+        }
+    }
+
+    /// The board says which parameters are in force: others than the wanted ones, if it has started again.
+    pub fn has(&mut self, parameters: &Parameters) {
+        if self.done.is_configured && *parameters != self.parameters {
+            self.forget();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Time after which any request may be due.
+    const LATER_S: f64 = 1.1 * REPEAT_S;
+
+    const WANTED: Parameters = Parameters { still_s: 0.4, ..Parameters::DEFAULT };
+
+    /// Answers requests until there is none but signs of life; gives them.
+    fn settle(requests: &mut StylusRequests, t_s: &mut f64) -> Vec<Command> {
+        let mut commands = Vec::new();
+        for _ in 0..20 {
+            *t_s += LATER_S;
+            let (number, command) = requests.due(*t_s).expect("a request");
+            requests.answered(*t_s, &Reply { number, outcome: Outcome::Done });
+            if command == Command::Alive {
+                return commands;
+            }
+            commands.push(command);
+        }
+        panic!("{commands:?}");
+    }
+
+    #[test]
+    fn a_board_is_set_up_told_what_to_feel_and_kept_alive() {
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 7), 0.0);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable, Command::Configure(WANTED)]);
+        let [first, second] = [1.4, 0.9].map(Texture::new);
+        requests.texture = Some(first);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(first), Command::Enable]);
+        assert!(requests.is_done());
+        requests.texture = Some(second);
+        assert!(!requests.is_done());
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Texture(second)]);
+        requests.texture = None;
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Disable]);
+        assert!(requests.is_at_rest());
+        // The same again: the board still has it.
+        requests.texture = Some(second);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
+        // The line was silent for the board, so it has stopped.
+        requests.is_now(State::LineSilent);
+        assert_eq!(settle(&mut requests, &mut t_s), [Command::Enable]);
+        // It has started again.
+        requests.has(&Parameters::DEFAULT);
+        let all = [Command::Disable, Command::Configure(WANTED), Command::Texture(second), Command::Enable];
+        assert_eq!(settle(&mut requests, &mut t_s), all);
+        requests.has(&WANTED);
+        assert_eq!(settle(&mut requests, &mut t_s), []);
+    }
+
+    #[test]
+    fn what_is_not_answered_is_repeated_under_its_number() {
+        let mut requests = StylusRequests::new(WANTED, u16::MAX);
+        assert_eq!(requests.due(0.0), Some((u16::MAX, Command::Disable)));
+        assert_eq!(requests.due(0.99 * REPEAT_S), None);
+        assert_eq!(requests.due(REPEAT_S), Some((u16::MAX, Command::Disable)));
+        // Of another one.
+        requests.answered(0.1, &Reply { number: 3, outcome: Outcome::Done });
+        assert!(!requests.is_at_rest());
+        requests.answered(0.1, &Reply { number: u16::MAX, outcome: Outcome::Done });
+        assert_eq!(requests.due(0.1), Some((0, Command::Configure(WANTED))));
+        requests.answered(0.1, &Reply { number: 0, outcome: Outcome::NotAtRest });
+        assert_eq!((requests.due(0.15), requests.due(0.2)), (None, Some((0, Command::Configure(WANTED)))));
+    }
+
+    #[test]
+    fn a_texture_that_is_refused_is_not_felt_and_not_sent_again() {
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
+        settle(&mut requests, &mut t_s);
+        let bad = Texture::new(1e9);
+        requests.texture = Some(bad);
+        let (number, command) = requests.due(t_s + LATER_S).expect("a request");
+        assert_eq!(command, Command::Texture(bad));
+        let why =
+            SettingsError { field: "period_mm".try_into().expect("short"), value: 1e9, least: 0.05, greatest: 100.0 };
+        let reply = Reply { number, outcome: Outcome::Refused(why.clone()) };
+        assert_eq!(requests.answered(t_s + LATER_S, &reply), Some((command, why)));
+        t_s += LATER_S;
+        assert_eq!(settle(&mut requests, &mut t_s), []);
+        assert!(!requests.is_done());
+    }
+
+    /// While a texture waits for its answer another one comes.
+    #[test]
+    fn the_latest_texture_counts() {
+        let (mut requests, mut t_s) = (StylusRequests::new(WANTED, 0), 0.0);
+        settle(&mut requests, &mut t_s);
+        let [first, second] = [1.4, 0.9].map(Texture::new);
+        requests.texture = Some(first);
+        assert_eq!(requests.due(t_s + LATER_S).map(|(_, command)| command), Some(Command::Texture(first)));
+        requests.texture = Some(second);
+        assert_eq!(requests.due(t_s + 2.0 * LATER_S).map(|(_, command)| command), Some(Command::Texture(second)));
+    }
+}

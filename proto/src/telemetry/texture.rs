@@ -1,0 +1,25 @@
+//! A texture: what is under the finger, in place of how it shakes the sensors.
+
+use crate::plan::Plan;
+use serde::{Deserialize, Serialize};
+
+/// A texture under the finger. It is sent behind the estimate that has found it: the first one of a touch, and again when it has
+/// changed by more than its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Texture {
+    /// Device time of the end of the estimate's window, microseconds.
+    pub t_us: u64,
+    /// Scan plan of the window: the power is that of its inputs.
+    pub plan: Plan,
+    /// Spatial period, millimetres.
+    pub period_mm: f32,
+    /// Its standard deviation, millimetres.
+    pub period_sigma_mm: f32,
+    /// Power of the fundamental: half of its squared amplitude, the mean of the valid channels, square volts.
+    pub power_v2: f32,
+    /// Its standard deviation by white noise, square volts.
+    pub power_sigma_v2: f32,
+    /// How hard the finger presses: mean level of the taxels in the hold before the slide, less that before the touch, volts,
+    /// signed; none without such a hold ([`Image`](super::Image)).
+    pub level_v: Option<f32>,
+}
