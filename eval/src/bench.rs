@@ -6,6 +6,7 @@
 
 pub mod baselines;
 pub mod emulated;
+pub mod feels;
 pub mod fits;
 mod frames;
 pub mod report;
@@ -72,12 +73,14 @@ pub fn run(
     let mut jobs = Jobs::default();
     fits.write(&mut jobs);
     frames.write(&mut jobs);
+    feels::write(&mut jobs);
     jobs.add(Job::Encode, [(); 0]);
     jobs.add(Job::Intake, [(); 0]);
     let mut measured = jobs.run(elf)?.into_iter();
 
     let cells = fits.read(&mut measured)?;
     let phases = frames.read(&mut measured)?;
+    let felt = feels::read(&mut measured)?;
     let (encode_instructions, wire) = next!(measured, Message { instructions, wire });
     let mut bytes = [0; WIRE_MAX];
     let used = Wire::write(&longest_packet(), &mut bytes);
@@ -97,6 +100,7 @@ pub fn run(
         fits: cells,
         baselines: baseline_cells,
         frames: phases,
+        feels: felt,
         encode_instructions,
         encode_bytes: wire.bytes,
         intake_instructions,

@@ -37,8 +37,8 @@ pub fn measure((windows, of_bars): Effort, chip: Option<&Report>) -> Result<Trad
     if let Some(chip) = chip {
         rows.iter_mut().for_each(|row| row.instructions = grid::instructions(row, chip));
     }
-    let chip = chip.map_or_else(Vec::new, |chip| chip.bars.clone());
-    Ok(Trade { windows, rows, bars: Bars::measure(of_bars)?, chip })
+    let (chip, feels) = chip.map_or_else(Default::default, |chip| (chip.bars.clone(), chip.feels.clone()));
+    Ok(Trade { windows, rows, bars: Bars::measure(of_bars)?, feels, chip })
 }
 
 /// Writes `trade.json`, and from it `trade.md` and `trade.svg`.

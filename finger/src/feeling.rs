@@ -60,7 +60,8 @@ pub fn feel(
     let (mut firing, mut taxels) = (Firing::default(), 0u16);
     powers.fill(0.0);
     for taxel in 0..TAXELS {
-        if !part.read(taxel, source, samples)? {
+        let is_converted = window.plan.inputs >> taxel & 1 != 0;
+        if !is_converted || !part.read(taxel, source, samples)? {
             continue;
         }
         let Some(amplitudes) = amplitude_spectrum(samples) else { continue };

@@ -10,9 +10,11 @@ use ridgetone::frame::TimedConversion;
 use ridgetone::ring::Ring;
 use ridgetone::scan::SLOTS;
 use ridgetone::window::Window;
+use ridgetone_eval::feel_load;
 use ridgetone_eval::workload::{Frame, Job, Measured, Outcome, Wire, conversion, longest_packet};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{RING_FRAMES, Settings};
-use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX};
+use ridgetone_proto::telemetry::{Event, Feel, Packet, WIRE_MAX};
 use ridgetone_tone::{Fit, Fitter, FrameSpan, HARMONICS_MAX};
 
 /// Most events of one scan: a slide's end with its windows, health and greeting.
@@ -53,6 +55,7 @@ impl Bench<'_> {
                     anew(detector);
                     self.detect(detector, conversions)?;
                 }
+                Job::Feel { plan } => self.feel(fitter, plan)?,
                 Job::Encode => self.encode(&longest_packet())?,
                 Job::Intake => {
                     let instructions = intake::measure(&self.counter)?;
@@ -79,6 +82,17 @@ impl Bench<'_> {
         let (instructions, fit) = self.counter.measure(|| fit(fitter, self.ring, frames));
         let stack_bytes = stack::deepest(from);
         self.files.write(Measured::Fit { instructions, stack_bytes, outcome: Outcome::new(fit.as_ref()) })
+    }
+
+    #[inline(never)]
+    fn feel(&mut self, fitter: &mut Fitter, plan: u8) -> Option<()> {
+        feel_load::fill(self.ring, plan)?;
+        let from = stack::paint();
+        let (instructions, found) = self.counter.measure(|| feels(self.ring, plan, fitter));
+        let stack_bytes = stack::deepest(from);
+        let bits = found.as_ref().map_or(0, feel_load::bits);
+        self.ring.change(&Plan::PAPER, 0);
+        self.files.write(Measured::Feel { instructions, stack_bytes, bits })
     }
 
     #[inline(never)]
@@ -121,6 +135,12 @@ fn renew(fitter: &mut Fitter, harmonics: u8) {
 #[inline(never)]
 fn fit(fitter: &mut Fitter, ring: &Ring, frames: u32) -> Option<Fit> {
     fitter.fit(&mut FrameSpan::new(&mut &*ring, 0, frames).with_quantization(1.0)).ok()
+}
+
+/// As [`fit`].
+#[inline(never)]
+fn feels(ring: &Ring, plan: u8, fitter: &mut Fitter) -> Option<Feel> {
+    feel_load::feels(ring, plan, fitter.scratch())
 }
 
 /// As [`fit`].

@@ -1,6 +1,7 @@
 //! The benchmark's report: for people and as JSON, with the bars beside it.
 
 use super::baselines::BaselineCell;
+use super::feels;
 use super::fits::Cell;
 use super::frames::Phase;
 use crate::bar::{self, Bar};
@@ -26,6 +27,8 @@ pub struct Report {
     /// The baselines, on the windows of the fits of one harmonic.
     pub baselines: Vec<BaselineCell>,
     pub frames: Vec<Phase>,
+    /// What a finger feels in a window, by plan.
+    pub feels: Vec<feels::Cell>,
     pub encode_instructions: u32,
     pub encode_bytes: u32,
     /// Instructions to read, stamp and queue a conversion.
@@ -107,7 +110,7 @@ impl fmt::Display for Report {
             let mean = grouped(instructions_mean.round() as u64);
             frames.row(&[(*name).into(), count.to_string(), mean, grouped((*instructions_worst).into())]);
         }
-        writeln!(f, "{}\n", frames.end())?;
+        writeln!(f, "{}\n\nWhat a finger feels in a window:\n\n{}\n", frames.end(), feels::table(&self.feels))?;
         let (encode, bytes) = (grouped(self.encode_instructions.into()), self.encode_bytes);
         writeln!(f, "The longest packet, {bytes} bytes, encoded: {encode}")?;
         if let Some(Stack { deepest, size }) = self.firmware_stack {
@@ -150,6 +153,7 @@ mod tests {
             instructions_worst: 1_234,
         };
         let report = Report {
+            feels: Vec::new(),
             fits: vec![cell(1, 150_001), cell(4, 350_000)],
             baselines: vec![baseline],
             frames: vec![frame],

@@ -3,6 +3,7 @@
 use crate::accuracy::Accuracy;
 use super::bars::Bars;
 use crate::bar::Bar;
+use crate::bench::feels;
 use crate::bench::fits::PASS_INSTRUCTIONS;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ pub struct Trade {
     pub windows: u32,
     pub rows: Vec<Row>,
     pub bars: Bars,
+    /// What a finger feels in a window, by plan.
+    #[serde(default)]
+    pub feels: Vec<feels::Cell>,
     /// The bars of instructions and memory on the chip.
     pub chip: Vec<Bar>,
 }

@@ -6,6 +6,7 @@ use crate::accuracy::Accuracy;
 use crate::bar;
 use crate::baselines::Method;
 use crate::bench::baselines::CARRIED;
+use crate::bench::feels;
 use crate::bench::fits::{CHANNELS, HARMONICS, WINDOWS_S};
 use crate::noise;
 use crate::page::{Table, figure, grouped, over_bound};
@@ -21,6 +22,7 @@ pub fn table(trade: &Trade, name: &str) -> Option<String> {
         "harmonics" => harmonics(trade),
         "baselines" => baselines(trade),
         "bars" => bar::table(&trade.all_bars()),
+        "feels" => feels::table(&trade.feels),
         "cells" => cells(&trade.bars),
         _ => return None,
     })

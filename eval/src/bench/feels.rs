@@ -1,0 +1,59 @@
+//! The cost of what a finger feels, by scan plan.
+
+use super::emulated::{Jobs, next};
+use crate::feel_load::{bits, feels, fill};
+use crate::page::{Table, grouped};
+use crate::workload::{Job, Measured};
+use anyhow::{Context, Result, ensure};
+use ridgetone::ring::Ring;
+use ridgetone_proto::plan::Plan;
+use ridgetone_tone::Fitter;
+use serde::{Deserialize, Serialize};
+
+/// Clock of the STM32F405, hertz.
+const CLOCK_HZ: f64 = 168e6;
+
+/// The cost of an event `feel` in one plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    pub plan: String,
+    pub channels: usize,
+    /// Its window, seconds.
+    pub window_s: f64,
+    pub instructions: u32,
+    pub stack_bytes: u32,
+}
+
+pub fn write(jobs: &mut Jobs) {
+    (0..Plan::NAMED.len()).for_each(|number| jobs.add(Job::Feel { plan: number as u8 }, [(); 0]));
+}
+
+pub fn read(measured: &mut dyn Iterator<Item = Measured>) -> Result<Vec<Cell>> {
+    let mut cells = Vec::new();
+    let (mut ring, mut fitter) = (Box::new(Ring::new()), Box::new(Fitter::new(4)));
+    for (number, (name, plan)) in (0..).zip(Plan::NAMED) {
+        let (instructions, stack_bytes, on_chip) = next!(measured, Feel { instructions, stack_bytes, bits });
+        fill(&mut ring, number).context("a plan")?;
+        let found = feels(&ring, number, fitter.scratch()).with_context(|| format!("{name}: nothing is felt"))?;
+        ensure!(on_chip == bits(&found), "{name}: the chip feels something else than this PC");
+        let window_s = f64::from(found.window_s);
+        cells.push(Cell { plan: name.into(), channels: plan.channels(), window_s, instructions, stack_bytes });
+    }
+    Ok(cells)
+}
+
+/// The cells as a table.
+pub fn table(cells: &[Cell]) -> String {
+    let mut table = Table::new(1, "plan|channels|window, ms|instructions|ms|stack, bytes");
+    for Cell { plan, channels, window_s, instructions, stack_bytes } in cells {
+        table.row(&[
+            format!("`{plan}`"),
+            channels.to_string(),
+            format!("{:.0}", 1e3 * window_s),
+            grouped((*instructions).into()),
+            format!("{:.1}", 1e3 * f64::from(*instructions) / CLOCK_HZ),
+            grouped((*stack_bytes).into()),
+        ]);
+    }
+    table.end()
+}
