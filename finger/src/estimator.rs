@@ -13,7 +13,7 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Texture, Travel, TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 
@@ -34,7 +34,7 @@ pub struct Estimator {
     fitter: Fitter,
     /// Frame behind the latest estimate that was accurate enough.
     reported_end: u32,
-    /// What is under the finger.
+    /// What has been reported of what is under the finger.
     pub textures: TextureReporter,
 }
 
@@ -90,10 +90,20 @@ impl Estimator {
         feel(window, source, self.fitter.scratch(), &self.settings)
     }
 
+    /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be reported. It comes before
+    /// [`Self::feel`], which needs the memory.
+    pub fn texture(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
+        let overtones = self.fitter.scratch().as_chunks().0.first_chunk()?;
+        self.textures.take(estimate, overtones, window)
+    }
+
     fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, motion: Motion) -> Result<Estimate, Overwritten> {
         let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, motion);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
+        // Kept where nothing else is between fits: the RAM is the ring's.
+        let scratch = self.fitter.scratch().as_chunks_mut().0;
+        scratch.iter_mut().zip(&fitted.fit.overtones).for_each(|(kept, overtone)| *kept = *overtone);
         Ok(self.estimate(fitted, window))
     }
 

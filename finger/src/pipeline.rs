@@ -106,7 +106,7 @@ impl Pipeline {
         }
         for window in &windows {
             if let Some(estimate) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
-                let texture = estimator.textures.take(&estimate, window);
+                let texture = estimator.texture(&estimate, window);
                 emit(Event::Estimate(estimate));
                 if let Some(texture) = texture {
                     emit(Event::Texture(texture));

@@ -126,6 +126,7 @@ mod tests {
             period_sigma_mm: 0.25,
             power_v2: 0.5,
             power_sigma_v2: 0.125,
+            overtones: [[0.0; 2]; 3],
             level_v: None,
         };
         let lines = teleplot.lines(&Packet { sequence: 1, event: Event::Texture(texture) });

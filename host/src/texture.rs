@@ -6,7 +6,7 @@ mod law;
 mod learn;
 
 pub use follower::{Follower, News};
-pub use found::found;
+pub use found::{found, overtones};
 pub use law::law;
 pub use learn::{Learned, Speed, learn};
 

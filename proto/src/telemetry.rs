@@ -15,4 +15,4 @@ pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Sli
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
-pub use texture::Texture;
+pub use texture::{Overtones, Texture};

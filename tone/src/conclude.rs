@@ -4,7 +4,7 @@ use crate::blocks::Blocks;
 use crate::climb::Summit;
 use crate::fit::{ChannelFit, Fit, OtherTone, Status};
 use crate::frame_span::FrameSpan;
-use crate::limits::{CHANNELS_MAX, HARMONICS_MAX};
+use crate::limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES};
 use crate::movement::movement;
 use crate::neighbourhood::Neighbourhood;
 use crate::rest::rest;
@@ -119,7 +119,7 @@ pub fn conclude(
     (fit.movement, fit.other_tone, fit.interferer) = (movement, other_tone, None);
     fit.harmonics = best.shape.harmonics as u8;
     (fit.frames, fit.usable) = (statistics.frames, statistics.usable);
-    of_channels(best, statistics, channels, &mut fit.channels);
+    of_channels(best, statistics, channels, fit);
     Ok(())
 }
 
@@ -188,25 +188,53 @@ fn contrast(best: &Solution) -> f32 {
     0.5 * best.power.iter().fold(0.0f32, |most, power| most.max(*power)) / best.width as f32
 }
 
-/// The channels' part of the result.
-fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels, out: &mut [ChannelFit; CHANNELS_MAX]) {
+/// The channels' part of the result, and what they have in common of the overtones.
+///
+/// A channel's harmonic k has the phasor Z_k = cosine's factor - i sine's. A gain g and a delay that turns the fundamental by d make
+/// it g exp(i k d) Z_k: so Z_k = r_k B_k with B_k = Z_1^k / |Z_1|^(k - 1), |B_k| = |Z_1|, and the same r_k in all channels. By least
+/// squares over the channels (S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993), section 4.3) r_k
+/// is the sum of Z_k conj(B_k) over that of |Z_1|^2. Channels are not weighted by their noise: where they differ in more than gain
+/// and delay, the few with the least noise would say it all.
+fn of_channels(best: &Solution, statistics: &Statistics, channels: &Channels, fit: &mut Fit) {
     let (cos, sin) = best.harmonic(0);
     let [of_cos, of_sin, of_both] = best.fundamental;
     let freedom = (best.frames - best.shape.unknowns() as f32).max(1.0);
-    *out = [ChannelFit::default(); CHANNELS_MAX];
+    // One channel's unit, so that squares stay within f32 in any.
+    let one = channels.list().first().map_or(1.0, |c| statistics.scale[*c as usize % CHANNELS_MAX]);
+    let mut squares = 0.0;
+    fit.channels = [ChannelFit::default(); CHANNELS_MAX];
+    fit.overtones = [[0.0; 2]; OVERTONES];
     for (k, c) in channels.list().iter().enumerate() {
         let c = *c as usize % CHANNELS_MAX;
         let power = cos[k] * cos[k] + sin[k] * sin[k];
         // Across the fundamental's phasor.
         let across = of_cos * sin[k] * sin[k] + of_sin * cos[k] * cos[k] - 2.0 * of_both * cos[k] * sin[k];
         let noise = best.residual_squares[k] / freedom;
-        out[c] = ChannelFit {
-            offset: statistics.offset[c] + best.unknowns[0][k] / statistics.scale[c],
-            amplitude: libm::sqrtf(power) / statistics.scale[c],
+        let (size, unit) = (libm::sqrtf(power), 1.0 / statistics.scale[c]);
+        fit.channels[c] = ChannelFit {
+            offset: statistics.offset[c] + best.unknowns[0][k] * unit,
+            amplitude: size * unit,
             phase_rad: libm::atan2f(-sin[k], cos[k]),
             phase_variance: noise * (across / power) / power,
-            residual: libm::sqrtf(noise) / statistics.scale[c],
+            residual: libm::sqrtf(noise) * unit,
         };
+        if !(power > 0.0) {
+            continue;
+        }
+        // Of the fundamental's phasor x - i y the conjugate is x + i y.
+        let (x, y) = (cos[k] / size, sin[k] / size);
+        let weight = (one * unit) * (one * unit);
+        let (mut re, mut im) = (weight * cos[k], weight * sin[k]);
+        squares += weight * power;
+        for (h, overtone) in (1..best.shape.harmonics).zip(&mut fit.overtones) {
+            (re, im) = (re * x - im * y, re * y + im * x);
+            let (cos, sin) = best.harmonic(h);
+            overtone[0] += cos[k] * re + sin[k] * im;
+            overtone[1] += cos[k] * im - sin[k] * re;
+        }
+    }
+    if squares > 0.0 {
+        fit.overtones.as_flattened_mut().iter_mut().for_each(|part| *part /= squares);
     }
 }
 

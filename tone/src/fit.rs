@@ -1,6 +1,6 @@
 //! The result of a fit.
 
-use crate::limits::CHANNELS_MAX;
+use crate::limits::{CHANNELS_MAX, OVERTONES};
 
 /// How far a fit can be trusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +87,11 @@ pub struct Fit {
     pub interferer: Option<f32>,
     /// Harmonics fitted.
     pub harmonics: u8,
+    /// The second harmonic and those above it against the fundamental, common to all channels, whatever their gains and delays:
+    /// real and imaginary part of a ratio. Its magnitude is the amplitude over the fundamental's, its angle the phase less as many
+    /// times the fundamental's, both as cosines. In time phases are those of the motion as it was, along a path those of its
+    /// places. Zeros of harmonics that were not fitted, and without a tone.
+    pub overtones: [[f32; 2]; OVERTONES],
     /// Frames that counted.
     pub frames: u32,
     /// Bit k: channel k was used.
@@ -111,6 +116,7 @@ impl Fit {
             other_tone: None,
             interferer: None,
             harmonics: 0,
+            overtones: [[0.0; 2]; OVERTONES],
             frames,
             usable: 0,
             channels,

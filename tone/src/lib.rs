@@ -73,6 +73,6 @@ mod waves;
 pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status};
 pub use fitter::{FRAMES_MIN, Fitter};
 pub use frame_span::FrameSpan;
-pub use limits::{CHANNELS_MAX, HARMONICS_MAX};
+pub use limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES};
 pub use source::{FrameSource, Frames, Overwritten, Table, Values};
 pub use spectrum::{POINTS_MAX as FRAMES_MAX, Spectrum};

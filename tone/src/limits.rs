@@ -4,6 +4,8 @@
 pub const CHANNELS_MAX: usize = 16;
 /// Most harmonics, the fundamental included.
 pub const HARMONICS_MAX: usize = 5;
+/// Harmonics above the first whose ratios to it are reported.
+pub const OVERTONES: usize = 3;
 /// Most spectral lines: the harmonics, and behind them an interferer.
 pub const LINES_MAX: usize = HARMONICS_MAX;
 /// Functions of a curved baseline.

@@ -1,7 +1,7 @@
 //! What is under the finger, from its estimates: a texture is reported once a touch, and again when it has changed.
 
 use crate::window::Window;
-use ridgetone_proto::telemetry::{Estimate, Image, Measured, Status, Texture, TravelStatus};
+use ridgetone_proto::telemetry::{Estimate, Image, Measured, Overtones, Status, Texture, TravelStatus};
 
 /// A texture has changed if it differs by more than so many standard deviations of the difference: by one, noise alone would
 /// differ in every third window; by three, in one of 370.
@@ -30,8 +30,8 @@ impl TextureReporter {
     /// The texture that a window's estimate has found, if it is to be reported: the first one since a touch began, and one that
     /// differs from that by more than [`CHANGED`] allows, in its period or in its power. Another plan begins another touch.
     #[inline(never)]
-    pub fn take(&mut self, estimate: &Estimate, window: &Window) -> Option<Texture> {
-        let texture = texture(estimate, window)?;
+    pub fn take(&mut self, estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
+        let texture = texture(estimate, overtones, window)?;
         let found = [(texture.period_mm, texture.period_sigma_mm), (texture.power_v2, texture.power_sigma_v2)]
             .map(|(value, sigma)| Measured { value, sigma });
         let is_same = found.iter().zip(&self.latest).all(|(found, latest)| {
@@ -49,7 +49,7 @@ impl TextureReporter {
 /// The texture that an estimate has found: a tone that can be trusted, and a period that the phases do not contradict. Without a
 /// speed, which the array may find too, there is no period.
 #[inline(always)]
-fn texture(estimate: &Estimate, window: &Window) -> Option<Texture> {
+fn texture(estimate: &Estimate, overtones: &Overtones, window: &Window) -> Option<Texture> {
     let travel = &estimate.travel;
     let is_sure = matches!(estimate.status, Status::Good | Status::Unsteady)
         && matches!(travel.status, TravelStatus::Unique | TravelStatus::Given)
@@ -73,6 +73,7 @@ fn texture(estimate: &Estimate, window: &Window) -> Option<Texture> {
         period_sigma_mm: travel.spatial_period_sigma_mm,
         power_v2: 0.5 * per_channel * squares,
         power_sigma_v2: per_channel * libm::sqrtf(2.0 * products / frames),
+        overtones: *overtones,
         level_v: Some(window.level_v).filter(|level_v| level_v.is_finite()),
     };
     // Neither infinite nor NaN.
@@ -101,6 +102,8 @@ mod tests {
     use ridgetone_proto::settings::Settings;
     use ridgetone_proto::telemetry::{Event, Span, Travel, longest_packet};
     use std::boxed::Box;
+
+    const OVERTONES: Overtones = [[0.25, -0.5], [0.125, 0.0], [0.0, 0.0]];
 
     const TOUCH: Window = Window {
         first: 0,
@@ -134,7 +137,7 @@ mod tests {
     #[test]
     fn it_comes_once_a_touch_and_again_when_it_has_changed() {
         let mut reporter = TextureReporter::new();
-        let mut take = |estimate: &Estimate, window: &Window| reporter.take(estimate, window).is_some();
+        let mut take = |estimate: &Estimate, window: &Window| reporter.take(estimate, &OVERTONES, window).is_some();
         let moved = |by_mm| with(|estimate| estimate.travel.spatial_period_mm += by_mm);
         assert!(take(&found(), &TOUCH));
         // Of the difference of two the standard deviation is 1.41 um: three of them are 4.24 um.
@@ -144,7 +147,7 @@ mod tests {
         assert!(take(&found(), &Window { touch_first: 8, ..TOUCH }));
         assert!(!take(&found(), &Window { touch_first: 8, ..TOUCH }));
         reporter.forget();
-        assert!(reporter.take(&found(), &Window { touch_first: 8, ..TOUCH }).is_some());
+        assert!(reporter.take(&found(), &OVERTONES, &Window { touch_first: 8, ..TOUCH }).is_some());
     }
 
     /// A PC that greets may have come in the middle of a touch.
@@ -158,7 +161,7 @@ mod tests {
             if let Some(command) = command {
                 executor.carry_out(&command, (&mut detector, &mut estimator), &track, &mut |_| {});
             }
-            estimator.textures.take(&found(), &TOUCH).is_some()
+            estimator.textures.take(&found(), &OVERTONES, &TOUCH).is_some()
         };
         assert!(again(None) && !again(None));
         assert!(!again(Some(Command::Raw { frames: 0 })) && again(Some(Command::Greet)) && !again(None));
@@ -169,25 +172,26 @@ mod tests {
     fn its_power_counts_too_with_its_own_sigma() {
         let scaled = |by: f32| with(|estimate| estimate.channels.iter_mut().for_each(|c| c.amplitude_v *= by));
         let mut reporter = TextureReporter::new();
-        let texture = reporter.take(&found(), &TOUCH).expect("a texture");
+        let texture = reporter.take(&found(), &OVERTONES, &TOUCH).expect("a texture");
         let sigma_v2 = 1e-3 * 5e-6 * (2.0f64 / 241.0 / 16.0).sqrt();
         assert!((f64::from(texture.power_v2) / 5e-7 - 1.0).abs() < 1e-5, "{texture:?}");
         assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 1.0).abs() < 1e-5, "{texture:?}");
-        assert_eq!((texture.plan, texture.level_v), (Plan::PAPER, Some(0.25)));
+        assert_eq!((texture.plan, texture.level_v, texture.overtones), (Plan::PAPER, Some(0.25), OVERTONES));
         // 4.24 of them are 9.7e-4 of the power, and half of that of the amplitude.
-        assert!(reporter.take(&scaled(1.0004), &TOUCH).is_none());
-        assert!(reporter.take(&scaled(1.0006), &TOUCH).is_some());
+        assert!(reporter.take(&scaled(1.0004), &OVERTONES, &TOUCH).is_none());
+        assert!(reporter.take(&scaled(1.0006), &OVERTONES, &TOUCH).is_some());
         // Missing frames say nothing: with a quarter of them sigma is twice as large.
         let gaps = with(|estimate| estimate.frames_missing = 241 - 60);
-        let texture = TextureReporter::new().take(&gaps, &TOUCH).expect("a texture");
+        let texture = TextureReporter::new().take(&gaps, &OVERTONES, &TOUCH).expect("a texture");
         assert!((f64::from(texture.power_sigma_v2) / sigma_v2 - 2.0).abs() < 0.01, "{texture:?}");
         let without = Window { level_v: f32::NAN, ..TOUCH };
-        assert_eq!(TextureReporter::new().take(&found(), &without).expect("a texture").level_v, None);
+        assert_eq!(TextureReporter::new().take(&found(), &OVERTONES, &without).expect("a texture").level_v, None);
     }
 
     #[test]
     fn what_is_not_sure_or_no_number_is_no_texture() {
-        let takes = |change: &dyn Fn(&mut Estimate)| TextureReporter::new().take(&with(change), &TOUCH).is_some();
+        let takes =
+            |change: &dyn Fn(&mut Estimate)| TextureReporter::new().take(&with(change), &OVERTONES, &TOUCH).is_some();
         assert!(takes(&|_| ()));
         assert!(takes(&|estimate| estimate.status = Status::Unsteady));
         assert!(takes(&|estimate| estimate.travel.status = TravelStatus::Given));

@@ -10,7 +10,6 @@ use crate::estimator::{Estimator, WindowFit};
 use crate::faults::qualify::{faults_of, qualify};
 use crate::ring::Ring;
 use crate::surface::profile::Profile;
-use crate::surface::texture::TextureReporter;
 use crate::window::Window;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
@@ -46,7 +45,7 @@ impl<S: Store> Fit<'_, S> {
                 let source = &mut Locked(&mut *ring);
                 let estimate = fit(&window, estimator, source, requests.profile(), shared);
                 if let Some(estimate) = estimate {
-                    report(outbox, &estimate, (&window, &mut estimator.textures), shared);
+                    report(outbox, &estimate, (&window, estimator), shared);
                 }
                 if let Some(feel) = feel(&window, estimator, source, shared) {
                     outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
@@ -64,10 +63,10 @@ impl<S: Store> Fit<'_, S> {
 fn report<P: Platform>(
     outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
     estimate: &Estimate,
-    (window, textures): (&Window, &mut TextureReporter),
+    (window, estimator): (&Window, &mut Estimator),
     shared: &Shared<P>,
 ) {
-    let texture = textures.take(estimate, window);
+    let texture = estimator.texture(estimate, window);
     outbox.lock(|outbox| {
         post(outbox, Event::Estimate(estimate.clone()), shared);
         if let Some(texture) = texture {

@@ -5,6 +5,7 @@ use crate::feel::event::JsonFeel;
 use crate::live::Frame;
 use crate::names::name;
 use crate::settings_form::{SettingsForm, plan_form};
+use crate::texture::overtones as overtones_as_sines;
 use crate::tone::{JsonBeside, JsonTone, period_f32};
 use crate::utc::{Receipt, Relation, UtcClock};
 use ridgetone_proto::boot::{BrownOut, Death, Oscillator, ResetCause, SettingsSource};
@@ -16,6 +17,7 @@ use ridgetone_proto::telemetry::{
     Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Texture,
     Travel, TravelStatus,
 };
+use ridgetone_stimulus::{HARMONICS_MAX, Harmonic};
 use serde::Serialize;
 
 /// A packet's kind in lower case, its number, and its content.
@@ -182,13 +184,15 @@ struct JsonTexture {
     period_sigma_mm: f32,
     power_v2: f32,
     power_sigma_v2: f32,
+    overtones: [Harmonic; HARMONICS_MAX - 1],
     level_v: Option<f32>,
 }
 
 impl From<&Texture> for JsonTexture {
     fn from(texture: &Texture) -> Self {
-        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v } = *texture;
-        Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v }
+        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v } = *texture;
+        let overtones = overtones_as_sines(&overtones);
+        Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v }
     }
 }
 
@@ -439,12 +443,13 @@ mod tests {
             period_sigma_mm: 0.25,
             power_v2: 0.5,
             power_sigma_v2: 0.125,
+            overtones: [[0.0, 0.5], [0.0; 2], [0.0, -0.25]],
             level_v: None,
         };
         let line = |texture| json(&Packet { sequence: 4, event: Event::Texture(texture) }).unwrap();
         assert_eq!(
             line(texture),
-            r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"level_v":null}"#
+            r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"overtones":[{"amplitude":0.5,"phase_cycles":0.0},{"amplitude":0.0,"phase_cycles":0.0},{"amplitude":0.25,"phase_cycles":0.0}],"level_v":null}"#
         );
         assert!(line(Texture { level_v: Some(0.75), ..texture }).ends_with(r#""level_v":0.75}"#));
     }

@@ -5,6 +5,7 @@ use crate::feel::event::words;
 use crate::names::name;
 use crate::remarks::{phrases, remedy};
 use crate::static_image;
+use crate::texture::overtones;
 use crate::tone::period_f32;
 use ridgetone_proto::boot::{BrownOut, Oscillator, ResetCause, SettingsSource};
 use ridgetone_proto::command::{Outcome, Reply};
@@ -160,7 +161,10 @@ fn texture(e: &Texture) -> String {
     let (period_mm, period_sigma_mm) = with_sigma(e.period_mm.into(), e.period_sigma_mm.into());
     let (power_uv2, power_sigma_uv2) = with_sigma(1e12 * f64::from(e.power_v2), 1e12 * f64::from(e.power_sigma_v2));
     let level = e.level_v.map_or(String::new(), |level_v| format!(", pressed to {:.3} mV", 1e3 * level_v));
-    format!("period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2{level}")
+    let overtones = overtones(&e.overtones).map(|overtone| format!("{:.1}", 100.0 * overtone.amplitude)).join(" ");
+    format!(
+        "period {period_mm} mm +- {period_sigma_mm} mm, power {power_uv2} uV^2 +- {power_sigma_uv2} uV^2, overtones {overtones} %{level}"
+    )
 }
 
 fn fault(e: &Fault) -> String {

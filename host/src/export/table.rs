@@ -6,6 +6,7 @@ use crate::feel::event::{ratings, receptors};
 use crate::live::{Counts, Point};
 use crate::messages::{Form, messages};
 use crate::raw_rows::{self, RawRows};
+use crate::texture::overtones;
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use hal_mock::RowReader;
@@ -60,13 +61,34 @@ struct TextureRow {
     period_sigma_mm: f32,
     power_v2: f32,
     power_sigma_v2: f32,
+    amplitude_2: f32,
+    phase_2_cycles: f32,
+    amplitude_3: f32,
+    phase_3_cycles: f32,
+    amplitude_4: f32,
+    phase_4_cycles: f32,
     level_v: Option<f32>,
 }
 
 impl TextureRow {
     fn new(texture: &Texture) -> Self {
-        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v } = *texture;
-        Self { t_s: seconds(t_us), plan: plan.name(), period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v }
+        let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, level_v, .. } = *texture;
+        let [second, third, fourth] = overtones(&texture.overtones);
+        Self {
+            t_s: seconds(t_us),
+            plan: plan.name(),
+            period_mm,
+            period_sigma_mm,
+            power_v2,
+            power_sigma_v2,
+            amplitude_2: second.amplitude,
+            phase_2_cycles: second.phase_cycles,
+            amplitude_3: third.amplitude,
+            phase_3_cycles: third.phase_cycles,
+            amplitude_4: fourth.amplitude,
+            phase_4_cycles: fourth.phase_cycles,
+            level_v,
+        }
     }
 }
 

@@ -94,7 +94,21 @@ fn a_texture_has_a_row_each() {
     let header = rows.headers().unwrap().clone();
     assert_eq!(
         header.iter().collect::<Vec<_>>(),
-        ["t_s", "plan", "period_mm", "period_sigma_mm", "power_v2", "power_sigma_v2", "level_v"]
+        [
+            "t_s",
+            "plan",
+            "period_mm",
+            "period_sigma_mm",
+            "power_v2",
+            "power_sigma_v2",
+            "amplitude_2",
+            "phase_2_cycles",
+            "amplitude_3",
+            "phase_3_cycles",
+            "amplitude_4",
+            "phase_4_cycles",
+            "level_v"
+        ]
     );
     let rows: Vec<_> = rows.records().map(Result::unwrap).collect();
     assert_eq!((rows.len(), &rows[0][1]), (1, "paper"));

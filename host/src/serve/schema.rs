@@ -103,12 +103,18 @@ const FEEL: [Field; 9] = [
     ),
 ];
 
-const TEXTURE: [Field; 6] = [
+const TEXTURE: [Field; 7] = [
     ("plan", "string", "", "scan plan by its name; an object of its fields if it has none"),
     ("period_mm", "number", "mm", "spatial period"),
     ("period_sigma_mm", "number", "mm", "its standard deviation"),
     ("power_v2", "number", "V^2", "half of the squared amplitude, mean of the channels"),
     ("power_sigma_v2", "number", "V^2", "its standard deviation"),
+    (
+        "overtones",
+        "object[]",
+        "",
+        "second to fourth harmonic: amplitude over the fundamental's, 0 to 1, and phase_cycles against as many turns of it, as sines",
+    ),
     ("level_v", "number", "V", "mean level of the taxels in the hold before the slide, over that before the touch"),
 ];
 

@@ -148,6 +148,7 @@ mod tests {
                 period_sigma_mm,
                 power_v2,
                 power_sigma_v2,
+                overtones: [[0.0, 0.25], [0.0; 2], [0.0; 2]],
                 level_v: None,
             })
         };
@@ -164,7 +165,13 @@ mod tests {
         let mut follower = Follower::new(Feed::new(Script(script.into(), Arc::clone(&sent))));
         let mut next = || follower.next(Duration::ZERO).expect("a step");
         let period_mm = |news: Option<News>| match news {
-            Some(News::Texture(texture)) => texture.period_mm,
+            Some(News::Texture(texture)) => {
+                // The event's, as sines.
+                let [second, above @ ..] = texture.overtones;
+                assert_eq!((second.amplitude, second.phase_cycles), (0.25, 0.0));
+                assert!(above.iter().all(|overtone| overtone.amplitude == 0.0), "{texture:?}");
+                texture.period_mm
+            }
             news => panic!("{news:?}"),
         };
         assert_eq!((next(), commands(&sent)), (None, vec![Command::Greet]));

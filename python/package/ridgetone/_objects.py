@@ -153,6 +153,7 @@ class Texture(Event):
     period_sigma_mm: float
     power_v2: float
     power_sigma_v2: float
+    overtones: list[Object]
     level_v: float | None
 
 
