@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub type Overtones = [[f32; 2]; 3];
 
 /// A texture under the finger. It is sent behind the estimate that has found it: the first one of a touch, and again when it has
-/// changed by more than its standard deviation.
+/// changed by more than three standard deviations of the difference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Device time of the end of the estimate's window, microseconds.
