@@ -90,6 +90,7 @@ fn the_page_says_what_its_table_says() {
         assert_eq!(row[13], "0", "wrong but good: {row:?}");
         if row[0].ends_with("turning") {
             let (good, of) = counts(row[10]);
+            assert!(number(row[9]).is_none_or(|off| off <= 0.27), "{row:?}");
             (good_turning, turning) = (good_turning + good, turning + of);
             continue;
         }
@@ -113,7 +114,7 @@ fn the_page_says_what_its_table_says() {
     }
     let shares = [held[0] / good_one_way[0], held[1] / good_one_way[1]];
     assert!((92.0..95.0).contains(&shares[0]) && (88.0..93.0).contains(&shares[1]), "{shares:?}");
-    assert_eq!((good_turning, turning), (19.0, 61.0));
+    assert_eq!((good_turning, turning), (18.0, 61.0));
 }
 
 /// Against the powers that the paper gives for four of its gratings.
