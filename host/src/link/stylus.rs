@@ -170,7 +170,9 @@ impl StylusEnd {
     fn compare(&mut self, now_s: f64, found: Option<Texture>) {
         let Some(found) = found.filter(|_| self.is_down) else { return };
         let bias_v = self.output.actuator.bias_v();
-        let wanted_v = f64::from(bias_v * self.output.share(&found));
+        // With overtones the peak is at most the actuator's.
+        let peak = 1.0 + found.overtones.iter().map(|overtone| overtone.amplitude).sum::<f32>();
+        let wanted_v = f64::from(bias_v * self.output.share(&found) / peak);
         if f64::from(self.stimulus.amplitude_v()) < f64::from(THERE) * wanted_v || wanted_v <= 0.0 {
             return;
         }
@@ -180,10 +182,14 @@ impl StylusEnd {
             TAU * (cycles + (self.hand.place_mm(t_s) - from_mm) / f64::from(found.period_mm))
         };
         let y = f64::from(self.volts - bias_v) / wanted_v;
-        let (s, c) = phase(now_s + latency_s).sin_cos();
-        self.error.squares += (y - s).powi(2);
-        self.error.late_squares += (phase(now_s + latency_s - self.delay_s).sin() - s).powi(2);
+        let now = phase(now_s + latency_s);
+        let ((s, c), overtones) = (now.sin_cos(), overtones(&found, now));
+        let late = phase(now_s + latency_s - self.delay_s);
+        self.error.squares += (y - s - overtones).powi(2);
+        self.error.late_squares += (wave(&found, late) - s - overtones).powi(2);
         self.error.count += 1;
+        // The phase is that of the fundamental.
+        let y = y - overtones;
         let sums = &mut self.sums;
         (sums.ss, sums.sc, sums.cc) = (sums.ss + s * s, sums.sc + s * c, sums.cc + c * c);
         (sums.ys, sums.yc, sums.count) = (sums.ys + y * s, sums.yc + y * c, sums.count + 1);
@@ -210,6 +216,19 @@ impl StylusEnd {
         let t_s = f64::from(number) / PLACES_HZ;
         Some(Message { run: self.run, number, t_s, body: Body::Place(self.hand.place_mm(t_s)) })
     }
+}
+
+/// A texture's overtones over its fundamental's amplitude, at a phase of that, radians.
+fn overtones(texture: &Texture, phase: f64) -> f64 {
+    let overtones = (2..).zip(&texture.overtones);
+    overtones
+        .map(|(n, of)| f64::from(of.amplitude) * (f64::from(n) * phase + TAU * f64::from(of.phase_cycles)).sin())
+        .sum()
+}
+
+/// The whole of it.
+fn wave(texture: &Texture, phase: f64) -> f64 {
+    phase.sin() + overtones(texture, phase)
 }
 
 fn count_mm() -> f64 {
