@@ -1,5 +1,6 @@
 //! The cost of what a finger feels, by scan plan.
 
+use super::CLOCK_HZ;
 use super::emulated::{Jobs, next};
 use crate::feel_load::{bits, feels, fill};
 use crate::page::{Table, grouped};
@@ -9,9 +10,6 @@ use ridgetone::ring::Ring;
 use ridgetone_proto::plan::Plan;
 use ridgetone_tone::Fitter;
 use serde::{Deserialize, Serialize};
-
-/// Clock of the STM32F405, hertz.
-const CLOCK_HZ: f64 = 168e6;
 
 /// The cost of an event `feel` in one plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,6 +3,7 @@
 use crate::accuracy::Accuracy;
 use super::bars::Bars;
 use crate::bar::Bar;
+use crate::bench::CLOCK_HZ;
 use crate::bench::feels;
 use crate::bench::fits::PASS_INSTRUCTIONS;
 use serde::{Deserialize, Serialize};
@@ -12,9 +13,6 @@ pub const RIDGETONE: &str = "Ridgetone";
 
 /// Name of the opponent on a PC.
 pub const NLS: &str = "harmonic NLS, f64";
-
-/// Clock of the STM32F405, hertz.
-const CLOCK_HZ: f64 = 168e6;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trade {

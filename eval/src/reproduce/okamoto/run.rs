@@ -60,7 +60,6 @@ fn scene(wavelength_mm: f64, motion: Motion) -> Sliding {
     }
 }
 
-
 /// From one taxel to the next, seconds.
 pub fn conversion_s() -> f64 {
     1e-9 * f64::from(Plan::HAND.conversion_ns())

@@ -3,6 +3,7 @@
 use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
+use crate::bench::CLOCK_HZ;
 use crate::board::request;
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
@@ -18,8 +19,6 @@ const SETTLED_S: f64 = 0.4;
 const STEP_NS: u64 = 10_000;
 /// Interrupt of the task `fit` on the Feather ([`crate::board`]'s tasks).
 const FIT_IRQ: u16 = 21;
-/// The processor's clock, hertz.
-const CLOCK_HZ: f64 = 168e6;
 
 /// The image that gets flashed.
 pub fn image() -> Result<Image> {
