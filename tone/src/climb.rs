@@ -20,8 +20,10 @@ const LONG_STEP: f32 = 0.1;
 const LONG_STEP_FEW: f32 = 0.004;
 const CYCLES_FEW: f32 = 3.0;
 const STEPS_FEW: usize = 2;
-/// Cycles from which a step's error grows with its cube alone: below, the waves correlate with the baseline.
+/// Cycles from which a step's error grows with its cube alone: below, the waves correlate with the baseline. Each curve takes the
+/// place of so much of a cycle.
 const CYCLES_CUBIC: f32 = 2.0;
+const CYCLES_CURVE: f32 = 0.5;
 /// Normal deviate within which residuals are noise alone.
 const NOISE_DEVIATE: f32 = 3.5;
 /// A step takes no more than this share of the residuals: 60 dB.
@@ -159,8 +161,9 @@ impl Limits {
 fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) -> f32 {
     let harmonics = solution.shape.harmonics as f32;
     let angle = 2.0 * PI * harmonics * step;
+    let few = CYCLES_CUBIC + CYCLES_CURVE * solution.shape.curves as f32;
     // As close to half the frame rate the waves correlate with their own images.
-    let is_close = 2.0 * solution.nu < CYCLES_CUBIC || 2.0 * (nu_max - harmonics * solution.nu) < CYCLES_CUBIC;
+    let is_close = 2.0 * solution.nu < few || 2.0 * (nu_max - harmonics * solution.nu) < CYCLES_CUBIC;
     if is_close || angle.abs() > 1.0 {
         return match slope {
             Some(slope) => step.abs() * (0.1 + (1.0 - slope).abs()),
