@@ -3,6 +3,7 @@
 //! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
 //! information. And the difference of two sums of squares loses a small residual in rounding.
 
+use crate::found::SAME_NU;
 use crate::frame_span::FrameSpan;
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
@@ -53,8 +54,11 @@ pub fn polish(
     }
     if before > 0.0 && after > 0.0 {
         solution.information *= after / before;
-        solution.step = score / solution.information;
-        solution.nu = nu + solution.step;
+        let step = score / solution.information;
+        // A longer one leads to another line, as from half a cycle of a drift to two: the climb's end stands.
+        if step * step < (SAME_NU * SAME_NU).max(1.0 / solution.information) {
+            (solution.step, solution.nu) = (step, nu + step);
+        }
     }
     Ok(())
 }
