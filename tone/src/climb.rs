@@ -145,14 +145,17 @@ pub struct Limits {
     pub score: f32,
     /// Without curves.
     pub is_straight: bool,
+    /// With harmonics above half the frame rate, by their images.
+    pub images: bool,
 }
 
 impl Limits {
     /// Of a candidate; so few blocks leave the pieces as they are.
-    pub const CANDIDATE: Self = Self { blocks: 8, steps: 5, sigmas: 0.5, score: f32::NEG_INFINITY, is_straight: false };
+    pub const CANDIDATE: Self =
+        Self { blocks: 8, steps: 5, sigmas: 0.5, score: f32::NEG_INFINITY, is_straight: false, images: false };
     /// Of the result.
     pub const RESULT: Self =
-        Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false };
+        Self { blocks: BLOCKS_MAX, steps: 8, sigmas: 0.02, score: f32::NEG_INFINITY, is_straight: false, images: true };
 }
 
 /// The error of a step. It grows with the cube of the angle by which the step turns the ends of the window (the waves'
@@ -163,7 +166,8 @@ fn remainder(solution: &Solution, step: f32, slope: Option<f32>, nu_max: f32) ->
     let angle = 2.0 * PI * harmonics * step;
     let few = CYCLES_CUBIC + CYCLES_CURVE * solution.shape.curves as f32;
     // As close to half the frame rate the waves correlate with their own images.
-    let is_close = 2.0 * solution.nu < few || 2.0 * (nu_max - harmonics * solution.nu) < CYCLES_CUBIC;
+    let below = harmonics.min((nu_max / solution.nu) as u32 as f32);
+    let is_close = 2.0 * solution.nu < few || 2.0 * (nu_max - below * solution.nu) < CYCLES_CUBIC;
     if is_close || angle.abs() > 1.0 {
         return match slope {
             Some(slope) => step.abs() * (0.1 + (1.0 - slope).abs()),
@@ -192,7 +196,7 @@ pub struct Climber<'c, 's> {
 
 impl Climber<'_, '_> {
     fn collect(&mut self, channels: &Channels, lines: &Lines, nu: f32, limits: &Limits) -> Result<(), Overwritten> {
-        let harmonics = self.span.harmonics_below_nyquist(nu, lines.harmonics);
+        let harmonics = self.span.harmonics_apart(nu, lines.harmonics, limits.images);
         let lines = Lines { nu, harmonics, ..*lines };
         self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
     }

@@ -6,6 +6,12 @@ pub use crate::abscissa::BLOCK;
 use crate::impulses::{Cleaned, Impulses};
 use crate::source::{FrameSource, Overwritten, Values};
 
+/// The image of a harmonic above half the frame rate is a line of its own where it is so many cycles a window apart from others,
+/// from the baseline, and from half the frame rate.
+const ROOM_CYCLES: f32 = 0.25;
+const ROOM_BASELINE: f32 = 1.5;
+const ROOM_NYQUIST: f32 = 0.1;
+
 /// Consecutive frames of a source, and what is known of them beforehand.
 pub struct FrameSpan<'a> {
     source: &'a mut dyn FrameSource,
@@ -179,14 +185,31 @@ impl<'a> FrameSpan<'a> {
         0.4999 * self.frames as f32 / travel
     }
 
-    /// As many of `harmonics` as stay clear of half the frame rate.
+    /// As many of `harmonics` as stay clear of half the frame rate. On request also those above it, which are seen at their images,
+    /// as far as these are apart from all that is below them.
     // Called from many places: one copy is enough.
     #[inline(never)]
-    pub(crate) fn harmonics_below_nyquist(&self, nu: f32, harmonics: usize) -> usize {
-        let mut below = 1;
-        while below < harmonics && (below + 1) as f32 * nu < 0.96 * self.nu_max() {
-            below += 1;
+    pub(crate) fn harmonics_apart(&self, nu: f32, harmonics: usize, images: bool) -> usize {
+        let mut apart = 1;
+        while apart < harmonics
+            && ((apart + 1) as f32 * nu < 0.96 * self.nu_max() || images && self.is_apart(nu, apart + 1))
+        {
+            apart += 1;
         }
-        below
+        apart
+    }
+
+    /// Whether the image of a harmonic is apart from the baseline, from half the frame rate, and from the images of those below.
+    fn is_apart(&self, nu: f32, harmonic: usize) -> bool {
+        let rate = 0.5 * self.frames as f32;
+        let image = |h: usize| {
+            let turns = h as f32 * nu / rate;
+            (turns - libm::roundf(turns)).abs() * rate
+        };
+        let own = image(harmonic);
+        self.is_in_time()
+            && 2.0 * own > ROOM_BASELINE
+            && rate - 2.0 * own > ROOM_NYQUIST
+            && (1..harmonic).all(|h| 2.0 * (own - image(h)).abs() > ROOM_CYCLES)
     }
 }

@@ -16,7 +16,9 @@ use crate::solve::{Solution, WAVES};
 use crate::source::Values;
 
 /// Cycles a window up to which the slow part goes.
-pub const SLOW_CYCLES: usize = 5;
+const SLOW_CYCLES: usize = 5;
+/// Degrees of the phase's deviation beyond a line: with sixteen blocks higher ones are not apart.
+pub const PHASE_DEGREES: usize = 12;
 /// Lags of the residuals' correlation.
 const LAGS: usize = 3;
 /// Least share of the information of the strongest harmonic.
@@ -36,13 +38,11 @@ pub struct Neighbourhood {
     pub colour: f32,
     /// Power of the residuals in the blocks' band about the lines.
     pub band: f32,
-    /// The phase's deviation, cycles, as cosines and sines of 1, 2, ... cycles a window.
-    pub phase: [[f32; 2]; SLOW_CYCLES],
-    /// Variance of each of them in noise that is white and independent.
-    pub phase_variance: f32,
-    /// Change of the frequency from the window's centre to its end, in `nu`, and its variance in such noise.
-    pub chirp: f32,
-    pub chirp_variance: f32,
+    /// The phase's deviation, cycles, as factors of Legendre's polynomials from the second degree on, each with its variance in
+    /// noise that is white and independent. Zeros of what so few blocks do not show.
+    pub phase: [[f32; 2]; PHASE_DEGREES],
+    /// Power of the amplitude's deviation in the same degrees, over that of such noise: movement has no part in it.
+    pub of_amplitude: f32,
     /// Whether the channels may share noise that is not the tone's; false if that was not requested.
     pub may_share: bool,
 }
@@ -50,6 +50,8 @@ pub struct Neighbourhood {
 /// The series of the blocks.
 struct Series<'s> {
     density: [f32; BLOCKS_MAX],
+    /// The same of the amplitude in place of the phase.
+    of_amplitude: [f32; BLOCKS_MAX],
     expected: [f32; BLOCKS_MAX],
     /// The derivative of each wave by the frequency, times the channels' weights.
     weighted: [Values; WAVES],
@@ -92,6 +94,7 @@ impl<'s> Series<'s> {
     const fn new(covariance: &'s mut Covariance, is_shared_wanted: bool) -> Self {
         Self {
             density: [0.0; BLOCKS_MAX],
+            of_amplitude: [0.0; BLOCKS_MAX],
             expected: [0.0; BLOCKS_MAX],
             weighted: [[0.0; CHANNELS_MAX]; WAVES],
             products: [[0.0; WAVES]; UNKNOWNS_MAX],
@@ -161,7 +164,7 @@ impl<'s> Series<'s> {
             *turn = cos_sin(from_turns(nu * u));
         }
         let curves = if shape.curves > 0 { curves(u) } else { [[0.0; 2]; CURVES_MAX] };
-        let (mut density, mut expected) = (0.0, 0.0);
+        let (mut density, mut of_amplitude, mut expected) = (0.0, 0.0, 0.0);
         let powers = self.powers;
         for (h, ((rows, (cos, sin)), power)) in waves.iter().skip(1).zip(&turns).zip(&powers).enumerate() {
             if !(*power > 0.0) {
@@ -200,7 +203,9 @@ impl<'s> Series<'s> {
                 }
             }
             let [of_cos, of_sin] = rests;
-            density += cos * (of_cos[0] + of_sin[1]) + sin * (of_sin[0] - of_cos[1]);
+            let (along, across) = (of_cos[0] + of_sin[1], of_sin[0] - of_cos[1]);
+            density += cos * along + sin * across;
+            of_amplitude += sin * along - cos * across;
             expected += power;
             if h == self.main {
                 // Blocks of fewer frames have as much noise by frame.
@@ -208,6 +213,7 @@ impl<'s> Series<'s> {
                 self.correlate(rows, (unit * cos, unit * sin), &factors, solution);
             }
         }
+        self.of_amplitude[b] = of_amplitude;
         // Half the frames for a cosine or a sine.
         (self.density[b], self.expected[b]) = (density, expected * 0.5 * products[product(0, 0)]);
     }
@@ -267,14 +273,14 @@ impl<'s> Series<'s> {
         }
     }
 
-    fn end(&self, u: &[f32], solution: &Solution) -> Neighbourhood {
+    fn end(&mut self, u: &[f32], solution: &Solution) -> Neighbourhood {
         let blocks = u.len() as f32;
         let unknowns = solution.shape.unknowns() as f32;
         let freedom = solution.frames / (solution.frames - unknowns).max(1.0);
         let all = self.expected.iter().sum::<f32>().max(f32::MIN_POSITIVE);
-        let (mut slow, mut share, mut phase) = (0.0, 0.0, [[0.0; 2]; SLOW_CYCLES]);
-        for (k, phase) in phase.iter_mut().enumerate() {
-            let cycles = (k + 1) as f32;
+        let (mut slow, mut share) = (0.0, 0.0);
+        for cycles in 1..=SLOW_CYCLES {
+            let cycles = cycles as f32;
             if 2.0 * cycles > blocks - 2.0 {
                 break;
             }
@@ -282,35 +288,56 @@ impl<'s> Series<'s> {
             for ((cos, sin), u) in cos.iter_mut().zip(&mut sin).zip(u) {
                 (*cos, *sin) = cos_sin(from_turns(0.5 * cycles * u));
             }
-            let [(with_cos, of_cos), (with_sin, of_sin)] = [self.product(&cos, u), self.product(&sin, u)];
+            let [(with_cos, of_cos), (with_sin, of_sin)] = [self.product(&mut cos, u), self.product(&mut sin, u)];
             slow += with_cos * with_cos + with_sin * with_sin;
             share += of_cos + of_sin;
-            *phase = [2.0 * with_cos / all, 2.0 * with_sin / all];
         }
         let (colour, band) = self.line(solution, blocks);
         let (colour, band) = (freedom * colour, freedom * band);
         let squares = self.density.iter().map(|density| density * density).sum::<f32>();
-        // The phase of a frequency that grows by 1 over half the window, cycles.
-        let mut bend = [0.0; BLOCKS_MAX];
-        bend.iter_mut().zip(u).for_each(|(bend, u)| *bend = 0.5 * u * u);
-        let (bent, bends) = self.product(&bend, u);
         Neighbourhood {
             may_share: self.is_shared_wanted && may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,
             band,
-            phase,
-            phase_variance: 2.0 / all,
-            chirp: bent / bends.max(f32::MIN_POSITIVE),
-            chirp_variance: 1.0 / bends.max(f32::MIN_POSITIVE),
+            phase: self.degrees(u),
+            of_amplitude: {
+                self.density = self.of_amplitude;
+                let degrees = self.degrees(u);
+                let power = degrees.iter().map(|[value, variance]| value * value / variance.max(f32::MIN_POSITIVE));
+                power.sum::<f32>() / (blocks - 3.0).clamp(1.0, PHASE_DEGREES as f32)
+            },
         }
     }
 
-    /// The density's product with a function, and its variance in white noise. Frequency and phase are fitted: the density's
-    /// sum is zero, and its product with `u`, and of a function only what a line does not describe counts.
+    /// The density's deviation, a degree after the other: what one describes is taken out of it.
     #[inline(never)]
-    fn product(&self, function: &[f32; BLOCKS_MAX], u: &[f32]) -> (f32, f32) {
+    fn degrees(&mut self, u: &[f32]) -> [[f32; 2]; PHASE_DEGREES] {
+        let mut out = [[0.0; 2]; PHASE_DEGREES];
+        let (mut before, mut last) = ([1.0; BLOCKS_MAX], [0.0; BLOCKS_MAX]);
+        last.iter_mut().zip(u).for_each(|(last, u)| *last = *u);
+        for (degree, out) in (1u8..).zip(&mut out).take(u.len().saturating_sub(3)) {
+            // Bonnet's recursion.
+            let n = f32::from(degree);
+            for ((before, last), u) in before.iter_mut().zip(&mut last).zip(u) {
+                (*before, *last) = (*last, ((2.0 * n + 1.0) * u * *last - n * *before) / (n + 1.0));
+            }
+            let mut rest = last;
+            let (with, variance) = self.product(&mut rest, u);
+            let variance = variance.max(f32::MIN_POSITIVE);
+            *out = [with / variance, 1.0 / variance];
+            for ((density, expected), rest) in self.density.iter_mut().zip(&self.expected).zip(&rest) {
+                *density -= out[0] * expected * rest;
+            }
+        }
+        out
+    }
+
+    /// The density's product with a function, and its variance in white noise. Frequency and phase are fitted: the density's
+    /// sum is zero, and its product with `u`, and of a function only what a line does not describe counts, and is left.
+    #[inline(never)]
+    fn product(&self, function: &mut [f32; BLOCKS_MAX], u: &[f32]) -> (f32, f32) {
         let (mut n, mut x, mut xx, mut y, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for ((f, e), u) in function.iter().zip(&self.expected).zip(u) {
             (n, x, xx, y, xy) = (n + e, x + e * u, xx + e * u * u, y + e * f, xy + e * u * f);
@@ -318,9 +345,9 @@ impl<'s> Series<'s> {
         let spread = (n * xx - x * x).max(f32::MIN_POSITIVE);
         let (slope, level) = ((n * xy - x * y) / spread, (xx * y - x * xy) / spread);
         let (mut with, mut variance) = (0.0, 0.0);
-        for (((f, e), g), u) in function.iter().zip(&self.expected).zip(&self.density).zip(u) {
-            let rest = f - level - slope * u;
-            (with, variance) = (with + g * rest, variance + e * rest * rest);
+        for (((f, e), g), u) in function.iter_mut().zip(&self.expected).zip(&self.density).zip(u) {
+            *f -= level + slope * u;
+            (with, variance) = (with + g * *f, variance + e * *f * *f);
         }
         (with, variance)
     }

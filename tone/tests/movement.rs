@@ -1,0 +1,85 @@
+//! A frequency that moves within the window, against what its own formula says: how much it wanders, its plain mean, its change.
+
+use ridgetone_tone::{Fit, Fitter, FrameSpan, Frames};
+use std::f64::consts::{PI, TAU};
+
+const FRAMES: usize = 240;
+const CHANNELS: usize = 16;
+/// Standard deviations that an error may have.
+const SURE: f64 = 4.0;
+
+/// The fit of a tone of so many cycles a window with a phase beside it, cycles, of u from -1 to 1; 30 dB of white noise.
+fn fit(cycles: f64, phase: &dyn Fn(f64) -> f64) -> Fit {
+    let mut state = 1u64;
+    let mut noise = || {
+        let uniform = (0..12).map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        });
+        uniform.sum::<f64>() - 6.0
+    };
+    let value = |n: usize, c: usize, noise: f64| {
+        let u = place(n);
+        ((TAU * (0.5 * cycles * u + phase(u)) + c as f64).cos() + 0.022 * noise) as f32
+    };
+    let values: Vec<f32> =
+        (0..FRAMES).flat_map(|n| (0..CHANNELS).map(move |c| (n, c))).map(|(n, c)| value(n, c, noise())).collect();
+    let mut frames = Frames::new(&values, CHANNELS).expect("whole frames");
+    Fitter::new(1).fit(&mut FrameSpan::new(&mut frames, 0, FRAMES as u32)).expect("all frames are there")
+}
+
+/// Of a frame, from -1 to 1.
+fn place(n: usize) -> f64 {
+    (2.0 * n as f64 + 1.0) / FRAMES as f64 - 1.0
+}
+
+/// The mean of the frequency's deviation, cycles a window, and its standard deviation over the window.
+fn moves(slope: &dyn Fn(f64) -> f64) -> (f64, f64) {
+    let deviations: Vec<f64> = (0..FRAMES).map(|n| 2.0 * slope(place(n))).collect();
+    let mean = deviations.iter().sum::<f64>() / FRAMES as f64;
+    let square = deviations.iter().map(|deviation| (deviation - mean).powi(2)).sum::<f64>() / FRAMES as f64;
+    (mean, square.sqrt())
+}
+
+#[test]
+fn a_slow_wander_is_found_within_a_fifth_and_its_mean_holds() {
+    for (cycles, turns, start) in
+        [(21.3, 1.0, 0.0), (21.3, 1.0, 0.5), (21.3, 1.5, 0.5), (21.3, 2.0, 0.0), (21.3, 3.0, 0.5), (40.7, 2.0, 0.25)]
+    {
+        let angle = |u: f64| PI * (turns * u + start);
+        let fit = fit(cycles, &|u| 0.02 * angle(u).cos());
+        let (mean, wander) = moves(&|u| -0.02 * PI * turns * angle(u).sin());
+        let (wander, found) = (wander / cycles, f64::from(fit.movement.wander));
+        assert!((found / wander - 1.0).abs() < 0.2, "{cycles} {turns} {start}: {found} for {wander}");
+        assert!((found - wander).abs() < 2.0 * f64::from(fit.movement.wander_sigma), "{fit:?}");
+        // The plain mean is off the frequency by up to ten times the uncertainty of the weighted one.
+        let error = f64::from(fit.frequency) * FRAMES as f64 - (cycles + mean);
+        let sigma = f64::from(fit.movement.sigma_of_mean) * FRAMES as f64;
+        assert!(error.abs() < 2.0 * sigma, "{cycles} {turns} {start}: {error} of {sigma}");
+    }
+}
+
+#[test]
+fn a_steady_tone_does_not_wander() {
+    let fit = fit(21.3, &|_| 0.0);
+    let movement = &fit.movement;
+    assert!(f64::from(movement.wander) < SURE * f64::from(movement.wander_sigma), "{fit:?}");
+    assert!(movement.wander + movement.wander_sigma < 1e-3, "{fit:?}");
+    // Whether it is steady is known no better than by twice the frequency's uncertainty and a half.
+    assert!((1.0..4.0).contains(&(movement.sigma_of_mean / fit.sigma)), "{fit:?}");
+    assert!(movement.chirp.abs() < SURE as f32 * movement.chirp_sigma, "{fit:?}");
+}
+
+#[test]
+fn a_chirp_is_found_with_its_sign() {
+    for size in [0.03, -0.03] {
+        let fit = fit(21.3, &|u| size * u * u);
+        // The phase's second derivative, cycles per frame per frame.
+        let chirp = 2.0 * size / (FRAMES as f64 / 2.0).powi(2);
+        let (found, sigma) = (f64::from(fit.movement.chirp), f64::from(fit.movement.chirp_sigma));
+        assert!(
+            (found / chirp - 1.0).abs() < 0.1 && (found - chirp).abs() < SURE * sigma,
+            "{found} {sigma} for {chirp}"
+        );
+    }
+}
