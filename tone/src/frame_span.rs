@@ -203,8 +203,8 @@ impl<'a> FrameSpan<'a> {
     fn is_apart(&self, nu: f32, harmonic: usize) -> bool {
         let rate = 0.5 * self.frames as f32;
         let image = |h: usize| {
-            let turns = h as f32 * nu / rate;
-            (turns - libm::roundf(turns)).abs() * rate
+            let nu = h as f32 * nu;
+            (nu - rate * (nu / rate + 0.5) as u32 as f32).abs()
         };
         let own = image(harmonic);
         self.is_in_time()

@@ -18,34 +18,35 @@ const CHIRP_OFF: [f32; 2] = [0.06, 0.9];
 /// The movement; `colour` is the noise's variance over white noise's, `nu` and `sigma_nu` are the frequency and its standard
 /// deviation.
 ///
-/// The phase's deviation is a sum of Legendre's polynomials P_l with factors p_l, the frequency's that of their slopes. By parts, the
-/// integral of two slopes of equal parity is twice that of P_l at 1, which is l (l + 1) / 2, for the lesser l: the rest of it is
-/// a product of the greater polynomial with one of a lower degree. The mean of a slope is 1 for odd l and 0 for even. The line that
-/// least squares finds has the slope of P_1 alone: the plain mean is away from it by the sum of the odd p_l.
+/// The phase's deviation is a sum of Legendre's polynomials P_l with factors p_l. Of the slope of P_l the factor of P_(l-1) is
+/// 2 l - 1, that of P_(l-3) 2 l - 5, and so on: so the frequency's factor of P_(l-1) is (2 l - 1) t_l, with t_l = p_l + p_(l+2) + ...,
+/// its mean square (2 l - 1) t_l^2, and its mean t_3 beside the slope of P_1, which is what least squares finds.
 pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigma_nu: f32) -> Movement {
     // What is above white noise may be the movement itself: then the amplitude says what is noise.
     let noise = if colour > 1.0 { colour.min(of.of_amplitude) } else { colour };
-    let mut factors = [[0.0; 2]; PHASE_DEGREES];
-    for (k, (factor, [value, variance])) in factors.iter_mut().zip(of.phase).enumerate() {
-        let variance = noise * variance;
-        if k < SLOW_DEGREES || value * value > CLEAR * variance {
-            *factor = [value, variance];
-        }
+    let mut tails = [[0.0; 3]; PHASE_DEGREES + 2];
+    let (mut square, mut square_variance) = (0.0, 0.0);
+    for (k, [value, variance]) in of.phase.iter().enumerate().rev() {
+        let (value, variance) = (*value, noise * variance);
+        let counts = k < SLOW_DEGREES || value * value > CLEAR * variance;
+        let (value, variance) = if counts { (value, variance) } else { (0.0, 0.0) };
+        let [after, variance_after, _] = tails[k + 2];
+        let [tail, tail_variance] = [value + after, variance + variance_after];
+        tails[k] = [tail, tail_variance, variance];
+        let degree = (k + 2) as f32;
+        square += (2.0 * degree - 1.0) * (tail * tail - tail_variance);
+        // The square of noise alone: what a degree has in common with a higher one is its own mean square.
+        let own = 0.5 * degree * (degree + 1.0) - (k % 2) as f32;
+        square_variance += 2.0 * own * own * variance * (variance + 2.0 * variance_after);
     }
-    let (mut square, mut square_variance, mut apart, mut apart_variance) = (0.0, 0.0, 0.0, 0.0);
-    for (k, [value, variance]) in factors.into_iter().enumerate() {
-        let mut slope = 0.0;
-        for (m, [other, of_other]) in factors.into_iter().enumerate().filter(|(m, _)| (m + k) % 2 == 0) {
-            let product = mean_product(k.min(m), k);
-            slope += product * other;
-            square_variance += 2.0 * product * product * variance * of_other;
-        }
-        square += value * slope - mean_product(k, k) * variance;
-        square_variance += 4.0 * slope * slope * variance;
-        if k % 2 == 1 {
-            (apart, apart_variance) = (apart + value, apart_variance + variance);
-        }
+    // And its product with what moves.
+    let mut slopes = [0.0; 2];
+    for (k, [tail, _, variance]) in tails.iter().enumerate() {
+        let slope = &mut slopes[k % 2];
+        *slope += (2 * k + 3) as f32 * tail;
+        square_variance += 4.0 * *slope * *slope * variance;
     }
+    let [apart, apart_variance, _] = tails[1];
     let wander = libm::sqrtf(square.max(0.0));
     let spread = libm::sqrtf(square_variance);
     // Of a frequency that moves the mean is as uncertain as it is measured; of a steady one it is the weighted mean.
@@ -66,10 +67,4 @@ pub fn movement(span: &FrameSpan, of: &Neighbourhood, colour: f32, nu: f32, sigm
         chirp: span.frequency(span.frequency(chirp)),
         chirp_sigma: span.frequency(span.frequency(with_off(libm::sqrtf(chirp_variance), off(CHIRP_OFF, chirp)))),
     }
-}
-
-/// The mean product of two slopes of equal parity, less that of their means, by the place of the lesser; both begin with degree 2.
-fn mean_product(least: usize, other: usize) -> f32 {
-    let degree = (least + 2) as f32;
-    0.5 * degree * (degree + 1.0) - (other % 2) as f32
 }

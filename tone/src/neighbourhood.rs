@@ -295,26 +295,25 @@ impl<'s> Series<'s> {
         let (colour, band) = self.line(solution, blocks);
         let (colour, band) = (freedom * colour, freedom * band);
         let squares = self.density.iter().map(|density| density * density).sum::<f32>();
+        let (phase, _) = self.degrees(u);
+        self.density = self.of_amplitude;
+        let (_, of_amplitude) = self.degrees(u);
         Neighbourhood {
             may_share: self.is_shared_wanted && may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
             coherence: freedom * squares / (all * band).max(f32::MIN_POSITIVE) * blocks / (blocks - 2.0).max(1.0),
             colour,
             band,
-            phase: self.degrees(u),
-            of_amplitude: {
-                self.density = self.of_amplitude;
-                let degrees = self.degrees(u);
-                let power = degrees.iter().map(|[value, variance]| value * value / variance.max(f32::MIN_POSITIVE));
-                power.sum::<f32>() / (blocks - 3.0).clamp(1.0, PHASE_DEGREES as f32)
-            },
+            phase,
+            of_amplitude,
         }
     }
 
-    /// The density's deviation, a degree after the other: what one describes is taken out of it.
+    /// The density's deviation, a degree after the other: what one describes is taken out of it. And their mean power, in units of
+    /// the noise.
     #[inline(never)]
-    fn degrees(&mut self, u: &[f32]) -> [[f32; 2]; PHASE_DEGREES] {
-        let mut out = [[0.0; 2]; PHASE_DEGREES];
+    fn degrees(&mut self, u: &[f32]) -> ([[f32; 2]; PHASE_DEGREES], f32) {
+        let (mut out, mut power, mut count) = ([[0.0; 2]; PHASE_DEGREES], 0.0, 0.0f32);
         let (mut before, mut last) = ([1.0; BLOCKS_MAX], [0.0; BLOCKS_MAX]);
         last.iter_mut().zip(u).for_each(|(last, u)| *last = *u);
         for (degree, out) in (1u8..).zip(&mut out).take(u.len().saturating_sub(3)) {
@@ -327,11 +326,12 @@ impl<'s> Series<'s> {
             let (with, variance) = self.product(&mut rest, u);
             let variance = variance.max(f32::MIN_POSITIVE);
             *out = [with / variance, 1.0 / variance];
+            (power, count) = (power + with * out[0], count + 1.0);
             for ((density, expected), rest) in self.density.iter_mut().zip(&self.expected).zip(&rest) {
                 *density -= out[0] * expected * rest;
             }
         }
-        out
+        (out, power / count.max(1.0))
     }
 
     /// The density's product with a function, and its variance in white noise. Frequency and phase are fitted: the density's
