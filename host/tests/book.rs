@@ -253,7 +253,7 @@ fn the_commands_that_take_long_run() {
 #[test]
 fn every_other_command_is_run_by_ci_or_needs_a_board() {
     let ci = read(&root().join(".ci/run"));
-    let ci: Vec<&str> = ci.lines().collect();
+    let ci: Vec<&str> = ci.lines().map(str::trim).collect();
     let all = commands();
     for command in all.iter().filter(|command| !command.starts_with("ridgetone ")) {
         let run_by_ci = ci.iter().any(|line| *line == command || line.starts_with(&format!("{command} ")));

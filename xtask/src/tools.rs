@@ -1,9 +1,9 @@
 //! Programs: where they are, running them, and an environment that is not cargo's own.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::{env, fs};
+use std::{env, fs, thread};
 
 /// The workspace's root directory.
 pub fn root() -> &'static Path {
@@ -72,6 +72,16 @@ fn finish(command: &mut Command) -> Result<String> {
     let [printed, errors] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
     ensure!(output.status.success(), "{name} failed ({}) {}\n{}", output.status, errors.trim(), printed.trim());
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+/// Does two things at once. Gives both results, or the first's error before the other's.
+pub fn both<A, B: Send>(here: impl FnOnce() -> Result<A>, beside: impl FnOnce() -> Result<B> + Send) -> Result<(A, B)> {
+    thread::scope(|scope| {
+        let beside = scope.spawn(beside);
+        let here = here();
+        let beside = beside.join().map_err(|_| anyhow!("what ran beside ended without a result"))?;
+        Ok((here?, beside?))
+    })
 }
 
 /// Creates a folder, if it is not there.
