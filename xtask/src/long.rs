@@ -58,8 +58,8 @@ fn run_busy(browser: &Path, images: &Receiver<Built>) -> Result<()> {
     on_this_pc()?;
     let images = images.recv().context("there are no images")?;
     announce("long tests, and tests of the emulated firmware");
-    let mut long =
-        test(&["--exclude", RIG, "--lib", "--tests", "--", "--ignored", "--skip", PAGES, "--skip", WAITING.1]);
+    // Not `--lib`: it would build the Python package's library too, which has no tests.
+    let mut long = test(&["--exclude", RIG, "--tests", "--", "--ignored", "--skip", PAGES, "--skip", WAITING.1]);
     run(long.args(NEVER.map(|name| ["--skip", name]).concat()).envs(images)).context("long tests")?;
     announce("tests of the pages in a browser");
     let mut pages = test(&["--test", "view", "--test", "touch", "--test", "pins", "--"]);
