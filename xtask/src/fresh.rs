@@ -25,7 +25,7 @@ pub fn run_tests() -> Result<()> {
     let repeat = format!("{SEED}={seed} cargo xtask test --fresh");
     announce(format_args!("random tests; this run again: {repeat}"));
     let mut tests = test(&PROGRAMS.map(|(_, program)| ["--test", program]).concat());
-    tests.env(TESTS_SEED, seed.to_string()).args(["--", "--include-ignored"]);
+    tests.env(TESTS_SEED, seed.to_string()).args(["--no-fail-fast", "--", "--include-ignored"]);
     run(&mut tests).with_context(|| format!("random tests; again: {repeat}"))
 }
 
