@@ -21,6 +21,9 @@ pub struct BoardArgs {
     write: Option<PathBuf>,
 }
 
+/// Interrupt of the task `fit`, on both boards.
+pub const FIT_IRQ: u16 = 21;
+
 /// Tasks, and their interrupts on the Feather and on the Nucleo.
 const TASKS: [(&str, [&[u16]; 2]); 6] = [
     ("`line`", [&[39], &[38, 39]]),
@@ -28,7 +31,7 @@ const TASKS: [(&str, [&[u16]; 2]); 6] = [
     ("`detect`", [&[20], &[20]]),
     ("`report`", [&[19], &[19]]),
     ("`watch`", [&[30], &[30]]),
-    ("`fit`", [&[21], &[21]]),
+    ("`fit`", [&[FIT_IRQ], &[FIT_IRQ]]),
 ];
 
 /// Phases of the demo's touch, seconds after START: the contact is at 0.51, the slide from 1.51 to 3.51, the release at 4.51.

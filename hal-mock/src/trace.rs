@@ -3,13 +3,15 @@
 mod clock;
 mod dialect;
 mod played;
+mod row_reader;
 mod rows;
 mod table;
 mod write;
 
 pub use clock::RowClock;
 pub use dialect::{TIME_COLUMN, TimeColumn};
-pub use rows::{OpenRows, PROGRESS_ROWS, RowReader, Rows, ValueAt};
+pub use row_reader::{OpenRows, PROGRESS_ROWS, RowReader, ValueAt};
+pub use rows::Rows;
 pub use table::Table;
 pub use write::write_csv;
 

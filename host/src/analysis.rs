@@ -19,11 +19,7 @@ const LEAST_DB: f32 = -120.0;
 /// (`tone/src/neighbourhood.rs`).
 const NEIGHBOURHOOD_CYCLES: f64 = 5.0;
 
-/// Channels in the spectrum of what is left: those with the least share of it, as the estimator's periodogram has them
-/// (`tone/src/spectrum.rs`).
-const REST_CHANNELS: usize = 4;
-const REST_CHANNELS_LONG: usize = 2;
-const LONG_FRAMES: usize = 192;
+/// Points of the shortest spectrum of what is left: lines that it shows smooth.
 const POINTS_MIN: usize = 64;
 
 /// The periodogram over all channels that the board's search starts from ([`ridgetone_tone::Spectrum`]).
@@ -145,7 +141,8 @@ fn rest(volts: &[Vec<Option<f32>>], whole: &[Option<Harmonics>], (rate_hz, frequ
     }
     channels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let frames = channels.first()?.2.len();
-    channels.truncate(if frames > LONG_FRAMES { REST_CHANNELS_LONG } else { REST_CHANNELS });
+    // Those with the least share of it, as the estimator takes them.
+    channels.truncate(ridgetone_tone::Spectrum::channels(frames as u32));
     let points = frames.next_power_of_two().max(POINTS_MIN);
     let bin_hz = rate_hz / points as f64;
     let all = 0.5 * frames as f64 * channels.len() as f64;

@@ -54,10 +54,12 @@ prop_compose! {
     }
 }
 
-/// The same in every run, unless `RIDGETONE_SEED` names another.
+/// The same in every run: `.cargo/config.toml` fixes it. `cargo xtask test --fresh` draws another.
 pub fn seed() -> u64 {
-    let seed = |text: String| text.parse().unwrap_or_else(|_| panic!("RIDGETONE_SEED: {text}: not a whole number"));
-    std::env::var("RIDGETONE_SEED").map_or(1, seed)
+    match ProptestConfig::default().rng_seed {
+        RngSeed::Fixed(seed) => seed,
+        RngSeed::Random => panic!("PROPTEST_RNG_SEED is not set: run it with cargo, which sets it"),
+    }
 }
 
 pub fn config(cases: u32, seed: u64) -> ProptestConfig {

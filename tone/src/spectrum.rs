@@ -48,6 +48,14 @@ pub struct Peak {
     pub power: f32,
 }
 
+impl Spectrum<'_> {
+    /// How many channels the periodogram of a window in time takes, those with the least share of noise: a long window has
+    /// enough of a line in two.
+    pub const fn channels(frames: u32) -> usize {
+        if frames > FRAMES_LONG { CHANNELS_LONG } else { CHANNELS }
+    }
+}
+
 /// The powers of a span's lines.
 pub struct Periodogram<'m> {
     pub power: &'m mut [f32],
@@ -56,11 +64,11 @@ pub struct Periodogram<'m> {
 }
 
 impl<'m> Periodogram<'m> {
-    /// The channels of a periodogram: a long one has enough of a line in two.
+    /// The channels of a periodogram.
     pub fn channels<'c>(span: &FrameSpan, channels: &'c Channels) -> &'c [u8] {
         let list = channels.list();
-        let is_long = span.frames > FRAMES_LONG && span.is_in_time();
-        list.get(..if is_long { CHANNELS_LONG } else { CHANNELS }).unwrap_or(list)
+        let most = if span.is_in_time() { Spectrum::channels(span.frames) } else { CHANNELS };
+        list.get(..most).unwrap_or(list)
     }
 
     /// Of some channels, or of what a solution leaves of them, where each counts by its weight there; `memory` is for

@@ -4,9 +4,11 @@ mod demo;
 mod dfu;
 mod eval;
 mod flash;
+mod fresh;
 mod images;
 mod inspect;
 mod install;
+mod long;
 mod package;
 mod panics;
 mod python;
@@ -89,6 +91,9 @@ enum Task {
         /// Everything: long tests, every emulated run, the benchmark, the pages in a browser, streams, the Python package.
         #[arg(long)]
         all: bool,
+        /// The random tests alone, with a seed that is drawn and printed: `RIDGETONE_SEED` in the environment repeats a run.
+        #[arg(long, conflicts_with = "all")]
+        fresh: bool,
     },
     /// Takes docs/monitor.svg, which moves, and docs/view.png: the terminal and the page during a touch of scenes/c1.toml.
     Pictures,
@@ -133,7 +138,8 @@ fn main() -> ExitCode {
         Task::Reproduce(Flags { flags }) => eval::reproduce(&flags),
         Task::Streams => streams::measure(),
         Task::CheckSystems => streams::check_systems(),
-        Task::Test { all } => test::run_tests(all),
+        Task::Test { fresh: true, .. } => fresh::run_tests(),
+        Task::Test { all, .. } => test::run_tests(all),
         Task::Pictures => demo::moving_picture().and_then(|()| test::take_pictures()),
         Task::Release => release::run(),
         Task::Package => package::check(),

@@ -3,7 +3,8 @@
 use crate::install;
 use crate::tools::{announce, clean, find, output_of, run, target_dir};
 use anyhow::{Context, Result, bail};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::{env, fs};
 
 /// The interpreter's names, the first is Debian's.
 const NAMES: [&str; 5] = ["python3", "python3.14", "python3.13", "python3.12", "python3.11"];
@@ -38,12 +39,19 @@ pub fn environment(name: &str, packages: &[&str]) -> Result<PathBuf> {
     Ok(inside.join("python"))
 }
 
-/// Builds the wheel into `target/python` and runs its tests beside the command that `cargo test` has built.
-pub fn run_tests() -> Result<()> {
+/// Builds the wheel into `target/python`. Gives the interpreter that has it.
+pub fn build() -> Result<PathBuf> {
     announce("the Python package, in target/python");
-    let python = environment("python", &["./python[test]"]).context("the wheel")?;
-    let command = target_dir().join("debug").join(format!("ridgetone{}", std::env::consts::EXE_SUFFIX));
+    environment("python", &["./python[test]"]).context("the wheel")
+}
+
+/// Runs the wheel's tests beside the command that `cargo test` has built. Gives what they print.
+pub fn run_tests(python: &Path) -> Result<String> {
+    let name = format!("ridgetone{}", env::consts::EXE_SUFFIX);
+    // A copy: other tests build the command anew meanwhile.
+    let command = python.with_file_name(&name);
+    fs::copy(target_dir().join("debug").join(&name), &command).context("the command of `cargo test`")?;
     let mut tests = clean(python);
     tests.args(["-m", "pytest", "--quiet", "-c", "python/pyproject.toml"]).env("RIDGETONE_COMMAND", command);
-    run(&mut tests).context("tests of the Python package")
+    output_of(&mut tests).context("tests of the Python package")
 }

@@ -6,18 +6,21 @@ use crate::tools::{announce, clean, run};
 use anyhow::{Context, Result};
 use std::process::Command;
 
-/// A program of tests of `serve`; its features are built here alone.
-fn test(features: &str, program: &str) -> Command {
-    let mut cargo = clean("cargo");
-    cargo.args(["test", "--package", "ridgetone-host", "--features", features, "--test", program, "--"]);
-    cargo
+/// Features of what most people stream to.
+const STREAMS: [&str; 2] = ["foxglove", "mqtt"];
+
+/// A program of tests of `serve`, with features that are built here alone. Those of all other crates are the usual ones, so
+/// that little is built again.
+fn test(features: &[&str], program: &str) -> Command {
+    let features = features.iter().map(|feature| format!("ridgetone-host/{feature}")).collect::<Vec<_>>().join(",");
+    crate::test::test(&["--features", &features, "--test", program, "--"])
 }
 
 /// Runs the tests of streams.
 pub fn run_tests() -> Result<()> {
     setup::broker()?;
     announce("streams: Foxglove, and MQTT beside mosquitto");
-    run(&mut test("foxglove,mqtt", "streams")).context("tests of streams")
+    run(&mut test(&STREAMS, "streams")).context("tests of streams")
 }
 
 /// Receivers that nobody here wrote, as packages of Python: Cyclone DDS reads what is for ROS 2, and Zenoh's own package.
@@ -30,12 +33,12 @@ pub fn measure() -> Result<()> {
     let peers = python::environment("peers", &PEERS).context("Cyclone DDS and Zenoh for Python")?;
     for one in ["zenoh", "ros2"] {
         announce(format_args!("streams: {one}"));
-        let mut tests = test(one, one);
+        let mut tests = test(&[one], one);
         run(tests.arg("--include-ignored").env("RIDGETONE_PEERS", &peers))
             .with_context(|| format!("tests of {one}"))?;
     }
     announce("ten boards and a fast one, for a minute each");
-    run(test("foxglove,mqtt", "streams").args(["--ignored", "--nocapture"])).context("streams")
+    run(test(&STREAMS, "streams").args(["--ignored", "--nocapture"])).context("streams")
 }
 
 /// Other systems on which the command has to build, by the targets of rustup.

@@ -1,11 +1,11 @@
 //! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything.
 
 use crate::images::{self, Board};
-use crate::python;
+use crate::long;
 use crate::setup;
-use crate::streams;
-use crate::tools::{announce, clean, output_of, root, run};
-use anyhow::{Context, Result, anyhow};
+use crate::tools::{announce, both, clean, root, run};
+use anyhow::{Context, Result};
+use std::process::Command;
 
 /// The emulated runs without `--all`: names of tests in `host/tests`.
 const EMULATED: [&str; 7] = [
@@ -21,24 +21,11 @@ const EMULATED: [&str; 7] = [
 /// Runs of the boards' own images without `--all`: programs in `rig/tests`.
 const RIG: [&str; 2] = ["boards", "stylus"];
 
-/// Tests that take longer than all others together: `cargo test` runs them by their names.
-const NEVER: [&str; 3] = [
-    "touch_after_touch_for_thirty_days",
-    "an_hour_and_a_quarter_of_touches_is_as_right_at_its_end",
-    "an_hour_and_a_quarter_of_touches_on_the_register_model",
-];
-
-/// Long tests that are alone in their program, and so keep one core busy at most: they run beside the others.
-const ALONE: [(&str, &str); 1] = [("book", "the_commands_that_take_long_run")];
-
-/// Tests of the pages in a browser: their module.
-const PAGES: &str = "page::";
-
 /// The one that takes the picture.
 const PICTURE: &str = "the_picture_of_the_page_shows_the_period_of_the_first_scene";
 
 /// `cargo test` of the whole workspace, always with the same features: so nothing is built twice.
-fn test(arguments: &[&str]) -> std::process::Command {
+pub fn test(arguments: &[&str]) -> Command {
     let mut cargo = clean("cargo");
     cargo.args(["test", "--workspace"]).args(arguments);
     cargo
@@ -48,20 +35,22 @@ fn test(arguments: &[&str]) -> std::process::Command {
 pub fn run_tests(all: bool) -> Result<()> {
     setup::qemu()?;
     images::build(Board::Emulated.image())?;
-    announce("tests on this PC");
-    run(&mut test(&[])).context("tests on this PC")?;
-    for board in Board::REAL {
-        images::build(board.image())?;
-    }
     if all {
-        return run_long();
+        return long::run_tests();
     }
+    announce("tests on this PC; beside them the other images, of which each keeps one core busy");
+    both(on_this_pc, || Board::REAL.into_iter().try_for_each(|board| images::build(board.image()).map(drop)))?;
     announce("the images of the boards on the register model");
     let mut rig = test(&RIG.map(|program| ["--test", program]).concat());
     run(rig.args(["--", "--ignored"])).context("tests of the boards' images")?;
     announce("one run of each kind on the emulated chip; `cargo xtask test --all` runs all of them");
     let mut emulated = test(&["--test", "emulated", "--test", "crashes", "--test", "overload", "--", "--ignored"]);
     run(emulated.args(EMULATED)).context("tests of the emulated firmware")
+}
+
+/// Builds all tests, and runs those that need neither an image nor a tool.
+pub fn on_this_pc() -> Result<()> {
+    run(&mut test(&[])).context("tests on this PC")
 }
 
 /// Takes the pictures of the page that the documents show.
@@ -74,43 +63,10 @@ pub fn take_pictures() -> Result<()> {
     run(&mut picture).context("the picture of the page")
 }
 
-/// Runs everything that is ignored by default, but for [`NEVER`].
-fn run_long() -> Result<()> {
-    let browser = setup::browser()?;
-    let (checked, _) = images::build(images::OVERFLOW_CHECKED)?;
-    let (bench, _) = images::build(images::BENCH)?;
-    let (baselines, _) = images::build(images::BASELINES)?;
-    let (pins, _) = images::build(images::PINS)?;
-    announce("long tests, and all tests of the emulated firmware and of the boards' images");
-    let mut alone = test(&[]);
-    alone.args(ALONE.iter().flat_map(|(program, _)| ["--test", program])).args(["--", "--ignored"]);
-    let alone = std::thread::spawn(move || output_of(&mut alone));
-    let mut long = test(&["--lib", "--tests", "--", "--ignored", "--skip", PAGES]);
-    long.args(NEVER.iter().chain(ALONE.iter().map(|(_, name)| name)).flat_map(|name| ["--skip", name]));
-    long.env("RIDGETONE_CHECKED_ELF", checked);
-    long.env("RIDGETONE_BENCH_ELF", bench).env("RIDGETONE_BASELINES_ELF", baselines);
-    long.env("RIDGETONE_PINS_ELF", pins);
-    run(&mut long).context("long tests and tests of the emulated firmware")?;
-    let alone = alone.join().map_err(|_| anyhow!("the tests beside the others ended without a result"))?;
-    println!("{}", alone.context("long tests beside the others")?);
-    announce("tests of the pages in a browser");
-    let mut pages = test(&["--test", "view", "--test", "touch", "--test", "pins", "--"]);
-    // One of them prints how late the sound is.
-    pages.args([PAGES, "--ignored", "--nocapture", "--test-threads=1"]);
-    run(pages.env("RIDGETONE_BROWSER", browser)).context("tests of the pages")?;
-    streams::run_tests()?;
-    python::run_tests()?;
-    println!(
-        "ran: tests on this PC, long tests, all tests of the emulated firmware, all runs of the boards' images on the \
-         register model, the benchmark, pages in a browser, streams, the Python package"
-    );
-    println!("not run: {}", NEVER.join(", "));
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::long::{NEVER, WAITING};
     use std::fs;
 
     /// A test that is renamed or moved must not fall out of the list.
@@ -126,7 +82,7 @@ mod tests {
         };
         let tests: String =
             ["host/tests", "host/tests/emulated", "host/tests/view", "tests", "rig/tests"].map(sources).concat();
-        for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE]).chain(ALONE.iter().map(|(_, name)| name)) {
+        for name in EMULATED.iter().chain(&NEVER).chain(&[PICTURE, WAITING.1]) {
             assert!(tests.contains(&format!("fn {name}")), "{name}");
         }
         assert!(tests.contains("mod page;"));

@@ -1,9 +1,9 @@
 //! Programs: where they are, running them, and an environment that is not cargo's own.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::{env, fs};
+use std::{env, fs, thread};
 
 /// The workspace's root directory.
 pub fn root() -> &'static Path {
@@ -74,6 +74,20 @@ fn finish(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
+/// Does two things at once. Gives both results, or all errors: one may have come of the other.
+pub fn both<A, B: Send>(here: impl FnOnce() -> Result<A>, beside: impl FnOnce() -> Result<B> + Send) -> Result<(A, B)> {
+    thread::scope(|scope| {
+        let beside = scope.spawn(beside);
+        let here = here();
+        let beside = beside.join().map_err(|_| anyhow!("what ran beside ended without a result"))?;
+        match (here, beside) {
+            (Ok(here), Ok(beside)) => Ok((here, beside)),
+            (Err(here), Err(beside)) => Err(anyhow!("{here:#}; and beside it: {beside:#}")),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    })
+}
+
 /// Creates a folder, if it is not there.
 pub fn create(folder: &Path) -> Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
@@ -95,4 +109,19 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// Writes a file.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     fs::write(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_things_at_once_give_both_results_or_all_errors() {
+        let (here, beside) = both(|| Ok(1), || Ok("two")).expect("neither fails");
+        assert_eq!((here, beside), (1, "two"));
+        let failed = |name: &'static str| move || -> Result<()> { Err(anyhow!(name)) };
+        let all = both(failed("here"), failed("beside")).expect_err("both fail").to_string();
+        assert!(all.contains("here") && all.contains("beside"), "{all}");
+        assert_eq!(both(|| Ok(()), failed("beside")).expect_err("one fails").to_string(), "beside");
+    }
 }

@@ -1,7 +1,7 @@
 //! The rows of a recording around the present one, numbered without gaps.
 
 use super::clock::RowClock;
-use super::rows::RowReader;
+use super::row_reader::RowReader;
 use crate::scene::INPUTS;
 use std::collections::VecDeque;
 

@@ -1,14 +1,11 @@
 //! A CSV table of numbers, read row by row: nothing but the present line is in memory.
 
 use super::dialect::{Dialect, TIME_COLUMN, TimeColumn, clock_time_s, time_column};
+use super::row_reader::RowReader;
 use crate::file_error::FileError;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
-use std::sync::Arc;
-
-/// Rows that are read between two reports of progress.
-pub const PROGRESS_ROWS: u64 = 1 << 14;
 
 /// Bytes of the longest line that is read: a file without lines is no table.
 const LINE_MAX: u64 = 1 << 22;
@@ -16,48 +13,13 @@ const LINE_MAX: u64 = 1 << 22;
 /// Bytes read from a file at once.
 const BUFFER: usize = 1 << 17;
 
-/// Rows of samples, one after the other: of a CSV file, of a board's raw frames, of an array.
-pub trait RowReader {
-    /// The name of what is read, as errors give it.
-    fn file(&self) -> &str;
-
-    /// Names of the columns without the time.
-    fn names(&self) -> &[String];
-
-    /// Moves to the next row. False at the end; a table without any row is refused.
-    fn advance(&mut self) -> Result<bool, FileError>;
-
-    /// Time of the present row in seconds, strictly increasing; none without stamps.
-    fn time_s(&self) -> Option<f64>;
-
-    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for a missing reading.
-    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError>;
-
-    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not copy them.
-    fn in_memory(&self) -> Option<ValueAt> {
-        None
-    }
-
-    /// What was guessed of how the rows are written, in a sentence without its end.
-    fn guessed(&self) -> Option<String> {
-        None
-    }
-}
-
-/// A value by its row and its column, both from 0.
-pub type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
-
-/// Opens rows from the first one on; it is called once for each pass over them.
-pub type OpenRows = Arc<dyn Fn() -> Result<Box<dyn RowReader + Send>, FileError> + Send + Sync>;
-
 /// A reader of a header and then one row per scan, with the time in any column. Errors name the file and the line.
 ///
 /// Columns are separated by commas, semicolons, tabs or white space; where it is not commas, decimals may follow a comma. The
 /// time is `time_s`, or a column whose name says so: `t`, `time_ms`, `Time [us]`. The header may be a comment.
 ///
 /// A value is read when it is asked for: rows that are only passed cost little.
-#[derive(Debug)]
-pub struct Rows<R> {
+pub struct Rows<'a> {
     file: String,
     names: Vec<String>,
     columns: Vec<String>,
@@ -65,7 +27,8 @@ pub struct Rows<R> {
     time_at: Option<usize>,
     /// Units of the time in a second; none if nothing says it.
     per_second: Option<f64>,
-    input: R,
+    /// Of one type, so that the reader is compiled here, with this crate's optimization.
+    input: Box<dyn BufRead + Send + 'a>,
     /// Number of the present line, from 1.
     line: u64,
     text: String,
@@ -75,7 +38,7 @@ pub struct Rows<R> {
     has_rows: bool,
 }
 
-impl Rows<BufReader<File>> {
+impl<'a> Rows<'a> {
     /// Opens a file and reads its header.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::open_with(path, None)
@@ -87,16 +50,18 @@ impl Rows<BufReader<File>> {
         let input = File::open(path).map_err(|error| FileError::new(&file, None, error))?;
         Self::with(BufReader::with_capacity(BUFFER, input), &file, time)
     }
-}
 
-impl<R: BufRead> Rows<R> {
     /// Reads the header of a table in a file of that name.
-    pub fn new(input: R, file: &str) -> Result<Self, FileError> {
+    pub fn new(input: impl BufRead + Send + 'a, file: &str) -> Result<Self, FileError> {
         Self::with(input, file, None)
     }
 
     /// The same where somebody says which column is the time.
-    pub fn with(input: R, file: &str, time: Option<&TimeColumn>) -> Result<Self, FileError> {
+    pub fn with(input: impl BufRead + Send + 'a, file: &str, time: Option<&TimeColumn>) -> Result<Self, FileError> {
+        Self::boxed(Box::new(input), file, time)
+    }
+
+    fn boxed(input: Box<dyn BufRead + Send + 'a>, file: &str, time: Option<&TimeColumn>) -> Result<Self, FileError> {
         let mut rows = Self {
             file: file.to_owned(),
             names: Vec::new(),
@@ -256,7 +221,7 @@ impl<R: BufRead> Rows<R> {
     }
 }
 
-impl<R: BufRead> RowReader for Rows<R> {
+impl RowReader for Rows<'_> {
     fn advance(&mut self) -> Result<bool, FileError> {
         if !self.next_line()? {
             return if self.has_rows { Ok(false) } else { Err(self.refuse("no data after the header")) };

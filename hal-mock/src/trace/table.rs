@@ -1,6 +1,7 @@
 //! A whole table in memory.
 
-use super::rows::{RowReader, Rows};
+use super::row_reader::RowReader;
+use super::rows::Rows;
 use crate::file_error::FileError;
 use std::path::Path;
 

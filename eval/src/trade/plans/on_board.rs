@@ -4,7 +4,7 @@ use super::accuracy::{TONES_HZ, scene};
 use super::{Choice, OnBoard};
 use crate::accuracy::rounded;
 use crate::bench::CLOCK_HZ;
-use crate::board::request;
+use crate::board::{FIT_IRQ, request};
 use anyhow::{Context, Result, ensure};
 use hal_mock::{Sliding, SlidingScene};
 use ridgetone_proto::command::{Command, Outcome};
@@ -17,8 +17,6 @@ const WATCHED_S: f64 = 1.5;
 const SETTLED_S: f64 = 0.4;
 /// Step of the time at which bytes are taken off the line, nanoseconds: a hundredth of a millisecond.
 const STEP_NS: u64 = 10_000;
-/// Interrupt of the task `fit` on the Feather ([`crate::board`]'s tasks).
-const FIT_IRQ: u16 = 21;
 
 /// The image that gets flashed.
 pub fn image() -> Result<Image> {

@@ -1,0 +1,41 @@
+//! Rows of samples, wherever they come from.
+
+use crate::file_error::FileError;
+use std::sync::Arc;
+
+/// Rows that are read between two reports of progress.
+pub const PROGRESS_ROWS: u64 = 1 << 14;
+
+/// Rows of samples, one after the other: of a CSV file, of a board's raw frames, of an array.
+pub trait RowReader {
+    /// The name of what is read, as errors give it.
+    fn file(&self) -> &str;
+
+    /// Names of the columns without the time.
+    fn names(&self) -> &[String];
+
+    /// Moves to the next row. False at the end; a table without any row is refused.
+    fn advance(&mut self) -> Result<bool, FileError>;
+
+    /// Time of the present row in seconds, strictly increasing; none without stamps.
+    fn time_s(&self) -> Option<f64>;
+
+    /// Reads the values of the present row, in the order of [`names`](Self::names). NaN stands for a missing reading.
+    fn values(&self, values: &mut Vec<f64>) -> Result<(), FileError>;
+
+    /// The value of any row, from 0, and column, where all rows are in memory: a reader need not copy them.
+    fn in_memory(&self) -> Option<ValueAt> {
+        None
+    }
+
+    /// What was guessed of how the rows are written, in a sentence without its end.
+    fn guessed(&self) -> Option<String> {
+        None
+    }
+}
+
+/// A value by its row and its column, both from 0.
+pub type ValueAt = Arc<dyn Fn(usize, usize) -> f64 + Send + Sync>;
+
+/// Opens rows from the first one on; it is called once for each pass over them.
+pub type OpenRows = Arc<dyn Fn() -> Result<Box<dyn RowReader + Send>, FileError> + Send + Sync>;

@@ -1,0 +1,178 @@
+//! What the pages say of files, pins, functions and faults is so, and the reader in Python reads.
+
+use super::common::{directory, file, json_lines, run};
+use super::{blocks, pages, read, root};
+use pulldown_cmark::{Event as Mark, Parser, Tag};
+use ridgetone_host::input::{Input, Source};
+use ridgetone_host::names;
+use ridgetone_host::replay;
+use ridgetone_proto::fault::FaultKind;
+use ridgetone_proto::settings::Settings;
+use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+#[test]
+fn every_link_leads_to_a_file() {
+    let mut links = 0;
+    for page in pages() {
+        for mark in Parser::new(&read(&page)) {
+            let (Mark::Start(Tag::Link { dest_url: to, .. }) | Mark::Start(Tag::Image { dest_url: to, .. })) = mark
+            else {
+                continue;
+            };
+            let to = to.split('#').next().unwrap_or_default();
+            if !to.is_empty() && !to.contains("://") {
+                links += 1;
+                assert!(page.with_file_name("").join(to).exists(), "{}: {to}", page.display());
+            }
+        }
+    }
+    assert!(links > 30);
+}
+
+/// The tables of the ways of a conversion and of a window: `file`: `function`, or `file`: `Type::function`, each once.
+#[test]
+fn the_ways_name_functions_that_exist() {
+    let page = read(&root().join("docs/book/9-how-it-works.md"));
+    let (_, ways) = page.split_once("## The way of one conversion").expect("the ways");
+    let mut named = Vec::new();
+    let mut source = None;
+    for code in ways.lines().filter(|line| line.starts_with('|')).flat_map(|line| line.split('`').skip(1).step_by(2)) {
+        if code.ends_with(".rs") {
+            source = Some((code, read(&root().join(code))));
+            continue;
+        }
+        let (file, source) = source.as_ref().expect("a file before its functions");
+        let (of, function) = code.rsplit_once("::").unwrap_or(("", code));
+        let has = |starts: &str, name: &str| {
+            let words = |line: &str| line.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name);
+            source.lines().any(|line| line.contains(starts) && words(line))
+        };
+        assert!(has("fn ", function), "{file} has no function {function}");
+        assert!(of.is_empty() || has("impl", of), "{file} has no methods of {of}");
+        named.push((*file, code));
+    }
+    let mut once = named.clone();
+    once.sort_unstable();
+    once.dedup();
+    assert!(named.len() > 35 && once.len() == named.len(), "a function comes once: {named:?}");
+}
+
+/// What `init` of a board's file names belongs together: the pins' names in the table are those in the code.
+#[test]
+fn the_wiring_is_the_firmwares() {
+    let page = read(&root().join("docs/book/1-wiring.md"));
+    let drawing = read(&root().join("docs/book/wiring.svg"));
+    let feather = read(&root().join("src/board/feather_f405.rs"));
+    let nucleo = read(&root().join("src/board/nucleo_f446re.rs"));
+    let rows: Vec<Vec<&str>> = page
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    // The name of a signal in the code.
+    let signals = [
+        ("CS", "spi: "),
+        ("SCLK", "spi: "),
+        ("DOUT", "spi: "),
+        ("DIN", "spi: "),
+        ("DRDY", "drdy: "),
+        ("START", "start: "),
+        ("RESET", "reset: "),
+    ];
+    for (signal, field) in signals {
+        let row = rows.iter().find(|row| row[0] == signal).unwrap_or_else(|| panic!("no row {signal}"));
+        for (code, pin) in [(&feather, row[2]), (&nucleo, row[4])] {
+            let line = code.lines().find(|line| line.trim_start().starts_with(field)).expect("the field");
+            assert!(line.contains(&format!(".{}", pin.to_lowercase())), "{signal} is not on {pin}: {line}");
+        }
+        for text in [row[1], row[2]] {
+            assert!(drawing.contains(&format!(">{text}<")), "{signal}: the drawing has no {text}");
+        }
+    }
+    let row = rows.iter().find(|row| row[0].starts_with("telemetry")).expect("the line's row");
+    for (code, pins) in [(&feather, row[2]), (&nucleo, row[4])] {
+        let (tx, rx) = pins.split_once(", ").expect("two pins");
+        assert!(code.contains(&format!(".{}, rx)", tx.to_lowercase())), "TX is not on {tx}");
+        assert!(code.contains(&format!(".{}.into_alternate", rx.to_lowercase())), "RX is not on {rx}");
+    }
+}
+
+/// The pins of the stylus, each on the line of its function.
+#[test]
+fn the_stylus_s_pins_are_the_firmwares() {
+    let page = read(&root().join("docs/book/5-another-board.md"));
+    let board = read(&root().join("src/stylus/board.rs"));
+    let pins = [
+        ("| amplifier", "PA4", "gpioa.pa4.into_analog()"),
+        ("| encoder, channel A", "PC6", "gpioc.pc6.into_alternate::<2>()"),
+        ("| encoder, channel B", "PC7", "gpioc.pc7.into_alternate::<2>()"),
+        ("| telemetry out", "PB10, PB11", "(gpiob.pb10, rx)"),
+    ];
+    for (signal, pin, code) in pins {
+        let row = page.lines().find(|line| line.starts_with(signal)).unwrap_or_else(|| panic!("no row {signal}"));
+        assert!(row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin), "{row}");
+        assert!(board.contains(code), "{signal} is not on {pin}");
+    }
+}
+
+#[test]
+fn every_kind_of_fault_has_a_remedy() {
+    let page = read(&root().join("docs/book/6-troubleshooting.md"));
+    let symptoms: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").next()).collect();
+    for kind in FaultKind::ALL {
+        let name = format!("`{}`", names::name(kind));
+        assert!(symptoms.iter().any(|symptom| symptom.contains(&name)), "{name}");
+    }
+}
+
+#[test]
+fn the_reader_in_python_reads_what_the_command_prints() {
+    let page = read(&root().join("docs/book/4-telemetry.md"));
+    let [reader] = &blocks(&page, "python")[..] else { panic!("one reader") };
+    assert!(reader.lines().count() <= 30, "{} lines", reader.lines().count());
+    let folder = directory();
+    let script = file(folder.path(), "reader.py", reader);
+
+    // Damage in between, and a beginning in the middle of a frame.
+    let mut line: Vec<u8> = b"middle of a frame\0\0\x01\0".to_vec();
+    let mut wire = [0; WIRE_MAX];
+    let mut sink = |packet: &Packet| {
+        let length = encode(packet, &mut wire).expect("it fits");
+        line.extend_from_slice(&wire[..length]);
+        if packet.sequence.is_multiple_of(3) {
+            let mut flipped = wire[..length].to_vec();
+            flipped[length / 2] ^= 0x40;
+            line.extend(flipped);
+        }
+        Ok(())
+    };
+    let input = Input { source: Source::Scene(Default::default()), ..Input::default() }.open().expect("an input");
+    replay::run(input, Settings::DEFAULT, None, &mut sink, &mut |_, _| {}).expect("a replay");
+
+    let mut python = Command::new("python3")
+        .arg(&script)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("Python 3 is there");
+    let mut stdin = python.stdin.take().expect("a pipe");
+    let fed = std::thread::spawn(move || stdin.write_all(&line));
+    let output = python.wait_with_output().expect("it ends");
+    fed.join().expect("a thread").expect("it read all");
+    let read: Vec<serde_json::Value> = json_lines(&output);
+
+    let printed = json_lines(&run(&["replay", "--json"]));
+    let estimates: Vec<_> = printed.iter().filter(|message| message["type"] == "estimate").collect();
+    assert!(estimates.len() > 4 && read.len() == estimates.len(), "{read:?}");
+    let number = |value: &serde_json::Value| value.as_f64().unwrap_or(0.0);
+    for (read, printed) in read.iter().zip(estimates) {
+        assert_eq!(read[0], printed["sequence"]);
+        assert!((number(&read[1]) - number(&printed["t_s"])).abs() < 1e-9);
+        assert_eq!(read[2], printed["status"]);
+        // They are f32 on the wire; each prints what reads back to the same.
+        assert_eq!(number(&read[3]) as f32, number(&printed["frequency_hz"]) as f32);
+        assert_eq!(number(&read[4]) as f32, number(&printed["sigma_hz"]) as f32);
+    }
+}
