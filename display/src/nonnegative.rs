@@ -9,6 +9,11 @@ use crate::packed::{at, factor, solve, triangle};
 /// A set of pins, a bit each.
 pub(crate) type Set = u128;
 
+/// All of so many pins.
+pub(crate) const fn every(pins: usize) -> Set {
+    if pins >= Set::BITS as usize { Set::MAX } else { (1 << pins) - 1 }
+}
+
 /// What does not change from frame to frame.
 pub(crate) struct Program<'a> {
     /// G, packed.
