@@ -27,6 +27,7 @@ mod matching;
 mod nonnegative;
 mod packed;
 mod sensor_space;
+mod set;
 mod square;
 
 pub use afterimage::Afterimage;

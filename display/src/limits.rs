@@ -69,6 +69,7 @@ pub struct Steps {
 
 impl Steps {
     /// Of limits that are possible: [`Pins::new`] says whether they are. Of others no pin moves.
+    #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
         Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: f32::from(limits.levels) }
     }
@@ -79,6 +80,7 @@ impl Steps {
     }
 
     /// Level after an update, from a level towards a wanted force, newtons. What is no number is no force.
+    #[inline(never)]
     pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
         let wanted = if wanted_n > 0.0 { wanted_n / self.quantum_n } else { 0.0 };
         let from = f32::from(from);

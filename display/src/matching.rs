@@ -3,9 +3,10 @@
 //! Equations 9 to 11 of Moy et al., with forces that only press and with Tikhonov's regularisation, which the paper leaves to others.
 
 use crate::error::{Error, finite, length, within};
-use crate::nonnegative::{Found, Program, Set, every, solve_from};
+use crate::nonnegative::{Found, Program, solve_from};
 use crate::packed::{at, dot, factor, invert, triangle};
 use crate::sensor_space::{SensorSpace, add};
+use crate::set::Set;
 
 /// Most pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
@@ -120,7 +121,7 @@ impl<'a> Matching<'a> {
         } else {
             by_pins(memory, by_pin, (pins, sensors), constant)?
         };
-        Ok(Self { pins, map: by_pin, way, x, pressing: every(pins), pivots_max: PIVOTS_MAX })
+        Ok(Self { pins, map: by_pin, way, x, pressing: Set::of(pins, |_| true), pivots_max: PIVOTS_MAX })
     }
 
     /// Number of pins.

@@ -5,10 +5,14 @@ use crate::matching::{PINS_MAX, PIVOTS_MAX, Solution};
 use crate::nonnegative::Found;
 use crate::packed::{at, triangle};
 use crate::sensor_space::{SensorSpace, add};
+use crate::set::Set;
 
 /// Sensors on a side of the array, and all of them.
 const SIDE: usize = 4;
 const SENSORS: usize = SIDE * SIDE;
+
+/// A symmetric matrix of the sensors, packed.
+type Products = [f32; triangle(SENSORS)];
 
 /// 4 x 4 sensors, and as many pins on each side as wanted, around the same middle on a half space.
 ///
@@ -41,33 +45,36 @@ impl Square {
     /// content does not matter.
     ///
     /// None if the memory is too small, if there are more than 10 x 10 pins or none, or if a wanted value or a force is not finite.
+    // Not inlined: a chip's firmware makes it as small as can be, and its caller perhaps not.
+    #[inline(never)]
     pub fn forces<'a>(
         &self,
         memory: &'a mut [f32],
         wanted: &[f32; SENSORS],
-        may_press: impl Fn(usize) -> bool,
+        may_press: &dyn Fn(usize) -> bool,
     ) -> Option<Solution<'a>> {
         let pins = self.side * self.side;
         let memory = memory.get_mut(..Self::floats(self.side))?;
         if pins == 0 || pins > PINS_MAX {
             return None;
         }
-        let (map, memory) = memory.split_at_mut(pins * SENSORS);
-        let (all, memory) = memory.split_at_mut(triangle(SENSORS));
-        let (lower, memory) = memory.split_at_mut(triangle(SENSORS));
-        let (v, x) = memory.split_at_mut(SENSORS);
+        let (map, memory) = memory.split_at_mut_checked(pins * SENSORS)?;
+        let (all, memory) = memory.split_first_chunk_mut::<{ triangle(SENSORS) }>()?;
+        let (lower, memory) = memory.split_first_chunk_mut::<{ triangle(SENSORS) }>()?;
+        let (v, x) = memory.split_first_chunk_mut::<SENSORS>()?;
         self.fill(map);
         self.sum(map, (all, lower));
         // The mean square of what a pin does.
-        let trace: f32 = (0..SENSORS).map(|i| at(all, i, i)).sum();
+        let trace: f32 = (0..SENSORS).map(|i| all[triangle(i) + i]).sum();
         let constant = self.regularisation * (trace / pins as f32);
         (0..SENSORS).for_each(|i| all[triangle(i) + i] += constant);
-        let pressing = (0..pins).filter(|pin| may_press(*pin)).fold(0, |set, pin| set | 1 << pin);
+        let pressing = Set::of(pins, may_press);
         let mut space = SensorSpace { constant, all, lower, v };
         let found = space.solve_from(map, wanted, pressing, x, PIVOTS_MAX);
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
-        let is_finite = wanted.iter().chain(&*x).all(|value| value.is_finite());
-        is_finite.then_some(Solution { forces: x, pivots, is_optimal, multiply_adds })
+        // Of numbers the sum is one, and of what is none it is none.
+        let sum: f32 = wanted.iter().chain(&*x).sum();
+        sum.is_finite().then_some(Solution { forces: x, pivots, is_optimal, multiply_adds })
     }
 
     /// The response of each sensor to each pin, a row for each pin.
@@ -97,7 +104,7 @@ impl Square {
     }
 
     /// The products of all rows with themselves: those of a quarter, and their mirror images. `part` has as much room.
-    fn sum(&self, map: &[f32], (all, part): (&mut [f32], &mut [f32])) {
+    fn sum(&self, map: &[f32], (all, part): (&mut Products, &mut Products)) {
         let half = self.side.div_ceil(2);
         // A pin in the middle is its own image.
         let share = |n: usize| if 2 * n + 1 == self.side { 0.5 } else { 1.0 };
@@ -113,7 +120,9 @@ impl Square {
         for i in 0..SENSORS {
             for j in 0..=i {
                 // 3 mirrors the place in a row, 12 the row.
-                all[triangle(i) + j] = [0, 3, 12, 15].iter().map(|mirror| at(part, i ^ mirror, j ^ mirror)).sum();
+                if let Some(element) = all.get_mut(triangle(i) + j) {
+                    *element = [0, 3, 12, 15].iter().map(|mirror| at(part, i ^ mirror, j ^ mirror)).sum();
+                }
             }
         }
     }

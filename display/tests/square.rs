@@ -31,7 +31,7 @@ fn forces_are_those_of_a_matching_that_keeps_its_factors() {
             let expected = matching.forces(&wanted).expect("forces");
             // Where a frame begins must not count: from nothing, from the frame before, from all.
             for begin in 0..3 {
-                let found = display.forces(&mut memory, &wanted, |pin| begin > 1 || begin > 0 && before[pin] > 0.0);
+                let found = display.forces(&mut memory, &wanted, &|pin| begin > 1 || begin > 0 && before[pin] > 0.0);
                 let found = found.expect("forces");
                 assert!(found.is_optimal && expected.is_optimal);
                 let most = expected.forces.iter().fold(0.0f32, |most, n| most.max(*n));
@@ -53,8 +53,8 @@ fn an_image_in_a_mirror_gives_forces_in_a_mirror() {
     let (mut memory, mut other) = (vec![0.0; Square::floats(6)], vec![0.0; Square::floats(6)]);
     for wanted in images() {
         let mirrored = core::array::from_fn(|n| wanted[n / 4 * 4 + 3 - n % 4]);
-        let forces = display(6).forces(&mut memory, &wanted, |_| false).expect("forces").forces;
-        let others = display(6).forces(&mut other, &mirrored, |_| false).expect("forces").forces;
+        let forces = display(6).forces(&mut memory, &wanted, &|_| false).expect("forces").forces;
+        let others = display(6).forces(&mut other, &mirrored, &|_| false).expect("forces").forces;
         let most = forces.iter().fold(0.0f32, |most, n| most.max(*n));
         for (pin, n) in forces.iter().enumerate() {
             assert!((n - others[pin / 6 * 6 + 5 - pin % 6]).abs() <= 1e-3 * most);
@@ -66,16 +66,16 @@ fn an_image_in_a_mirror_gives_forces_in_a_mirror() {
 fn what_is_impossible_has_no_forces() {
     let mut memory = vec![0.0; Square::floats(10)];
     let mut wanted = [0.1; SENSORS];
-    assert!(display(10).forces(&mut memory, &wanted, |_| false).is_some());
-    assert!(display(10).forces(&mut memory[1..], &wanted, |_| false).is_none());
-    assert!(display(0).forces(&mut memory, &wanted, |_| false).is_none());
+    assert!(display(10).forces(&mut memory, &wanted, &|_| false).is_some());
+    assert!(display(10).forces(&mut memory[1..], &wanted, &|_| false).is_none());
+    assert!(display(0).forces(&mut memory, &wanted, &|_| false).is_none());
     let mut large = vec![0.0; Square::floats(12)];
-    assert!(display(11).forces(&mut large, &wanted, |_| false).is_none());
+    assert!(display(11).forces(&mut large, &wanted, &|_| false).is_none());
     for wrong in [f32::NAN, f32::INFINITY, f32::MAX] {
         wanted[5] = wrong;
-        let forces = display(10).forces(&mut memory, &wanted, |_| false);
+        let forces = display(10).forces(&mut memory, &wanted, &|_| false);
         assert!(forces.is_none_or(|found| found.forces.iter().all(|n| n.is_finite())), "{wrong}");
     }
     wanted[5] = f32::NAN;
-    assert!(display(10).forces(&mut memory, &wanted, |_| false).is_none());
+    assert!(display(10).forces(&mut memory, &wanted, &|_| false).is_none());
 }

@@ -14,7 +14,8 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture, Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture, Travel,
+    TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 

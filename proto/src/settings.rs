@@ -1,8 +1,8 @@
 //! Settings, with units, bounds and the source of each default.
 
 use crate::plan::{Plan, PlanError};
-use crate::telemetry::PINS_SIDE_MAX;
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
+use crate::telemetry::PINS_SIDE_MAX;
 use core::f32::consts::PI;
 use heapless::String;
 use serde::{Deserialize, Serialize};

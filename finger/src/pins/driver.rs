@@ -44,13 +44,13 @@ impl Driver {
         let display = Square {
             side,
             spacing_mm,
-            sensor_spacing_mm: 0.5 * UNIT_PITCH_MM,
+            sensor_spacing_mm: (0.5 * UNIT_PITCH_MM) as f32,
             depth_mm,
             poisson: POISSON,
             regularisation: REGULARISATION,
         };
         let levels = &self.levels;
-        let solution = display.forces(memory, &wanted, |pin| levels.get(pin).is_some_and(|level| *level > 0));
+        let solution = display.forces(memory, &wanted, &|pin| levels.get(pin).is_some_and(|level| *level > 0));
         let forces_n = solution.as_ref().map_or(&[][..], |solution| solution.forces);
         let limits = limits(&settings.pins);
         let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());

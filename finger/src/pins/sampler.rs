@@ -32,6 +32,7 @@ pub struct Sampler {
 
 impl Sampler {
     /// Before the first frame.
+    #[inline(never)]
     pub const fn new(display: &PinDisplay, plan: &Plan) -> Self {
         let every = if display.is_on() {
             let frame_rate_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
@@ -107,7 +108,10 @@ mod tests {
                 let found_hz = frame_rate_hz * count / found as f32;
                 // A step of whole frames, and no slower than that.
                 let slowest_hz = frame_rate_hz / (frame_rate_hz / f32::from(rate_hz) + 1.0);
-                assert!(found_hz <= 1.001 * f32::from(rate_hz) && found_hz >= slowest_hz, "{name} {rate_hz} {found_hz}");
+                assert!(
+                    found_hz <= 1.001 * f32::from(rate_hz) && found_hz >= slowest_hz,
+                    "{name} {rate_hz} {found_hz}"
+                );
             }
         }
         assert_eq!(dues(&PinDisplay::DEFAULT, &Plan::PAPER, 1000).count(), 0);

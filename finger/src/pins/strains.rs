@@ -23,7 +23,7 @@ use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// Distance between the centres of two units, millimetres (Oddo et al. 2009, section 2.1).
-pub const UNIT_PITCH_MM: f32 = 2.3;
+pub const UNIT_PITCH_MM: f64 = 2.3;
 
 /// Rows and columns of the map.
 pub const SIDE: usize = 4;
@@ -36,17 +36,23 @@ pub const PLACES: [[usize; SIDE]; SIDE] = [[0, 1, 4, 5], [3, 2, 7, 6], [8, 9, 12
 pub fn of_pressure(values: &Values, usable: u16) -> Values {
     let mut pressed = *values;
     for (unit, values) in pressed.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-        let is_usable = |k: usize| usable >> (4 * unit + k) & 1 != 0;
-        let has_pair = is_usable(0) && is_usable(2);
-        let pair = 0.5 * (values[0] + values[2]);
-        let three = [(has_pair, pair), (is_usable(1), values[1]), (is_usable(3), values[3])];
-        let (sum, count) =
-            three.iter().filter(|(is_there, _)| *is_there).fold((0.0, 0.0), |(sum, n), (_, v)| (sum + v, n + 1.0));
-        let mean = if count > 0.0 { sum / count } else { 0.0 };
-        let [pair, second, fourth] = three.map(|(is_there, value)| if is_there { value } else { mean });
-        *values = [pair, second, pair, fourth];
+        of_unit(values, usable >> (4 * unit));
     }
     pressed
+}
+
+/// The same for one unit.
+// Not inlined: unrolled it would be four times as large.
+#[inline(never)]
+fn of_unit(values: &mut [f32; 4], usable: u16) {
+    let is_usable = |k: usize| usable >> k & 1 != 0;
+    let pair = (is_usable(0) && is_usable(2), 0.5 * (values[0] + values[2]));
+    let three = [pair, (is_usable(1), values[1]), (is_usable(3), values[3])];
+    let there = three.iter().filter(|(is_there, _)| *is_there);
+    let (sum, count) = there.fold((0.0, 0.0), |(sum, count), (_, value)| (sum + value, count + 1.0));
+    let mean = if count > 0.0 { sum / count } else { 0.0 };
+    let [pair, second, fourth] = three.map(|(is_there, value)| if is_there { value } else { mean });
+    *values = [pair, second, pair, fourth];
 }
 
 /// Values of the taxels as a map, row by row.
