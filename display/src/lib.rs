@@ -36,4 +36,4 @@ pub use grid::{Grid, Quantity};
 pub use kelvin::{Kelvin, SUBJECTS};
 pub use limits::{Limits, Pins, Steps};
 pub use matching::{Matching, PINS_MAX, Solution};
-pub use square::Square;
+pub use square::{Pressing, Square};

@@ -8,7 +8,7 @@ use crate::packed::{dot, factor, solve, triangle};
 use crate::set::Set;
 
 /// What counts as zero, over the largest product. With 16 sensors f32 rounds by less.
-const ZERO: f32 = 1e-5;
+pub(crate) const ZERO: f32 = 1e-5;
 
 /// What does not change from frame to frame, and room for what does.
 pub(crate) struct SensorSpace<'a> {

@@ -195,7 +195,12 @@ impl Live {
         }
         // The log keeps what is not shown elsewhere, and no success of a request.
         let is_usual = match &packet.event {
-            Event::Estimate(_) | Event::Health(_) | Event::Feel(_) | Event::Raw(_) | Event::Hello(_) | Event::Pins(_) => true,
+            Event::Estimate(_)
+            | Event::Health(_)
+            | Event::Feel(_)
+            | Event::Raw(_)
+            | Event::Hello(_)
+            | Event::Pins(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             _ => false,
         };

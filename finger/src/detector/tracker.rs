@@ -137,7 +137,7 @@ impl Tracker {
             }
             emit(event);
         });
-        pins.step(frame.t_us, || contact.pressed());
+        pins.step(number, frame.t_us, || contact.pressed());
         if let Some((start, until)) = contact.sliding() {
             scheduler.hop(grid.first_frame(start), grid.first_frame(until), clock, ring, due);
         }

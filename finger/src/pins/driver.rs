@@ -4,7 +4,7 @@ use crate::pins::Due;
 use crate::pins::strains::{UNIT_PITCH_MM, by_place, of_pressure};
 use ads1258::reading;
 use heapless::Vec;
-use ridgetone_display::{Limits, Square, Steps};
+use ridgetone_display::{Limits, Pressing, Square, Steps};
 use ridgetone_proto::settings::{PinDisplay, Settings};
 use ridgetone_proto::telemetry::{PINS_SIDE_MAX, Pins};
 
@@ -13,6 +13,8 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 
 /// How much even forces are preferred: as `ridgetone pins` has it.
 const REGULARISATION: f32 = 0.01;
+/// Systems that an update solves at most: 10 x 10 pins stay below 200,000 instructions.
+const PIVOTS_MAX: u32 = 6;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
 const POISSON: f32 = 0.5;
 
@@ -20,12 +22,13 @@ const POISSON: f32 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Driver {
     levels: [u8; PINS_SIDE_MAX * PINS_SIDE_MAX],
+    pressing: Pressing,
 }
 
 impl Driver {
     /// Pins that do not press.
     pub const fn new() -> Self {
-        Self { levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX] }
+        Self { levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX], pressing: Pressing::new() }
     }
 
     /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
@@ -48,14 +51,21 @@ impl Driver {
             depth_mm,
             poisson: POISSON,
             regularisation: REGULARISATION,
+            pivots_max: PIVOTS_MAX,
         };
-        let levels = &self.levels;
-        let solution = display.forces(memory, &wanted, &|pin| levels.get(pin).is_some_and(|level| *level > 0));
+        let solution = display.forces(memory, &wanted, &mut self.pressing);
+        let is_optimal = solution.as_ref().is_some_and(|solution| solution.is_optimal);
         let forces_n = solution.as_ref().map_or(&[][..], |solution| solution.forces);
         let limits = limits(&settings.pins);
         let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
-        let mut pins =
-            Pins { t_us: due.t_us, taxels: due.taxels, limited: 0, level_n: steps.quantum_n(), levels: Vec::new() };
+        let mut pins = Pins {
+            t_us: due.t_us,
+            taxels: due.taxels,
+            limited: 0,
+            is_optimal,
+            level_n: steps.quantum_n(),
+            levels: Vec::new(),
+        };
         for (pin, level) in self.levels.iter_mut().take(side * side).enumerate() {
             let wanted_n = forces_n.get(pin).copied().unwrap_or(0.0);
             *level = steps.towards(u16::from(*level), wanted_n) as u8;

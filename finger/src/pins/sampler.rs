@@ -22,7 +22,6 @@ pub struct Due {
 pub struct Sampler {
     /// Frames from one update to the next; zero: no updates.
     every: u32,
-    until: u32,
     /// Taxels that were good in all complete frames since the last update.
     good: u16,
     is_first: bool,
@@ -41,7 +40,7 @@ impl Sampler {
         } else {
             0
         };
-        Self { every, until: every, good: u16::MAX, is_first: true, due: None }
+        Self { every, good: u16::MAX, is_first: true, due: None }
     }
 
     /// Notes which taxels of a complete frame are good.
@@ -50,14 +49,12 @@ impl Sampler {
         self.good &= good;
     }
 
-    /// One frame of touch detection further. `pressed` gives the values and which of them are alive.
+    /// One frame of touch detection further. `pressed` gives the values and which of them are alive. The frame's number counts, so
+    /// that updates do not depend on when they were switched on.
     #[inline(always)]
-    pub fn step(&mut self, t_us: u64, pressed: impl FnOnce() -> (Values, u16)) {
-        if self.every > 0 {
-            self.until -= 1;
-            if self.until == 0 {
-                self.fall_due(t_us, pressed());
-            }
+    pub fn step(&mut self, number: u32, t_us: u64, pressed: impl FnOnce() -> (Values, u16)) {
+        if self.every > 0 && number.is_multiple_of(self.every) {
+            self.fall_due(t_us, pressed());
         }
     }
 
@@ -66,7 +63,6 @@ impl Sampler {
         // An update that was not taken in time is lost, but not that the pins begin anew with it.
         let is_first = core::mem::take(&mut self.is_first) || self.due.as_ref().is_some_and(|due| due.is_first);
         let taxels = core::mem::replace(&mut self.good, u16::MAX) & alive;
-        self.until = self.every;
         self.due = Some(Due { t_us, taxels, pressed, is_first });
     }
 
@@ -92,7 +88,7 @@ mod tests {
         let mut sampler = Sampler::new(display, plan);
         (0..frames).filter_map(move |frame| {
             sampler.note(if frame == 7 { !1 } else { u16::MAX });
-            sampler.step(frame, || ([frame as f32; TAXELS], 0x0fff));
+            sampler.step(frame as u32 + 1, frame, || ([frame as f32; TAXELS], 0x0fff));
             sampler.take().map(|due| (frame, due))
         })
     }
@@ -128,7 +124,7 @@ mod tests {
     #[test]
     fn a_lost_update_does_not_lose_the_beginning() {
         let mut sampler = Sampler::new(&ON, &Plan::PAPER);
-        (0..10).for_each(|frame| sampler.step(frame, || ([0.0; TAXELS], u16::MAX)));
+        (0..10).for_each(|frame| sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], u16::MAX)));
         assert!(sampler.is_due());
         assert_eq!(sampler.take().map(|due| (due.t_us, due.is_first)), Some((9, true)));
         assert_eq!(sampler.take(), None);

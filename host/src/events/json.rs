@@ -14,8 +14,8 @@ use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::plan::{Gives, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Pins, Raw, Release, Slide, Span, Status, Texture,
-    Travel, TravelStatus,
+    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Pins, Raw, Release, Slide, Span, Status,
+    Texture, Travel, TravelStatus,
 };
 use ridgetone_stimulus::{HARMONICS_MAX, Harmonic};
 use serde::Serialize;
@@ -206,14 +206,24 @@ struct JsonPins {
     forces_n: Vec<f32>,
     level_n: f32,
     limited: u8,
+    is_optimal: bool,
     taxels: u16,
 }
 
 impl From<&Pins> for JsonPins {
     fn from(pins: &Pins) -> Self {
-        let Pins { t_us, taxels, limited, level_n, .. } = *pins;
+        let Pins { t_us, taxels, limited, is_optimal, level_n, .. } = *pins;
         let side = pins.side();
-        Self { t_s: seconds(t_us), rows: side, columns: side, forces_n: pins.forces_n().collect(), level_n, limited, taxels }
+        Self {
+            t_s: seconds(t_us),
+            rows: side,
+            columns: side,
+            forces_n: pins.forces_n().collect(),
+            level_n,
+            limited,
+            is_optimal,
+            taxels,
+        }
     }
 }
 
@@ -479,10 +489,10 @@ mod tests {
     #[test]
     fn pins_have_their_forces_in_newtons() {
         let levels = [0, 4, 250, 1].iter().copied().collect();
-        let pins = Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, level_n: 0.25, levels };
+        let pins = Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, is_optimal: true, level_n: 0.25, levels };
         assert_eq!(
             json(&Packet { sequence: 4, event: Event::Pins(pins) }).unwrap(),
-            r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"taxels":61695}"#
+            r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"is_optimal":true,"taxels":61695}"#
         );
     }
 

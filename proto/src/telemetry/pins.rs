@@ -17,6 +17,8 @@ pub struct Pins {
     pub taxels: u16,
     /// Pins whose wanted force is beyond the greatest.
     pub limited: u8,
+    /// Whether the forces are those whose strains are the nearest. If not there was no time to find them, or no force can be computed.
+    pub is_optimal: bool,
     /// Force of a level, newtons.
     pub level_n: f32,
     /// Force of each pin in levels, row by row, as many rows as columns; the columns along the sliding direction.
