@@ -5,12 +5,13 @@
 //! arrays with more than one row take this instead. Values are per newton; strain is times Young's modulus, so both are per square
 //! millimetre. Depths are in millimetres, and above 0.
 
+use crate::packed::inverse_root;
 use core::f32::consts::PI;
 
 /// Normal stress along z, `r_mm` beside a force of 1 N and `z_mm` deep.
 pub fn stress(r_mm: f32, z_mm: f32) -> f32 {
     let r2 = r_mm * r_mm + z_mm * z_mm;
-    3.0 * z_mm * z_mm * z_mm / (2.0 * PI * r2 * r2 * libm::sqrtf(r2))
+    1.5 / PI * z_mm * z_mm * z_mm * inverse_root(r2) / (r2 * r2)
 }
 
 /// Normal strain along z times Young's modulus. Its sum over the plane is 1 - poisson - 2 poisson^2 times the force, which for rubber
@@ -25,5 +26,5 @@ pub(crate) fn strain_by_square(square: f32, z_mm: f32, poisson: f32) -> f32 {
     let (share, depth) = (1.0 / r2, z_mm * z_mm);
     // The stress along z less the sum of the two across, radial and around.
     let across = 3.0 * square * share - (1.0 - 2.0 * poisson);
-    z_mm * share / (2.0 * PI * libm::sqrtf(r2)) * (3.0 * depth * share - poisson * across)
+    z_mm * share * inverse_root(r2) * (0.5 / PI) * (3.0 * depth * share - poisson * across)
 }
