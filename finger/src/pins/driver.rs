@@ -13,8 +13,8 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 
 /// How much even forces are preferred: as `ridgetone pins` has it.
 const REGULARISATION: f32 = 0.01;
-/// Systems that an update solves at most: 10 x 10 pins stay below 200,000 instructions.
-const PIVOTS_MAX: u32 = 4;
+/// Systems that an update solves at most. 6 x 6 pins then stay below 200,000 instructions, and 10 x 10 below 330,000.
+const PIVOTS_MAX: u32 = 3;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
 const POISSON: f32 = 0.5;
 
