@@ -221,13 +221,14 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
     });
 }
 
-/// Forces of displays while a grating slides over the finger. The emulated board is told of the display when it has started, so the PC's first
+/// Forces of displays while a grating slides over the finger, so seldom that no fit is longer than from one update to the next.
+/// The emulated board is told of the display when it has started, so the PC's first
 /// updates are more: without touch all pins rest.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
 fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    for_all(&[(4, 20), (10, 50), (7, 8)], |&(side, rate_hz)| {
+    for_all(&[(4, 20), (10, 10), (7, 8)], |&(side, rate_hz)| {
         let what = format!("{side} x {side} pins at {rate_hz} Hz");
         let pins = PinDisplay { rate_hz, side, spacing_mm: 9.0 / f32::from(side), ..PinDisplay::DEFAULT };
         let settings = Settings { pins, ..Settings::DEFAULT };
@@ -248,7 +249,8 @@ fn forces_of_pins_are_the_same_on_the_chip_and_on_the_pc() {
             assert!(t_us >= first || forces_n.iter().all(|n| *n == 0.0), "{what}: the board began too late");
             t_us >= first
         });
-        assert_eq!(found, expected, "{what}: the PC gives other forces");
+        assert_eq!(found.len(), expected.len(), "{what}: updates were left out");
+        assert!(found == expected, "{what}: the PC gives other forces");
         // Limits and slew, by the forces alone; updates are as often as wanted, or less.
         let all: Vec<_> = found.iter().map(forces).collect();
         let step_n = pins.slew_n_s / f32::from(rate_hz) + 1e-4;
