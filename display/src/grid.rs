@@ -77,11 +77,11 @@ impl Grid {
                     Quantity::Stress => stress.z,
                 }
             } else {
-                let r_mm = libm::hypot(x - pin_x, y - pin_y);
-                match quantity {
-                    Quantity::Strain => crate::half_space::strain(r_mm, depth_mm, poisson),
+                let (r_mm, depth_mm) = (libm::hypot(x - pin_x, y - pin_y) as f32, depth_mm as f32);
+                return match quantity {
+                    Quantity::Strain => crate::half_space::strain(r_mm, depth_mm, poisson as f32),
                     Quantity::Stress => crate::half_space::stress(r_mm, depth_mm),
-                }
+                };
             };
             value as f32
         })

@@ -5,19 +5,26 @@
 //! arrays with more than one row take this instead. Values are per newton; strain is times Young's modulus, so both are per square
 //! millimetre. Depths are in millimetres, and above 0.
 
-use core::f64::consts::PI;
+use crate::packed::inverse_root;
+use core::f32::consts::PI;
 
 /// Normal stress along z, `r_mm` beside a force of 1 N and `z_mm` deep.
-pub fn stress(r_mm: f64, z_mm: f64) -> f64 {
+pub fn stress(r_mm: f32, z_mm: f32) -> f32 {
     let r2 = r_mm * r_mm + z_mm * z_mm;
-    3.0 * z_mm * z_mm * z_mm / (2.0 * PI * r2 * r2 * libm::sqrt(r2))
+    1.5 / PI * z_mm * z_mm * z_mm * inverse_root(r2) / (r2 * r2)
 }
 
 /// Normal strain along z times Young's modulus. Its sum over the plane is 1 - poisson - 2 poisson^2 times the force, which for rubber
 /// (0.5) is none: a wide even pressure does not compress it.
-pub fn strain(r_mm: f64, z_mm: f64, poisson: f64) -> f64 {
-    let rho = libm::hypot(r_mm, z_mm);
-    // The sum of the two stresses across: radial and around.
-    let across = (3.0 * r_mm * r_mm * z_mm / (rho * rho) - (1.0 - 2.0 * poisson) * z_mm) / (2.0 * PI * rho * rho * rho);
-    stress(r_mm, z_mm) - poisson * across
+pub fn strain(r_mm: f32, z_mm: f32, poisson: f32) -> f32 {
+    strain_by_square(r_mm * r_mm, z_mm, poisson)
+}
+
+/// The same by the square of the distance beside the force: a display computes hundreds of them.
+pub(crate) fn strain_by_square(square: f32, z_mm: f32, poisson: f32) -> f32 {
+    let r2 = square + z_mm * z_mm;
+    let (share, depth) = (1.0 / r2, z_mm * z_mm);
+    // The stress along z less the sum of the two across, radial and around.
+    let across = 3.0 * square * share - (1.0 - 2.0 * poisson);
+    z_mm * share * inverse_root(r2) * (0.5 / PI) * (3.0 * depth * share - poisson * across)
 }

@@ -27,10 +27,13 @@ mod matching;
 mod nonnegative;
 mod packed;
 mod sensor_space;
+mod set;
+mod square;
 
 pub use afterimage::Afterimage;
 pub use error::Error;
 pub use grid::{Grid, Quantity};
 pub use kelvin::{Kelvin, SUBJECTS};
-pub use limits::{Limits, Pins};
+pub use limits::{Limits, Pins, Steps};
 pub use matching::{Matching, PINS_MAX, Solution};
+pub use square::{Pressing, Square};

@@ -59,14 +59,51 @@ impl Limits {
     }
 }
 
+/// How a force moves from update to update: in whole levels, and no more of them than the slew allows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps {
+    quantum_n: f32,
+    steps: f32,
+    levels: f32,
+}
+
+impl Steps {
+    /// Of limits that are possible: [`Pins::new`] says whether they are. Of others no pin moves.
+    #[inline(never)]
+    pub fn new(limits: &Limits) -> Self {
+        Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: f32::from(limits.levels) }
+    }
+
+    /// Force of one level, newtons.
+    pub const fn quantum_n(&self) -> f32 {
+        self.quantum_n
+    }
+
+    /// Level after an update, from a level towards a wanted force, newtons. What is no number is no force.
+    #[inline(never)]
+    pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
+        let wanted = if wanted_n > 0.0 { wanted_n / self.quantum_n } else { 0.0 };
+        let from = f32::from(from);
+        // Greatest and least by comparison: neither is ever NaN.
+        let wanted = libm::roundf(if wanted < self.levels { wanted } else { self.levels });
+        let (least, most) = (from - self.steps, from + self.steps);
+        (if wanted < least {
+            least
+        } else if wanted > most {
+            most
+        } else {
+            wanted
+        }) as u16
+    }
+}
+
 /// The pins of a display, within its limits whatever is wanted; the memory is the caller's.
 ///
 /// After every call each force is a whole number of levels from none to the greatest, and no more than the slew away from the last.
 #[derive(Debug)]
 pub struct Pins<'a> {
     limits: Limits,
-    quantum_n: f32,
-    steps: u16,
+    steps: Steps,
     forces_n: &'a mut [f32],
     /// Seconds since the last update.
     since_s: f32,
@@ -77,8 +114,7 @@ impl<'a> Pins<'a> {
     pub fn new(limits: Limits, forces_n: &'a mut [f32]) -> Result<Self, Error> {
         limits.check()?;
         forces_n.fill(0.0);
-        let (quantum_n, steps) = (limits.quantum_n(), limits.steps() as u16);
-        Ok(Self { limits, quantum_n, steps, forces_n, since_s: f32::INFINITY })
+        Ok(Self { limits, steps: Steps::new(&limits), forces_n, since_s: f32::INFINITY })
     }
 
     /// The limits.
@@ -100,18 +136,16 @@ impl<'a> Pins<'a> {
             return Ok(None);
         }
         let greatest_n = self.limits.greatest_n();
-        self.forces_n.iter_mut().zip(wanted_n).for_each(|(n, wanted)| {
-            *n = self.quantum_n * moved(*n, *wanted, self.quantum_n, self.steps, self.limits.levels)
-        });
+        let steps = self.steps;
+        self.forces_n.iter_mut().zip(wanted_n).for_each(|(n, wanted)| *n = moved(*n, *wanted, &steps));
         Ok(Some(wanted_n.iter().filter(|wanted| !(0.0..=greatest_n).contains(*wanted)).count()))
     }
 
     /// The same with no force wanted: for a line that is silent or data that are wrong. The pins go down as fast as the slew allows.
     pub fn release(&mut self, dt_s: f32) -> Result<(), Error> {
         if self.is_due(dt_s)? {
-            self.forces_n
-                .iter_mut()
-                .for_each(|n| *n = self.quantum_n * moved(*n, 0.0, self.quantum_n, self.steps, self.limits.levels));
+            let steps = self.steps;
+            self.forces_n.iter_mut().for_each(|n| *n = moved(*n, 0.0, &steps));
         }
         Ok(())
     }
@@ -128,9 +162,7 @@ impl<'a> Pins<'a> {
     }
 }
 
-/// Level after an update, from a force towards a wanted one.
-fn moved(from_n: f32, wanted_n: f32, quantum_n: f32, steps: u16, levels: u16) -> f32 {
-    let level = |n: f32| libm::roundf((n / quantum_n).clamp(0.0, f32::from(levels)));
-    let (from, steps) = (level(from_n), f32::from(steps));
-    level(wanted_n).clamp(from - steps, from + steps)
+/// Force after an update, from a force towards a wanted one, newtons.
+fn moved(from_n: f32, wanted_n: f32, steps: &Steps) -> f32 {
+    steps.quantum_n * f32::from(steps.towards(libm::roundf(from_n / steps.quantum_n) as u16, wanted_n))
 }

@@ -3,9 +3,10 @@
 //! Equations 9 to 11 of Moy et al., with forces that only press and with Tikhonov's regularisation, which the paper leaves to others.
 
 use crate::error::{Error, finite, length, within};
-use crate::nonnegative::{Found, Program, Set, solve_from};
+use crate::nonnegative::{Found, Program, solve_from};
 use crate::packed::{at, dot, factor, invert, triangle};
 use crate::sensor_space::{SensorSpace, add};
+use crate::set::Set;
 
 /// Most pins: a display of 10 x 10.
 pub const PINS_MAX: usize = 100;
@@ -17,7 +18,7 @@ const SENSORS_MAX: usize = 1024;
 const PIVOT_MIN: f32 = 1e-5;
 
 /// Pivots at most by default. Of 4,000 frames that had nothing to do with the ones before, none took more than 10 (`tests/matching.rs`).
-const PIVOTS_MAX: u32 = 20;
+pub(crate) const PIVOTS_MAX: u32 = 20;
 
 /// Pins and sensors with all that is computed once.
 pub struct Matching<'a> {
@@ -120,8 +121,7 @@ impl<'a> Matching<'a> {
         } else {
             by_pins(memory, by_pin, (pins, sensors), constant)?
         };
-        let pressing = if pins == Set::BITS as usize { Set::MAX } else { (1 << pins) - 1 };
-        Ok(Self { pins, map: by_pin, way, x, pressing, pivots_max: PIVOTS_MAX })
+        Ok(Self { pins, map: by_pin, way, x, pressing: Set::of(pins, |_| true), pivots_max: PIVOTS_MAX })
     }
 
     /// Number of pins.

@@ -5,9 +5,7 @@
 //! press, with G, or for those that rest, with its inverse. So no system has more than half of the unknowns.
 
 use crate::packed::{at, factor, solve, triangle};
-
-/// A set of pins, a bit each.
-pub(crate) type Set = u128;
+use crate::set::Set;
 
 /// What does not change from frame to frame.
 pub(crate) struct Program<'a> {
@@ -44,13 +42,13 @@ pub(crate) fn exchange(
     pins: usize,
     mut pressing: Set,
     pivots_max: u32,
-    mut solve: impl FnMut(Set) -> (Set, u32),
+    mut solve: impl FnMut(&Set) -> (Set, u32),
 ) -> Found {
     let (mut fewest, mut tries) = (pins + 1, TRIES);
     let mut found = Found { pressing, pivots: 0, is_optimal: false, multiply_adds: 0 };
     loop {
-        let (wrong, multiply_adds) = solve(pressing);
-        let count = wrong.count_ones() as usize;
+        let (wrong, multiply_adds) = solve(&pressing);
+        let count = wrong.count();
         found.pivots += 1;
         found.multiply_adds += multiply_adds;
         found.pressing = pressing;
@@ -60,13 +58,13 @@ pub(crate) fn exchange(
         }
         if count < fewest {
             (fewest, tries) = (count, TRIES);
-            pressing ^= wrong;
+            pressing.flip_all(&wrong);
         } else if tries > 0 {
             tries -= 1;
-            pressing ^= wrong;
+            pressing.flip_all(&wrong);
         } else {
             // Murty's rule ends for certain.
-            pressing ^= 1 << (Set::BITS - 1 - wrong.leading_zeros());
+            (0..pins).rev().find(|pin| wrong.has(*pin)).into_iter().for_each(|pin| pressing.flip(pin));
         }
     }
 }
@@ -84,8 +82,8 @@ pub(crate) fn solve_from(
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
     let found = exchange(n, pressing, pivots_max, |pressing| {
         let multiply_adds = pivot(program, pressing, (free, b), (x, y));
-        let is_wrong = |i: usize| if pressing >> i & 1 != 0 { x[i] < -zero_x } else { y[i] < -zero_y };
-        ((0..n).filter(|i| is_wrong(*i)).map(|i| 1 << i).sum(), multiply_adds)
+        let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero_x } else { y[i] < -zero_y };
+        (Set::of(n, is_wrong), multiply_adds)
     });
     x.iter_mut().for_each(|x| *x = x.max(0.0));
     found
@@ -94,13 +92,13 @@ pub(crate) fn solve_from(
 /// Solution and gradient for one set. Gives the number of multiplications.
 fn pivot(
     program: &mut Program<'_>,
-    pressing: Set,
+    pressing: &Set,
     (free, b): (&[f32], &[f32]),
     (x, y): (&mut [f32], &mut [f32]),
 ) -> u32 {
     let n = x.len();
-    let is_pressing = |i: usize| pressing >> i & 1 != 0;
-    let press = 2 * pressing.count_ones() as usize <= n;
+    let is_pressing = |i: usize| pressing.has(i);
+    let press = 2 * pressing.count() <= n;
     // The smaller system, over `of`: those that press, with G, or those that rest, with its inverse.
     let matrix = if press { program.gram } else { program.inverse };
     let of = |i: &usize| is_pressing(*i) == press;

@@ -11,6 +11,16 @@ pub(crate) fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
     matrix[triangle(i) + j]
 }
 
+/// One over the square root of a normal number above 0, to a few units in the last place: Newton's method from a first guess by the
+/// exponent. `libm` takes ten times the instructions where it may not use the processor's own.
+pub(crate) fn inverse_root(x: f32) -> f32 {
+    let mut root = f32::from_bits(0x5f37_59df_u32.wrapping_sub(x.to_bits() >> 1));
+    for _ in 0..4 {
+        root *= 1.5 - 0.5 * x * root * root;
+    }
+    root
+}
+
 pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
     // Four sums: the next product needs not wait for the last.
     let mut sums = [0.0; 4];
@@ -37,7 +47,7 @@ pub(crate) fn factor(matrix: &mut [f32], n: usize, least: f32) -> Result<(), usi
         if !(pivot > least * row[i]) {
             return Err(i);
         }
-        row[i] = 1.0 / libm::sqrtf(pivot);
+        row[i] = inverse_root(pivot);
     }
     Ok(())
 }
@@ -77,4 +87,22 @@ pub(crate) fn invert(lower: &mut [f32], n: usize) {
             lower[triangle(i) + j] = (i..n).map(|k| lower[triangle(k) + i] * lower[triangle(k) + j]).sum();
         }
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_root_is_that_of_f64() {
+        for exponent in -120..120 {
+            for part in 0..50 {
+                let x = 2f32.powi(exponent) * (1.0 + part as f32 / 50.0);
+                let expected = 1.0 / f64::from(x).sqrt();
+                assert!((f64::from(inverse_root(x)) / expected - 1.0).abs() < 3e-7, "{x}");
+            }
+        }
+    }
+
+    extern crate std;
 }

@@ -3,11 +3,12 @@
 //! For a set P of pins that press, (A_P' A_P + c)^-1 A_P' w = A_P' v with (A_P A_P' + c) v = w. What is left of the wanted strains is c v,
 //! so the gradient of a pin that rests is -c a'v: one product a'v is the force of a pin that presses, and the sign for one that rests.
 
-use crate::nonnegative::{Found, Set, exchange};
+use crate::nonnegative::{Found, exchange};
 use crate::packed::{dot, factor, solve, triangle};
+use crate::set::Set;
 
 /// What counts as zero, over the largest product. With 16 sensors f32 rounds by less.
-const ZERO: f32 = 1e-5;
+pub(crate) const ZERO: f32 = 1e-5;
 
 /// What does not change from frame to frame, and room for what does.
 pub(crate) struct SensorSpace<'a> {
@@ -46,18 +47,12 @@ impl SensorSpace<'_> {
             let multiply_adds = self.products(map, wanted, pressing, x);
             let largest = x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
             let zero = ZERO * largest;
-            let mut wrong = 0;
-            for (i, x) in x.iter().enumerate() {
-                let is_pressing = pressing >> i & 1 != 0;
-                if if is_pressing { *x < -zero } else { *x > zero } {
-                    wrong |= 1 << i;
-                }
-            }
-            (wrong, multiply_adds)
+            let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero } else { x[i] > zero };
+            (Set::of(x.len(), is_wrong), multiply_adds)
         });
         for (i, x) in x.iter_mut().enumerate() {
             // What is no number stays one: the caller looks.
-            if found.pressing >> i & 1 == 0 || *x < 0.0 {
+            if !found.pressing.has(i) || *x < 0.0 {
                 *x = 0.0;
             }
         }
@@ -65,10 +60,10 @@ impl SensorSpace<'_> {
     }
 
     /// Products of all pins with v, for one set. Gives the number of multiplications.
-    fn products(&mut self, map: &[f32], wanted: &[f32], pressing: Set, x: &mut [f32]) -> u32 {
+    fn products(&mut self, map: &[f32], wanted: &[f32], pressing: &Set, x: &mut [f32]) -> u32 {
         let (pins, sensors) = (x.len(), wanted.len());
         // From none, or from all: what is fewer to add or to take away.
-        let few = 2 * pressing.count_ones() as usize <= pins;
+        let few = 2 * pressing.count() <= pins;
         if few {
             self.lower.fill(0.0);
             (0..sensors).for_each(|i| self.lower[triangle(i) + i] = self.constant);
@@ -77,7 +72,7 @@ impl SensorSpace<'_> {
         }
         let mut changed = 0;
         for (i, row) in map.chunks_exact(sensors).enumerate() {
-            if (pressing >> i & 1 != 0) == few {
+            if pressing.has(i) == few {
                 add(self.lower, row, if few { 1.0 } else { -1.0 });
                 changed += 1;
             }

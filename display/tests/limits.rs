@@ -1,7 +1,7 @@
 //! Whatever is wanted, and whenever: within the limits, on a level, and no farther than the slew.
 
 use proptest::prelude::*;
-use ridgetone_display::{Error, Limits, Pins};
+use ridgetone_display::{Error, Limits, Pins, Steps};
 
 const DISPLAY: Limits =
     Limits { force_n: 1.0, stroke_mm: 2.0, stiffness_n_mm: 0.5, update_hz: 20.0, levels: 10, slew_n_s: 4.0 };
@@ -104,4 +104,23 @@ fn impossible_displays_are_refused() {
             && pins.release(f32::NAN).is_err()
     );
     assert!(matches!(pins.advance(0.1, &[0.0, 0.0]), Err(Error::Length { .. })));
+}
+
+#[test]
+fn a_step_of_levels_is_within_the_slew_even_towards_what_is_no_number() {
+    // 0.2 N an update are two levels of 0.1 N.
+    let steps = Steps::new(&DISPLAY);
+    for (from, wanted_n, to) in [
+        (0, 5.0, 2),
+        (9, 5.0, 10),
+        (5, 0.0, 3),
+        (5, -1.0, 3),
+        (5, f32::NAN, 3),
+        (5, f32::INFINITY, 7),
+        (5, f32::NEG_INFINITY, 3),
+        (5, 0.52, 5),
+        (1, f32::NAN, 0),
+    ] {
+        assert_eq!(steps.towards(from, wanted_n), to, "{from} {wanted_n}");
+    }
 }

@@ -1,6 +1,10 @@
-//! A bump that moves over 4 x 4 sensors: the frames of the benchmark of a display, the same on the chip and here.
+//! A bump that moves over 4 x 4 sensors: the frames of the benchmark of a display, and the firmware's updates of one; the same on the chip
+//! and here.
 
+use ridgetone::pins::strains::{PLACES, UNIT_PITCH_MM};
+use ridgetone::pins::{Driver, Due};
 use ridgetone_display::{Error, Grid, Matching, Quantity};
+use ridgetone_proto::settings::{PinDisplay, Settings};
 
 /// Sensors, 4 x 4, 3 mm apart.
 const SIDE: usize = 4;
@@ -32,4 +36,27 @@ pub fn step(matching: &mut Matching<'_>, frame: u32) -> Option<(u32, u32)> {
     let solution = matching.forces(&wanted).ok()?;
     let sum: f32 = solution.forces.iter().sum();
     solution.is_optimal.then_some((solution.multiply_adds, sum.to_bits()))
+}
+
+/// Settings of a display of `side` x `side` pins over a fingertip 10 mm wide, with the other limits by default.
+pub fn settings(side: u8) -> Settings {
+    let spacing_mm = 10.0 / f32::from(side.max(1));
+    Settings { pins: PinDisplay { rate_hz: 20, side, spacing_mm, ..PinDisplay::DEFAULT }, ..Settings::DEFAULT }
+}
+
+/// One update of the firmware: a bump 1 mm wide, 0.1 mm farther in each, from 4 mm before the middle on. Gives the number of pins that are
+/// limited, and the sum of all levels.
+pub fn update(driver: &mut Driver, memory: &mut [f32], settings: &Settings, frame: u32) -> (u32, u32) {
+    let at_mm = -4.0 + 0.1 * frame as f32;
+    let place = |n: usize| 0.5 * UNIT_PITCH_MM as f32 * (n as f32 - 1.5);
+    let mut pressed = [0.0; SIDE * SIDE];
+    for (n, taxel) in PLACES.as_flattened().iter().enumerate() {
+        let (x, y) = (place(n % SIDE) - at_mm, place(n / SIDE));
+        if let Some(code) = pressed.get_mut(*taxel) {
+            *code = 20_000.0 * libm::expf(-(x * x + y * y));
+        }
+    }
+    let due = Due { t_us: u64::from(frame), taxels: u16::MAX, pressed, is_first: frame == 0 };
+    let pins = driver.update(&due, memory, settings);
+    (pins.limited.into(), pins.levels.iter().map(|level| u32::from(*level)).sum())
 }

@@ -66,6 +66,11 @@ pub enum Job {
         side: u8,
         frames: u32,
     },
+    /// The firmware's updates of such a display, which keeps nothing from one to the next but where its pins are.
+    Update {
+        side: u8,
+        frames: u32,
+    },
 }
 
 /// The values of a frame, and the mask of its valid taxels.
@@ -162,7 +167,8 @@ pub enum Measured {
         instructions: u32,
         frequency_bits: Option<u32>,
     },
-    /// One frame of a display: multiplications, and the bits of the sum of the forces.
+    /// One frame of a display: multiplications, and the bits of the sum of the forces; or one update: limited pins, and the sum of
+    /// the levels.
     Pins {
         instructions: u32,
         multiply_adds: u32,
@@ -202,6 +208,7 @@ mod tests {
             Job::Intake,
             baseline,
             Job::Pins { side: 10, frames: 80 },
+            Job::Update { side: 4, frames: 80 },
         ] {
             assert_eq!(back(&job).0, job);
         }

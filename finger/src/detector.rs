@@ -7,6 +7,7 @@ use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
 use crate::frame::TimedConversion;
 use crate::health::{HealthReporter, health};
+use crate::pins::{Due, Sampler};
 use crate::ring::Ring;
 use crate::window::Window;
 use ridgetone_proto::boot::{Boot, SettingsSource};
@@ -73,6 +74,16 @@ impl Detector {
     /// Whether the finger is on something.
     pub const fn is_touched(&self) -> bool {
         self.tracker.contact.is_touched()
+    }
+
+    /// Whether an update of the display waits.
+    pub const fn has_pins(&self) -> bool {
+        self.tracker.pins.is_due()
+    }
+
+    /// The update of the display that waits. It is lost if it is not taken before the next one.
+    pub fn take_pins(&mut self) -> Option<Due> {
+        self.tracker.pins.take()
     }
 
     /// Board time at which device time is zero, microseconds, wrapping; any value before the first conversion.
@@ -170,13 +181,17 @@ impl Detector {
     /// length, and none of them reaches back before it. Settings of another plan wait for [`Self::begin`]; then false.
     #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
-        (self.settings, self.source) = (*settings, source);
+        let before = core::mem::replace(&mut self.settings, *settings);
+        self.source = source;
         if settings.plan != self.plan {
             return false;
         }
         self.assembler.vref_v = settings.vref_v;
         self.episodes.set_reference(settings.vref_v);
         self.tracker.change(settings);
+        if settings.pins != before.pins {
+            self.tracker.pins = Sampler::new(&settings.pins, &settings.plan);
+        }
         true
     }
 

@@ -2,6 +2,7 @@
 
 use crate::abscissa::{self, Fitted, Motion};
 use crate::feeling::feel;
+use crate::pins::{Driver, Due};
 use crate::ring::reached;
 use crate::schedule::GROWING_FRAMES_MIN;
 use crate::surface::lag::lag;
@@ -13,7 +14,8 @@ use core::f32::consts::PI;
 use ridgetone_proto::fault::FaultSet;
 use ridgetone_proto::settings::{Settings, SlideRule, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Span, Status, Texture, Travel, TravelStatus,
+    Abscissa, Channel, Direction, Estimate, Feel, Movement, OtherTone, Pins, Span, Status, Texture, Travel,
+    TravelStatus,
 };
 use ridgetone_tone::{Fit, Fitter, FrameSource, Overwritten, Values};
 
@@ -36,12 +38,19 @@ pub struct Estimator {
     reported_end: u32,
     /// What has been reported of what is under the finger.
     pub textures: TextureReporter,
+    pins: Driver,
 }
 
 impl Estimator {
     /// An estimator; `const`, so that its scratch memory can live in a static.
     pub const fn new(settings: Settings) -> Self {
-        Self { settings, fitter: Fitter::new(settings.harmonics), reported_end: 0, textures: TextureReporter::new() }
+        Self {
+            settings,
+            fitter: Fitter::new(settings.harmonics),
+            reported_end: 0,
+            textures: TextureReporter::new(),
+            pins: Driver::new(),
+        }
     }
 
     /// Puts settings into force. They must have passed [`Settings::validate`].
@@ -88,6 +97,12 @@ impl Estimator {
             return Ok(None);
         }
         feel(window, source, self.fitter.scratch(), &self.settings)
+    }
+
+    /// An update of the display; None where the settings have none.
+    pub fn pins(&mut self, due: &Due) -> Option<Pins> {
+        let Self { settings, fitter, pins, .. } = self;
+        settings.pins.is_on().then(|| pins.update(due, fitter.scratch(), settings))
     }
 
     /// What is under the finger by the estimate of the latest [`Self::run`], if it is to be reported. It comes before

@@ -104,6 +104,9 @@ impl Pipeline {
             Some(conversion) => detector.push(conversion, ring, &shared.diagnostics, emit, due),
             None => detector.finish(ring, &shared.diagnostics, emit, due),
         }
+        if let Some(pins) = detector.take_pins().and_then(|due| estimator.pins(&due)) {
+            emit(Event::Pins(pins));
+        }
         for window in &windows {
             if let Some(estimate) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
                 let texture = estimator.texture(&estimate, window);

@@ -93,6 +93,7 @@ struct Latest {
     health: Option<Kept>,
     feel: Option<Kept>,
     texture: Option<Kept>,
+    pins: Option<Kept>,
 }
 
 /// The small part of the state, which changes as a whole.
@@ -189,11 +190,17 @@ impl Live {
             }
             Event::Raw(raw) => self.strips.push(Frame::new(raw, self.settings().vref_v)),
             Event::Texture(_) => now.latest.texture = kept(),
+            Event::Pins(_) => now.latest.pins = kept(),
             Event::Reply(_) => {}
         }
         // The log keeps what is not shown elsewhere, and no success of a request.
         let is_usual = match &packet.event {
-            Event::Estimate(_) | Event::Health(_) | Event::Feel(_) | Event::Raw(_) | Event::Hello(_) => true,
+            Event::Estimate(_)
+            | Event::Health(_)
+            | Event::Feel(_)
+            | Event::Raw(_)
+            | Event::Hello(_)
+            | Event::Pins(_) => true,
             Event::Reply(reply) => reply.outcome == Outcome::Done,
             _ => false,
         };

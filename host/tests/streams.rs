@@ -135,7 +135,7 @@ fn foxglove_gets_channels_schemas_and_messages() {
     let serving = Serving::start(&[&board], &["--foxglove", &format!("127.0.0.1:{port}")]);
     let mut viewer = foxglove::Viewer::connect(port);
     viewer.subscribe_to(7);
-    for topic in ["frames", "contact", "tone", "feel", "texture", "diagnostics", "health"] {
+    for topic in ["frames", "contact", "tone", "feel", "texture", "pins", "diagnostics", "health"] {
         let channel = &viewer.channels[&format!("/ridgetone/f0/{topic}")];
         assert_eq!((&channel["encoding"], &channel["schemaEncoding"]), (&"json".into(), &"jsonschema".into()));
         let schema: Value = serde_json::from_str(channel["schema"].as_str().expect("a schema")).expect("JSON");

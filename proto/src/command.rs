@@ -7,7 +7,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 /// Most bytes of a request on the wire. The longest ones are settings with a protocol, and a full part of a speed profile.
-pub const REQUEST_WIRE_MAX: usize = 112;
+pub const REQUEST_WIRE_MAX: usize = 136;
 
 /// Most knots of a speed profile that one command carries.
 pub const KNOTS_A_COMMAND: usize = 8;
@@ -18,7 +18,7 @@ pub const KNOTS_A_COMMAND: usize = 8;
 pub enum Command {
     /// Send `hello`, which carries the settings in force.
     Greet,
-    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,170th time
+    /// Use these settings from the next window on; with `keep` also after the next start. About every 1,024th time
     /// keeping costs 1 to 2 s of conversions ([`Outcome::DoneErased`]), but never during a touch.
     Set {
         /// All of them.

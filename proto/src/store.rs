@@ -17,10 +17,10 @@ use crate::settings::Settings;
 use embedded_storage::nor_flash::NorFlash;
 
 /// Version of a record's content; other versions are not read. Raise it when [`Settings`] change.
-const VERSION: u8 = 2;
+const VERSION: u8 = 3;
 
-/// Bytes of a record: number, version, settings (91 at most), and the checksum of all three.
-pub const RECORD_BYTES: usize = 112;
+/// Bytes of a record: number, version, settings (118 at most), and the checksum of all three.
+pub const RECORD_BYTES: usize = 128;
 
 /// Place of the settings in a record.
 const CONTENT: core::ops::Range<usize> = 5..RECORD_BYTES - 4;

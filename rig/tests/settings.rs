@@ -58,8 +58,8 @@ fn kept_settings_survive_the_loss_of_power_at_any_word() {
     }
 }
 
-/// Records of a sector: 128 KiB of 112 bytes each.
-const RECORDS: u16 = 1170;
+/// Records of a sector: 128 KiB of 128 bytes each.
+const RECORDS: u16 = 1024;
 
 /// What the erase of a sector may leave when the power goes: half of it is blank; all is programmed, as an erase begins; of
 /// every byte some bits are erased; all is blank but a bit at the end.

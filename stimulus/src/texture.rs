@@ -27,7 +27,7 @@ pub struct Texture {
     /// Signal power of the sensor at the period, in the unit of the [`AmplitudeLaw`](crate::AmplitudeLaw), 0 to 1e12; 0: by the law.
     #[cfg_attr(feature = "serde", serde(default))]
     pub power: f32,
-    /// Force under which it was touched, newtons, 0 to 1000.
+    /// Force under which it was touched, newtons, 0 to 1000; 0 if nobody knows it. A finger that is live does not: its levels are volts.
     #[cfg_attr(feature = "serde", serde(default))]
     pub force_n: f32,
     /// Time of the measurement, seconds of the sender's clock, 0 to 1e9.

@@ -16,7 +16,7 @@ use ridgetone_eval::workload::conversion;
 use ridgetone_proto::plan::Plan;
 
 /// Places of the firmware's queue.
-const SAMPLES: usize = 128;
+const SAMPLES: usize = ridgetone::tasks::shared::SAMPLES;
 
 /// Conversions that are taken in: the queue's end is among them.
 const TAKEN: u32 = 3 * SAMPLES as u32;

@@ -2,9 +2,13 @@
 
 use crate::files::Files;
 use crate::machine::Counter;
+use ridgetone::pins::{Driver, MEMORY as UPDATE_FLOATS};
 use ridgetone_display::Matching;
-use ridgetone_eval::moving_bump::{FLOATS, matching, step};
+use ridgetone_eval::moving_bump::{FLOATS, matching, settings, step, update};
+
 use ridgetone_eval::workload::{Job, Measured};
+
+const _: () = assert!(UPDATE_FLOATS <= FLOATS);
 
 /// Does all jobs and leaves the emulator.
 #[cortex_m_rt::entry]
@@ -22,6 +26,14 @@ fn main() -> ! {
                         let (instructions, done) = counter.measure(|| measured(&mut matching, frame));
                         let (multiply_adds, bits) = done?;
                         files.write(Measured::Pins { instructions, multiply_adds, bits })?;
+                    }
+                }
+                Job::Update { side, frames } => {
+                    let (settings, mut driver) = (settings(side), Driver::new());
+                    for frame in 0..frames {
+                        let (instructions, (limited, levels)) =
+                            counter.measure(|| update(&mut driver, MEMORY, &settings, frame));
+                        files.write(Measured::Pins { instructions, multiply_adds: limited, bits: levels })?;
                     }
                 }
                 // Other images do the others.

@@ -9,6 +9,7 @@ use super::row::Row;
 use crate::parallel;
 use anyhow::Result;
 use ridgetone_host::input::Input;
+use ridgetone_proto::store::RECORD_BYTES;
 
 /// Frames of telemetry for each injection into the chip.
 const TELEMETRY_FRAMES: u64 = 100;
@@ -20,7 +21,7 @@ const REQUESTS_A_BOARD: u64 = 10_000;
 /// Injections into the chip for each time that power is cut everywhere, some 1,300 times.
 const INJECTIONS_A_CUT: u64 = 2500;
 /// Records of settings in a sector of the STM32F405.
-const RECORDS: u64 = 128 * 1024 / 112;
+const RECORDS: u64 = 128 * 1024 / RECORD_BYTES as u64;
 
 /// Names and titles of the rows.
 const BIT_ERRORS: (&str, &str) = ("telemetry_bit_errors", "bit errors in telemetry");
@@ -42,7 +43,7 @@ pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
         line_noise::damaged_requests(REQUESTS_A_BOARD, seed)
     })?;
     let cut = batches("cuts of power", injections / INJECTIONS_A_CUT, seed, |seed| {
-        let mut cuts = cut_everywhere::<112>(0, 5, seed);
+        let mut cuts = cut_everywhere::<{ RECORD_BYTES as u32 }>(0, 5, seed);
         cuts += cut_everywhere::<224>(0, 7, seed);
         cuts += cut_everywhere::<1000>(8, 16, seed);
         Ok(cuts)

@@ -3,6 +3,7 @@
 use crate::event_builder::EventBuilder;
 use crate::feeling::image_ratio;
 use crate::frame::{Frame, FrameClock};
+use crate::pins::Sampler;
 use crate::ring::Ring;
 use crate::scan::Scan;
 use crate::schedule::WindowScheduler;
@@ -24,6 +25,7 @@ pub struct Tracker {
     pub clock: FrameClock,
     pub scheduler: WindowScheduler,
     pub events: EventBuilder,
+    pub pins: Sampler,
     /// Frames that are still to be reported raw.
     pub raw_frames: u32,
     /// Nothing is reported but raw frames.
@@ -43,6 +45,7 @@ impl Tracker {
             clock: FrameClock::new(&Scan::new(&settings.plan)),
             scheduler: WindowScheduler::new(settings),
             events: EventBuilder::new(settings.vref_v),
+            pins: Sampler::new(&settings.pins, &settings.plan),
             raw_frames: 0,
             is_stopped: false,
             has_begun: false,
@@ -58,6 +61,7 @@ impl Tracker {
         self.has_begun = false;
         self.scheduler.whole = None;
         self.contact = contact(settings);
+        self.pins = Sampler::new(&settings.pins, &settings.plan);
     }
 
     /// The next frames are of another plan: begins again with them. `settings` are of that plan.
@@ -86,7 +90,7 @@ impl Tracker {
     }
 
     pub fn push(&mut self, frame: &Frame, ring: &mut Ring, emit: &mut dyn FnMut(Event), due: &mut dyn FnMut(Window)) {
-        let Self { contact, clock, scheduler, events, averager, plan, .. } = self;
+        let Self { contact, clock, scheduler, events, pins, averager, plan, .. } = self;
         let inputs = plan.inputs;
         clock.latest = (frame.number, frame.t_us);
         if self.raw_frames > 0 {
@@ -114,6 +118,9 @@ impl Tracker {
         if is_complete && frame.good != inputs {
             contact.note_good(frame.good);
         }
+        if is_complete {
+            pins.note(frame.good);
+        }
         // An incomplete frame has no valid value: the fit needs one abscissa for all channels.
         let valid = if is_complete { frame.good } else { 0 };
         ring.push(&self.values, valid, frame.t_us as u32);
@@ -130,6 +137,7 @@ impl Tracker {
             }
             emit(event);
         });
+        pins.step(number, frame.t_us, || contact.pressed());
         if let Some((start, until)) = contact.sliding() {
             scheduler.hop(grid.first_frame(start), grid.first_frame(until), clock, ring, due);
         }

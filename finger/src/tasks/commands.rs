@@ -239,9 +239,9 @@ mod tests {
         let settings = Settings { slide, array, ..Settings::DEFAULT };
         let knots = Vec::from_slice(&[Knot { t_us: u32::MAX, speed_mm_s: 1.0 }; KNOTS_A_COMMAND]).unwrap();
         let part = Part { first: u8::MAX, knots, last: Some(After::Repeat) };
-        // By hand: number 3, kind 1, settings 90, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
+        // By hand: number 3, kind 1, settings 117, keep 1; number 3, kind 1, first 1, knots 1 + 8 (5 + 4), last 2; then
         // 4 of checksum, 1 of stuffing and the zero.
-        for (command, bytes) in [(Command::Set { settings, keep: true }, 101), (Command::Follow(part), 86)] {
+        for (command, bytes) in [(Command::Set { settings, keep: true }, 128), (Command::Follow(part), 86)] {
             let mut wire = [0; REQUEST_WIRE_MAX];
             assert_eq!(wire::encode(&Request { number: u16::MAX, command }, &mut wire), Ok(bytes));
         }

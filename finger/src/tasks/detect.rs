@@ -89,6 +89,9 @@ impl<'a> Detect<'a> {
                 }
             }
         }
+        if detector.has_pins() {
+            P::pend(shared, Task::Fit);
+        }
         shared.liveness.detected.bump();
     }
 }

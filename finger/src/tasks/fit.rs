@@ -41,7 +41,10 @@ impl<S: Store> Fit<'_, S> {
     ) {
         let Self { estimator, windows, requests } = self;
         loop {
-            while let Some(window) = windows.dequeue() {
+            loop {
+                // It takes a small part of the time of a fit.
+                pins(estimator, detector, outbox, shared);
+                let Some(window) = windows.dequeue() else { break };
                 let source = &mut Locked(&mut *ring);
                 let estimate = fit(&window, estimator, source, requests.profile(), shared);
                 if let Some(estimate) = estimate {
@@ -55,6 +58,20 @@ impl<S: Store> Fit<'_, S> {
                 break;
             }
         }
+    }
+}
+
+/// Moves the pins of the display, if an update is due.
+// Not inlined: during a fit, the deepest of the stack, its packet has no place there.
+#[inline(never)]
+fn pins<P: Platform>(
+    estimator: &mut Estimator,
+    detector: &mut impl Mutex<T: DerefMut<Target = Detector>>,
+    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+    shared: &Shared<P>,
+) {
+    if let Some(pins) = detector.lock(|detector| detector.take_pins()).and_then(|due| estimator.pins(&due)) {
+        outbox.lock(|outbox| post(outbox, Event::Pins(pins), shared));
     }
 }
 

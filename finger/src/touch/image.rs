@@ -10,6 +10,11 @@ use ridgetone_tone::Values;
 /// (1/12), which is the least that the detector takes for noise.
 const DEAD_VARIANCE: f32 = 1.1 / 12.0;
 
+/// Whether a taxel has neither changed since the touch began nor any noise, by its codes above the level before, and by the variance of its frames.
+pub fn is_dead(pressed: f32, variance: f32) -> bool {
+    pressed.abs() < 1.0 && variance < DEAD_VARIANCE
+}
+
 /// The image of a hold, beside the level before the touch and the frames that this level is the mean of. `weights` are one
 /// over the variance of each taxel's frames. The mean over the hold began and ended at `span_us`, device time in
 /// microseconds, of so many frames of the scan.
@@ -24,8 +29,7 @@ pub fn image(
     let mut taxels = Vec::new();
     for c in 0..TAXELS {
         let (pressed, variance) = (held.level[c] - idle[c], 1.0 / weights[c]);
-        let is_dead = pressed.abs() < 1.0 && variance < DEAD_VARIANCE;
-        if held.good >> c & 1 == 1 && !is_dead {
+        if held.good >> c & 1 == 1 && !is_dead(pressed, variance) {
             let sigma_v = libm::sqrtf(variance * of_mean) * volts_per_code;
             // There is space for every taxel.
             let _ = taxels.push(Pressed { taxel: c as u8, level_v: pressed * volts_per_code, sigma_v });

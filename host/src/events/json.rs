@@ -14,8 +14,8 @@ use ridgetone_proto::fault::{Fault, FaultSet};
 use ridgetone_proto::plan::{Gives, Plan};
 use ridgetone_proto::settings::{Settings, SettingsError, TAXELS};
 use ridgetone_proto::telemetry::{
-    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Raw, Release, Slide, Span, Status, Texture,
-    Travel, TravelStatus,
+    Abscissa, Channel, Contact, Direction, Event, Health, Image, Packet, Pins, Raw, Release, Slide, Span, Status,
+    Texture, Travel, TravelStatus,
 };
 use ridgetone_stimulus::{HARMONICS_MAX, Harmonic};
 use serde::Serialize;
@@ -110,6 +110,7 @@ enum Body<'a> {
     },
     Feel(JsonFeel),
     Texture(JsonTexture),
+    Pins(JsonPins),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -193,6 +194,36 @@ impl From<&Texture> for JsonTexture {
         let Texture { t_us, plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v } = *texture;
         let overtones = overtones_as_sines(&overtones);
         Self { t_s: seconds(t_us), plan, period_mm, period_sigma_mm, power_v2, power_sigma_v2, overtones, level_v }
+    }
+}
+
+/// Forces of a display, as `ridgetone pins --json` has them.
+#[derive(Serialize)]
+struct JsonPins {
+    t_s: f64,
+    rows: usize,
+    columns: usize,
+    forces_n: Vec<f32>,
+    level_n: f32,
+    limited: u8,
+    is_optimal: bool,
+    taxels: u16,
+}
+
+impl From<&Pins> for JsonPins {
+    fn from(pins: &Pins) -> Self {
+        let Pins { t_us, taxels, limited, is_optimal, level_n, .. } = *pins;
+        let side = pins.side();
+        Self {
+            t_s: seconds(t_us),
+            rows: side,
+            columns: side,
+            forces_n: pins.forces_n().collect(),
+            level_n,
+            limited,
+            is_optimal,
+            taxels,
+        }
     }
 }
 
@@ -290,6 +321,7 @@ fn with_reference(packet: &Packet, vref_v: Option<f32>) -> JsonPacket<'_> {
         Event::Reply(e) => Body::Reply { number: e.number, outcome: &e.outcome, gives: e.gives.as_ref() },
         Event::Feel(feel) => Body::Feel(feel.into()),
         Event::Texture(texture) => Body::Texture(texture.into()),
+        Event::Pins(pins) => Body::Pins(pins.into()),
         Event::Raw(raw) => Body::Raw { raw, volts: vref_v.map(|vref_v| Frame::new(raw, vref_v).volts) },
     };
     JsonPacket { r#type: name(&packet.event).to_lowercase(), sequence: packet.sequence, body, receipt: None }
@@ -452,6 +484,16 @@ mod tests {
             r#"{"type":"texture","sequence":4,"t_s":2.5,"plan":"hand","period_mm":3.5,"period_sigma_mm":0.25,"power_v2":0.5,"power_sigma_v2":0.125,"overtones":[{"amplitude":0.5,"phase_cycles":0.0},{"amplitude":0.0,"phase_cycles":0.0},{"amplitude":0.25,"phase_cycles":0.0}],"level_v":null}"#
         );
         assert!(line(Texture { level_v: Some(0.75), ..texture }).ends_with(r#""level_v":0.75}"#));
+    }
+
+    #[test]
+    fn pins_have_their_forces_in_newtons() {
+        let levels = [0, 4, 250, 1].iter().copied().collect();
+        let pins = Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, is_optimal: true, level_n: 0.25, levels };
+        assert_eq!(
+            json(&Packet { sequence: 4, event: Event::Pins(pins) }).unwrap(),
+            r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"is_optimal":true,"taxels":61695}"#
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::page::Page;
 use super::player::{Player, SILENCE_S, Update};
 use super::screen;
+use crate::events;
 use crate::feed::{Feed, Requester};
 use crate::listen::{Heard, Listener};
 use crate::output;
@@ -10,6 +11,7 @@ use crate::stop;
 use anyhow::{Context, Result};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers};
+use ridgetone_proto::telemetry::{Event, Packet};
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
@@ -50,22 +52,48 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
                 })
             })
         }
-        Show::Lines | Show::Json => follow(&mut listener, player, &mut |_, update, player| {
-            let Some((update, true)) = update else { return Ok(true) };
-            output::line(&match show {
-                Show::Json => serde_json::to_string(update)?,
-                _ => screen::summary(update, player.setup().gain),
-            })?;
-            Ok(true)
-        }),
+        Show::Lines | Show::Json => lines(&mut listener, player, show),
     };
     (listener.feed, shown)
+}
+
+/// A line for each update: the board's, if it sends events `pins`; else the player's.
+fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result<()> {
+    let is_json = show == Show::Json;
+    let mut board_computes = false;
+    let mut board = |packet: &Packet| {
+        let sends = matches!(packet.event, Event::Pins(_));
+        board_computes |= sends;
+        if sends {
+            output::line(&if is_json { events::json(packet)? } else { events::text(packet) })?;
+        }
+        Ok(board_computes)
+    };
+    follow_beside(listener, player, &mut board, &mut |_, update, player| {
+        if let Some((update, true)) = update {
+            output::line(&match is_json {
+                true => serde_json::to_string(update)?,
+                false => screen::summary(update, player.setup().gain),
+            })?;
+        }
+        Ok(true)
+    })
 }
 
 /// Gives every update, and whether it is new, until the sink says false.
 type Sink<'a> = dyn FnMut(&str, Option<(&Update, bool)>, &Player<'_>) -> Result<bool> + 'a;
 
 fn follow(listener: &mut Listener, player: &mut Player<'_>, sink: &mut Sink<'_>) -> Result<()> {
+    follow_beside(listener, player, &mut |_| Ok(false), sink)
+}
+
+/// The same, unless `board` says of a packet that the board computes the forces itself.
+fn follow_beside(
+    listener: &mut Listener,
+    player: &mut Player<'_>,
+    board: &mut dyn FnMut(&Packet) -> Result<bool>,
+    sink: &mut Sink<'_>,
+) -> Result<()> {
     let (mut latest, mut heard_at) = (None, Instant::now());
     while !stop::is_requested() {
         let heard = match listener.next(LOOK) {
@@ -75,7 +103,8 @@ fn follow(listener: &mut Listener, player: &mut Player<'_>, sink: &mut Sink<'_>)
         let update = match heard {
             Some(Heard::Packet(packet, _)) => {
                 heard_at = Instant::now();
-                player.take(&packet)?
+                let update = player.take(&packet)?;
+                if board(&packet)? { None } else { update }
             }
             Some(Heard::Over) => break,
             _ if heard_at.elapsed().as_secs_f64() > SILENCE_S => player.silent(LOOK.as_secs_f64())?,

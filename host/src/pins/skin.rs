@@ -1,11 +1,9 @@
-//! Raw frames to strains under the sensor's skin.
-//!
-//! Pressure strains all four piezoresistors of a unit alike. Shear tilts its mesa, which stretches piezoresistor 1 as much as it compresses
-//! 3 (Oddo et al. 2009, section 2.1): their mean is free of it. So a unit has three values: that mean for both, and those of 2 and 4.
+//! Raw frames to strains under the sensor's skin, by the firmware's rule ([`ridgetone::pins::strains`]).
 
 use crate::live::Frame;
-use crate::static_image::{SIDE, map};
+use crate::static_image::SIDE;
 use hal_mock::Finger;
+use ridgetone::pins::strains::{by_place, of_pressure};
 use ridgetone_proto::settings::TAXELS;
 use std::collections::VecDeque;
 
@@ -56,16 +54,9 @@ impl Skin {
 
 /// Strains as a map, row by row, from volts above the level. What is dead takes the mean of its unit, and a dead unit has none.
 pub fn strains(volts: &Volts, volts_per_strain: f64) -> [f32; SIDE * SIDE] {
-    let by_taxel: [f32; TAXELS] = std::array::from_fn(|taxel| {
-        let unit = &volts[taxel / 4 * 4..][..4];
-        let pair = || Some(0.5 * (unit[0]? + unit[2]?));
-        let alone = if taxel % 2 == 0 { pair() } else { unit[taxel % 4] };
-        let others = || mean([pair(), unit[1], unit[3]].into_iter().flatten());
-        alone.or_else(others).map_or(0.0, |volts| (f64::from(volts) / volts_per_strain) as f32)
-    });
-    let mut strains = [0.0; SIDE * SIDE];
-    strains.copy_from_slice(map(&by_taxel).as_flattened());
-    strains
+    let usable = volts.iter().rev().fold(0, |mask, volts| mask << 1 | u16::from(volts.is_some()));
+    let pressed = of_pressure(&volts.map(|volts| volts.unwrap_or(0.0)), usable);
+    by_place(&pressed).map(|volts| (f64::from(volts) / volts_per_strain) as f32)
 }
 
 /// Mean of some values; none of none.

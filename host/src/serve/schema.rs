@@ -148,6 +148,16 @@ const DIAGNOSTICS: [Field; 27] = [
     ("frames_unconfirmed", "integer", "", "lost at a receiver: frames given to a connection that broke"),
 ];
 
+const PINS: [Field; 7] = [
+    ("rows", "integer", "", "rows of pins"),
+    ("columns", "integer", "", "columns of pins, along the sliding direction"),
+    ("forces_n", "number[]", "N", "forces, row by row"),
+    ("level_n", "number", "N", "force of a level: forces are whole numbers of it"),
+    ("limited", "integer", "", "pins whose wanted force is beyond the greatest"),
+    ("is_optimal", "boolean", "", "whether they are the best forces"),
+    ("taxels", "integer", "", "taxels that count: bit k is taxel k"),
+];
+
 const HEALTH: [Field; 23] = [
     ("frames", "integer", "", "frames since start-up"),
     ("conversions_lost", "integer", "", "conversions lost"),
@@ -186,6 +196,7 @@ fn fields(topic: Topic) -> &'static [Field] {
         Topic::Tone => &TONE,
         Topic::Feel => &FEEL,
         Topic::Texture => &TEXTURE,
+        Topic::Pins => &PINS,
         Topic::Diagnostics => &DIAGNOSTICS,
         Topic::Health => &HEALTH,
     }
@@ -219,7 +230,7 @@ mod tests {
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};
     use ridgetone_proto::fault::{Fault, FaultKind};
-    use ridgetone_proto::settings::{Feeling, Settings};
+    use ridgetone_proto::settings::{Feeling, PinDisplay, Settings};
     use ridgetone_proto::telemetry::{Event, Packet, Raw};
     use std::collections::BTreeSet;
     use std::sync::Arc;
@@ -246,7 +257,8 @@ mod tests {
             publisher.publish(lines.line(packet, Some(Receipt { utc_ns: 1_769_862_605_000_000_000, byte_s: 0.0 }))?)
         };
         let feel = Feeling { volts_per_um: 2e-6, sigma_share: 0.1, force_ratio: 1.4 };
-        let settings = Settings { feel, ..Settings::DEFAULT };
+        let pins = PinDisplay { rate_hz: 8, ..PinDisplay::DEFAULT };
+        let settings = Settings { feel, pins, ..Settings::DEFAULT };
         crate::replay::run(Input::default().open().unwrap(), settings, None, &mut sink, &mut |_, _| {}).unwrap();
         let raw = Raw { t_us: 1, number: 2, present: 3, good: 1, codes: [5; 16] };
         let fault = Fault { kind: FaultKind::Lost, from_us: 1, until_us: Some(2), count: 3 };

@@ -15,6 +15,8 @@ pub enum Topic {
     Feel,
     /// What is under the finger.
     Texture,
+    /// Forces for a display of pins.
+    Pins,
     /// Greetings, faults, answers to requests, connections and losses.
     Diagnostics,
     /// Counters and readings, once a second.
@@ -22,8 +24,16 @@ pub enum Topic {
 }
 
 impl Topic {
-    pub const ALL: [Self; 7] =
-        [Self::Frames, Self::Contact, Self::Tone, Self::Feel, Self::Texture, Self::Diagnostics, Self::Health];
+    pub const ALL: [Self; 8] = [
+        Self::Frames,
+        Self::Contact,
+        Self::Tone,
+        Self::Feel,
+        Self::Texture,
+        Self::Pins,
+        Self::Diagnostics,
+        Self::Health,
+    ];
 
     /// The topic of messages of this `type`.
     pub fn of(kind: &str) -> Self {
@@ -33,6 +43,7 @@ impl Topic {
             "estimate" => Self::Tone,
             "feel" => Self::Feel,
             "texture" => Self::Texture,
+            "pins" => Self::Pins,
             "health" => Self::Health,
             _ => Self::Diagnostics,
         }
@@ -45,6 +56,7 @@ impl Topic {
             Self::Tone => "tone",
             Self::Feel => "feel",
             Self::Texture => "texture",
+            Self::Pins => "pins",
             Self::Diagnostics => "diagnostics",
             Self::Health => "health",
         }

@@ -3,6 +3,7 @@
 use super::estimate::Estimate;
 use super::feel::Feel;
 use super::image::Image;
+use super::pins::Pins;
 use super::texture::Texture;
 use crate::boot::{Boot, SettingsSource};
 use crate::command::Reply;
@@ -39,6 +40,8 @@ pub enum Event {
     Feel(Feel),
     /// What is under the finger.
     Texture(Texture),
+    /// Forces for a display of pins.
+    Pins(Pins),
 }
 
 /// First event after start-up, and again about every ten seconds.
@@ -185,6 +188,7 @@ impl Event {
             Self::Raw(e) => e.t_us,
             Self::Feel(e) => e.t_us,
             Self::Texture(e) => e.t_us,
+            Self::Pins(e) => e.t_us,
         })
     }
 }

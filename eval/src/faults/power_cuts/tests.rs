@@ -3,14 +3,17 @@
 use super::*;
 use ridgetone_proto::store::{NotStored, Saved};
 
+/// Bytes of a record, as the flash counts them.
+const RECORD_BYTES: u32 = ridgetone_proto::store::RECORD_BYTES as u32;
+
 #[test]
 fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
     let mut cuts = Cuts::default();
     for seed in 0..40 {
-        // One record a page, two, and ten and a bit.
-        cuts += cut_everywhere::<112>(0, 5, seed);
-        cuts += cut_everywhere::<224>(0, 7, seed);
-        cuts += cut_everywhere::<1000>(8, 16, seed);
+        // One record a page, two, and eight and a bit.
+        cuts += cut_everywhere::<RECORD_BYTES>(0, 5, seed);
+        cuts += cut_everywhere::<{ 2 * RECORD_BYTES }>(0, 7, seed);
+        cuts += cut_everywhere::<{ 8 * RECORD_BYTES + 104 }>(8, 16, seed);
     }
     println!("{cuts:?}");
     assert!(
@@ -52,7 +55,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
 /// The sectors of the STM32F405, full: the roll to the other one and back.
 #[test]
 fn so_it_is_in_sectors_of_the_real_size() {
-    let slots = 128 * 1024 / 112;
+    let slots = 128 * 1024 / RECORD_BYTES;
     let cuts = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
     assert!(cuts.injected > 90 && cuts.wrong == 0, "{cuts:?}");
 }
@@ -61,7 +64,7 @@ fn so_it_is_in_sectors_of_the_real_size() {
 fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
     for seed in 0..20 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let flash = CutFlash::<1120>::new(seed).with_bytes(|_| random.next_u32() as u8);
+        let flash = CutFlash::<{ 10 * RECORD_BYTES }>::new(seed).with_bytes(|_| random.next_u32() as u8);
         let mut store = FlashStore::new(flash);
         assert_eq!(store.load(), (Settings::DEFAULT, SettingsSource::Damaged));
         assert_eq!(store.save(Some(&settings(5)), false), Err(NotStored), "not without erasing");
@@ -69,7 +72,7 @@ fn rubbish_in_the_flash_gives_the_defaults_and_says_so() {
         assert_eq!(store.load(), (settings(5), SettingsSource::Stored));
         assert_eq!(store.release().wrong, 0);
     }
-    assert_eq!(FlashStore::new(CutFlash::<1120>::new(1)).load().1, SettingsSource::Default);
+    assert_eq!(FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1)).load().1, SettingsSource::Default);
 }
 
 /// Sectors of 128 KiB, as on the board, full of anything: each of the 2,730 places is looked at a few times and not once
@@ -86,13 +89,13 @@ fn rubbish_in_whole_sectors_is_passed_over_quickly() {
 
 #[test]
 fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
-    let mut store = FlashStore::new(CutFlash::<1120>::new(1));
+    let mut store = FlashStore::new(CutFlash::<{ 10 * RECORD_BYTES }>::new(1));
     for number in 0..3 {
         assert_eq!(store.save(Some(&settings(number)), false), Ok(Saved::AtOnce));
     }
     // A bit of the third record's settings.
     let mut flash = store.release();
-    flash.bytes[2 * 112 + 8] ^= 4;
+    flash.bytes[2 * RECORD_BYTES + 8] ^= 4;
     let mut store = FlashStore::new(flash);
     assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
     // Forgetting is a record too.
@@ -118,7 +121,7 @@ fn a_full_page_is_not_erased_without_permission() {
 
 /// Pages in which some words are worn out and cannot be programmed.
 struct Worn {
-    flash: CutFlash<1120>,
+    flash: CutFlash<{ 10 * RECORD_BYTES }>,
     is_worn: fn(u32) -> bool,
 }
 
@@ -162,7 +165,7 @@ fn what_cannot_be_read_back_is_stored_in_another_place() {
     let flash = store.release().flash;
 
     // A word of each of the next two places.
-    let is_worn: fn(u32) -> bool = |offset| matches!(offset, 112 | 200);
+    let is_worn: fn(u32) -> bool = |offset| [RECORD_BYTES, 2 * RECORD_BYTES - 24].contains(&offset);
     let mut store = FlashStore::new(Worn { flash: flash.clone(), is_worn });
     assert_eq!(store.save(Some(&settings(2)), true), Ok(Saved::AtOnce));
     let flash_after = store.release().flash;

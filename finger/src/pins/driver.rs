@@ -1,0 +1,173 @@
+//! An update: what is pressed becomes forces within the display's limits. The part beside the fit, whose memory it borrows.
+
+use crate::pins::Due;
+use crate::pins::strains::{UNIT_PITCH_MM, by_place, of_pressure};
+use ads1258::reading;
+use heapless::Vec;
+use ridgetone_display::{Limits, Pressing, Square, Steps};
+use ridgetone_proto::settings::{PinDisplay, Settings};
+use ridgetone_proto::telemetry::{PINS_SIDE_MAX, Pins};
+
+/// Memory that [`Driver::update`] needs, values.
+pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
+
+/// How much even forces are preferred: as `ridgetone pins` has it.
+const REGULARISATION: f32 = 0.01;
+/// Systems that an update solves at most. 6 x 6 pins then stay below 200,000 instructions, and 10 x 10 below 330,000.
+const PIVOTS_MAX: u32 = 3;
+/// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
+const POISSON: f32 = 0.5;
+
+/// Where the pins are.
+#[derive(Clone, Debug)]
+pub struct Driver {
+    levels: [u8; PINS_SIDE_MAX * PINS_SIDE_MAX],
+    pressing: Pressing,
+}
+
+impl Driver {
+    /// Pins that do not press.
+    pub const fn new() -> Self {
+        Self { levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX], pressing: Pressing::new() }
+    }
+
+    /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
+    /// valid; `memory` has [`MEMORY`] values, whose content does not matter.
+    // Not inlined: it runs between fits, which need the stack.
+    #[inline(never)]
+    pub fn update(&mut self, due: &Due, memory: &mut [f32], settings: &Settings) -> Pins {
+        let PinDisplay { side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
+        if due.is_first {
+            *self = Self::new();
+        }
+        let mpa_per_code = reading::volts(1, settings.vref_v) * mpa_per_v;
+        // Strain times Young's modulus.
+        let wanted = by_place(&of_pressure(&due.pressed, due.taxels)).map(|code| code * mpa_per_code);
+        let side = usize::from(side);
+        let display = Square {
+            side,
+            spacing_mm,
+            sensor_spacing_mm: (0.5 * UNIT_PITCH_MM) as f32,
+            depth_mm,
+            poisson: POISSON,
+            regularisation: REGULARISATION,
+            pivots_max: PIVOTS_MAX,
+        };
+        let solution = display.forces(memory, &wanted, &mut self.pressing);
+        let is_optimal = solution.as_ref().is_some_and(|solution| solution.is_optimal);
+        let forces_n = solution.as_ref().map_or(&[][..], |solution| solution.forces);
+        let limits = limits(&settings.pins);
+        let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
+        let mut pins = Pins {
+            t_us: due.t_us,
+            taxels: due.taxels,
+            limited: 0,
+            is_optimal,
+            level_n: steps.quantum_n(),
+            levels: Vec::new(),
+        };
+        for (pin, level) in self.levels.iter_mut().take(side * side).enumerate() {
+            let wanted_n = forces_n.get(pin).copied().unwrap_or(0.0);
+            *level = steps.towards(u16::from(*level), wanted_n) as u8;
+            pins.limited += u8::from(wanted_n > greatest_n);
+            // There is space for every pin.
+            let _ = pins.levels.push(*level);
+        }
+        pins
+    }
+}
+
+impl Default for Driver {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The limits of a display, as the crate `ridgetone-display` has them.
+pub fn limits(display: &PinDisplay) -> Limits {
+    Limits {
+        force_n: display.force_n,
+        stroke_mm: display.stroke_mm,
+        stiffness_n_mm: PinDisplay::STIFFNESS_N_MM,
+        update_hz: f32::from(display.rate_hz),
+        levels: u16::from(display.levels),
+        slew_n_s: display.slew_n_s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::settings::TAXELS;
+    extern crate std;
+    use std::vec;
+    use std::vec::Vec;
+
+    /// Forces of each update, newtons.
+    fn run(display: PinDisplay, dues: impl Iterator<Item = ([f32; TAXELS], u16)>) -> Vec<Vec<f32>> {
+        let settings = Settings { pins: display, ..Settings::DEFAULT };
+        let (mut driver, mut memory) = (Driver::new(), vec![f32::NAN; MEMORY]);
+        dues.enumerate()
+            .map(|(n, (pressed, taxels))| {
+                let due = Due { t_us: n as u64, taxels, pressed, is_first: n == 0 };
+                driver.update(&due, &mut memory, &settings).forces_n().collect()
+            })
+            .collect()
+    }
+
+    /// A bump of so many codes at its top under the middle.
+    fn bump(codes: f32) -> [f32; TAXELS] {
+        let mut pressed = [0.0; TAXELS];
+        for (place, taxel) in crate::pins::strains::PLACES.as_flattened().iter().enumerate() {
+            let [x, y] = [place % 4, place / 4].map(|n| n as f32 - 1.5);
+            pressed[*taxel] = codes * libm::expf(-0.5 * (x * x + y * y));
+        }
+        pressed
+    }
+
+    /// Whatever comes: no force below 0, none above the greatest, no step above the slew. What is no number lets the pins go.
+    #[test]
+    fn forces_are_within_limits_and_slew_whatever_comes() {
+        for side in 4..=10 {
+            let display = PinDisplay { rate_hz: 20, side, stroke_mm: 1.5, slew_n_s: 4.0, ..PinDisplay::DEFAULT };
+            let mut wrong = bump(2e4);
+            wrong[3] = f32::NAN;
+            let dues = (0..100).map(|n| match n {
+                0..10 => ([0.0; TAXELS], u16::MAX),
+                10..40 => (bump(1e6), u16::MAX),
+                40..50 => (wrong, u16::MAX),
+                50..60 => (wrong, !(1 << 3)),
+                60..70 => (bump(1e6), 0),
+                70..80 => (bump(f32::MAX), u16::MAX),
+                80..85 => (bump(-1e6), u16::MAX),
+                _ => ([0.0; TAXELS], u16::MAX),
+            });
+            let found = run(display, dues);
+            let most = |n: usize| found[n].iter().fold(0.0f32, |most, n| most.max(*n));
+            assert!(found.iter().all(|forces_n| forces_n.len() == usize::from(side * side)));
+            assert!(found.iter().flatten().all(|n| (0.0..=0.7501).contains(n)), "{side}: {found:?}");
+            for pair in found.windows(2) {
+                let step = pair[1].iter().zip(&pair[0]).map(|(now, before)| (now - before).abs()).fold(0.0, f32::max);
+                assert!(step <= 0.2001, "{side}: {pair:?}");
+            }
+            // 0.75 N in steps of 0.2 N.
+            assert!(most(9) == 0.0 && most(10) <= 0.2001 && most(39) > 0.74, "{side}: {:?}", found[39]);
+            assert!(most(49) == 0.0 && most(59) > 0.01 && most(69) == 0.0 && most(99) == 0.0, "{side}");
+        }
+    }
+
+    /// Twice the strain, twice the forces, in whole levels; and the modulus is a factor too.
+    #[test]
+    fn forces_are_proportional_to_strain_and_modulus() {
+        let display = PinDisplay { rate_hz: 8, levels: 250, slew_n_s: 1e3, ..PinDisplay::DEFAULT };
+        let of = |display, codes| run(display, core::iter::once((bump(codes), u16::MAX))).remove(0);
+        let single = of(display, 1e4);
+        let sum: f32 = single.iter().sum();
+        assert!(sum > 0.05, "{single:?}");
+        for other in [of(display, 2e4), of(PinDisplay { mpa_per_v: 2.0 * display.mpa_per_v, ..display }, 1e4)] {
+            for (one, two) in single.iter().zip(&other) {
+                assert!((two - 2.0 * one).abs() <= 1.6 * 0.008, "{single:?} {other:?}");
+            }
+        }
+    }
+}

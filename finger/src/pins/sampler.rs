@@ -1,0 +1,135 @@
+//! When an update of the display is due, and what is pressed then: the part beside touch detection.
+
+use ridgetone_proto::plan::Plan;
+use ridgetone_proto::settings::PinDisplay;
+use ridgetone_tone::Values;
+
+/// What an update is computed from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Due {
+    /// Device time, microseconds.
+    pub t_us: u64,
+    /// Taxels whose values count; bit k is taxel k.
+    pub taxels: u16,
+    /// Means over a block of frames, less the level without touch, codes; zero without touch.
+    pub pressed: Values,
+    /// The pins do not press before it.
+    pub is_first: bool,
+}
+
+/// Counts frames of touch detection.
+#[derive(Clone, Debug)]
+pub struct Sampler {
+    /// Frames from one update to the next; zero: no updates.
+    every: u32,
+    /// Taxels that were good in all complete frames since the last update.
+    good: u16,
+    is_first: bool,
+    /// Until it is taken.
+    due: Option<Due>,
+}
+
+impl Sampler {
+    /// Before the first frame.
+    #[inline(never)]
+    pub const fn new(display: &PinDisplay, plan: &Plan) -> Self {
+        let every = if display.is_on() {
+            let frame_rate_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
+            // Rounded up: never more updates than the display can follow.
+            (frame_rate_hz / display.rate_hz as f32 + 0.999) as u32
+        } else {
+            0
+        };
+        Self { every, good: u16::MAX, is_first: true, due: None }
+    }
+
+    /// Notes which taxels of a complete frame are good.
+    #[inline(always)]
+    pub const fn note(&mut self, good: u16) {
+        self.good &= good;
+    }
+
+    /// One frame of touch detection further. `pressed` gives the values and which of them are alive. The frame's number counts, so
+    /// that updates do not depend on when they were switched on.
+    #[inline(always)]
+    pub fn step(&mut self, number: u32, t_us: u64, pressed: impl FnOnce() -> (Values, u16)) {
+        if self.every > 0 && number.is_multiple_of(self.every) {
+            self.fall_due(t_us, pressed());
+        }
+    }
+
+    #[inline(never)]
+    fn fall_due(&mut self, t_us: u64, (pressed, alive): (Values, u16)) {
+        // An update that was not taken in time is lost, but not that the pins begin anew with it.
+        let is_first = core::mem::take(&mut self.is_first) || self.due.as_ref().is_some_and(|due| due.is_first);
+        let taxels = core::mem::replace(&mut self.good, u16::MAX) & alive;
+        self.due = Some(Due { t_us, taxels, pressed, is_first });
+    }
+
+    /// Whether an update waits.
+    pub const fn is_due(&self) -> bool {
+        self.due.is_some()
+    }
+
+    /// The update that waits.
+    pub const fn take(&mut self) -> Option<Due> {
+        self.due.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::settings::TAXELS;
+
+    const ON: PinDisplay = PinDisplay { rate_hz: 50, ..PinDisplay::DEFAULT };
+
+    fn dues(display: &PinDisplay, plan: &Plan, frames: u64) -> impl Iterator<Item = (u64, Due)> {
+        let mut sampler = Sampler::new(display, plan);
+        (0..frames).filter_map(move |frame| {
+            sampler.note(if frame == 7 { !1 } else { u16::MAX });
+            sampler.step(frame as u32 + 1, frame, || ([frame as f32; TAXELS], 0x0fff));
+            sampler.take().map(|due| (frame, due))
+        })
+    }
+
+    #[test]
+    fn updates_are_never_more_than_the_display_can_follow() {
+        for (name, plan) in Plan::NAMED {
+            let frame_rate_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
+            for rate_hz in 8..=50 {
+                let display = PinDisplay { rate_hz, ..ON };
+                let found = dues(&display, &plan, 1000).map(|(frame, _)| frame).last().expect("updates") + 1;
+                let count = dues(&display, &plan, 1000).count() as f32;
+                let found_hz = frame_rate_hz * count / found as f32;
+                // A step of whole frames, and no slower than that.
+                let slowest_hz = frame_rate_hz / (frame_rate_hz / f32::from(rate_hz) + 1.0);
+                assert!(
+                    found_hz <= 1.001 * f32::from(rate_hz) && found_hz >= slowest_hz,
+                    "{name} {rate_hz} {found_hz}"
+                );
+            }
+        }
+        assert_eq!(dues(&PinDisplay::DEFAULT, &Plan::PAPER, 1000).count(), 0);
+    }
+
+    #[test]
+    fn an_update_has_the_taxels_that_were_good_since_the_last_one() {
+        let found: Vec<Due> = dues(&ON, &Plan::PAPER, 15).map(|(_, due)| due).collect();
+        assert_eq!(found.iter().map(|due| due.taxels).collect::<Vec<_>>(), [0x0fff, 0x0ffe, 0x0fff]);
+        assert_eq!(found.iter().map(|due| due.is_first).collect::<Vec<_>>(), [true, false, false]);
+        assert!(found.iter().all(|due| due.pressed == [due.t_us as f32; TAXELS]));
+    }
+
+    #[test]
+    fn a_lost_update_does_not_lose_the_beginning() {
+        let mut sampler = Sampler::new(&ON, &Plan::PAPER);
+        (0..10).for_each(|frame| sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], u16::MAX)));
+        assert!(sampler.is_due());
+        assert_eq!(sampler.take().map(|due| (due.t_us, due.is_first)), Some((9, true)));
+        assert_eq!(sampler.take(), None);
+    }
+
+    extern crate std;
+    use std::vec::Vec;
+}

@@ -1,0 +1,38 @@
+//! Forces for a display of pins.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Most pins on a side.
+pub const PINS_SIDE_MAX: usize = 10;
+
+/// Forces of a square display's pins, within the limits of [`PinDisplay`](crate::settings::PinDisplay): they press, at most
+/// with the greatest force, and change by no more than the slew from one event to the next. The first event after a start, and after a
+/// change of the display's settings, begins with pins that do not press. A display releases its pins if no event has come for 0.5 s.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pins {
+    /// Device time of the latest frame that counts, microseconds.
+    pub t_us: u64,
+    /// Taxels that count; bit k is taxel k. A unit without any has no strain.
+    pub taxels: u16,
+    /// Pins whose wanted force is beyond the greatest.
+    pub limited: u8,
+    /// Whether the forces are those whose strains are the nearest. If not there was no time to find them, or no force can be computed.
+    pub is_optimal: bool,
+    /// Force of a level, newtons.
+    pub level_n: f32,
+    /// Force of each pin in levels, row by row, as many rows as columns; the columns along the sliding direction.
+    pub levels: Vec<u8, { PINS_SIDE_MAX * PINS_SIDE_MAX }>,
+}
+
+impl Pins {
+    /// Pins on a side.
+    pub fn side(&self) -> usize {
+        self.levels.len().isqrt()
+    }
+
+    /// Forces, newtons, row by row.
+    pub fn forces_n(&self) -> impl ExactSizeIterator<Item = f32> {
+        self.levels.iter().map(|level| f32::from(*level) * self.level_n)
+    }
+}
