@@ -9,6 +9,9 @@ pub const BLOCK: usize = 16;
 /// Frames from one place to the next whose distance counts for the length of a path.
 const STRIDE_FRAMES: u32 = 8;
 
+/// Length of a path, in `u`, from which on it turns back: one way it is 2.
+const TURNS_LENGTH: f32 = 2.05;
+
 /// `u` of the frames of a span.
 #[derive(Clone, Copy)]
 pub enum Abscissa<'a> {
@@ -51,6 +54,11 @@ impl<'a> Abscissa<'a> {
             Self::Time { step, .. } => Some(*step),
             Self::Path { .. } => None,
         }
+    }
+
+    /// Whether it is a path that turns back.
+    pub fn turns(&self) -> bool {
+        matches!(self, Self::Path { travel, .. } if *travel > TURNS_LENGTH)
     }
 
     /// `u` of a frame.

@@ -3,7 +3,7 @@
 //! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
 //! information. And the difference of two sums of squares loses a small residual in rounding.
 
-use crate::frame_span::FrameSpan;
+use crate::frame_span::{BLOCK, FrameSpan};
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
 use crate::source::{Overwritten, Values};
@@ -11,7 +11,8 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals.
+/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals. Gives the power
+/// by which the channels' lateness moves their tones, over that of the residuals: the blocks do not know of it.
 #[inline(never)]
 pub fn polish(
     span: &mut FrameSpan,
@@ -20,16 +21,29 @@ pub fn polish(
     least: &Values,
     (nu, interferer): (f32, Option<f32>),
     solution: &mut Solution,
-) -> Result<(), Overwritten> {
+) -> Result<f32, Overwritten> {
+    let (mut moved, mut left) = (0.0, 0.0);
     let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let (abscissa, frames) = (span.abscissa(), span.frames);
+    let (later, mean) = (span.later.filter(|_| !span.is_in_time()), span.mean_step());
+    let mut before = abscissa.u(0);
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
         waves.go(abscissa.block(block.first, frames));
+        // The angle by which a whole frame's lateness moves the fundamental, where the path is not at its mean speed.
+        let mut faster = [0.0; BLOCK];
+        for (faster, u) in faster.iter_mut().zip(&waves.u) {
+            *faster = 2.0 * PI * nu * (u - before - mean);
+            before = *u;
+        }
         for (k, c) in channels.list().iter().enumerate().take(CHANNELS_MAX) {
             let (residuals, derivatives) = (waves.residuals(block.values, *c as usize, k), waves.derivatives(k));
-            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(block.valid);
-            for ((residual, (derivative, u)), _) in values.filter(|(_, valid)| **valid != 0) {
+            let later = later.map_or(0.0, |later| later[*c as usize % CHANNELS_MAX]);
+            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(faster.iter().zip(block.valid));
+            for ((residual, (derivative, u)), (faster, _)) in values.filter(|(_, (_, valid))| **valid != 0) {
+                let by = later * faster * derivative;
+                let residual = residual - by;
+                moved += by * by;
                 squares[k] += residual * residual;
                 scores[k] += residual * derivative * u;
             }
@@ -41,6 +55,7 @@ pub fn polish(
     let (cos, sin) = (*cos, *sin);
     for k in 0..solution.width.min(CHANNELS_MAX) {
         let square: f32 = squares[k];
+        left += square;
         let residual = square.max(least[k]);
         if !(residual > 0.0) || !(solution.weights[k] > 0.0) {
             continue;
@@ -56,5 +71,5 @@ pub fn polish(
         solution.step = score / solution.information;
         solution.nu = nu + solution.step;
     }
-    Ok(())
+    Ok(moved / left.max(f32::MIN_POSITIVE))
 }
