@@ -87,8 +87,8 @@ impl<'a> FrameSpan<'a> {
     }
 
     /// The same where channels are read one after the other: each so many frames, at most one, after the frame's place; negative is
-    /// before it. Along a path a channel's own place then counts, wherever the speed is not the mean one. In time, and at the mean
-    /// speed, being late is a phase, and stays in it.
+    /// before it. Along a path that goes one way a channel's own place then counts, wherever the speed is not the mean one. In time,
+    /// and at the mean speed, being late is a phase, and stays in it.
     pub fn with_lateness(self, frames: &'a Values) -> Self {
         Self { later: Some(frames), ..self }
     }

@@ -26,6 +26,8 @@ pub fn polish(
     let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let (abscissa, frames) = (span.abscissa(), span.frames);
     let (later, mean) = (span.later.filter(|_| !span.is_in_time()), span.mean_step());
+    // Where a path turns, frames dwell at one phase of the tone: there the shift is not apart from amplitudes and phases.
+    let turns = abscissa.turns();
     let mut before = abscissa.u(0);
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
@@ -42,7 +44,7 @@ pub fn polish(
             let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(faster.iter().zip(block.valid));
             for ((residual, (derivative, u)), (faster, _)) in values.filter(|(_, (_, valid))| **valid != 0) {
                 let by = later * faster * derivative;
-                let residual = residual - by;
+                let residual = if turns { *residual } else { residual - by };
                 moved += by * by;
                 squares[k] += residual * residual;
                 scores[k] += residual * derivative * u;
