@@ -6,8 +6,9 @@ use crate::surface::odometry::way::Way;
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
+use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
-use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten, Values};
+use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
 
 /// What is known of the motion over the surface.
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +99,13 @@ pub fn fit(
     };
     let last = last.saturating_sub(unplaced);
     let per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-    let later: Values = core::array::from_fn(|taxel| (scan.slot_of(taxel) as f32 - middle_slot) / slots as f32);
+    let (mut later, mut at) = ([0.0; TAXELS], -middle_slot / slots as f32);
+    for (taxel, later) in later.iter_mut().enumerate() {
+        *later = at;
+        if scan.inputs & 1 << taxel != 0 {
+            at += 1.0 / slots as f32;
+        }
+    }
     let fit = match span.along(place_mm) {
         Some(span) => fitter.fit(&mut span.with_lateness(&later))?,
         None => Fit::at_rest(window.frames),

@@ -9,9 +9,6 @@ pub const BLOCK: usize = 16;
 /// Frames from one place to the next whose distance counts for the length of a path.
 const STRIDE_FRAMES: u32 = 8;
 
-/// Length of a path, in `u`, from which on it turns back: one way it is 2.
-const TURNS_LENGTH: f32 = 2.05;
-
 /// `u` of the frames of a span.
 #[derive(Clone, Copy)]
 pub enum Abscissa<'a> {
@@ -56,9 +53,9 @@ impl<'a> Abscissa<'a> {
         }
     }
 
-    /// Whether it is a path that turns back.
-    pub fn turns(&self) -> bool {
-        matches!(self, Self::Path { travel, .. } if *travel > TURNS_LENGTH)
+    /// Whether it is a path that turns back, by more than this share of its range in all.
+    pub fn turns(&self, share: f32) -> bool {
+        matches!(self, Self::Path { travel, .. } if *travel > 2.0 + 2.0 * share)
     }
 
     /// `u` of a frame.

@@ -28,10 +28,6 @@ const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
 const FRAMES_ROUGH: u32 = 32;
 const CYCLES_ROUGH: f32 = 1.5;
-/// Power by which the channels' lateness moves their tones, over the residuals', from which on the blocks' residuals would show it as
-/// noise that the channels share: a direction of it stands out tenfold from 0.04 on (16 channels, 544 frames, 16 blocks).
-const MOVED_MAX: f32 = 0.02;
-
 /// The estimator: scratch memory and settings of the fit.
 #[derive(Debug)]
 pub struct Fitter {
@@ -236,17 +232,17 @@ impl Fitter {
             }
         }
         // The neighbourhood is that of the blocks' solution.
-        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
-        let around = neighbourhood(blocks, &equations.solution, *harmonics_max > 1);
+        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared. So would what channels
+        // that are late leave where the speed changes.
+        let around = neighbourhood(blocks, &equations.solution, *harmonics_max > 1 && !span.is_staggered());
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
-        let mut moved = 0.0;
         if !span.is_in_time() || is_rough || equations.is_cancelled() {
-            moved = polish(span, statistics, &all, &least, at, &mut equations.solution)?;
+            polish(span, statistics, &all, &least, at, &mut equations.solution)?;
         }
         let evidence = evidence(statistics, &all, &equations.solution);
         let by = (summit, &around, &evidence);
         conclude(span, statistics, &all, blocks, &equations.solution, by, fit)?;
-        if around.may_share && moved < MOVED_MAX && fit.status.has_tone() {
+        if around.may_share && fit.status.has_tone() {
             let (nu, shape, lines) = (equations.solution.nu, equations.solution.shape, blocks.lines);
             if !blocks.are_intact {
                 blocks.collect(span, statistics, &all, lines, Limits::RESULT.blocks)?;

@@ -88,7 +88,8 @@ impl<'a> FrameSpan<'a> {
 
     /// The same where channels are read one after the other: each so many frames, at most one, after the frame's place; negative is
     /// before it. Along a path that goes one way a channel's own place then counts, wherever the speed is not the mean one. In time,
-    /// and at the mean speed, being late is a phase, and stays in it.
+    /// and at the mean speed, being late is a phase, and stays in it. Noise that the channels share then widens the uncertainty, but
+    /// is not taken out: what lateness leaves looks like it.
     pub fn with_lateness(self, frames: &'a Values) -> Self {
         Self { later: Some(frames), ..self }
     }
@@ -107,6 +108,11 @@ impl<'a> FrameSpan<'a> {
     /// Whether `u` is the frame's place in time.
     pub(crate) fn is_in_time(&self) -> bool {
         matches!(self.abscissa, Abscissa::Time { .. })
+    }
+
+    /// Whether it is along a path and its channels are read one after the other.
+    pub(crate) fn is_staggered(&self) -> bool {
+        self.later.is_some() && !self.is_in_time()
     }
 
     /// Visits every frame in blocks of [`BLOCK`]; those that do not count have the values of `substitute`.
@@ -178,6 +184,7 @@ impl<'a> FrameSpan<'a> {
     }
 
     /// `u` from one frame to the next, the mean of all.
+    #[inline(never)]
     pub(crate) fn mean_step(&self) -> f32 {
         let last = self.frames.saturating_sub(1);
         (self.abscissa.u(last) - self.abscissa.u(0)) / last.max(1) as f32

@@ -11,8 +11,11 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
 
-/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals. Gives the power
-/// by which the channels' lateness moves their tones, over that of the residuals: the blocks do not know of it.
+/// Where so much of a path's range is gone back, lateness is left where it is, in the residuals: it moves the ways there and back apart by
+/// more than a first-order step describes.
+const TURNED_SHARE: f32 = 0.1;
+
+/// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals.
 #[inline(never)]
 pub fn polish(
     span: &mut FrameSpan,
@@ -21,19 +24,19 @@ pub fn polish(
     least: &Values,
     (nu, interferer): (f32, Option<f32>),
     solution: &mut Solution,
-) -> Result<f32, Overwritten> {
-    let (mut moved, mut left) = (0.0, 0.0);
+) -> Result<(), Overwritten> {
     let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let (abscissa, frames) = (span.abscissa(), span.frames);
-    let (later, mean) = (span.later.filter(|_| !span.is_in_time()), span.mean_step());
-    // Where a path turns, frames dwell at one phase of the tone: there the shift is not apart from amplitudes and phases.
-    let turns = abscissa.turns();
-    let mut before = abscissa.u(0);
+    let (later, mean) = (span.later.filter(|_| span.is_staggered() && !abscissa.turns(TURNED_SHARE)), span.mean_step());
+    let mut before = 0.0;
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
         waves.go(abscissa.block(block.first, frames));
         // The angle by which a whole frame's lateness moves the fundamental, where the path is not at its mean speed.
         let mut faster = [0.0; BLOCK];
+        if block.first == 0 {
+            before = waves.u[0] - mean;
+        }
         for (faster, u) in faster.iter_mut().zip(&waves.u) {
             *faster = 2.0 * PI * nu * (u - before - mean);
             before = *u;
@@ -43,9 +46,7 @@ pub fn polish(
             let later = later.map_or(0.0, |later| later[*c as usize % CHANNELS_MAX]);
             let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(faster.iter().zip(block.valid));
             for ((residual, (derivative, u)), (faster, _)) in values.filter(|(_, (_, valid))| **valid != 0) {
-                let by = later * faster * derivative;
-                let residual = if turns { *residual } else { residual - by };
-                moved += by * by;
+                let residual = residual - later * faster * derivative;
                 squares[k] += residual * residual;
                 scores[k] += residual * derivative * u;
             }
@@ -57,7 +58,6 @@ pub fn polish(
     let (cos, sin) = (*cos, *sin);
     for k in 0..solution.width.min(CHANNELS_MAX) {
         let square: f32 = squares[k];
-        left += square;
         let residual = square.max(least[k]);
         if !(residual > 0.0) || !(solution.weights[k] > 0.0) {
             continue;
@@ -73,5 +73,5 @@ pub fn polish(
         solution.step = score / solution.information;
         solution.nu = nu + solution.step;
     }
-    Ok(moved / left.max(f32::MIN_POSITIVE))
+    Ok(())
 }
