@@ -99,12 +99,14 @@ pub fn fit(
     };
     let last = last.saturating_sub(unplaced);
     let per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
-    let (mut later, mut at) = ([0.0; TAXELS], -middle_slot / slots as f32);
-    for (taxel, later) in later.iter_mut().enumerate() {
-        *later = at;
-        if scan.inputs & 1 << taxel != 0 {
-            at += 1.0 / slots as f32;
+    let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
+    for later in &mut later {
+        if inputs == 0 {
+            break;
         }
+        *later = at / slots as f32;
+        at += (inputs & 1) as f32;
+        inputs >>= 1;
     }
     let fit = match span.along(place_mm) {
         Some(span) => fitter.fit(&mut span.with_lateness(&later))?,

@@ -183,13 +183,6 @@ impl<'a> FrameSpan<'a> {
         Ok(found)
     }
 
-    /// `u` from one frame to the next, the mean of all.
-    #[inline(never)]
-    pub(crate) fn mean_step(&self) -> f32 {
-        let last = self.frames.saturating_sub(1);
-        (self.abscissa.u(last) - self.abscissa.u(0)) / last.max(1) as f32
-    }
-
     /// A frequency of `nu`, or its standard deviation, in the unit that the fit gives: hertz, or cycles per frame or per
     /// unit of the path.
     pub(crate) fn frequency(&self, nu: f32) -> f32 {

@@ -3,6 +3,7 @@
 //! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
 //! information. And the difference of two sums of squares loses a small residual in rounding.
 
+use crate::abscissa::Abscissa;
 use crate::frame_span::{BLOCK, FrameSpan};
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
@@ -27,7 +28,14 @@ pub fn polish(
 ) -> Result<(), Overwritten> {
     let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let (abscissa, frames) = (span.abscissa(), span.frames);
-    let (later, mean) = (span.later.filter(|_| span.is_staggered() && !abscissa.turns(TURNED_SHARE)), span.mean_step());
+    // `u` from one frame to the next, the mean of all.
+    let (later, mean) = match (span.later, abscissa) {
+        (Some(later), Abscissa::Path { place, half, .. }) if !abscissa.turns(TURNED_SHARE) => {
+            let last = frames.saturating_sub(1);
+            (Some(later), (place(last) - place(0)) / (half * last as f32))
+        }
+        _ => (None, 0.0),
+    };
     let mut before = 0.0;
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
