@@ -6,6 +6,7 @@ use crate::surface::odometry::way::Way;
 use crate::surface::profile::Profile;
 use crate::window::Window;
 use core::f32::consts::PI;
+use ridgetone_proto::settings::TAXELS;
 use ridgetone_proto::telemetry::Abscissa;
 use ridgetone_tone::{Fit, Fitter, FrameSource, FrameSpan, Overwritten};
 
@@ -67,8 +68,7 @@ pub fn fit(
     let frame_us = 1e6 / window.frame_rate_hz;
     let last = window.frames.saturating_sub(1);
     let lasts_us = (last as f32 * frame_us) as u32;
-    // The middle of the taxels' slots, from the first: by place, all taxels of a frame count as read there. While the speed
-    // changes, the error of that has opposite signs in the first and in the last taxels.
+    // The middle of the taxels' slots, from the first: by place, a frame is there, and its taxels are read before and after it.
     let middle_slot = 0.5 * (channels as f32 - 1.0);
     let middle_us = (middle_slot * conversion_ns as f32 * 1e-3) as u32;
     let by_robot = match motion {
@@ -99,8 +99,17 @@ pub fn fit(
     };
     let last = last.saturating_sub(unplaced);
     let per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
+    let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
+    for later in &mut later {
+        if inputs == 0 {
+            break;
+        }
+        *later = at / slots as f32;
+        at += (inputs & 1) as f32;
+        inputs >>= 1;
+    }
     let fit = match span.along(place_mm) {
-        Some(mut span) => fitter.fit(&mut span)?,
+        Some(span) => fitter.fit(&mut span.with_lateness(&later))?,
         None => Fit::at_rest(window.frames),
     };
     if by_robot.is_some_and(|way| !way.is_intact()) {

@@ -53,6 +53,11 @@ impl<'a> Abscissa<'a> {
         }
     }
 
+    /// Whether it is a path that turns back, by more than this share of its range in all.
+    pub fn turns(&self, share: f32) -> bool {
+        matches!(self, Self::Path { travel, .. } if *travel > 2.0 + 2.0 * share)
+    }
+
     /// `u` of a frame.
     pub fn u(&self, frame: u32) -> f32 {
         match self {

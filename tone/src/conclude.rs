@@ -41,6 +41,11 @@ const OTHER_LINE_CONTRAST: f32 = 6.0;
 const CLEAR_LINE_SHARE: f32 = 0.02;
 const CLEAR_LINE_CONTRAST: f32 = 10.0;
 const CLEAR_LINE_NOISE_RATIO: f32 = 3.0;
+/// Along a path that turns back residuals are the noise's, to this factor, or the ways differ: friction turns with the motion, and with
+/// it a channel's level, amplitude and phase, of which the solution has one each.
+const TURNED_NOISE_RATIO: f32 = 2.0;
+/// So much of its range is a turn and no encoder's noise.
+const TURNED_SHARE: f32 = 0.025;
 /// Nearer than this many cycles a window to a multiple a line counts as one.
 const MULTIPLE_CYCLES: f32 = 0.5;
 /// Cycles from which such a line is a tone of its own.
@@ -89,6 +94,8 @@ pub fn conclude(
         && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
     let is_ambiguous = !is_seen || is_part || is_full(best, evidence.cycles);
     let status = if status == Status::Good && is_ambiguous { Status::Ambiguous } else { status };
+    let are_unlike = span.abscissa().turns(TURNED_SHARE) && evidence.noise_ratio > TURNED_NOISE_RATIO;
+    let status = if status == Status::Good && are_unlike { Status::Unsteady } else { status };
     let movement = movement(span, around, factor * factor, best.nu, sigma_nu);
     let (mut status, mut other_tone) = (status, None);
     if !summit.leaves_noise()

@@ -16,8 +16,8 @@ pub enum Status {
     /// Two frequencies an octave (or another harmonic step) apart explain the window about equally well; or the window holds
     /// too few cycles to tell a tone from a single bump, or another line about as strong.
     Ambiguous,
-    /// A tone, but it moves within the window, or what disturbs it looks like it in all channels. The uncertainty is that of
-    /// the mean, weighted most in the window's middle.
+    /// A tone, but it moves within the window, or what disturbs it looks like it in all channels; or along a path that turns back
+    /// its ways differ by more than noise. The uncertainty is that of the mean, weighted most in the window's middle.
     Unsteady,
 }
 

@@ -28,7 +28,6 @@ const CYCLES_BENT: f32 = 1.6;
 /// A window as short, or with as few cycles, is too rough for blocks: the last step is that of its frames.
 const FRAMES_ROUGH: u32 = 32;
 const CYCLES_ROUGH: f32 = 1.5;
-
 /// The estimator: scratch memory and settings of the fit.
 #[derive(Debug)]
 pub struct Fitter {
@@ -233,8 +232,9 @@ impl Fitter {
             }
         }
         // The neighbourhood is that of the blocks' solution.
-        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared.
-        let around = neighbourhood(blocks, &equations.solution, *harmonics_max > 1);
+        // A single harmonic is chosen to be quick; what others leave would be taken for noise that is shared. So would what channels
+        // that are late leave where the speed changes.
+        let around = neighbourhood(blocks, &equations.solution, *harmonics_max > 1 && !span.is_staggered());
         let is_rough = statistics.frames <= FRAMES_ROUGH || 2.0 * summit.nu < CYCLES_ROUGH;
         if !span.is_in_time() || is_rough || equations.is_cancelled() {
             polish(span, statistics, &all, &least, at, &mut equations.solution)?;

@@ -26,6 +26,8 @@ pub struct FrameSpan<'a> {
     /// Frames per unit of time.
     rate: f32,
     abscissa: Abscissa<'a>,
+    /// How many frames after its frame's place each channel is read.
+    pub(crate) later: Option<&'a Values>,
 }
 
 /// Some frames of a span, always as many, so that loops over them have a fixed length.
@@ -55,7 +57,17 @@ impl<'a> FrameSpan<'a> {
     /// The `frames` frames of `source` from frame number `first` on.
     pub fn new(source: &'a mut dyn FrameSource, first: u32, frames: u32) -> Self {
         let abscissa = Abscissa::time(frames);
-        Self { source, first, frames, channels: 0, interferer: None, quantization_step: 0.0, rate: 1.0, abscissa }
+        Self {
+            source,
+            first,
+            frames,
+            channels: 0,
+            interferer: None,
+            quantization_step: 0.0,
+            rate: 1.0,
+            abscissa,
+            later: None,
+        }
     }
 
     /// The same at a rate in frames per second: the fit then gives hertz, without it cycles per frame.
@@ -80,11 +92,19 @@ impl<'a> FrameSpan<'a> {
         Some(Self { abscissa: Abscissa::path(place, self.frames)?, ..self })
     }
 
+    /// The same where channels are read one after the other: each so many frames, at most one, after the frame's place; negative is
+    /// before it. Along a path that goes one way a channel's own place then counts, wherever the speed is not the mean one. In time,
+    /// and at the mean speed, being late is a phase, and stays in it. Noise that the channels share then widens the uncertainty, but
+    /// is not taken out: what lateness leaves looks like it.
+    pub fn with_lateness(self, frames: &'a Values) -> Self {
+        Self { later: Some(frames), ..self }
+    }
+
     /// Fits it with its impulses replaced.
     pub(crate) fn cleaned<T>(&mut self, impulses: &Impulses, fit: impl FnOnce(&mut FrameSpan) -> T) -> T {
-        let Self { first, frames, channels, interferer, quantization_step, rate, abscissa, .. } = *self;
+        let Self { first, frames, channels, interferer, quantization_step, rate, abscissa, later, .. } = *self;
         let source = &mut Cleaned { source: self.source, first, impulses };
-        fit(&mut FrameSpan { source, first, frames, channels, interferer, quantization_step, rate, abscissa })
+        fit(&mut FrameSpan { source, first, frames, channels, interferer, quantization_step, rate, abscissa, later })
     }
 
     pub(crate) fn abscissa(&self) -> Abscissa<'a> {
@@ -94,6 +114,11 @@ impl<'a> FrameSpan<'a> {
     /// Whether `u` is the frame's place in time.
     pub(crate) fn is_in_time(&self) -> bool {
         matches!(self.abscissa, Abscissa::Time { .. })
+    }
+
+    /// Whether it is along a path and its channels are read one after the other.
+    pub(crate) fn is_staggered(&self) -> bool {
+        self.later.is_some() && !self.is_in_time()
     }
 
     /// Visits every frame in blocks of [`BLOCK`]; those that do not count have the values of `substitute`.

@@ -3,14 +3,19 @@
 //! The blocks take a wave's place for that of its block: that is as good as the frames but for a small share of the
 //! information. And the difference of two sums of squares loses a small residual in rounding.
 
+use crate::abscissa::Abscissa;
 use crate::found::SAME_NU;
-use crate::frame_span::FrameSpan;
+use crate::frame_span::{BLOCK, FrameSpan};
 use crate::limits::CHANNELS_MAX;
 use crate::solve::Solution;
 use crate::source::{Overwritten, Values};
 use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
+
+/// Where so much of a path's range is gone back, lateness is left where it is, in the residuals: it moves the ways there and back apart by
+/// more than a first-order step describes.
+const TURNED_SHARE: f32 = 0.1;
 
 /// Takes the step that the frames ask for from `nu`, at which the solution's unknowns are, and replaces its residuals.
 #[inline(never)]
@@ -24,13 +29,33 @@ pub fn polish(
 ) -> Result<(), Overwritten> {
     let (mut squares, mut scores) = ([0.0; CHANNELS_MAX], [0.0; CHANNELS_MAX]);
     let (abscissa, frames) = (span.abscissa(), span.frames);
+    // `u` from one frame to the next, the mean of all.
+    let (later, mean) = match (span.later, abscissa) {
+        (Some(later), Abscissa::Path { place, half, .. }) if !abscissa.turns(TURNED_SHARE) => {
+            let last = frames.saturating_sub(1);
+            (Some(later), (place(last) - place(0)) / (half * last as f32))
+        }
+        _ => (None, 0.0),
+    };
+    let mut before = 0.0;
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     span.blocks(&statistics.offset, &mut |block| {
         waves.go(abscissa.block(block.first, frames));
+        // The angle by which a whole frame's lateness moves the fundamental, where the path is not at its mean speed.
+        let mut faster = [0.0; BLOCK];
+        if block.first == 0 {
+            before = waves.u[0] - mean;
+        }
+        for (faster, u) in faster.iter_mut().zip(&waves.u) {
+            *faster = 2.0 * PI * nu * (u - before - mean);
+            before = *u;
+        }
         for (k, c) in channels.list().iter().enumerate().take(CHANNELS_MAX) {
             let (residuals, derivatives) = (waves.residuals(block.values, *c as usize, k), waves.derivatives(k));
-            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(block.valid);
-            for ((residual, (derivative, u)), _) in values.filter(|(_, valid)| **valid != 0) {
+            let later = later.map_or(0.0, |later| later[*c as usize % CHANNELS_MAX]);
+            let values = residuals.iter().zip(derivatives.iter().zip(&waves.u)).zip(faster.iter().zip(block.valid));
+            for ((residual, (derivative, u)), (faster, _)) in values.filter(|(_, (_, valid))| **valid != 0) {
+                let residual = residual - later * faster * derivative;
                 squares[k] += residual * residual;
                 scores[k] += residual * derivative * u;
             }

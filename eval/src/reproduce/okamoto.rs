@@ -15,7 +15,7 @@ use errors::{Bound, Errors, fft};
 use motion::Motion;
 use ridgetone_host::output;
 use ridgetone_proto::telemetry::{Span, Status};
-use run::{Slid, felt_late_s, settings};
+use run::{FELT_LATE_S, Slid, settings};
 use std::fs;
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -60,8 +60,8 @@ struct Scan {
 fn scan(wavelength_mm: f64, motion: Motion) -> Result<Vec<Scan>> {
     let slid = Slid::new(wavelength_mm, motion)?;
     let bound = Bound::new(&slid)?;
-    let short = slid.estimates(settings(WINDOW_S, 0.0), felt_late_s())?;
-    let long = slid.estimates(settings(LONGEST_S, ACCURACY), felt_late_s())?;
+    let short = slid.estimates(settings(WINDOW_S, 0.0), FELT_LATE_S)?;
+    let long = slid.estimates(settings(LONGEST_S, ACCURACY), FELT_LATE_S)?;
     let of_slide = short.iter().find(|estimate| estimate.span == Span::Slide && estimate.status == Status::Good);
     let power_mv2 = of_slide.map(|estimate| {
         let squares = estimate.channels.iter().map(|channel| (1e3 * f64::from(channel.amplitude_v)).powi(2));

@@ -1,7 +1,7 @@
 //! Errors of wavelengths: the firmware's, those of the paper's method, and the bound.
 
 use super::motion::Motion;
-use super::run::{FILTER_S, Slid, conversion_s};
+use super::run::{FELT_LATE_S, Slid, conversion_s};
 use super::{CYCLES, WINDOW_S};
 use crate::accuracy::NINETY_FIVE;
 use crate::bound::{length, orthonormal, remove};
@@ -16,6 +16,9 @@ use std::f64::consts::TAU;
 /// What amplitudes are taken from: away from the slide's ends and from turns, where friction builds up by millivolts.
 const SETTLED_S: f64 = 0.03;
 const SLIDING_MM_S: f64 = 20.0;
+/// So long after a turn friction still turns, seconds: a hand that leaves it with 1.3 m/s^2 has 4 mm/s after 3 ms, where the finger's
+/// friction, tanh(v / 1 mm/s), is whole but for 0.1 %; the bridges' low-pass takes five of its 0.4 ms more.
+pub const SETTLES_S: f64 = 0.005;
 
 /// Errors of wavelengths, as shares of the true one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,7 +64,7 @@ impl Errors {
         let mut errors = Self::default();
         for estimate in estimates.iter().filter(|estimate| estimate.span == Span::Window) {
             let (from_s, until_s) = slid.window_s(estimate);
-            if motion.turns(from_s, until_s) != is_turning {
+            if motion.turns(from_s - SETTLES_S, until_s) != is_turning {
                 continue;
             }
             let (frequency, sigma) = (f64::from(estimate.frequency), f64::from(estimate.sigma));
@@ -106,8 +109,8 @@ impl Bound {
         };
         let own: Vec<_> = slid.frames.iter().filter(|(t_s, _)| is_sliding(*t_s)).collect();
         let wave = |taxel: usize| {
-            // Each taxel has its time in the scan, and the bridge's delay.
-            let later_s = taxel as f64 * conversion_s() - FILTER_S;
+            // Each taxel has its time in the scan, and the delays of bridge and converter.
+            let later_s = taxel as f64 * conversion_s() - FELT_LATE_S;
             let way = |backward: bool| {
                 let own = own.iter().map(|(t_s, values)| (t_s + later_s, values[taxel]));
                 let own: Vec<_> = own.filter(|(t_s, _)| motion.is_backward(*t_s) == backward).collect();
@@ -130,6 +133,23 @@ impl Bound {
 
     /// Of a window, as a share of the wavelength.
     pub fn share(&self, motion: Motion, from_s: f64, until_s: f64) -> f64 {
+        1.0 / self.information(motion, from_s, until_s, |_| 0.0).0.sqrt()
+    }
+
+    /// By how much the low-pass's dispersion makes a window's wavelength too long, as a share of it: places count as late by the delay
+    /// t of slow tones; of one of the frequency w / (2 pi) it is atan(w t) / w.
+    #[cfg(test)]
+    pub fn dispersion_share(&self, motion: Motion, from_s: f64, until_s: f64) -> f64 {
+        let ahead = |t_s: f64| {
+            let angle = TAU * motion.speed_mm_s(t_s) / self.wavelength_mm * super::run::FILTER_S;
+            (angle - angle.atan()) / TAU
+        };
+        let (information, along) = self.information(motion, from_s, until_s, ahead);
+        -along / information
+    }
+
+    /// The information about the logarithm of the wavenumber, and what a wave that is `ahead` by so many turns adds to its score.
+    fn information(&self, motion: Motion, from_s: f64, until_s: f64, ahead: impl Fn(f64) -> f64) -> (f64, f64) {
         let frames = ((until_s - from_s) * f64::from(Plan::HAND.frame_rate_hz())).round() as usize;
         let at_s = |frame: usize| from_s + (frame as f64 + 0.5) / frames as f64 * (until_s - from_s);
         let places: Vec<f64> = (0..frames).map(|frame| motion.place_mm(at_s(frame)) / self.wavelength_mm).collect();
@@ -138,17 +158,19 @@ impl Bound {
         let middle = places.iter().sum::<f64>() / frames as f64;
         let nuisance = orthonormal(vec![vec![1.0; frames], places.clone(), cos.clone(), sin.clone()]);
         let backward: Vec<bool> = (0..frames).map(|frame| motion.is_backward(at_s(frame))).collect();
-        let information = |ways: &[(f64, f64); 2]| {
-            // By the logarithm of the wavenumber.
+        let (mut information, mut along) = (0.0, 0.0);
+        for ways in &self.waves {
+            // By a turn.
             let slope = |frame: usize| {
                 let (a, b) = ways[usize::from(backward[frame])];
-                TAU * (places[frame] - middle) * (b * cos[frame] - a * sin[frame])
+                TAU * (b * cos[frame] - a * sin[frame]) / converter_noise_v(&Plan::HAND)
             };
-            let mut derivative: Vec<f64> = (0..frames).map(slope).collect();
+            let mut derivative: Vec<f64> = (0..frames).map(|frame| (places[frame] - middle) * slope(frame)).collect();
             remove(&mut derivative, &nuisance);
-            (length(&derivative) / converter_noise_v(&Plan::HAND)).powi(2)
-        };
-        1.0 / self.waves.iter().map(information).sum::<f64>().sqrt()
+            information += length(&derivative).powi(2);
+            along += (0..frames).map(|frame| derivative[frame] * ahead(at_s(frame)) * slope(frame)).sum::<f64>();
+        }
+        (information, along)
     }
 }
 

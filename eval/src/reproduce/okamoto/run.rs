@@ -12,6 +12,10 @@ use ridgetone_proto::odometry::{FRAME_BYTES, WIRE_BYTES};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Estimate, Event, Packet};
+#[cfg(test)]
+use super::errors::SETTLES_S;
+#[cfg(test)]
+use ridgetone_proto::telemetry::{Span, Status};
 
 /// Messages of the robot, in a second: the paper's rate (section III-C).
 const MESSAGES_HZ: f64 = 250.0;
@@ -19,13 +23,11 @@ const MESSAGES_HZ: f64 = 250.0;
 const ON_THE_LINE_S: f64 = WIRE_BYTES as f64 * 10.0 / 921_600.0;
 /// Delay of the bridges' low-pass, seconds: 820 ohm beside 820 ohm, and 1 uF.
 pub const FILTER_S: f64 = 0.5 * 820.0 * 1e-6;
-/// The taxels that feel most, the first and the third of each unit, are read half a slot before the middle of its four.
-const EARLY_SLOTS: f64 = 0.5;
-
-/// How late the finger feels a place, seconds.
-pub fn felt_late_s() -> f64 {
-    FILTER_S + EARLY_SLOTS * conversion_s()
-}
+/// From the middle of the converter's aperture to DRDY, seconds: half of its filter's 128 (N + 4) clocks of 1 / 15.72864 MHz, N = 1 at
+/// the plan's DRATE 3 (SBAS297G, "Digital Filter").
+const APERTURE_S: f64 = 64.0 * 5.0 / 15_728_640.0;
+/// How late a frame has the place that the finger felt, seconds.
+pub const FELT_LATE_S: f64 = FILTER_S + APERTURE_S;
 
 /// A scale under a motion, with the conversions of its scan.
 pub struct Slid {
@@ -141,5 +143,16 @@ impl Slid {
     pub fn window_s(&self, estimate: &Estimate) -> (f64, f64) {
         let until_s = estimate.t_us as f64 * 1e-6 - self.begins_s;
         (until_s - f64::from(estimate.window_s), until_s)
+    }
+
+    /// Errors of a hand's good windows in which it goes one way, as shares of the wavelength, and when they begin and end.
+    #[cfg(test)]
+    pub fn one_way(&self, estimates: &[Estimate]) -> Vec<(f64, f64, f64)> {
+        let is_good = |estimate: &&Estimate| estimate.span == Span::Window && estimate.status == Status::Good;
+        let all = estimates.iter().filter(is_good).map(|estimate| {
+            let (from_s, until_s) = self.window_s(estimate);
+            (1.0 / (f64::from(estimate.frequency) * self.scene.period_mm) - 1.0, from_s, until_s)
+        });
+        all.filter(|(_, from_s, until_s)| !self.motion.turns(from_s - SETTLES_S, *until_s)).collect()
     }
 }

@@ -66,10 +66,32 @@ fn places_have_to_be_those_that_the_finger_feels() {
         let estimates = slid.estimates(settings(WINDOW_S, 0.0), late_s).expect("estimates");
         Errors::new(&slid, &estimates, &bound, false)
     };
-    let (felt, as_they_are) = (errors(felt_late_s()), errors(0.0));
+    let (felt, as_they_are) = (errors(FELT_LATE_S), errors(0.0));
     assert!(felt.rms_over_sigma().is_some_and(|over| over < 1.3), "{felt:?}");
+    println!("over sigma {:?}, of places as they are {:?}", felt.rms_over_sigma(), as_they_are.rms_over_sigma());
     assert!(as_they_are.rms_over_sigma().is_some_and(|over| over > 5.0), "{as_they_are:?}");
     assert!(as_they_are.rms().is_some_and(|rms| (0.001..0.005).contains(&rms)), "{as_they_are:?}");
+}
+
+/// Why a hand's longer windows are above the bound at 3 mm: the low-pass's delay gets shorter as the tone gets higher. Taken off as the
+/// closed form has it, the errors are on the bound; and the place of each taxel is known to the firmware.
+#[test]
+fn what_is_above_the_bound_is_the_low_passes_dispersion() {
+    for wavelength_mm in [2.5, 3.0] {
+        let slid = Slid::new(wavelength_mm, Motion::Hand).expect("a scan");
+        let bound = Bound::new(&slid).expect("a bound");
+        let estimates = slid.estimates(settings(LONGEST_S, ACCURACY), FELT_LATE_S).expect("estimates");
+        let (mut as_it_is, mut without, mut bounds) = (0.0, 0.0, 0.0);
+        for (off, from_s, until_s) in slid.one_way(&estimates) {
+            let dispersed = bound.dispersion_share(slid.motion, from_s, until_s);
+            as_it_is += off * off;
+            without += (off - dispersed).powi(2);
+            bounds += bound.share(slid.motion, from_s, until_s).powi(2);
+        }
+        let [as_it_is, without] = [as_it_is, without].map(|sum: f64| (sum / bounds).sqrt());
+        println!("{wavelength_mm} mm: {as_it_is:.2} bounds, {without:.2} without the dispersion");
+        assert!(without < 1.3 && as_it_is > 1.1 * without, "{wavelength_mm} mm: {as_it_is:.2} {without:.2}");
+    }
 }
 
 /// What the text of the page says of its table.
@@ -85,13 +107,15 @@ fn the_page_says_what_its_table_says() {
         let (good, of) = cell.split_once(" of ").expect("so many of so many");
         (good.parse::<f64>().expect("a count"), of.parse::<f64>().expect("a count"))
     };
-    let (mut held, mut good_one_way, mut good_turning, mut turning) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
+    let (mut held, mut good_one_way) = ([0.0; 2], [0.0; 2]);
+    let (mut good_turning, mut held_turning, mut turning) = (0.0f64, 0.0f64, 0.0f64);
     for row in &rows {
         assert_eq!(row[13], "0", "wrong but good: {row:?}");
         if row[0].ends_with("turning") {
             let (good, of) = counts(row[10]);
-            assert!(number(row[9]).is_none_or(|off| off <= 0.27), "{row:?}");
+            assert!(number(row[9]).is_none_or(|off| off <= 0.11), "{row:?}");
             (good_turning, turning) = (good_turning + good, turning + of);
+            held_turning += number(row[12]).map_or(0.0, |share| share * good / 100.0);
             continue;
         }
         let is_by_hand = row[0].ends_with("one way");
@@ -102,9 +126,10 @@ fn the_page_says_what_its_table_says() {
             let (good, windows) = counts(good);
             let long = at == 1;
             // Of 14 windows a root mean square has an error of 19 %: a bound less two of them.
-            let most = if long && is_by_hand { 3.0 } else { 1.6 };
-            assert!(good < 14.0 || (0.6..most).contains(&(firmware / bound)), "{row:?}");
+            assert!(good < 14.0 || (0.6..1.6).contains(&(firmware / bound)), "{row:?}");
             assert!(firmware < 0.5 || !long && (row[1] == "0.8" || row[..2] == ["73.5", "1"]), "{row:?}");
+            // Where it is not within half a percent, no unbiased estimate of these windows is.
+            assert!(firmware < 0.5 || bound > 0.48, "{row:?}");
             assert!(share >= 71.0 && good >= 0.8 * windows, "{row:?}");
             if is_by_hand {
                 held[at] += share * good;
@@ -113,8 +138,9 @@ fn the_page_says_what_its_table_says() {
         }
     }
     let shares = [held[0] / good_one_way[0], held[1] / good_one_way[1]];
-    assert!((92.0..95.0).contains(&shares[0]) && (88.0..93.0).contains(&shares[1]), "{shares:?}");
-    assert_eq!((good_turning, turning), (18.0, 61.0));
+    assert_eq!(good_one_way, [545.0, 522.0]);
+    assert!((93.5..96.5).contains(&shares[0]) && (93.5..96.5).contains(&shares[1]), "{shares:?}");
+    assert_eq!((good_turning, held_turning.round(), turning), (21.0, 21.0, 72.0));
 }
 
 /// Against the powers that the paper gives for four of its gratings.
