@@ -41,7 +41,7 @@ pub struct Neighbourhood {
     /// The phase's deviation, cycles, as factors of Legendre's polynomials from the second degree on, each with its variance in
     /// noise that is white and independent. Zeros of what so few blocks do not show.
     pub phase: [[f32; 2]; PHASE_DEGREES],
-    /// Power of the amplitude's deviation in the same degrees, over that of such noise: movement has no part in it.
+    /// Power of the amplitude's deviation from block to block, over that of such noise: movement has no part in it.
     pub of_amplitude: f32,
     /// Whether the channels may share noise that is not the tone's; false if that was not requested.
     pub may_share: bool,
@@ -288,16 +288,17 @@ impl<'s> Series<'s> {
             for ((cos, sin), u) in cos.iter_mut().zip(&mut sin).zip(u) {
                 (*cos, *sin) = cos_sin(from_turns(0.5 * cycles * u));
             }
-            let [(with_cos, of_cos), (with_sin, of_sin)] = [self.product(&mut cos, u), self.product(&mut sin, u)];
+            let [(with_cos, of_cos), (with_sin, of_sin)] = [self.product(&cos, u), self.product(&sin, u)];
             slow += with_cos * with_cos + with_sin * with_sin;
             share += of_cos + of_sin;
         }
         let (colour, band) = self.line(solution, blocks);
         let (colour, band) = (freedom * colour, freedom * band);
         let squares = self.density.iter().map(|density| density * density).sum::<f32>();
-        let (phase, _) = self.degrees(u);
-        self.density = self.of_amplitude;
-        let (_, of_amplitude) = self.degrees(u);
+        let both = self.of_amplitude.iter().zip(&self.expected).take(u.len());
+        let of_amplitude = both.map(|(density, expected)| density * density / expected.max(f32::MIN_POSITIVE));
+        let of_amplitude = of_amplitude.sum::<f32>() / (blocks - 1.0).max(1.0);
+        let phase = self.degrees(u);
         Neighbourhood {
             may_share: self.is_shared_wanted && may_share(self.covariance, solution),
             slow_power: freedom * slow / share.max(f32::MIN_POSITIVE),
@@ -309,35 +310,33 @@ impl<'s> Series<'s> {
         }
     }
 
-    /// The density's deviation, a degree after the other: what one describes is taken out of it. And their mean power, in units of
-    /// the noise.
+    /// The phase's deviation, a degree after the other: what one describes is taken out of the density. A line is not in it.
     #[inline(never)]
-    fn degrees(&mut self, u: &[f32]) -> ([[f32; 2]; PHASE_DEGREES], f32) {
-        let (mut out, mut power, mut count) = ([[0.0; 2]; PHASE_DEGREES], 0.0, 0.0f32);
+    fn degrees(&mut self, u: &[f32]) -> [[f32; 2]; PHASE_DEGREES] {
+        let mut out = [[0.0; 2]; PHASE_DEGREES];
         let (mut before, mut last) = ([1.0; BLOCKS_MAX], [0.0; BLOCKS_MAX]);
         last.iter_mut().zip(u).for_each(|(last, u)| *last = *u);
         for (degree, out) in (1u8..).zip(&mut out).take(u.len().saturating_sub(3)) {
             // Bonnet's recursion.
-            let n = f32::from(degree);
-            for ((before, last), u) in before.iter_mut().zip(&mut last).zip(u) {
-                (*before, *last) = (*last, ((2.0 * n + 1.0) * u * *last - n * *before) / (n + 1.0));
+            let (of_last, of_before) = (2.0 - 1.0 / f32::from(degree + 1), 1.0 - 1.0 / f32::from(degree + 1));
+            let (mut with, mut variance) = (0.0, f32::MIN_POSITIVE);
+            let places = before.iter_mut().zip(&mut last).zip(u);
+            for (((before, last), u), (density, expected)) in places.zip(self.density.iter().zip(&self.expected)) {
+                (*before, *last) = (*last, of_last * u * *last - of_before * *before);
+                (with, variance) = (with + density * *last, variance + expected * *last * *last);
             }
-            let mut rest = last;
-            let (with, variance) = self.product(&mut rest, u);
-            let variance = variance.max(f32::MIN_POSITIVE);
             *out = [with / variance, 1.0 / variance];
-            (power, count) = (power + with * out[0], count + 1.0);
-            for ((density, expected), rest) in self.density.iter_mut().zip(&self.expected).zip(&rest) {
-                *density -= out[0] * expected * rest;
+            for ((density, expected), last) in self.density.iter_mut().zip(&self.expected).zip(&last) {
+                *density -= out[0] * expected * last;
             }
         }
-        (out, power / count.max(1.0))
+        out
     }
 
     /// The density's product with a function, and its variance in white noise. Frequency and phase are fitted: the density's
-    /// sum is zero, and its product with `u`, and of a function only what a line does not describe counts, and is left.
+    /// sum is zero, and its product with `u`, and of a function only what a line does not describe counts.
     #[inline(never)]
-    fn product(&self, function: &mut [f32; BLOCKS_MAX], u: &[f32]) -> (f32, f32) {
+    fn product(&self, function: &[f32; BLOCKS_MAX], u: &[f32]) -> (f32, f32) {
         let (mut n, mut x, mut xx, mut y, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for ((f, e), u) in function.iter().zip(&self.expected).zip(u) {
             (n, x, xx, y, xy) = (n + e, x + e * u, xx + e * u * u, y + e * f, xy + e * u * f);
@@ -345,9 +344,9 @@ impl<'s> Series<'s> {
         let spread = (n * xx - x * x).max(f32::MIN_POSITIVE);
         let (slope, level) = ((n * xy - x * y) / spread, (xx * y - x * xy) / spread);
         let (mut with, mut variance) = (0.0, 0.0);
-        for (((f, e), g), u) in function.iter_mut().zip(&self.expected).zip(&self.density).zip(u) {
-            *f -= level + slope * u;
-            (with, variance) = (with + g * *f, variance + e * *f * *f);
+        for (((f, e), g), u) in function.iter().zip(&self.expected).zip(&self.density).zip(u) {
+            let rest = f - level - slope * u;
+            (with, variance) = (with + g * rest, variance + e * rest * rest);
         }
         (with, variance)
     }

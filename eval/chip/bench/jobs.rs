@@ -62,7 +62,7 @@ impl Bench<'_> {
                     self.files.write(Measured::Intake { instructions })?;
                 }
                 // The baselines and the pins have images of their own.
-                Job::Baseline { .. } | Job::Pins { .. } => return None,
+                Job::Baseline { .. } | Job::Pins { .. } | Job::Update { .. } => return None,
             }
         }
     }

@@ -44,8 +44,8 @@ pub fn rows(injections: u64, seed: u64) -> Result<(Vec<Row>, BitErrors)> {
     })?;
     let cut = batches("cuts of power", injections / INJECTIONS_A_CUT, seed, |seed| {
         let mut cuts = cut_everywhere::<{ RECORD_BYTES as u32 }>(0, 5, seed);
-        cuts += cut_everywhere::<224>(0, 7, seed);
-        cuts += cut_everywhere::<1000>(8, 16, seed);
+        cuts += cut_everywhere::<{ 2 * RECORD_BYTES as u32 }>(0, 7, seed);
+        cuts += cut_everywhere::<{ 8 * RECORD_BYTES as u32 + 104 }>(8, 16, seed);
         Ok(cuts)
     })?;
     let mut cuts = Cuts::default();

@@ -107,7 +107,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
 /// In a touch nothing is erased, and what was stored stays.
 #[test]
 fn a_full_page_is_not_erased_without_permission() {
-    let mut store = FlashStore::new(CutFlash::<224>::new(1));
+    let mut store = FlashStore::new(CutFlash::<{ 2 * RECORD_BYTES }>::new(1));
     for number in 0..4 {
         assert_eq!(store.save(Some(&settings(number)), true), Ok(Saved::AtOnce));
     }
