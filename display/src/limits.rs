@@ -68,7 +68,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Of limits that are possible: [`Pins::new`] says whether they are. Of others no pin moves.
+    /// Of limits that are possible: [`Pins::new`] says whether they are.
     #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
         Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: f32::from(limits.levels) }
@@ -84,6 +84,7 @@ impl Steps {
     pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
         let wanted = if wanted_n > 0.0 { wanted_n / self.quantum_n } else { 0.0 };
         let from = f32::from(from);
+        let from = if from < self.levels { from } else { self.levels };
         // Greatest and least by comparison: neither is ever NaN.
         let wanted = libm::roundf(if wanted < self.levels { wanted } else { self.levels });
         let (least, most) = (from - self.steps, from + self.steps);

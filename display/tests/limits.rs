@@ -120,6 +120,9 @@ fn a_step_of_levels_is_within_the_slew_even_towards_what_is_no_number() {
         (5, f32::NEG_INFINITY, 3),
         (5, 0.52, 5),
         (1, f32::NAN, 0),
+        // A level that is not there, of limits that have changed.
+        (200, 5.0, 10),
+        (200, 0.0, 8),
     ] {
         assert_eq!(steps.towards(from, wanted_n), to, "{from} {wanted_n}");
     }

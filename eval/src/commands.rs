@@ -128,7 +128,8 @@ fn run_reproduce(args: &ReproduceArgs) -> Result<()> {
         return Err(UsageError("--elf names a firmware image, which only runs with --emulated".into()).into());
     }
     let elf = args.emulated.then(|| args.firmware.image()).transpose()?;
-    let place = elf.as_ref().map_or(Place::Pc, |elf| Place::Emulator(args.firmware.options(elf)));
+    let options = elf.as_ref().map(|elf| args.firmware.options(elf));
+    let place = options.as_ref().map_or(Place::Pc, Place::Emulator);
     reproduce::write(&reproduce::measure(args.runs, place)?, &args.out)?;
     output::line(&format!("{}", args.out.join("reproduction.md").display()))
 }

@@ -56,7 +56,7 @@ pub fn update(driver: &mut Driver, memory: &mut [f32], settings: &Settings, fram
             *code = 20_000.0 * libm::expf(-(x * x + y * y));
         }
     }
-    let due = Due { t_us: u64::from(frame), taxels: u16::MAX, pressed, is_first: frame == 0 };
+    let due = Due::new(u64::from(frame), u16::MAX, pressed);
     let pins = driver.update(&due, memory, settings);
     (pins.limited.into(), pins.levels.iter().map(|level| u32::from(*level)).sum())
 }

@@ -7,7 +7,7 @@ use crate::faults::diagnostics::Diagnostics;
 use crate::faults::episodes::{FaultEpisodes, add_flaws};
 use crate::frame::TimedConversion;
 use crate::health::{HealthReporter, health};
-use crate::pins::{Due, Sampler};
+use crate::pins::Due;
 use crate::ring::Ring;
 use crate::window::Window;
 use ridgetone_proto::boot::{Boot, SettingsSource};
@@ -181,17 +181,15 @@ impl Detector {
     /// length, and none of them reaches back before it. Settings of another plan wait for [`Self::begin`]; then false.
     #[inline(never)]
     pub fn change(&mut self, settings: &Settings, source: SettingsSource) -> bool {
-        let before = core::mem::replace(&mut self.settings, *settings);
+        self.settings = *settings;
         self.source = source;
+        self.tracker.pins.change(&settings.pins, &self.plan);
         if settings.plan != self.plan {
             return false;
         }
         self.assembler.vref_v = settings.vref_v;
         self.episodes.set_reference(settings.vref_v);
         self.tracker.change(settings);
-        if settings.pins != before.pins {
-            self.tracker.pins = Sampler::new(&settings.pins, &settings.plan);
-        }
         true
     }
 

@@ -16,5 +16,5 @@ pub use event::{Contact, Event, Health, Hello, OdometryCounts, Raw, Release, Sli
 pub use feel::{BANDS, Feel, Measured, NO_LEVEL, RECEPTORS};
 pub use image::{Hold, Image, Pressed};
 pub use packet::{PROTOCOL, Packet, encode, longest_packet};
-pub use pins::{PINS_SIDE_MAX, Pins};
+pub use pins::{PINS_SIDE_MAX, PINS_SILENCE_US, Pins};
 pub use texture::{Overtones, Texture};

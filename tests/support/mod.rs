@@ -145,7 +145,7 @@ pub fn outcome(events: &[Event]) -> Outcome {
             Event::Health(health) => out.health = *health,
             Event::Image(image) => out.images.push(image.clone()),
             Event::Texture(texture) => out.textures.push(*texture),
-            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) => {}
+            Event::Hello(_) | Event::Fault(_) | Event::Reply(_) | Event::Raw(_) | Event::Feel(_) | Event::Pins(_) => {}
         }
     }
     out

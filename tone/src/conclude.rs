@@ -92,7 +92,7 @@ pub fn conclude(
     let is_part = best.shape.curves > 0
         && evidence.cycles < CURVED_CYCLES
         && (evidence.noise_ratio > CURVED_NOISE_RATIO && evidence.remainder > CURVED_REMAINDER || summit.strongest > 1);
-    let is_ambiguous = !is_seen || is_part || is_full(best, evidence.cycles);
+    let is_ambiguous = !is_seen || is_part || is_full(best, evidence.cycles) || is_image_strong(best, span.nu_max());
     let status = if status == Status::Good && is_ambiguous { Status::Ambiguous } else { status };
     let are_unlike = span.abscissa().turns(TURNED_SHARE) && evidence.noise_ratio > TURNED_NOISE_RATIO;
     let status = if status == Status::Good && are_unlike { Status::Unsteady } else { status };
@@ -160,6 +160,17 @@ fn is_full(best: &Solution, cycles: f32) -> bool {
     let independent = 2.0 * harmonics * cycles + 1.0;
     let unknowns = (2 + 2 * best.shape.harmonics + best.shape.curves) as f32;
     best.shape.curves > 0 && best.shape.harmonics > 1 && unknowns > FULL_SHARE * independent
+}
+
+/// Whether a harmonic above half the frame rate falls less than as its number's square: another tone may be where its image is.
+fn is_image_strong(best: &Solution, nu_max: f32) -> bool {
+    let (mut below, mut above) = (0.0f32, 0.0f32);
+    for (h, power) in best.power.iter().enumerate().take(best.shape.harmonics) {
+        let number = (h + 1) as f32;
+        let most = if number * best.nu < nu_max { &mut below } else { &mut above };
+        *most = most.max(number * number * power);
+    }
+    above > below
 }
 
 /// Standard deviation of a solution's `nu` in noise that is white.

@@ -42,7 +42,7 @@ pub const EMULATED: Budgets = Budgets {
     ],
     ram: &[
         ("ring", 78_432),
-        ("estimator_place", 23_376),
+        ("estimator_place", 23_400),
         ("detector_place", 4_464),
         ("outbox", 3_416),
         ("samples", 712),
@@ -82,7 +82,7 @@ const FLASH: [(&str, u64); 9] = [
 /// the smaller board's 128.
 const RAM: [(&str, u64); 6] = [
     ("ring", 78_432),
-    ("estimator_place", 23_376),
+    ("estimator_place", 23_400),
     ("detector_place", 4_464),
     ("outbox", 3_416),
     ("samples", 712),

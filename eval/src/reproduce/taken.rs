@@ -17,7 +17,7 @@ use std::ops::Range;
 pub enum Place<'a> {
     /// On this PC: the library, conversion for conversion as on the chip.
     Pc,
-    Emulator(Options<'a>),
+    Emulator(&'a Options<'a>),
 }
 
 /// The data of a run. Times are device times in seconds.
@@ -49,7 +49,7 @@ impl Taken {
                 u64::from(START_US)
             }
             Place::Emulator(options) => {
-                let options = Options { keep_conversions: true, ..options };
+                let options = Options { keep_conversions: true, ..*options };
                 let outcome = emulator::run(input, options, &mut sink, &mut |_, _| {})?;
                 conversions = outcome.conversions;
                 outcome.start_us

@@ -6,7 +6,7 @@ use ads1258::reading;
 use heapless::Vec;
 use ridgetone_display::{Limits, Pressing, Square, Steps};
 use ridgetone_proto::settings::{PinDisplay, Settings};
-use ridgetone_proto::telemetry::{PINS_SIDE_MAX, Pins};
+use ridgetone_proto::telemetry::{PINS_SIDE_MAX, PINS_SILENCE_US, Pins};
 
 /// Memory that [`Driver::update`] needs, values.
 pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
@@ -22,13 +22,38 @@ const POISSON: f32 = 0.5;
 #[derive(Clone, Debug)]
 pub struct Driver {
     levels: [u8; PINS_SIDE_MAX * PINS_SIDE_MAX],
+    /// Force of a level, newtons, and pins on a side; zeros before the first update.
+    level_n: f32,
+    side: u8,
+    /// Device time of the latest update, microseconds.
+    latest_us: u64,
     pressing: Pressing,
 }
 
 impl Driver {
     /// Pins that do not press.
     pub const fn new() -> Self {
-        Self { levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX], pressing: Pressing::new() }
+        Self {
+            levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX],
+            level_n: 0.0,
+            side: 0,
+            latest_us: 0,
+            pressing: Pressing::new(),
+        }
+    }
+
+    /// The pins where they are by now: a display has released those that have heard nothing for long, other pins have not pressed yet,
+    /// and of other levels the force stays.
+    #[inline(never)]
+    fn go_on(&mut self, t_us: u64, side: u8, level_n: f32) {
+        if side != self.side || t_us.saturating_sub(self.latest_us) > PINS_SILENCE_US {
+            *self = Self::new();
+        } else if level_n != self.level_n {
+            let ratio = self.level_n / level_n;
+            // Rounded down, and at the highest level if there are not as many.
+            self.levels.iter_mut().for_each(|level| *level = (f32::from(*level) * ratio) as u8);
+        }
+        (self.latest_us, self.side, self.level_n) = (t_us, side, level_n);
     }
 
     /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
@@ -37,9 +62,9 @@ impl Driver {
     #[inline(never)]
     pub fn update(&mut self, due: &Due, memory: &mut [f32], settings: &Settings) -> Pins {
         let PinDisplay { side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
-        if due.is_first {
-            *self = Self::new();
-        }
+        let limits = limits(&settings.pins);
+        let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
+        self.go_on(due.t_us, side, steps.quantum_n());
         let mpa_per_code = reading::volts(1, settings.vref_v) * mpa_per_v;
         // Strain times Young's modulus.
         let wanted = by_place(&of_pressure(&due.pressed, due.taxels)).map(|code| code * mpa_per_code);
@@ -56,8 +81,6 @@ impl Driver {
         let solution = display.forces(memory, &wanted, &mut self.pressing);
         let is_optimal = solution.as_ref().is_some_and(|solution| solution.is_optimal);
         let forces_n = solution.as_ref().map_or(&[][..], |solution| solution.forces);
-        let limits = limits(&settings.pins);
-        let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
         let mut pins = Pins {
             t_us: due.t_us,
             taxels: due.taxels,
@@ -109,7 +132,7 @@ mod tests {
         let (mut driver, mut memory) = (Driver::new(), vec![f32::NAN; MEMORY]);
         dues.enumerate()
             .map(|(n, (pressed, taxels))| {
-                let due = Due { t_us: n as u64, taxels, pressed, is_first: n == 0 };
+                let due = Due::new(50_000 * n as u64, taxels, pressed);
                 driver.update(&due, &mut memory, &settings).forces_n().collect()
             })
             .collect()
@@ -154,6 +177,33 @@ mod tests {
             assert!(most(9) == 0.0 && most(10) <= 0.2001 && most(39) > 0.74, "{side}: {:?}", found[39]);
             assert!(most(49) == 0.0 && most(59) > 0.01 && most(69) == 0.0 && most(99) == 0.0, "{side}");
         }
+    }
+
+    /// What a display does while nothing is heard of it, and what other settings mean for where its pins are.
+    #[test]
+    fn pins_go_on_from_where_they_are() {
+        let display = PinDisplay { rate_hz: 20, levels: 200, force_n: 2.0, slew_n_s: 20.0, ..PinDisplay::DEFAULT };
+        let (mut driver, mut memory) = (Driver::new(), vec![0.0; MEMORY]);
+        let mut most_n = |t_us, pins| {
+            let due = Due::new(t_us, u16::MAX, bump(1e6));
+            let found = driver.update(&due, &mut memory, &Settings { pins, ..Settings::DEFAULT });
+            found.forces_n().fold(0.0, f32::max)
+        };
+        for n in 0..10 {
+            most_n(n * 50_000, display);
+        }
+        assert_eq!(most_n(500_000, display), 2.0);
+        // A tenth of the levels, at the same force; more levels; and a lower greatest force at once.
+        assert_eq!(most_n(550_000, PinDisplay { levels: 20, ..display }), 2.0);
+        assert_eq!(most_n(600_000, PinDisplay { levels: 250, ..display }), 2.0);
+        assert_eq!(most_n(650_000, PinDisplay { force_n: 0.5, ..display }), 0.5);
+        // Back, it rises by no more than the slew: 1 N an update, and the level that rounding down has taken.
+        let risen_n = most_n(700_000, display);
+        assert!((1.4..=1.5001).contains(&risen_n), "{risen_n}");
+        // What has heard nothing for more than half a second does not press, and neither do other pins.
+        assert!(most_n(1_250_000, display) <= 1.0001);
+        most_n(1_300_000, display);
+        assert!(most_n(1_350_000, PinDisplay { side: 5, ..display }) <= 1.0001);
     }
 
     /// Twice the strain, twice the forces, in whole levels; and the modulus is a factor too.

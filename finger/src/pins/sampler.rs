@@ -9,12 +9,19 @@ use ridgetone_tone::Values;
 pub struct Due {
     /// Device time, microseconds.
     pub t_us: u64,
-    /// Taxels whose values count; bit k is taxel k.
+    /// Taxels that were good in all complete frames since the last update that was taken; bit k is taxel k.
+    good: u16,
+    /// Those of them whose values count.
     pub taxels: u16,
     /// Means over a block of frames, less the level without touch, codes; zero without touch.
     pub pressed: Values,
-    /// The pins do not press before it.
-    pub is_first: bool,
+}
+
+impl Due {
+    /// One in which these taxels count.
+    pub const fn new(t_us: u64, taxels: u16, pressed: Values) -> Self {
+        Self { t_us, good: taxels, taxels, pressed }
+    }
 }
 
 /// Counts frames of touch detection.
@@ -24,7 +31,6 @@ pub struct Sampler {
     every: u32,
     /// Taxels that were good in all complete frames since the last update.
     good: u16,
-    is_first: bool,
     /// Until it is taken.
     due: Option<Due>,
 }
@@ -33,14 +39,20 @@ impl Sampler {
     /// Before the first frame.
     #[inline(never)]
     pub const fn new(display: &PinDisplay, plan: &Plan) -> Self {
-        let every = if display.is_on() {
+        let mut sampler = Self { every: 0, good: u16::MAX, due: None };
+        sampler.change(display, plan);
+        sampler
+    }
+
+    /// From now on the updates of this display.
+    pub const fn change(&mut self, display: &PinDisplay, plan: &Plan) {
+        self.every = if display.is_on() {
             let frame_rate_hz = plan.frame_rate_hz() / plan.frames_averaged() as f32;
-            // Rounded up: never more updates than the display can follow.
+            // Rounded up, to a thousandth of a frame: not more updates than the display can follow.
             (frame_rate_hz / display.rate_hz as f32 + 0.999) as u32
         } else {
             0
         };
-        Self { every, good: u16::MAX, is_first: true, due: None }
     }
 
     /// Notes which taxels of a complete frame are good.
@@ -60,10 +72,10 @@ impl Sampler {
 
     #[inline(never)]
     fn fall_due(&mut self, t_us: u64, (pressed, alive): (Values, u16)) {
-        // An update that was not taken in time is lost, but not that the pins begin anew with it.
-        let is_first = core::mem::take(&mut self.is_first) || self.due.as_ref().is_some_and(|due| due.is_first);
-        let taxels = core::mem::replace(&mut self.good, u16::MAX) & alive;
-        self.due = Some(Due { t_us, taxels, pressed, is_first });
+        // An update that was not taken in time is lost, but not which taxels were bad before it.
+        let before = self.due.as_ref().map_or(u16::MAX, |due| due.good);
+        let good = core::mem::replace(&mut self.good, u16::MAX) & before;
+        self.due = Some(Due { t_us, good, taxels: good & alive, pressed });
     }
 
     /// Whether an update waits.
@@ -117,16 +129,19 @@ mod tests {
     fn an_update_has_the_taxels_that_were_good_since_the_last_one() {
         let found: Vec<Due> = dues(&ON, &Plan::PAPER, 15).map(|(_, due)| due).collect();
         assert_eq!(found.iter().map(|due| due.taxels).collect::<Vec<_>>(), [0x0fff, 0x0ffe, 0x0fff]);
-        assert_eq!(found.iter().map(|due| due.is_first).collect::<Vec<_>>(), [true, false, false]);
         assert!(found.iter().all(|due| due.pressed == [due.t_us as f32; TAXELS]));
     }
 
     #[test]
-    fn a_lost_update_does_not_lose_the_beginning() {
+    fn a_lost_update_does_not_lose_which_taxels_were_bad() {
         let mut sampler = Sampler::new(&ON, &Plan::PAPER);
-        (0..10).for_each(|frame| sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], u16::MAX)));
+        for frame in 0..10 {
+            sampler.note(if frame == 2 { !4 } else { u16::MAX });
+            // Without touch no taxel counts, and that is no fault of theirs.
+            sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], if frame < 5 { 0 } else { u16::MAX }));
+        }
         assert!(sampler.is_due());
-        assert_eq!(sampler.take().map(|due| (due.t_us, due.is_first)), Some((9, true)));
+        assert_eq!(sampler.take().map(|due| (due.t_us, due.taxels)), Some((9, !4)));
         assert_eq!(sampler.take(), None);
     }
 

@@ -7,14 +7,14 @@ use anyhow::Result;
 use hal_mock::Finger;
 use ridgetone_display::{Afterimage, Grid, Kelvin, Limits, Matching, Pins, Quantity};
 use ridgetone_proto::settings::{Settings, TAXELS};
-use ridgetone_proto::telemetry::{Event, Packet};
+use ridgetone_proto::telemetry::{Event, PINS_SILENCE_US, Packet};
 use serde::Serialize;
 
 /// Places of the sensor's map.
 const SENSORS: usize = SIDE * SIDE;
 
 /// Longest time between two frames in which the pins stay where they are, seconds.
-pub const SILENCE_S: f64 = 0.5;
+pub const SILENCE_S: f64 = PINS_SILENCE_US as f64 * 1e-6;
 
 /// The display, the finger on it, and how strains become forces.
 #[derive(Clone, Copy, Debug, PartialEq)]

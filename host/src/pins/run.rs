@@ -12,6 +12,7 @@ use anyhow::{Context, Result};
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event as TerminalEvent, KeyCode, KeyEventKind, KeyModifiers};
 use ridgetone_proto::telemetry::{Event, Packet};
+use std::cell::Cell;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
@@ -60,17 +61,17 @@ pub fn run(feed: Feed, player: &mut Player<'_>, show: Show) -> (Feed, Result<()>
 /// A line for each update: the board's, if it sends events `pins`; else the player's.
 fn lines(listener: &mut Listener, player: &mut Player<'_>, show: Show) -> Result<()> {
     let is_json = show == Show::Json;
-    let mut board_computes = false;
+    let board_computes = Cell::new(false);
     let mut board = |packet: &Packet| {
-        let sends = matches!(packet.event, Event::Pins(_));
-        board_computes |= sends;
-        if sends {
-            output::line(&if is_json { events::json(packet)? } else { events::text(packet) })?;
+        match &packet.event {
+            Event::Hello(hello) => board_computes.set(hello.settings.pins.is_on()),
+            Event::Pins(_) => output::line(&if is_json { events::json(packet)? } else { events::text(packet) })?,
+            _ => {}
         }
-        Ok(board_computes)
+        Ok(board_computes.get())
     };
     follow_beside(listener, player, &mut board, &mut |_, update, player| {
-        if let Some((update, true)) = update {
+        if let (Some((update, true)), false) = (update, board_computes.get()) {
             output::line(&match is_json {
                 true => serde_json::to_string(update)?,
                 false => screen::summary(update, player.setup().gain),

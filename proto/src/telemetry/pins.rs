@@ -6,14 +6,17 @@ use serde::{Deserialize, Serialize};
 /// Most pins on a side.
 pub const PINS_SIDE_MAX: usize = 10;
 
+/// A display releases its pins if no event has come for so long, microseconds.
+pub const PINS_SILENCE_US: u64 = 500_000;
+
 /// Forces of a square display's pins, within the limits of [`PinDisplay`](crate::settings::PinDisplay): they press, at most
-/// with the greatest force, and change by no more than the slew from one event to the next. The first event after a start, and after a
-/// change of the display's settings, begins with pins that do not press. A display releases its pins if no event has come for 0.5 s.
+/// with the greatest force, and change by no more than the slew from one event to the next, unless a new greatest force is lower. Events after a start, with another number
+/// of pins, and more than [`PINS_SILENCE_US`] after the last one begin with pins that do not press.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pins {
-    /// Device time of the latest frame that counts, microseconds.
+    /// Device time at which the update fell due, microseconds. Its forces are those of a mean over a few frames that ended up to 17 ms before.
     pub t_us: u64,
-    /// Taxels that count; bit k is taxel k. A unit without any has no strain.
+    /// Taxels that count; bit k is taxel k. A unit without any has no strain. None counts without touch.
     pub taxels: u16,
     /// Pins whose wanted force is beyond the greatest.
     pub limited: u8,

@@ -27,7 +27,7 @@ fn power_lost_at_any_word_leaves_the_old_settings_or_the_new_ones() {
 /// others as they were, old records among them.
 #[test]
 fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back() {
-    const PAGE_BYTES: usize = 1120;
+    const PAGE_BYTES: usize = 10 * RECORD_BYTES as usize;
     // Both pages full, so that the first one is to be erased, and then the second one.
     for (page, saves) in [(0, 20), (1, 30)] {
         let mut store = FlashStore::new(CutFlash::<{ PAGE_BYTES as u32 }>::new(1));
@@ -55,7 +55,7 @@ fn an_erasure_that_hardly_began_or_was_nearly_done_brings_no_old_settings_back()
 /// The sectors of the STM32F405, full: the roll to the other one and back.
 #[test]
 fn so_it_is_in_sectors_of_the_real_size() {
-    let slots = 128 * 1024 / RECORD_BYTES;
+    let slots = u64::from(128 * 1024 / RECORD_BYTES);
     let cuts = cut_everywhere::<{ 128 * 1024 }>(2 * slots - 1, 2, 1);
     assert!(cuts.injected > 90 && cuts.wrong == 0, "{cuts:?}");
 }
@@ -95,7 +95,7 @@ fn what_was_stored_last_and_is_spoilt_gives_what_was_stored_before() {
     }
     // A bit of the third record's settings.
     let mut flash = store.release();
-    flash.bytes[2 * RECORD_BYTES + 8] ^= 4;
+    flash.bytes[2 * RECORD_BYTES as usize + 8] ^= 4;
     let mut store = FlashStore::new(flash);
     assert_eq!(store.load(), (settings(1), SettingsSource::StoredBefore));
     // Forgetting is a record too.
@@ -143,7 +143,7 @@ impl ReadNorFlash for Worn {
 
 impl NorFlash for Worn {
     const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = 1120;
+    const ERASE_SIZE: usize = 10 * RECORD_BYTES as usize;
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         (offset..).step_by(WORD_BYTES).zip(bytes.as_chunks::<WORD_BYTES>().0).try_for_each(|(offset, word)| {
