@@ -168,7 +168,8 @@ mod tests {
         assert_eq!(board.in_force(), (settings(3), SettingsSource::Sent));
         let pages = board.into_pages();
         // One record's words.
-        assert_eq!((pages.done, pages.erased, pages.wrong), (28, 0, 0));
+        let words = ridgetone_proto::store::RECORD_BYTES as u64 / 4;
+        assert_eq!((pages.done, pages.erased, pages.wrong), (words, 0, 0));
     }
 
     #[test]

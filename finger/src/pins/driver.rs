@@ -15,6 +15,8 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 const REGULARISATION: f32 = 0.01;
 /// Systems that an update solves at most. 6 x 6 pins then stay below 200,000 instructions, and 10 x 10 below 330,000.
 const PIVOTS_MAX: u32 = 3;
+/// Microseconds of a time that is kept: a power of two.
+const TICK_US: u64 = 1024;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
 const POISSON: f32 = 0.5;
 
@@ -25,35 +27,30 @@ pub struct Driver {
     /// Force of a level, newtons, and pins on a side; zeros before the first update.
     level_n: f32,
     side: u8,
-    /// Device time of the latest update, microseconds.
-    latest_us: u64,
+    /// Device time of the latest update, in units of [`TICK_US`]: its difference holds for 50 days.
+    latest: u32,
     pressing: Pressing,
 }
 
 impl Driver {
     /// Pins that do not press.
     pub const fn new() -> Self {
-        Self {
-            levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX],
-            level_n: 0.0,
-            side: 0,
-            latest_us: 0,
-            pressing: Pressing::new(),
-        }
+        Self { levels: [0; PINS_SIDE_MAX * PINS_SIDE_MAX], level_n: 0.0, side: 0, latest: 0, pressing: Pressing::new() }
     }
 
     /// The pins where they are by now: a display has released those that have heard nothing for long, other pins have not pressed yet,
     /// and of other levels the force stays.
     #[inline(never)]
     fn go_on(&mut self, t_us: u64, side: u8, level_n: f32) {
-        if side != self.side || t_us.saturating_sub(self.latest_us) > PINS_SILENCE_US {
+        let now = (t_us / TICK_US) as u32;
+        if side != self.side || u64::from(now.wrapping_sub(self.latest)) * TICK_US > PINS_SILENCE_US {
             *self = Self::new();
         } else if level_n != self.level_n {
             let ratio = self.level_n / level_n;
             // Rounded down, and at the highest level if there are not as many.
             self.levels.iter_mut().for_each(|level| *level = (f32::from(*level) * ratio) as u8);
         }
-        (self.latest_us, self.side, self.level_n) = (t_us, side, level_n);
+        (self.latest, self.side, self.level_n) = (now, side, level_n);
     }
 
     /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and

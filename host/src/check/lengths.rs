@@ -70,11 +70,17 @@ mod tests {
     use ridgetone_proto::command::REQUEST_WIRE_MAX;
 
     #[test]
-    fn every_length_from_the_shortest_to_the_longest_occurs() {
-        let lengths: Vec<usize> = probes().unwrap().iter().map(|probe| probe.length_bytes).collect();
+    fn every_length_that_a_command_can_have_occurs() {
+        let probes = probes().unwrap();
+        let lengths: Vec<usize> = probes.iter().map(|probe| probe.length_bytes).collect();
         let (shortest, longest) = (lengths[0], lengths[lengths.len() - 1]);
-        let parts_from = lengths[1];
-        assert!((parts_from..=longest).all(|length| lengths.contains(&length)), "{lengths:?}");
+        // Of parts of a profile, and of settings: the longest part is shorter than the shortest settings, and nothing lies between.
+        for is_settings in [false, true] {
+            let of_kind =
+                probes.iter().skip(1).filter(|probe| matches!(probe.command, Command::Set { .. }) == is_settings);
+            let of_kind: Vec<usize> = of_kind.map(|probe| probe.length_bytes).collect();
+            assert!((of_kind[0]..=of_kind[of_kind.len() - 1]).all(|length| of_kind.contains(&length)), "{lengths:?}");
+        }
         // The number, the command's, four bytes of checksum, one of stuffing, the zero.
         assert_eq!(shortest, 3 + 1 + 4 + 1 + 1);
         assert!((80..=REQUEST_WIRE_MAX).contains(&longest), "{longest}");
