@@ -222,7 +222,7 @@ fn what_a_finger_feels_is_the_same_on_the_chip_and_on_the_pc() {
 }
 
 /// Forces of displays while a grating slides over the finger, so seldom that no fit is longer than from one update to the next.
-/// The emulated board is told of the display when it has started, so the PC's first
+/// The emulated board gets the display's settings when it has started, so the PC's first
 /// updates are more: without touch all pins rest.
 #[test]
 #[ignore = "needs the emulator: cargo xtask test"]
