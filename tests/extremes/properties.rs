@@ -3,7 +3,8 @@
 use crate::case::Case;
 use crate::reference::{Noise, codes};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::{RngSeed, TestRunner};
 use ridgetone_tone::Status;
 use std::f64::consts::TAU;
 
@@ -90,14 +91,26 @@ proptest! {
         case.interferer = Some(cycles);
         case.fit();
     }
+}
 
-    /// From 15 dB (a tone of 8 times the noise) and two cycles on.
-    #[test]
-    fn a_clear_tone_is_found_where_it_is(any in any(2.0, 0.45, 24, 0.9..2.0, 2.0..5.5)) {
+/// Tones of 1,000 that may be `unsteady` or `ambiguous`: the bar is 0.5 %, 20,000 of other seeds had 4.
+const NOT_GOOD_MAX: usize = 2;
+
+/// From 15 dB (a tone of 8 times the noise) and two cycles on.
+#[test]
+fn clear_tones_are_found_where_they_are() {
+    let mut runner = TestRunner::new(config(1, seed()));
+    let strategy = any(2.0, 0.45, 24, 0.9..2.0, 2.0..5.5);
+    let mut not_good = Vec::new();
+    for _ in 0..1000 {
+        let any = strategy.new_tree(&mut runner).unwrap().current();
         let any = Any { offset: any.offset / 2.0, ..any };
         let fit = any.case().fit();
-        prop_assert!(fit.status == Status::Good, "{fit:?}");
         let off = (fit.frequency as f64 - any.frequency).abs() / fit.sigma as f64;
-        prop_assert!(off < 6.0, "{off} sigma: {fit:?}");
+        assert!(off < 6.0, "{off} sigma: {any:?}: {fit:?}");
+        if fit.status != Status::Good {
+            not_good.push((any, fit));
+        }
     }
+    assert!(not_good.len() <= NOT_GOOD_MAX, "{} of 1,000, such as {:?}", not_good.len(), not_good[0]);
 }
