@@ -1,6 +1,7 @@
 //! Where noise is not white, where there is no tone, and where there is a tone and something else: what the estimator
 //! answers, cell by cell, for docs/noise.md.
 
+mod autoregressions;
 mod bound;
 mod cells;
 mod kinds;

@@ -2,9 +2,7 @@
 
 use crate::firing::Firing;
 use crate::receptor::RECEPTORS;
-
-/// Windows from which on their scatter says more of the uncertainty than the closed form.
-pub(crate) const SCATTER_FROM: f32 = 8.0;
+use crate::reference::SCATTER_FROM;
 
 /// Variance of a sum of logarithms of amplitudes of a random surface by the number of bins, squared decades a bin.
 ///

@@ -1,9 +1,11 @@
 //! From the sensor's unit to displacement, by a surface whose roughness is known.
 
-use crate::mean::SCATTER_FROM;
 use crate::spectrum::{amplitude_at, amplitude_spectrum};
 use core::f32::consts::{FRAC_1_SQRT_2, LN_10};
 use core::ops::Range;
+
+/// Windows from which on their scatter says more of the uncertainty than a closed form.
+pub(crate) const SCATTER_FROM: f32 = 8.0;
 
 /// Distance from the reference's line of the bins that show its noise: the nearest ones outside Hamming's main lobe.
 const BESIDE: Range<f32> = 2.5..6.5;

@@ -2,8 +2,9 @@
 //! reported tone as curves over the same frames.
 
 use crate::digits::seconds;
+use crate::frame::Frame;
 use crate::harmonics::{self, Harmonic, Harmonics};
-use crate::live::{Frame, Live, Strips};
+use crate::live::{Live, Strips};
 use ads1258::reading;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;

@@ -1,8 +1,15 @@
-//! Numbers as text: significant digits, and as many decimals as an uncertainty needs.
+//! Numbers as text: significant digits, and as many decimals as an uncertainty needs. Device time in seconds.
+
+use ridgetone_proto::telemetry::Event;
 
 /// Microseconds in seconds.
 pub fn seconds(t_us: u64) -> f64 {
     t_us as f64 / 1e6
+}
+
+/// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
+pub fn time_s(event: &Event) -> Option<f64> {
+    event.t_us().map(seconds)
 }
 
 /// A number with `digits` significant digits, plain between 1e-4 and 1e7.

@@ -8,6 +8,7 @@ mod report;
 mod stepwise;
 pub(crate) mod threshold;
 mod train;
+mod words;
 
 pub use coefficients::Coefficients;
 pub use measure::{KnownSurface, Options, measure};

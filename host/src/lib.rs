@@ -8,7 +8,7 @@
 //! | what a texture is, learned from recordings | [`texture`] |
 //! | a texture under a person's hand: a page with sound, files | [`touch`] |
 //! | textures to a stylus and places to a finger, over a network | [`link`] |
-//! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows` |
+//! | rows of samples: of a file in any form, or in memory | [`samples`], `raw_rows`, [`frame`] |
 //! | the messages of a recording, as packets or as JSON | [`messages`] |
 //! | what the simulated chip feels: a scene or a recording | [`input`] |
 //! | the library on this PC, behind the simulated chip | [`replay`] |
@@ -45,6 +45,7 @@ pub mod export;
 pub mod feed;
 pub mod feel;
 pub mod fit_report;
+pub mod frame;
 mod grid;
 mod harmonics;
 pub mod input;

@@ -8,10 +8,11 @@ mod history;
 mod strips;
 
 pub use history::{History, POINTS, Point};
-pub use strips::{Frame, STRIP_FRAMES, Strips, columns};
+pub use strips::{STRIP_FRAMES, Strips, columns};
 
-use crate::digits::seconds;
+use crate::digits::{seconds, time_s};
 use crate::events;
+use crate::frame::Frame;
 use bounded::Bounded;
 use ridgetone_proto::command::Outcome;
 use ridgetone_proto::fault::Fault;
@@ -255,11 +256,6 @@ impl Now {
     fn enter(&mut self, phase: Phase, t_us: u64) {
         (self.phase, self.phase_since_s) = (phase, Some(seconds(t_us)));
     }
-}
-
-/// Device time of an event, seconds: of its end if it lasts. A greeting and a reply have none.
-pub fn time_s(event: &Event) -> Option<f64> {
-    event.t_us().map(seconds)
 }
 
 fn fault_names<S: Serializer>(faults: &[Fault], serializer: S) -> Result<S::Ok, S::Error> {

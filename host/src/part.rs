@@ -1,8 +1,26 @@
 //! The part of a table that is used: its rows are read up to the part's end, and only those of the part are kept.
 
-use crate::table_fit::Selection;
-use anyhow::{Context, Result, ensure};
+use crate::speed::Column;
+use anyhow::{Context, Result, bail, ensure};
 use hal_mock::{PROGRESS_ROWS, RowReader, ValueAt};
+use ridgetone_proto::settings::TAXELS;
+
+/// Which rows and columns to fit, and how.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Rows per second; needed where the file has no `time_s`.
+    pub rate_hz: Option<f64>,
+    /// First time to use, seconds as in `time_s`; without that column row / rate.
+    pub from_s: Option<f64>,
+    pub to_s: Option<f64>,
+    /// Names of the columns to use; all if empty.
+    pub columns: Vec<String>,
+    /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
+    pub harmonics: Option<u8>,
+    /// The column to fit by place with, if not by time.
+    pub place: Option<Column>,
+    pub interferer_hz: Option<f64>,
+}
 
 #[derive(Default)]
 pub struct Part {
@@ -115,4 +133,31 @@ impl Part {
 /// The rate of rows without stamps.
 pub fn given_rate_hz(file: &str, selection: &Selection) -> Result<f64> {
     selection.rate_hz.with_context(|| format!("{file}: no column time_s: give the rate of the rows with --rate HZ"))
+}
+
+/// The place of a column.
+pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
+    let (file, names) = (rows.file(), rows.names());
+    match names.iter().position(|known| known == name) {
+        Some(at) => Ok(at),
+        None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
+    }
+}
+
+/// The places of the columns to use, at most 16.
+pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
+    let file = rows.file();
+    let mut columns = Vec::new();
+    for name in &selection.columns {
+        let at = named(rows, name)?;
+        ensure!(!columns.contains(&at), "{file}: --columns names {name} twice");
+        columns.push(at);
+    }
+    if selection.columns.is_empty() {
+        let place = selection.place.as_ref().map(Column::name);
+        columns = (0..rows.names().len()).filter(|at| Some(rows.names()[*at].as_str()) != place).collect();
+    }
+    let count = columns.len();
+    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns");
+    Ok(columns)
 }

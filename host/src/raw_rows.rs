@@ -1,6 +1,6 @@
 //! Raw frames of telemetry as rows of samples, in volts.
 
-use crate::live::Frame;
+use crate::frame::Frame;
 use crate::messages::{Messages, VREF_V};
 use anyhow::{Result, ensure};
 use hal_mock::{FileError, RowReader};

@@ -1,8 +1,8 @@
 //! `record`: a board's bytes into a file.
 
+use crate::digits::time_s;
 use crate::feed::{Feed, Requester};
 use crate::listen;
-use crate::live::time_s;
 use crate::output::Progress;
 use crate::recording;
 use anyhow::Result;

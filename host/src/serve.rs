@@ -21,6 +21,7 @@ pub mod message;
 mod mqtt;
 pub mod name;
 pub mod open;
+mod publisher;
 pub mod queue;
 #[cfg(feature = "ros2")]
 mod ros2;
@@ -36,8 +37,8 @@ use crate::stop;
 use crate::usage::UsageError;
 use anyhow::{Result, bail};
 use finger::Finger;
-use message::Publisher;
 use name::Source;
+use publisher::Publisher;
 use queue::Queue;
 use std::sync::Arc;
 use std::thread::{JoinHandle, sleep};

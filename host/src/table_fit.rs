@@ -2,6 +2,7 @@
 
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
+pub use crate::part::{Selection, columns, named};
 use crate::speed::Column;
 use crate::tone::Beside;
 use anyhow::{Context, Result, bail, ensure};
@@ -17,23 +18,6 @@ const SPAN_CODES: f64 = 1e6;
 
 /// A given rate that differs from the time stamps by more than this share gives a warning.
 const RATES_DIFFER: f64 = 0.01;
-
-/// Which rows and columns to fit, and how.
-#[derive(Clone, Debug, Default)]
-pub struct Selection {
-    /// Rows per second; needed where the file has no `time_s`.
-    pub rate_hz: Option<f64>,
-    /// First time to use, seconds as in `time_s`; without that column row / rate.
-    pub from_s: Option<f64>,
-    pub to_s: Option<f64>,
-    /// Names of the columns to use; all if empty.
-    pub columns: Vec<String>,
-    /// Most harmonics, the fundamental included, 1 to 5; 5 if none.
-    pub harmonics: Option<u8>,
-    /// The column to fit by place with, if not by time.
-    pub place: Option<Column>,
-    pub interferer_hz: Option<f64>,
-}
 
 /// One channel's part of the result, in the file's unit, with the fundamental where there is a tone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -179,33 +163,6 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
         channels: channels.collect(),
         guessed: rows.guessed(),
     })
-}
-
-/// The place of a column.
-pub fn named(rows: &dyn RowReader, name: &str) -> Result<usize> {
-    let (file, names) = (rows.file(), rows.names());
-    match names.iter().position(|known| known == name) {
-        Some(at) => Ok(at),
-        None => bail!("{file}: no column {name}; there are: {}", names.join(", ")),
-    }
-}
-
-/// The places of the columns to use, at most 16.
-pub fn columns(rows: &dyn RowReader, selection: &Selection) -> Result<Vec<usize>> {
-    let file = rows.file();
-    let mut columns = Vec::new();
-    for name in &selection.columns {
-        let at = named(rows, name)?;
-        ensure!(!columns.contains(&at), "{file}: --columns names {name} twice");
-        columns.push(at);
-    }
-    if selection.columns.is_empty() {
-        let place = selection.place.as_ref().map(Column::name);
-        columns = (0..rows.names().len()).filter(|at| Some(rows.names()[*at].as_str()) != place).collect();
-    }
-    let count = columns.len();
-    ensure!(count <= TAXELS, "{file}: {count} channels, at most {TAXELS} are taken together: choose with --columns");
-    Ok(columns)
 }
 
 /// The rows as the library takes them.

@@ -1,7 +1,8 @@
 //! Lines for Teleplot (<https://github.com/nesnes/teleplot>): `>name:time_ms:value|g`, one for each number.
 
+use crate::digits::time_s;
 use crate::feel::event::{Reading, ratings, receptors};
-use crate::live::{Point, time_s};
+use crate::live::Point;
 use ads1258::reading;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Abscissa, Event, Packet};

@@ -6,7 +6,7 @@
 //! P. Skelly, D. Towsley, *Estimation and removal of clock skew from network delay measurements*, INFOCOM 1999). Its height is
 //! that of the least delay nearby, so that an error of the slope does not grow with the recording.
 
-use crate::live::time_s;
+use crate::digits::time_s;
 use ridgetone::scan::{CONVERSION_NS, FRAME_NS};
 use ridgetone_proto::telemetry::{Event, Packet, WIRE_MAX, encode};
 use serde::Serialize;

@@ -15,6 +15,7 @@
 //! MIT). It loads nothing from anywhere else.
 
 pub mod announce;
+pub mod app;
 pub mod files;
 pub mod guard;
 pub mod hub;
@@ -30,11 +31,12 @@ pub mod tape;
 use crate::feed::{Feed, Following};
 use crate::stop;
 use anyhow::Result;
+use app::App;
 use guard::Access;
 use hub::{Hub, UPDATE_EVERY};
 use ridgetone_proto::settings::Settings;
 use runs::Runs;
-use server::{App, Server};
+use server::Server;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -38,6 +38,7 @@ pub mod boot;
 pub mod command;
 pub mod crash;
 pub mod fault;
+mod frame;
 pub mod framing;
 pub mod odometry;
 pub mod plan;

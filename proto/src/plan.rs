@@ -1,6 +1,6 @@
 //! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames, windows and touches.
 
-use crate::scan::{RING_FRAMES, TAXELS};
+use crate::frame::{RING_FRAMES, TAXELS};
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! What an actuator can do.
 
+use crate::bounds::between;
 use crate::error::{Error, within};
-use crate::stimulus::between;
 
 /// Limits of an actuator and of what drives it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! How strongly a texture is felt: amplitude by spatial period.
 
+use crate::bounds::between;
 use crate::error::{Error, within};
-use crate::stimulus::between;
 
 /// Signal power of a sensor over the spatial period, a polynomial, and the power that drives the actuator to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,6 +17,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod actuator;
+mod bounds;
 mod delay;
 mod error;
 mod hand;

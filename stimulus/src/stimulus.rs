@@ -1,6 +1,7 @@
 //! The voltage, sample by sample.
 
 use crate::actuator::Actuator;
+use crate::bounds::between;
 use crate::error::Error;
 use crate::hand::{Encoder, Hand};
 use crate::law::AmplitudeLaw;
@@ -179,18 +180,6 @@ impl Stimulus {
     }
 }
 
-/// A value, or the nearer bound; a NaN becomes the least. `clamp` may panic, and a board's image must not hold that; `max` and `min`
-/// are calls on a Cortex-M4F.
-pub(crate) fn between(value: f32, least: f32, most: f32) -> f32 {
-    if !(value >= least) {
-        least
-    } else if value > most {
-        most
-    } else {
-        value
-    }
-}
-
 /// Phase of a number of cycles. Whole ones, of which there may be many if the hand is fast and the latency long, drop out.
 fn turns(cycles: f32) -> u32 {
     let part = cycles - (cycles as i32) as f32;
@@ -226,13 +215,6 @@ mod tests {
             assert!((f64::from(sine(phase)) - true_sine).abs() < 3e-7, "{phase}");
         }
         assert_eq!([0, 1 << 30, 1 << 31, 3 << 30].map(|phase| libm::roundf(1e6 * sine(phase))), [0.0, 1e6, 0.0, -1e6]);
-    }
-
-    #[test]
-    fn what_is_between_stays_and_a_nan_is_the_least() {
-        for (value, expected) in [(1.5, 1.5), (0.0, 1.0), (3.0, 2.0), (f32::NAN, 1.0), (f32::INFINITY, 2.0)] {
-            assert_eq!(between(value, 1.0, 2.0), expected, "{value}");
-        }
     }
 
     #[test]

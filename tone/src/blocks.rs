@@ -5,11 +5,9 @@
 //! smooth, and how amplitude and phase move from block to block.
 
 use crate::frame_span::{BLOCK, Block, FrameSpan};
-use crate::grid::Folded;
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, LINES_MAX, PIECES_MAX, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::{Overwritten, Values};
-use crate::spectrum::POINTS_MAX;
 use crate::statistics::{Channels, Statistics};
 
 /// Functions of the local basis.
@@ -184,8 +182,8 @@ impl Blocks {
         self.rows.as_flattened_mut().split_at_mut(BLOCKS_MAX * LOCAL - PIECES_MAX).1
     }
 
-    /// The first pieces, and memory for a grid.
-    pub fn grid_memory(&mut self, count: usize) -> (&[Values], &mut [Folded]) {
+    /// The first pieces, and memory for a grid: of each of its series a sum and a difference.
+    pub fn grid_memory<const SERIES: usize>(&mut self, count: usize) -> (&[Values], &mut [[[f32; SERIES]; 2]]) {
         self.are_intact = false;
         let rows = self.rows.as_flattened();
         let pieces = rows.get(rows.len() - PIECES_MAX..).and_then(|pieces| pieces.get(..count)).unwrap_or_default();

@@ -1,12 +1,12 @@
 //! Least squares over all channels with one common frequency: the order of the steps.
 
 use crate::blocks::{Blocks, Lines};
+use crate::cleaned::Impulses;
 use crate::climb::{Climber, Limits, Summit, least_squares};
 use crate::conclude::{conclude, conclude_mixtures, evidence};
 use crate::fit::{Fit, Status};
 use crate::found::{Found, SAME_NU};
 use crate::frame_span::FrameSpan;
-use crate::impulses::Impulses;
 use crate::interferer::Interferer;
 use crate::limits::HARMONICS_MAX;
 use crate::mixture::whiten;

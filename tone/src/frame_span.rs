@@ -3,7 +3,7 @@
 
 use crate::abscissa::Abscissa;
 pub use crate::abscissa::BLOCK;
-use crate::impulses::{Cleaned, Impulses};
+use crate::cleaned::{Cleaned, Impulses};
 use crate::source::{FrameSource, Overwritten, Values};
 
 /// The image of a harmonic above half the frame rate is a line of its own where it is so many cycles a window apart from others,

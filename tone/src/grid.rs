@@ -7,10 +7,9 @@
 use crate::blocks::Lines;
 use crate::climb::likelihood;
 use crate::curves::curves;
-use crate::limits::{CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
+use crate::limits::{CANDIDATES_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, PIECES_MAX};
 use crate::models::{Models, SIDES, SIZE};
 use crate::phase::{cos_sin, from_turns};
-use crate::search::CANDIDATES_MAX;
 use crate::source::Values;
 use crate::spectrum::CHANNELS;
 use crate::statistics::{Channels, Statistics};

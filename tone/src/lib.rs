@@ -42,8 +42,10 @@
 
 mod abscissa;
 mod blocks;
+mod cleaned;
 mod climb;
 mod conclude;
+mod covariance;
 mod curves;
 mod fit;
 mod fitter;
@@ -73,6 +75,6 @@ mod waves;
 pub use fit::{ChannelFit, Fit, Movement, OtherTone, Status};
 pub use fitter::{FRAMES_MIN, Fitter};
 pub use frame_span::FrameSpan;
-pub use limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES};
+pub use limits::{CHANNELS_MAX, HARMONICS_MAX, OVERTONES, POINTS_MAX as FRAMES_MAX};
 pub use source::{FrameSource, Frames, Overwritten, Table, Values};
-pub use spectrum::{POINTS_MAX as FRAMES_MAX, Spectrum};
+pub use spectrum::Spectrum;

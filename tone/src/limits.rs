@@ -16,3 +16,13 @@ pub const UNKNOWNS_MAX: usize = 2 + 2 * LINES_MAX + CURVES_MAX;
 pub const PIECES_MAX: usize = 64;
 /// Most blocks.
 pub const BLOCKS_MAX: usize = 16;
+/// Most candidates for the frequency.
+pub const CANDIDATES_MAX: usize = 8;
+/// Longest transform on the chip, points.
+pub const POINTS_CHIP: usize = 1024;
+/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
+#[cfg(not(feature = "long-windows"))]
+pub const POINTS_MAX: usize = POINTS_CHIP;
+/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
+#[cfg(feature = "long-windows")]
+pub const POINTS_MAX: usize = 32_768;

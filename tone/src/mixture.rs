@@ -7,6 +7,7 @@
 //! Source: S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993), section 4.5.
 
 use crate::blocks::Blocks;
+use crate::covariance::{Covariance, SHARED_MIN};
 use crate::limits::CHANNELS_MAX;
 use crate::neighbourhood::covariance;
 use crate::normal::dot;
@@ -15,9 +16,6 @@ use crate::source::Values;
 
 /// Most directions that are shared: cosine and sine of a disturbance.
 const DIRECTIONS: usize = 4;
-/// Power in a direction, over the mean of those left, from which on it is shared and no chance: sixteen channels of white
-/// noise have three to five in as few blocks.
-const SHARED_MIN: f32 = 10.0;
 /// Share of a direction's square that lies along the tone from which on it is the tone's own movement.
 const OWN_SHARE: f32 = 0.9;
 /// Least power of a channel's own, over the mean of all channels'.
@@ -29,33 +27,12 @@ const BLOCKS_TAKEN: f32 = 6.0;
 const ROUNDS: usize = 2;
 /// Most of a direction's square that one channel may bear: more is its own noise, which its weight knows.
 const ONE_CHANNEL: f32 = 0.7;
-/// Fewer channels have no mixture to spare.
-const CHANNELS_MIN: usize = 3;
-/// In fewer cycles the solution takes most of what is next to the line.
-const CYCLES_MIN: f32 = 1.55;
-/// And fewer frames say too little of so many channels.
-const FRAMES_MIN: f32 = 40.0;
 /// Turns of the power iteration.
 const TURNS: usize = 8;
 /// Most steps in a whitened window; from one to the next, standard deviations; and all together, `nu`.
 const STEPS: usize = 6;
 const SIGMAS: f32 = 0.02;
 const MOVE_MAX: f32 = 0.25;
-
-/// A covariance of channels, each in units of its own residuals: both triangles.
-pub type Covariance = [Values; CHANNELS_MAX];
-
-/// Whether channels may share a direction: none has more power than the root of all squares.
-pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
-    let width = solution.width;
-    let (mut trace, mut squares) = (0.0, 0.0);
-    for (c, row) in covariance.iter().enumerate() {
-        (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
-    }
-    let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
-    let is_enough = width >= CHANNELS_MIN && solution.frames >= FRAMES_MIN && 2.0 * solution.nu >= CYCLES_MIN;
-    is_enough && squares > least * least
-}
 
 /// How channels are turned into independent ones.
 #[derive(Clone, Copy, Debug)]
@@ -133,7 +110,7 @@ pub fn whiten(blocks: &mut Blocks, equations: &mut Equations, least: &Values, st
         let mixture = Mixture::new(&shared, &roots, &equations.solution, main, blocks.count as f32);
         // By reference: a copy would lie on the stack beside it.
         let Some(mixture) = &mixture else { return false };
-        equations.mix(mixture);
+        equations.mix(|rows| mixture.apply(rows));
         if equations.solve(shape, &known).is_none() {
             return false;
         }
@@ -234,6 +211,7 @@ fn add(to: &mut Values, of: &Values, factor: f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::covariance::may_share;
 
     const BLOCKS: f32 = 16.0;
 

@@ -7,9 +7,9 @@
 //! that moves has its movement there.
 
 use crate::blocks::{Blocks, Lines, product};
+use crate::covariance::{Covariance, may_share};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::mixture::{Covariance, may_share};
 use crate::normal::dot;
 use crate::phase::{cos_sin, from_turns};
 use crate::solve::{Solution, WAVES};

@@ -3,6 +3,7 @@
 use crate::blocks::Blocks;
 use crate::frame_span::FrameSpan;
 use crate::grid::{Grid, Point};
+use crate::limits::CANDIDATES_MAX;
 use crate::solve::Solution;
 use crate::source::Overwritten;
 use crate::spectrum::Periodogram;
@@ -10,8 +11,6 @@ use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use heapless::Vec;
 
-/// Most candidates.
-pub const CANDIDATES_MAX: usize = 8;
 /// Cycles from which the periodogram is searched, and from which its lines are candidates: below, the grid has all of them.
 const PERIODOGRAM_CYCLES: f32 = 3.0;
 const GRID_CYCLES: f32 = 3.4;

@@ -4,7 +4,6 @@
 use crate::blocks::{Blocks, LOCAL, Lines, PRODUCTS, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::mixture::Mixture;
 use crate::normal::{Matrix, Normal, Rows, dot};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
@@ -244,9 +243,9 @@ impl Equations {
     }
 
     /// The equations of mixtures of channels, whose squares are then not known.
-    pub fn mix(&mut self, mixture: &Mixture) {
-        mixture.apply(&mut self.rows);
-        mixture.apply(&mut self.u_rows);
+    pub fn mix(&mut self, apply: impl Fn(&mut [Values])) {
+        apply(&mut self.rows);
+        apply(&mut self.u_rows);
         self.squares = [0.0; CHANNELS_MAX];
     }
 

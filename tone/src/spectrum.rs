@@ -4,21 +4,12 @@
 //! takes, so that a noisy channel does not hide the others.
 
 use crate::frame_span::{BLOCK, FrameSpan};
-use crate::limits::CHANNELS_MAX;
+use crate::limits::{CHANNELS_MAX, POINTS_CHIP, POINTS_MAX};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Overwritten;
 use crate::statistics::{Channels, Statistics};
 use crate::waves::Waves;
 use core::f32::consts::PI;
-
-/// Longest transform on the chip, points.
-pub const POINTS_CHIP: usize = 1024;
-/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
-#[cfg(not(feature = "long-windows"))]
-pub const POINTS_MAX: usize = POINTS_CHIP;
-/// Longest transform, points: 1024 on the chip; 32,768 with the feature `long-windows`.
-#[cfg(feature = "long-windows")]
-pub const POINTS_MAX: usize = 32_768;
 
 /// Channels that are transformed, those with the least share of noise; of windows of more than so many frames in time fewer.
 pub const CHANNELS: usize = 4;

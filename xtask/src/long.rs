@@ -4,7 +4,7 @@ use crate::images::{self, Board, Image};
 use crate::python;
 use crate::setup;
 use crate::streams;
-use crate::test::{on_this_pc, test};
+use crate::test::{on_this_pc, prepare, test};
 use crate::tools::{announce, both, output_of, root, run};
 use anyhow::{Context, Result};
 use std::fs;
@@ -40,6 +40,7 @@ type Built = Vec<(&'static str, PathBuf)>;
 
 /// Runs all tests but for [`NEVER`].
 pub fn run_tests() -> Result<()> {
+    prepare()?;
     let browser = setup::browser()?;
     setup::broker()?;
     let (sender, receiver) = mpsc::channel();

@@ -1,7 +1,6 @@
 //! `test`: the tests on the PC and one emulated run of each kind; with `--all` everything.
 
 use crate::images::{self, Board};
-use crate::long;
 use crate::setup;
 use crate::tools::{announce, both, clean, root, run};
 use anyhow::{Context, Result};
@@ -31,13 +30,15 @@ pub fn test(arguments: &[&str]) -> Command {
     cargo
 }
 
-/// Runs the tests.
-pub fn run_tests(all: bool) -> Result<()> {
+/// What the emulated runs need.
+pub fn prepare() -> Result<()> {
     setup::qemu()?;
-    images::build(Board::Emulated.image())?;
-    if all {
-        return long::run_tests();
-    }
+    images::build(Board::Emulated.image()).map(drop)
+}
+
+/// Runs the tests.
+pub fn run_tests() -> Result<()> {
+    prepare()?;
     announce("tests on this PC; beside them the other images, of which each keeps one core busy");
     both(on_this_pc, || Board::REAL.into_iter().try_for_each(|board| images::build(board.image()).map(drop)))?;
     announce("the images of the boards on the register model");
@@ -56,8 +57,7 @@ pub fn on_this_pc() -> Result<()> {
 /// Takes the pictures of the page that the documents show.
 pub fn take_pictures() -> Result<()> {
     let browser = setup::browser()?;
-    setup::qemu()?;
-    images::build(Board::Emulated.image())?;
+    prepare()?;
     let mut picture = test(&["--test", "view", "--", "--ignored", PICTURE]);
     picture.env("RIDGETONE_BROWSER", browser).env("RIDGETONE_PICTURES", root().join("docs"));
     run(&mut picture).context("the picture of the page")

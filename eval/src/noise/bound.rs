@@ -9,64 +9,12 @@
 //! Source: S. M. Kay, "Fundamentals of Statistical Signal Processing: Estimation Theory" (1993), section 3.9; Harvey,
 //! "Forecasting, structural time series models and the Kalman filter" (1989), section 3.4.
 
+use super::autoregressions::Autoregressions;
 use super::process::Covariance;
 use super::window::Window;
-use crate::bound::{Clue, orthonormal, remove};
+use crate::bound::Clue;
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::TAU;
-
-/// A process: first-order autoregressions of these factors and variances, and white noise of a variance.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Process {
-    pub autoregressions: Vec<(f64, f64)>,
-    pub white: f64,
-}
-
-impl Process {
-    /// The values of some columns, whitened in place.
-    fn whiten(&self, columns: &mut [Vec<f64>]) {
-        let parts = &self.autoregressions;
-        let count = parts.len();
-        // Covariance of the parts' prediction, and the prediction of each column's.
-        let mut covariance: Vec<Vec<f64>> =
-            (0..count).map(|i| (0..count).map(|j| if i == j { parts[i].1 } else { 0.0 }).collect()).collect();
-        let mut predicted = vec![vec![0.0; count]; columns.len()];
-        for n in 0..columns.first().map_or(0, Vec::len) {
-            let sums: Vec<f64> = covariance.iter().map(|row| row.iter().sum()).collect();
-            let variance = sums.iter().sum::<f64>() + self.white;
-            for (column, predicted) in columns.iter_mut().zip(&mut predicted) {
-                let innovation = column[n] - predicted.iter().sum::<f64>();
-                column[n] = innovation / variance.sqrt();
-                for ((value, sum), (factor, _)) in predicted.iter_mut().zip(&sums).zip(parts) {
-                    *value = factor * (*value + sum / variance * innovation);
-                }
-            }
-            for i in 0..count {
-                for j in 0..count {
-                    let (a, b) = (parts[i].0, parts[j].0);
-                    let kick = if i == j { (1.0 - a * a) * parts[i].1 } else { 0.0 };
-                    covariance[i][j] = a * b * (covariance[i][j] - sums[i] * sums[j] / variance) + kick;
-                }
-            }
-        }
-    }
-
-    /// What values say of the frequency, if `derivative` is theirs by it and `nuisance` is unknown.
-    fn clues(&self, nuisance: &[Vec<f64>], channels: &[[&[f64]; 2]]) -> Vec<Clue> {
-        let mut columns = nuisance.to_vec();
-        columns.extend(channels.iter().flatten().map(|column| column.to_vec()));
-        self.whiten(&mut columns);
-        let whitened = columns.split_off(nuisance.len());
-        let basis = orthonormal(columns);
-        let clue = |pair: &[Vec<f64>]| {
-            let (mut derivative, values) = (pair[0].clone(), &pair[1]);
-            remove(&mut derivative, &basis);
-            let along = |with: &[f64]| derivative.iter().zip(with).map(|(a, b)| a * b).sum();
-            Clue { information: along(&derivative), score: along(values) }
-        };
-        whitened.chunks_exact(2).map(clue).collect()
-    }
-}
 
 /// What a window says of its frequency, in cycles per frame; none where its noise or its tone has no bound here.
 pub fn clue(window: &Window) -> Option<Clue> {
@@ -85,7 +33,7 @@ pub fn clue(window: &Window) -> Option<Clue> {
     let mixtures = |weights: &[[f64; TAXELS]]| -> Vec<[Vec<f64>; 2]> {
         weights.iter().map(|weights| [column(&truth.derivative, weights), column(&truth.values, weights)]).collect()
     };
-    let clues = |process: &Process, columns: &[[Vec<f64>; 2]]| {
+    let clues = |process: &Autoregressions, columns: &[[Vec<f64>; 2]]| {
         let columns: Vec<[&[f64]; 2]> = columns.iter().map(|[a, b]| [a.as_slice(), b.as_slice()]).collect();
         process.clues(&nuisance, &columns)
     };
@@ -93,19 +41,19 @@ pub fn clue(window: &Window) -> Option<Clue> {
     let channels = mixtures(&single);
     match &truth.covariance {
         Covariance::Independent(process) => {
-            let process = Process { white: process.white + truth.rounding, ..process.clone() };
+            let process = Autoregressions { white: process.white + truth.rounding, ..process.clone() };
             Some(Clue::sum(&clues(&process, &channels)))
         }
         Covariance::Shared { process, gains, white } => {
-            let white = Process { autoregressions: Vec::new(), white: white + truth.rounding };
+            let white = Autoregressions { parts: Vec::new(), white: white + truth.rounding };
             let mut all = Clue::sum(&clues(&white, &channels));
             for (direction, power) in directions(gains) {
                 let columns = mixtures(&[direction]);
                 // A mixture that the disturbance is in: with it instead of without.
                 let without = Clue::sum(&clues(&white, &columns));
                 let times = |(factor, variance): &(f64, f64)| (*factor, power * variance);
-                let autoregressions = process.autoregressions.iter().map(times).collect();
-                let with = Clue::sum(&clues(&Process { autoregressions, white: white.white }, &columns));
+                let parts = process.parts.iter().map(times).collect();
+                let with = Clue::sum(&clues(&Autoregressions { parts, white: white.white }, &columns));
                 all.information += with.information - without.information;
                 all.score += with.score - without.score;
             }
@@ -133,7 +81,8 @@ mod tests {
     use super::*;
     use crate::draw::Draw;
     use crate::noise::process::Noise;
-    use crate::noise::window::{Extra, Recipe, Speed, Tone};
+    use crate::noise::parts::{Extra, Speed, Tone};
+    use crate::noise::window::Recipe;
     use nalgebra::{DMatrix, DVector};
 
     fn window(noise: Noise, frames: usize, seed: u64) -> Window {
@@ -145,8 +94,8 @@ mod tests {
     /// By the whole covariance of all channels and frames as a matrix, and the Fisher information of all unknowns.
     fn dense(window: &Window) -> f64 {
         let (truth, frames) = (window.truth.as_ref().expect("truth"), window.values.len());
-        let lag = |process: &Process, apart: usize| -> f64 {
-            process.autoregressions.iter().map(|(factor, variance)| variance * factor.powi(apart as i32)).sum()
+        let lag = |process: &Autoregressions, apart: usize| -> f64 {
+            process.parts.iter().map(|(factor, variance)| variance * factor.powi(apart as i32)).sum()
         };
         let covariance = DMatrix::from_fn(TAXELS * frames, TAXELS * frames, |i, j| {
             let ((c, n), (d, m)) = ((i / frames, i % frames), (j / frames, j % frames));

@@ -1,7 +1,8 @@
 //! The cells: what is in the windows, and what share of the answers may be wrong.
 
 use super::process::Noise;
-use super::window::{Extra, Recipe, Speed, Tone};
+use super::parts::{Extra, Speed, Tone};
+use super::window::Recipe;
 use serde::{Deserialize, Serialize};
 
 /// Windows that every group is measured on, seconds.

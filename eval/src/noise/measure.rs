@@ -196,7 +196,7 @@ pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Resul
 
 #[cfg(test)]
 mod tests {
-    use super::super::window::{Extra, Speed, Tone};
+    use super::super::parts::{Extra, Speed, Tone};
     use super::*;
 
     /// In white noise the estimator is on its bound: what this counts is known from the trade.

@@ -1,9 +1,62 @@
 //! The parts of a window that are no noise: tones, waves, baselines.
 
-use super::window::{Extra, Speed, Tone};
 use crate::draw::Draw;
 use ridgetone_proto::settings::TAXELS;
 use std::f64::consts::TAU;
+
+/// The speed over the window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Speed {
+    Steady,
+    /// Wanders by this share of it, rms, below 2 Hz.
+    Wander(f64),
+    /// Grows by this share of it from the window's start to its end.
+    Chirp(f64),
+}
+
+/// The tone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tone {
+    /// Least and most cycles in the window; the highest frequency is 40 Hz.
+    pub cycles: (f64, f64),
+    /// Amplitudes of the harmonics, of which the strongest is 1.
+    pub harmonics: [f64; 5],
+    /// Power of the strongest harmonic over that of the noise, decibels.
+    pub snr_db: f64,
+    pub speed: Speed,
+}
+
+/// What is in the window beside tone and noise. Sizes are in amplitudes of the tone; without a tone in standard deviations
+/// of the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extra {
+    Nothing,
+    /// Exponentials to a new level.
+    Relaxations(u8, f64),
+    /// Logarithm of time since a moment before the window.
+    LogCreep(f64),
+    Step(f64),
+    /// A smooth bump.
+    Bump(f64),
+    /// A contact spike's tail, which falls within 0.02 to 0.05 of the window.
+    Spike(f64),
+    /// The tone begins halfway.
+    HalfTone,
+    /// The tone's amplitude falls tenfold.
+    Decay,
+    /// A second tone of equal strength, 1.2 to 2.8 times as fast but at no multiple.
+    SecondTone,
+    /// Values are rounded to this share of the amplitude.
+    Rounded(f64),
+    /// Gains of the channels over four decades.
+    Gains,
+    /// Three channels that stay at one value, two that are noise alone.
+    DeadChannels,
+    /// Three channels that are clipped at a rail, two that stay there.
+    Saturated,
+    /// Mains hum of this size at [`MAINS_HZ`].
+    Mains(f64),
+}
 
 /// The tone's frequency in each frame, cycles per frame.
 pub fn frequencies(tone: &Tone, count: usize, rate_hz: f64, draw: &mut Draw) -> Vec<f64> {

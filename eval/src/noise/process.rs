@@ -1,6 +1,6 @@
 //! Noise processes of sixteen channels, mean square 1 in each, at any frame rate.
 
-use super::bound::Process as Autoregressions;
+use super::autoregressions::Autoregressions;
 use crate::bound::{orthonormal, remove};
 use crate::draw::Draw;
 use ridgetone_proto::settings::TAXELS;
@@ -53,7 +53,7 @@ pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> (Vec
     let independent = |process: Make, parts: Vec<(f64, f64)>, white: f64, draw: &mut Draw| {
         let mut channels: Vec<_> = (0..TAXELS).map(|_| process(draw)).collect();
         let frames = (0..count).map(|_| std::array::from_fn(|c| channels[c](draw))).collect();
-        (frames, Some(Covariance::Independent(Autoregressions { autoregressions: parts, white })))
+        (frames, Some(Covariance::Independent(Autoregressions { parts, white })))
     };
     let shared = |process: Make, parts: Vec<(f64, f64)>, phases: bool, draw: &mut Draw| {
         let mut both = [process(draw), process(draw)];
@@ -69,7 +69,7 @@ pub fn frames(noise: Noise, count: usize, rate_hz: f64, draw: &mut Draw) -> (Vec
         };
         let frames = (0..count).map(frame).collect();
         let parts: Vec<_> = parts.iter().map(|(factor, variance)| (*factor, (1.0 - FLOOR) * variance)).collect();
-        let process = Autoregressions { autoregressions: parts, white: 0.0 };
+        let process = Autoregressions { parts, white: 0.0 };
         let covariance = Covariance::Shared { gains: Box::new(gains), white: FLOOR, process };
         (frames, Some(covariance).filter(|_| matches!(noise, Noise::SharedPink | Noise::SharedPhases)))
     };

@@ -1,11 +1,11 @@
 //! The picture of the trade: error against instructions, one line for each method, the bound beside them.
 
-use super::noise_chart;
+use super::noise_chart::{self, SHAPES};
 use super::results::{Row, Trade};
 use crate::baselines::Method;
 use crate::bench::fits::{HARMONICS, WINDOWS_S};
 use crate::noise;
-use crate::plot::{Sample, Shape, key, log_axis, marker, picture};
+use crate::plot::{Sample, key, log_axis, marker, picture};
 use crate::axis::Axis;
 use ridgetone_host::digits::significant;
 use ridgetone_host::svg::{Anchor, Svg};
@@ -24,7 +24,6 @@ const LABEL_HEIGHT: f64 = 14.0;
 /// Classes of lines and their markers; each shape has each of them once.
 const LINES: [(&str, &str); 3] =
     [("one", "solid one fillone"), ("two", "solid two filltwo"), ("three", "solid three fillthree")];
-pub const SHAPES: [Shape; 3] = [Shape::Diamond, Shape::Square, Shape::Triangle];
 
 /// A method's line: its name, and cost and error by window.
 struct Line<'a> {

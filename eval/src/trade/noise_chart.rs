@@ -1,11 +1,12 @@
 //! The lower half of the trade's picture: error over bound by length of window, in noise of several kinds.
 
-use super::chart::SHAPES;
 use super::results::{NLS, RIDGETONE};
 use crate::axis::Axis;
 use crate::noise::{Kind, WINDOWS_S};
-use crate::plot::{Sample, key, log_axis, marker};
+use crate::plot::{Sample, Shape, key, log_axis, marker};
 use ridgetone_host::svg::{Anchor, Svg};
+
+pub const SHAPES: [Shape; 3] = [Shape::Diamond, Shape::Square, Shape::Triangle];
 
 /// Height of it all, pixels.
 pub const HEIGHT: f64 = 330.0;

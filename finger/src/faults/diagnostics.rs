@@ -1,7 +1,7 @@
 //! Counters of the tasks, each written from its own priority, that `health` reports.
 
 use crate::faults::log::{Counter, FaultLog};
-use crate::surface::odometry::Counters;
+use crate::surface::odometry::counters::Counters;
 use ads1258::Register;
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 use ridgetone_proto::fault::FaultKind;

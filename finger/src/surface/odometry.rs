@@ -3,21 +3,20 @@
 //!
 //! | step | module |
 //! |---|---|
-//! | number a message, count what is lost, late and doubled | [`Odometer::take`] |
+//! | number a message, count what is lost, late and doubled | [`Odometer::take`], [`counters`] |
 //! | the robot's clock against the board's | [`alignment`] |
 //! | places of the latest seconds | [`track`] |
 //! | what is known when a window falls due | [`Odometer::mark`] |
 //! | the place of every frame of a window | [`way`] |
 
 pub mod alignment;
+pub mod counters;
 pub mod track;
 pub mod way;
 
 use crate::faults::diagnostics::Diagnostics;
-use crate::faults::log::Counter;
 use alignment::Alignment;
 use ridgetone_proto::odometry::{Odometry, PLACE_PER_MM, Reading};
-use ridgetone_proto::telemetry::OdometryCounts;
 use track::{ENTRIES, Entry, Track};
 
 /// Without a message for so long places are stale, microseconds: a hand that goes to and fro at 1.07 Hz (197 mm/s at most) is by
@@ -36,38 +35,6 @@ const SPEED_MAX_MM_S: f32 = crate::surface::profile::SPEED_MAX_MM_S;
 const GONE_US: u32 = 60_000_000;
 /// Entries that a window may use, enough for a full ring of frames. The others are for those that come while it is fitted.
 const USABLE: u16 = ENTRIES as u16 - 4;
-
-/// What was counted. Every task may read.
-#[derive(Debug, Default)]
-pub struct Counters {
-    received: Counter,
-    /// Numbers up to the newest message's.
-    numbers: Counter,
-    late: Counter,
-    doubled: Counter,
-    /// Windows that were fitted by time although a robot streams.
-    pub windows_by_time: Counter,
-}
-
-impl Counters {
-    /// Nothing counted.
-    pub const fn new() -> Self {
-        let [received, numbers, late, doubled, windows_by_time] = [const { Counter::new() }; 5];
-        Self { received, numbers, late, doubled, windows_by_time }
-    }
-
-    /// As `health` reports them.
-    pub fn get(&self) -> OdometryCounts {
-        let (received, doubled) = (self.received.get(), self.doubled.get());
-        OdometryCounts {
-            received,
-            lost: self.numbers.get().saturating_sub(received.saturating_sub(doubled)),
-            late: self.late.get(),
-            doubled,
-            windows_by_time: self.windows_by_time.get(),
-        }
-    }
-}
 
 /// What is known of the robot's motion when a window falls due.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -213,6 +180,7 @@ impl Default for Odometer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ridgetone_proto::telemetry::OdometryCounts;
 
     /// The robot's program starts again, and its clock goes on.
     #[test]

@@ -1,8 +1,10 @@
 //! Packets printed as lines, of one of three kinds.
 
+use crate::digits::time_s;
 use crate::events::JsonLines;
 use crate::feed::{Feed, Requester};
-use crate::live::{Counts, Frame, time_s};
+use crate::frame::Frame;
+use crate::live::Counts;
 use crate::teleplot::Teleplot;
 use crate::utc::{Receipt, UtcClock};
 use crate::{events, listen, output};

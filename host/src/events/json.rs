@@ -2,7 +2,7 @@
 
 use crate::digits::seconds;
 use crate::feel::event::JsonFeel;
-use crate::live::Frame;
+use crate::frame::Frame;
 use crate::names::name;
 use crate::settings_form::{SettingsForm, plan_form};
 use crate::texture::overtones as overtones_as_sines;

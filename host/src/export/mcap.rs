@@ -3,8 +3,9 @@
 
 use super::packets::packets;
 use super::schema::Schema;
+use crate::digits::time_s;
 use crate::events::JsonLines;
-use crate::live::{Counts, time_s};
+use crate::live::Counts;
 use crate::utc::{Receipt, UtcClock};
 use ::mcap::records::MessageHeader;
 use ::mcap::write::{NoSeek, WriteOptions};

@@ -1,6 +1,6 @@
 //! A recording at the speed at which it was made.
 
-use crate::live::time_s;
+use crate::digits::time_s;
 use ridgetone_proto::telemetry::Packet;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The board's event `feel`: the command's form of it, as JSON and in words.
 
 use super::coefficients::NAMES;
-use super::report::{JsonReceptor, JsonScore, absent, in_short, needs};
+use super::words::{JsonReceptor, JsonScore, absent, in_short, needs};
 use crate::digits::with_sigma;
 use crate::names::name;
 use ridgetone_feel::{Firing, Indices, ROUGH, Receptor, SOFT, Score, band_hz};

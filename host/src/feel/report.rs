@@ -2,8 +2,9 @@
 
 use super::coefficients::{Coefficients, NAMES};
 use super::measure::{Channel, Felt};
+use super::words::{JsonReceptor, JsonScore, absent, needs};
 use crate::digits::{plus_minus, significant};
-use ridgetone_feel::{Absent, Firing, Indices, MeanFiring, Receptor, Score};
+use ridgetone_feel::{Indices, MeanFiring, Receptor, Score};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -23,28 +24,6 @@ struct Json<'a> {
     receptors: Vec<JsonReceptor>,
     scores: Vec<JsonScore<'a>>,
     channels: Vec<JsonChannel<'a>>,
-}
-
-#[derive(Serialize)]
-pub(super) struct JsonReceptor {
-    pub receptor: &'static str,
-    /// Sum over the window's bins.
-    pub intensity: Option<f32>,
-    pub intensity_sigma: Option<f32>,
-    /// The same with one term a hertz.
-    pub intensity_per_hz: Option<f32>,
-    pub intensity_per_hz_sigma: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
-}
-
-#[derive(Serialize)]
-pub(super) struct JsonScore<'a> {
-    pub name: &'a str,
-    pub score: Option<f32>,
-    pub score_sigma: Option<f32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absent: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -104,32 +83,6 @@ fn receptors(felt: &Felt, firing: &MeanFiring, log_sigma: f32) -> Vec<JsonRecept
     Receptor::ALL.map(receptor).into()
 }
 
-/// Why a receptor has no intensity in a window of so many seconds and bins.
-pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
-    let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
-    Some(match why {
-        Absent::RateTooLow(_) => {
-            format!("{} {}, here are {}", receptor.name(), in_short(why), significant(rate_hz, 5))
-        }
-        Absent::WindowTooShort => {
-            let seconds = significant(window_s, 2);
-            format!(
-                "{} listens below {} Hz: no cycle of that is in a window of {seconds} s",
-                receptor.name(),
-                receptor.corners_hz()[2]
-            )
-        }
-    })
-}
-
-/// The same in a few words, beside the receptor's name.
-pub(super) fn in_short(why: Absent) -> String {
-    match why {
-        Absent::RateTooLow(hz) => format!("needs more than {hz} rows a second"),
-        Absent::WindowTooShort => "needs a longer window".to_owned(),
-    }
-}
-
 fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>) -> Vec<JsonScore<'c>> {
     let indices = felt.indices(coefficients.window_s, m);
     let score = |(name, score): (&'c str, Score)| {
@@ -139,14 +92,6 @@ fn scores<'c>(felt: &Felt, coefficients: &'c Coefficients, m: Option<(f32, f32)>
         JsonScore { name, score: value, score_sigma: sigma, absent }
     };
     coefficients.scores().map(score).collect()
-}
-
-/// The first index that a score lacks.
-pub(super) fn needs(score: &Score, indices: &Indices) -> Option<String> {
-    score.missing(indices).map(|index| match Receptor::ALL.get(index) {
-        Some(receptor) => format!("needs the intensity of {}", receptor.name()),
-        None => "needs M".to_owned(),
-    })
 }
 
 pub fn text(felt: &Felt, coefficients: &Coefficients, m: Option<(f32, f32)>) -> String {

@@ -3,7 +3,8 @@
 use super::style::{alarm, boxed};
 use super::view::View;
 use crate::feed::RawFrames;
-use crate::live::{Frame as RawFrame, Live};
+use crate::frame::Frame as RawFrame;
+use crate::live::Live;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};

@@ -2,9 +2,10 @@
 
 use super::screen::{LEAST, draw};
 use super::view::{Action, View};
+use crate::digits::time_s;
 use crate::feed::RawFrames;
 use crate::input::{Input, Source, first_scene};
-use crate::live::{Connection, Live, time_s};
+use crate::live::{Connection, Live};
 use crate::replay;
 use hal_mock::Sliding;
 use ratatui::Terminal;

@@ -1,7 +1,7 @@
 //! A board's packets to the forces of a display, update by update.
 
 use super::skin::{Skin, strains, volts_per_strain};
-use crate::live::Frame;
+use crate::frame::Frame;
 use crate::static_image::{SIDE, UNIT_PITCH_MM};
 use anyhow::Result;
 use hal_mock::Finger;

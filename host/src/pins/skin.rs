@@ -1,6 +1,6 @@
 //! Raw frames to strains under the sensor's skin, by the firmware's rule ([`ridgetone::pins::strains`]).
 
-use crate::live::Frame;
+use crate::frame::Frame;
 use crate::static_image::SIDE;
 use hal_mock::Finger;
 use ridgetone::pins::strains::{by_place, of_pressure};

@@ -1,8 +1,8 @@
 //! A finger: its source is read from the beginning to the end, and opened again after a failure if that can help.
 
-use super::message::Publisher;
 use super::name::Source;
 use super::open::{self, Emulator};
+use super::publisher::Publisher;
 use super::url;
 use crate::events::JsonLines;
 use crate::feed::Requester;

@@ -1,7 +1,7 @@
 //! What waits for a sink. A board never waits: where the queue is full the oldest message is lost, counted, and reported as soon
 //! as the sink takes messages again.
 
-use super::message::{Message, lost};
+use super::message::{Lost, Message, lost};
 use super::topic::Topic;
 use std::collections::VecDeque;
 use std::fmt;
@@ -30,23 +30,6 @@ pub struct Queue {
 pub struct Taken {
     order: u64,
     pub message: Arc<Message>,
-}
-
-/// Messages of a finger that a sink has lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Lost {
-    pub frames: u64,
-    pub events: u64,
-    /// Frames that were handed over to a connection that broke: nobody knows whether they have arrived.
-    pub unconfirmed: u64,
-}
-
-impl Lost {
-    fn add(&mut self, other: Self) {
-        self.frames += other.frames;
-        self.events += other.events;
-        self.unconfirmed += other.unconfirmed;
-    }
 }
 
 /// What a sink has done so far.

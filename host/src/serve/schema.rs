@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use crate::events::JsonLines;
     use crate::input::Input;
-    use crate::serve::message::Publisher;
+    use crate::serve::publisher::Publisher;
     use crate::serve::queue::Queue;
     use crate::utc::Receipt;
     use ridgetone_proto::command::{Outcome, Reply};

@@ -7,9 +7,10 @@
 //! | `/texture` | POST: a texture as a JSON object, in place of the source's |
 
 use super::output::Output;
+use crate::view::app::answer;
 use crate::view::files::{File, ICON, STYLE};
 use crate::view::latest::{self, Latest};
-use crate::view::server::{answer, with_files};
+use crate::view::server::with_files;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::extract::State;

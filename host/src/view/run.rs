@@ -1,7 +1,8 @@
 //! A run to look back at: what a file holds, or what was recorded on the page, at any of its times.
 
+use crate::digits::time_s;
 use crate::input::{Input, Source};
-use crate::live::{Live, Point, STRIP_FRAMES, time_s};
+use crate::live::{Live, Point, STRIP_FRAMES};
 use crate::messages::{Form, Message, messages};
 use crate::replay;
 use crate::samples::Samples;

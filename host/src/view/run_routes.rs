@@ -11,9 +11,9 @@
 //! | POST `/record` | begins to record; the answer to the next one is the run |
 //! | POST `/record/latest` | a run of the latest minute |
 
+use super::app::{App, answer, json, on_a_thread};
 use super::hub;
 use super::run::Part;
-use super::server::{App, answer, json, on_a_thread};
 use super::tape::Tape;
 use anyhow::{Result, ensure};
 use axum::Router;

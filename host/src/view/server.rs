@@ -9,12 +9,12 @@
 //! | `/settings` | POST: some settings for the board, as a JSON object |
 //! | `/runs`, `/record` | [`super::run_routes`] |
 
+use super::app::{App, answer};
 use super::files::{FILES, File};
 use super::guard::{Access, guard};
 use super::hub::Hub;
 use super::message::Message;
 use super::run_routes;
-use super::runs::Runs;
 use anyhow::{Context, Result};
 use axum::Router;
 use axum::body::{Body, Bytes};
@@ -26,7 +26,6 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use futures_util::future::{Either, select};
 use futures_util::stream::{Stream, unfold};
-use serde::Serialize;
 use std::convert::Infallible;
 use std::net::TcpListener;
 use std::sync::Arc;
@@ -37,13 +36,6 @@ use tokio::sync::oneshot;
 
 /// Time after which a page that has lost the server tries again.
 const RETRY: Duration = Duration::from_secs(1);
-
-/// What the paths are served from.
-#[derive(Clone)]
-pub struct App {
-    pub hub: Arc<Hub>,
-    pub runs: Arc<Runs>,
-}
 
 /// A running server. Dropped, it ends.
 #[derive(Debug)]
@@ -100,26 +92,6 @@ async fn state(State(App { hub, .. }): State<App>) -> Response {
         Ok((message, _)) => ([(header::CONTENT_TYPE, "application/json")], message.json.to_string()).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, format!("{error:#}\n")).into_response(),
     }
-}
-
-/// Words or JSON, and a status by whether it went well.
-pub fn answer(done: Result<String>) -> Response {
-    match done {
-        Ok(text) if text.starts_with(['{', '[']) => {
-            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
-        }
-        Ok(text) => text.into_response(),
-        Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
-    }
-}
-
-pub fn json(value: &impl Serialize) -> Result<String> {
-    Ok(serde_json::to_string(value)?)
-}
-
-/// Does what takes long without keeping the pages waiting.
-pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
-    tokio::task::spawn_blocking(work).await.context("the work ended without a result")?
 }
 
 async fn settings(State(App { hub, .. }): State<App>, json: String) -> Response {

@@ -1,6 +1,6 @@
 //! What a page records, as `record` writes it: all packets from one moment to another, or those of the latest minute.
 
-use crate::live::time_s;
+use crate::digits::time_s;
 use crate::recording::{self, Keep, Recording};
 use crate::utc::Receipt;
 use anyhow::{Context, Result, ensure};

@@ -1,0 +1,61 @@
+//! What receptors and scores are in JSON, and why one has no value: of a recording, and of a board's event.
+
+use crate::digits::significant;
+use ridgetone_feel::{Absent, Firing, Indices, Receptor, Score};
+use serde::Serialize;
+
+#[derive(Serialize)]
+pub(super) struct JsonReceptor {
+    pub receptor: &'static str,
+    /// Sum over the window's bins.
+    pub intensity: Option<f32>,
+    pub intensity_sigma: Option<f32>,
+    /// The same with one term a hertz.
+    pub intensity_per_hz: Option<f32>,
+    pub intensity_per_hz_sigma: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absent: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct JsonScore<'a> {
+    pub name: &'a str,
+    pub score: Option<f32>,
+    pub score_sigma: Option<f32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub absent: Option<String>,
+}
+
+/// Why a receptor has no intensity in a window of so many seconds and bins.
+pub(super) fn absent(receptor: Receptor, rate_hz: f64, window_s: f64, bins: usize) -> Option<String> {
+    let why = Firing::absent(receptor, bins, (1.0 / window_s) as f32)?;
+    Some(match why {
+        Absent::RateTooLow(_) => {
+            format!("{} {}, here are {}", receptor.name(), in_short(why), significant(rate_hz, 5))
+        }
+        Absent::WindowTooShort => {
+            let seconds = significant(window_s, 2);
+            format!(
+                "{} listens below {} Hz: no cycle of that is in a window of {seconds} s",
+                receptor.name(),
+                receptor.corners_hz()[2]
+            )
+        }
+    })
+}
+
+/// The same in a few words, beside the receptor's name.
+pub(super) fn in_short(why: Absent) -> String {
+    match why {
+        Absent::RateTooLow(hz) => format!("needs more than {hz} rows a second"),
+        Absent::WindowTooShort => "needs a longer window".to_owned(),
+    }
+}
+
+/// The first index that a score lacks.
+pub(super) fn needs(score: &Score, indices: &Indices) -> Option<String> {
+    score.missing(indices).map(|index| match Receptor::ALL.get(index) {
+        Some(receptor) => format!("needs the intensity of {}", receptor.name()),
+        None => "needs M".to_owned(),
+    })
+}

@@ -1,0 +1,36 @@
+//! What the paths are served from, and how they answer.
+
+use super::hub::Hub;
+use super::runs::Runs;
+use anyhow::{Context, Result};
+use axum::http::{StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use std::sync::Arc;
+
+/// What the paths are served from.
+#[derive(Clone)]
+pub struct App {
+    pub hub: Arc<Hub>,
+    pub runs: Arc<Runs>,
+}
+
+/// Words or JSON, and a status by whether it went well.
+pub fn answer(done: Result<String>) -> Response {
+    match done {
+        Ok(text) if text.starts_with(['{', '[']) => {
+            ([(header::CONTENT_TYPE, "application/json")], text).into_response()
+        }
+        Ok(text) => text.into_response(),
+        Err(error) => (StatusCode::UNPROCESSABLE_ENTITY, format!("{error:#}")).into_response(),
+    }
+}
+
+pub fn json(value: &impl Serialize) -> Result<String> {
+    Ok(serde_json::to_string(value)?)
+}
+
+/// Does what takes long without keeping the pages waiting.
+pub async fn on_a_thread(work: impl FnOnce() -> Result<String> + Send + 'static) -> Result<String> {
+    tokio::task::spawn_blocking(work).await.context("the work ended without a result")?
+}

@@ -1,0 +1,31 @@
+//! What channels have in common: the covariance of their residuals, and whether it is more than chance.
+
+use crate::limits::CHANNELS_MAX;
+use crate::normal::dot;
+use crate::solve::Solution;
+use crate::source::Values;
+
+/// Power in a direction, over the mean of those left, from which on it is shared and no chance: sixteen channels of white
+/// noise have three to five in as few blocks.
+pub const SHARED_MIN: f32 = 10.0;
+/// Fewer channels have no mixture to spare.
+const CHANNELS_MIN: usize = 3;
+/// In fewer cycles the solution takes most of what is next to the line.
+const CYCLES_MIN: f32 = 1.55;
+/// And fewer frames say too little of so many channels.
+const FRAMES_MIN: f32 = 40.0;
+
+/// A covariance of channels, each in units of its own residuals: both triangles.
+pub type Covariance = [Values; CHANNELS_MAX];
+
+/// Whether channels may share a direction: none has more power than the root of all squares.
+pub fn may_share(covariance: &Covariance, solution: &Solution) -> bool {
+    let width = solution.width;
+    let (mut trace, mut squares) = (0.0, 0.0);
+    for (c, row) in covariance.iter().enumerate() {
+        (trace, squares) = (trace + row[c % CHANNELS_MAX], squares + dot(row, row));
+    }
+    let least = SHARED_MIN * trace / (width as f32 - 1.0 + SHARED_MIN);
+    let is_enough = width >= CHANNELS_MIN && solution.frames >= FRAMES_MIN && 2.0 * solution.nu >= CYCLES_MIN;
+    is_enough && squares > least * least
+}
