@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 
 /// Commands that need a board. Those of `ridgetone` are run on the emulated one, or on a simulated port, by `emulated.rs`,
 /// `link.rs`, `listen.rs`, `recordings.rs`, `serve.rs`, `streams.rs` and `view.rs`.
-const WITH_A_BOARD: [&str; 26] = [
+const WITH_A_BOARD: [&str; 27] = [
     "ridgetone link --finger /dev/ttyUSB0 --stylus /dev/ttyUSB1",
     "ridgetone link --finger udp:robot.local:7450 --stylus /dev/ttyUSB0",
     "ridgetone link --finger /dev/ttyUSB0 --stylus udp:0.0.0.0:7450",
@@ -24,6 +24,7 @@ const WITH_A_BOARD: [&str; 26] = [
     "ridgetone listen --raw",
     "ridgetone record --raw -o -",
     "cargo xtask flash",
+    "cargo xtask flash --board stylus-f405",
     "ridgetone check",
     "ridgetone check -o check.txt",
     "ridgetone monitor",

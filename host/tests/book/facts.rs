@@ -6,6 +6,7 @@ use pulldown_cmark::{Event as Mark, Parser, Tag};
 use ridgetone_host::input::{Input, Source};
 use ridgetone_host::names;
 use ridgetone_host::replay;
+use ridgetone_host::settings_form::{change, json};
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Packet, WIRE_MAX, encode};
@@ -114,6 +115,44 @@ fn the_stylus_s_pins_are_the_firmwares() {
         let row = page.lines().find(|line| line.starts_with(signal)).unwrap_or_else(|| panic!("no row {signal}"));
         assert!(row.split('|').nth(3).is_some_and(|cell| cell.trim() == pin), "{row}");
         assert!(board.contains(code), "{signal} is not on {pin}");
+    }
+}
+
+/// Every setting of the defaults has a row, in one of the chapters, with its default; and what is beyond a row's range is refused.
+#[test]
+fn every_setting_is_in_a_table_with_its_range() {
+    let chapters = ["2-first-run", "4-telemetry", "11-what-a-finger-feels"];
+    let pages = chapters.map(|name| read(&root().join(format!("docs/book/{name}.md")))).concat();
+    let rows: Vec<Vec<&str>> = pages.lines().map(|line| line.split('|').map(str::trim).collect()).collect();
+    let settings: serde_json::Value = serde_json::from_str(&json(&Settings::DEFAULT).unwrap()).unwrap();
+    let tables = |(name, value): (&String, &serde_json::Value)| match value {
+        serde_json::Value::Object(fields) => fields.keys().map(|field| format!("{name}.{field}")).collect(),
+        _ => vec![name.clone()],
+    };
+    let names: Vec<String> = settings.as_object().unwrap().iter().flat_map(tables).collect();
+    assert!(names.len() > 25, "{names:?}");
+    for name in names {
+        let row = rows.iter().find(|row| row.get(1).is_some_and(|cell| cell.contains(&format!("`{name}`"))));
+        let row = row.unwrap_or_else(|| panic!("{name} is in no table"));
+        // Numbers of the range, of which the last two are its bounds.
+        let cell = row[3].split(';').next().unwrap().replace(',', "");
+        let range: Vec<f64> = cell.split(' ').filter_map(|word| word.parse().ok()).collect();
+        let default = settings.pointer(&format!("/{}", name.replace('.', "/"))).and_then(serde_json::Value::as_f64);
+        let (Some(default), [.., least, most]) = (default, &range[..]) else { continue };
+        let shown = row[4].split(&[' ', ':'][..]).next().unwrap();
+        let shown = shown
+            .strip_prefix("0x")
+            .map_or(shown.parse().ok(), |hex| Some(u32::from_str_radix(hex, 16).unwrap().into()));
+        assert_eq!(shown, Some(default), "{name}");
+        let set = |value: f64| change(&Settings::DEFAULT, &[format!("{name}={value}")]);
+        for wrong in [least - 0.3 * (most - least).abs().max(1.0), most + 0.3 * (most - least).abs().max(1.0)] {
+            assert!(set(wrong).is_err(), "{name} = {wrong}");
+        }
+        for right in [least, most] {
+            // A number of something is whole; others are rounded outwards by the page.
+            let inwards = right + (0.5 * (least + most) - right) * 1e-3;
+            assert!([*right, inwards].iter().any(|value| set(*value).is_ok()), "{name} = {right}");
+        }
     }
 }
 
