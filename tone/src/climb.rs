@@ -3,7 +3,7 @@
 
 use crate::blocks::{Blocks, Lines};
 use crate::frame_span::FrameSpan;
-use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX};
+use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, LINES_MAX};
 use crate::significance::ln;
 use crate::solve::{Equations, Shape, Solution};
 use crate::source::{Overwritten, Values};
@@ -196,7 +196,9 @@ pub struct Climber<'c, 's> {
 
 impl Climber<'_, '_> {
     fn collect(&mut self, channels: &Channels, lines: &Lines, nu: f32, limits: &Limits) -> Result<(), Overwritten> {
-        let harmonics = self.span.harmonics_apart(nu, lines.harmonics, limits.images);
+        // An interferer takes the place of a harmonic.
+        let most = lines.harmonics.min(LINES_MAX - lines.interferer.is_some() as usize);
+        let harmonics = self.span.harmonics_apart(nu, most, limits.images);
         let lines = Lines { nu, harmonics, ..*lines };
         self.blocks.collect(self.span, self.statistics, channels, lines, limits.blocks)
     }
@@ -227,6 +229,8 @@ impl Climber<'_, '_> {
         for step in 0..limits.steps {
             if (nu - self.blocks.lines.nu).abs() * self.blocks.lines.harmonics as f32 > most {
                 self.collect(channels, lines, nu, limits)?;
+                // On the way an image may have come too close to another line.
+                chosen = chosen.filter(|(shape, _)| shape.harmonics <= self.blocks.lines.harmonics);
             }
             // The shape is chosen where the climb begins, and anew behind a long step.
             let curved =

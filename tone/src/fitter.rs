@@ -155,7 +155,8 @@ impl Fitter {
         // A fundamental without power of its own may be one of a gap, or of a drift.
         if let Some(best) = found.best.filter(|best| best.strongest > 1) {
             let lines = Lines { nu: best.strongest as f32 * best.nu, harmonics, interferer: interferer_nu };
-            let limits = Limits { score: found.least_score(), ..Limits::CANDIDATE };
+            // Images of its overtones are what makes a comb of a lower one.
+            let limits = Limits { score: found.least_score(), images: true, ..Limits::CANDIDATE };
             if let Some(summit) = climber.climb(&few, &lines, &limits)? {
                 found.add(summit);
             }
@@ -252,7 +253,8 @@ impl Fitter {
                 conclude_mixtures(fit, span, &equations.solution, &around, &evidence);
             }
         }
-        if found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU) && fit.status == Status::Good {
+        let is_overtone = found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU);
+        if (is_overtone || span.is_under_image(summit.nu, *harmonics_max as usize)) && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));
