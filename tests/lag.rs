@@ -193,9 +193,15 @@ fn without_two_columns_there_is_nothing() {
     assert_eq!(travel(&fitted, &Array { alike: [0; 4], ..ARRAY }).status, TravelStatus::Nothing);
     fitted.fit.usable = 0x0f0f;
     assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Nothing);
-    // One of each column is enough.
+    // One of each column is enough, whatever its phases.
     fitted.fit.usable = 0x0011;
     assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Unique);
+    let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;
+    for _ in 0..100 {
+        [0, 4].map(|taxel| fitted.fit.channels[taxel].phase_rad += 0.37);
+        let sigma = lag(&fitted, &ARRAY).expect("a lag").sigma;
+        assert!((sigma / sure - 1.0).abs() < 1e-3, "{sigma} {sure}");
+    }
 }
 
 /// Channels that disagree by more than their noise make the uncertainty theirs.

@@ -17,6 +17,8 @@ pub struct Prepared {
     step: u32,
     step_cycles: f32,
     wanted_v: f32,
+    /// Amplitude with which the peak is the actuator's, volts.
+    most_v: f32,
     overtones: [(f32, u32); HARMONICS_MAX - 1],
 }
 
@@ -102,13 +104,14 @@ impl Stimulus {
             step_cycles: cycles as f32,
             // With overtones the peak is at most the actuator's.
             wanted_v: self.actuator.bias_v() * share / peak,
+            most_v: self.actuator.bias_v() / peak,
             overtones,
         })
     }
 
     /// Takes a texture that [`Self::prepare`] has made: as [`Self::set_texture`], in some ten instructions.
     pub fn take(&mut self, prepared: &Prepared) {
-        let Prepared { step, step_cycles, wanted_v, overtones } = *prepared;
+        let Prepared { step, step_cycles, wanted_v, most_v, overtones } = *prepared;
         // It goes on where the output is, which is ahead of the count: from there on the period is another. A first texture begins at
         // the count.
         let ahead = if self.step_cycles > 0.0 { self.ahead } else { 0.0 };
@@ -117,6 +120,8 @@ impl Stimulus {
         self.offset = phase.wrapping_sub(behind);
         (self.step, self.step_cycles) = (step, step_cycles);
         (self.wanted_v, self.overtones) = (wanted_v, overtones);
+        // Overtones come at once: where there are more of them the amplitude has to make room. The slew softens that.
+        self.amplitude_v = between(self.amplitude_v, 0.0, most_v);
     }
 
     /// The hand is off the surface, or the line is silent: the vibration fades within [`Actuator::fade_s`]. [`Self::down`] ends it.

@@ -105,6 +105,26 @@ fn fast_hands_and_resonances_are_held_back() {
     assert!((held - 15.0).abs() < 0.2, "{held}");
 }
 
+/// A texture with overtones after one without: the peak of its waves is never beyond the actuator's.
+#[test]
+fn overtones_find_room_below_the_voltage() {
+    let mut stimulus = Stimulus::default();
+    stimulus.set_texture(&Texture::new(1.4)).expect("a texture");
+    stimulus.down();
+    for n in 0..5000 {
+        stimulus.next(4 * n);
+    }
+    let alone_v = stimulus.amplitude_v();
+    let overtones = [Harmonic { amplitude: 1.0, phase_cycles: 0.25 }; 3];
+    stimulus.set_texture(&Texture { overtones, ..Texture::new(1.4) }).expect("a texture");
+    let bias_v = stimulus.actuator().bias_v();
+    assert!(
+        alone_v > 0.5 * bias_v && stimulus.amplitude_v() <= 0.2501 * bias_v,
+        "{alone_v} {}",
+        stimulus.amplitude_v()
+    );
+}
+
 #[test]
 fn what_is_impossible_is_refused_and_the_last_texture_stays() {
     let new = |actuator, encoder, law| Stimulus::new(actuator, encoder, law).err();

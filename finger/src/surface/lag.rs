@@ -86,7 +86,8 @@ pub fn lag(fitted: &Fitted, array: &Array) -> Option<Lag> {
     }
     let scatter = 2.0 * (short + total.weight - total.length());
     let mut variance = 1.0 / total.weight;
-    if scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
+    // One pair has nothing to disagree with.
+    if freedom > 0.0 && scatter > freedom + DISAGREE * libm::sqrtf(2.0 * freedom) {
         variance *= scatter / freedom;
     }
     Some(Lag { turns: libm::atan2f(total.sin, total.cos) / (2.0 * PI), sigma: libm::sqrtf(variance) / (2.0 * PI) })

@@ -124,7 +124,8 @@ impl Odometer {
         counters.numbers.add(steps);
         self.arrived = self.arrived.checked_shl(steps).unwrap_or(0) | 1;
         if !begins && passed_us <= 0 {
-            // From a time that stands still nothing follows.
+            // From a time that stands still nothing follows but that the message was there.
+            self.newest = Some(Newest { number, ..newest });
             return;
         }
         let passed_us = passed_us as u32;
@@ -181,6 +182,21 @@ impl Default for Odometer {
 mod tests {
     use super::*;
     use ridgetone_proto::telemetry::OdometryCounts;
+
+    /// A robot whose clock is coarser than its messages: 8 and 10 ms for one in 4 ms.
+    #[test]
+    fn a_clock_that_stands_still_loses_nothing() {
+        for step_us in [8_000, 10_000] {
+            let (mut odometer, track, diagnostics) = (Odometer::new(), Track::new(), Diagnostics::new());
+            for (number, sent_us) in (0u16..2500).zip((5_000u32..).step_by(4_000)) {
+                let t_us = sent_us / step_us * step_us;
+                let message = Odometry { number, t_us, reading: Reading::Place(i32::from(number)) };
+                odometer.take(&message, sent_us + 300, 4_000_000, &track, &diagnostics);
+            }
+            let OdometryCounts { received, lost, doubled, .. } = diagnostics.odometry.get();
+            assert_eq!((received, lost, doubled), (2500, 0, 0), "{step_us}");
+        }
+    }
 
     /// The robot's program starts again, and its clock goes on.
     #[test]

@@ -49,6 +49,8 @@ pub struct BoardEnd {
     link_heard_s: Option<f64>,
     heard_s: Option<f64>,
     is_lost: bool,
+    /// Sequence number of the latest packet.
+    sequence: Option<u16>,
     doing: Doing,
 }
 
@@ -72,6 +74,7 @@ impl BoardEnd {
             link_heard_s: None,
             heard_s: Some(0.0),
             is_lost: false,
+            sequence: None,
             doing: Doing { state: None, deadlines_missed: 0, packets_lost: 0, packets_damaged: 0, silences: 0 },
         })
     }
@@ -159,9 +162,11 @@ impl BoardEnd {
     }
 
     fn take_packet(&mut self, t_s: f64, Packet { sequence, event: Mark(event) }: Packet) -> Result<()> {
+        // The number wraps every few minutes.
+        let is_first = sequence == 0 && self.sequence.replace(sequence) != Some(u16::MAX);
         match event {
             Event::Hello(hello) => {
-                if sequence == 0 {
+                if is_first {
                     // It has started. Its encoder counts from 0, and the hand is where it was.
                     self.requests.forget();
                     (self.counts, self.doing.state) = (self.counts.map(|_| 0), None);

@@ -8,8 +8,8 @@ use std::net::{SocketAddr, ToSocketAddrs, UdpSocket};
 const NOTHING: [ErrorKind; 4] =
     [ErrorKind::WouldBlock, ErrorKind::ConnectionRefused, ErrorKind::ConnectionReset, ErrorKind::Interrupted];
 
-/// Longest datagram that is looked at, bytes: a frame of the line.
-const LONGEST: usize = 512;
+/// Longest datagram that there can be, bytes: one that does not fit is an error on Windows, and anybody may send it.
+const LONGEST: usize = 65_536;
 
 pub struct Socket {
     socket: UdpSocket,
@@ -50,7 +50,7 @@ impl Socket {
 
     /// The next datagram, and where it came from.
     pub fn receive(&self) -> Result<Option<(Vec<u8>, SocketAddr)>> {
-        let mut bytes = [0; LONGEST];
+        let mut bytes = vec![0; LONGEST];
         match self.socket.recv_from(&mut bytes) {
             Ok((length, from)) => Ok(Some((bytes[..length].to_vec(), from))),
             Err(error) if NOTHING.contains(&error.kind()) => Ok(None),

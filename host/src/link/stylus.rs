@@ -127,9 +127,9 @@ impl StylusEnd {
             return;
         };
         if self.texture != Some(texture) && self.stimulus.set_texture(&self.output.counted(&texture)).is_ok() {
-            // The phase goes on where it is: no hand feels where a texture began.
-            self.anchor = ((f64::from(self.counts) + 0.5) * count_mm(), self.phase_cycles());
             (self.texture, self.sums) = (Some(texture), Sums::default());
+            // The phase goes on where it is: no hand feels where a texture began. Half a count is of the new period.
+            self.anchor = ((f64::from(self.counts) + 0.5) * count_mm(), self.phase_cycles());
         }
         if self.texture.is_some() {
             self.stimulus.down();
