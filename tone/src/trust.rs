@@ -45,8 +45,11 @@ const COMMON_REMAINDER: f32 = 0.02;
 const CYCLES_BENT: f32 = 2.0;
 /// In fewer cycles than this a change of amplitude looks like movement: the limit is twice as high.
 const FEW_CYCLES: f32 = 2.5;
-/// The same in noise that is not white and independent, for a line that does not stand out clearly.
+/// The same in noise that is surely not white and independent, for a line that does not stand out clearly.
 const CYCLES_COLOURED: f32 = 2.1;
+/// Density and coherence of such noise: white noise has more than [`COLOURED`] or [`SHARED`] in one of forty windows of two cycles.
+const SURELY_COLOURED: f32 = 2.0;
+const SURELY_SHARED: f32 = 2.6;
 /// With residuals of this share of the tone's power, and so many times the noise, nothing is known of what they are.
 const MISFIT_REMAINDER: f32 = 0.5;
 const NOISE_RATIO: f32 = 3.0;
@@ -87,6 +90,7 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
     let together = colour * if shared { of.coherence } else { 1.0 };
     let is_slow = of.slow_power > SLOW_POWER;
     let is_plain = !is_slow && colour <= COLOURED && of.coherence <= SHARED;
+    let is_surely_other = is_slow || colour > SURELY_COLOURED || of.coherence > SURELY_SHARED;
     let mut variance = colour;
     if together > COLOURED {
         variance = variance.max(together);
@@ -104,7 +108,7 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
     let is_doubtful = cycles < CYCLES_DOUBTFUL && (is_common || contrast < LINE_CONTRAST) || is_bent;
     let is_short = is_doubtful
         || cycles
-            < if !is_plain && contrast < UNSTEADY_CONTRAST {
+            < if is_surely_other && contrast < UNSTEADY_CONTRAST {
                 CYCLES_COLOURED
             } else if evidence.spread > SPREAD && !evidence.is_curved {
                 CYCLES_SPREAD
