@@ -29,6 +29,7 @@ mod packed;
 mod sensor_space;
 mod set;
 mod square;
+mod symmetry;
 
 pub use afterimage::Afterimage;
 pub use error::Error;
