@@ -17,6 +17,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod afterimage;
+mod blocks;
 mod error;
 mod grid;
 pub mod half_plane;

@@ -1,12 +1,13 @@
 //! A square display over a square array, computed anew in each frame: for a chip whose memory is somebody else's in between.
 
+use crate::blocks::{Block, Blocks, FOUR, add, diagonal, dot, factor, solve};
 use crate::half_space::strain_by_square;
 use crate::matching::{PINS_MAX, Solution};
 use crate::nonnegative::{Found, exchange};
-use crate::packed::{dot, factor, solve, triangle};
+use crate::packed::triangle;
 use crate::sensor_space::ZERO;
 use crate::set::Set;
-use crate::symmetry::{Blocks, FOUR, Sums, add, by_sums, pack, sums, transposed};
+use crate::symmetry::{by_sums, sums, transposed};
 
 /// Sensors on a side of the array, and all of them.
 const SIDE: usize = 4;
@@ -16,8 +17,8 @@ const SENSORS: usize = SIDE * SIDE;
 const PINS_SIDE_MAX: usize = PINS_MAX.isqrt();
 const QUARTER_SIDE_MAX: usize = PINS_SIDE_MAX.div_ceil(2);
 
-/// Elements of the blocks of a symmetric matrix of the sensors.
-const BLOCKS: usize = triangle(FOUR) * SENSORS;
+/// Elements of a symmetric matrix of the sensors.
+const ELEMENTS: usize = triangle(FOUR) * SENSORS;
 
 /// The pins that press: where the next frame begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,9 +61,9 @@ pub struct Square {
 }
 
 impl Square {
-    /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 812 (3.2 kB) for 10.
+    /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 836 (3.3 kB) for 10.
     pub const fn floats(side: usize) -> usize {
-        side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + BLOCKS + triangle(SENSORS) + SENSORS
+        side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + 2 * ELEMENTS + SENSORS
     }
 
     /// Forces whose strains are the nearest to the wanted ones, row by row. `wanted` are strains times Young's modulus, newtons per square
@@ -83,85 +84,50 @@ impl Square {
         }
         let half = self.side.div_ceil(2);
         let (quarter, memory) = memory.split_at_mut_checked(half * half * SENSORS)?;
-        let quarter = quarter.as_chunks_mut().0.as_chunks_mut().0;
         let (x, memory) = memory.split_at_mut_checked(half * half * FOUR)?;
-        // The forces of each pin of the quarter and of its images.
-        let x = x.as_chunks_mut::<FOUR>().0;
-        let (product, memory) = memory.split_first_chunk_mut::<BLOCKS>()?;
-        let product: &mut Blocks = product.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?;
-        let (lower, memory) = memory.split_first_chunk_mut::<{ triangle(SENSORS) }>()?;
-        let v: &mut Sums = memory.split_first_chunk_mut::<SENSORS>()?.0.as_chunks_mut().0.as_mut_array()?;
+        let (product, memory) = memory.split_first_chunk_mut::<ELEMENTS>()?;
+        let (lower, memory) = memory.split_first_chunk_mut::<ELEMENTS>()?;
+        let quarter = quarter.as_chunks_mut().0.as_chunks_mut().0;
         self.fill(quarter);
-        let (quarter, there, wanted_sums) = (&*quarter, self.there(), by_sums(wanted.as_chunks().0.as_array()?));
-        let squares = |(n, pin): (usize, &Sums)| {
-            let (pin, images) = (pin.as_flattened(), there.four(n).count_ones());
-            images as f32 * dot(pin, pin)
+        let there = self.there();
+        let squares = |(n, pin): (usize, &Block)| {
+            there.four(n).count_ones() as f32 * pin.iter().map(|four| dot(four, four)).sum::<f32>()
         };
-        let constant = quarter.iter().enumerate().map(squares).sum::<f32>() * self.regularisation
-            / (self.side * self.side) as f32;
-        let mut included = Set::NONE;
-        for (n, block) in product.iter_mut().enumerate() {
-            let is_diagonal = (0..FOUR).any(|s| n + 1 == triangle(s + 1));
-            *block = core::array::from_fn(|i| core::array::from_fn(|j| if is_diagonal && i == j { constant } else { 0.0 }));
-        }
-        let found = exchange(FOUR * x.len(), pressing.0.and(&there), self.pivots_max, |pressing| {
-            let s = SENSORS as u32;
-            let mut multiply_adds = s * s * s / 6 + s * s + s * quarter.len() as u32;
-            for (n, pin) in quarter.iter().enumerate() {
-                let (before, now) = (included.four(n), pressing.four(n));
-                if before != now {
-                    let counts = |image: usize| (now >> image & 1) as f32 - (before >> image & 1) as f32;
-                    multiply_adds += add(product, pin, &sums([0, 1, 2, 3].map(counts)));
-                }
-            }
-            included = *pressing;
-            pack(product, lower);
-            *v = wanted_sums;
-            // It has the constant on its diagonal.
-            if factor(lower, SENSORS, 0.0).is_err() {
-                *v = Sums::default();
-            } else {
-                solve(lower, v.as_flattened_mut());
-            }
-            let mut largest = 0.0f32;
-            for (x, pin) in x.iter_mut().zip(quarter) {
-                *x = sums(core::array::from_fn(|s| dot(&pin[s], &v[s])));
-                // By comparison: it is one instruction, and a function is called for a maximum.
-                x.iter().map(|x| x.abs()).for_each(|x| if x > largest { largest = x });
-            }
-            let (zero, mut wrong) = (ZERO * largest, Set::NONE);
-            for (n, x) in x.iter().enumerate() {
-                let pressing = pressing.four(n);
-                let is_wrong = |image: usize| {
-                    let x = x[image % FOUR];
-                    u32::from(if pressing >> image & 1 != 0 { x < -zero } else { x > zero }) << image
-                };
-                wrong.put_four(n, is_wrong(0) | is_wrong(1) | is_wrong(2) | is_wrong(3));
-            }
-            (wrong.and(&there), multiply_adds)
-        });
+        let squares: f32 = quarter.iter().enumerate().map(squares).sum();
+        let mut system = System {
+            quarter,
+            there,
+            included: Set::NONE,
+            product: product.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
+            lower: lower.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
+            wanted: by_sums(wanted.as_chunks().0.as_array()?),
+            v: memory.as_chunks_mut().0.first_chunk_mut()?,
+            x: x.as_chunks_mut().0,
+        };
+        *system.product = diagonal(self.regularisation * (squares / (self.side * self.side) as f32));
+        let begin = pressing.0.and(&there);
+        let found = exchange(FOUR * half * half, begin, self.pivots_max, |pressing| system.solve(pressing));
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
         pressing.0 = found.pressing;
         // Of numbers the sum is one, and of what is none it is none.
-        let sum: f32 = wanted.iter().chain(x.as_flattened()).sum();
+        let sum: f32 = wanted.iter().chain(&*x).sum();
         let forces = lower.get_mut(..self.side * self.side)?;
         for (pin, force) in forces.iter_mut().enumerate() {
-            let (n, image) = self.image(pin);
-            let x = x.get(n).map_or(0.0, |x| x[image % FOUR]);
-            *force = if found.pressing.four(n) >> image & 1 != 0 && x > 0.0 { x } else { 0.0 };
+            let image = self.image(pin);
+            let x = x.get(image).copied().unwrap_or_default();
+            *force = if found.pressing.has(image) && x > 0.0 { x } else { 0.0 };
         }
         sum.is_finite().then_some(Solution { forces, pivots, is_optimal, multiply_adds })
     }
 
     /// The response of each sensor to each pin of the first quarter.
-    fn fill(&self, quarter: &mut [Sums]) {
+    fn fill(&self, quarter: &mut [Block]) {
         let half = self.side.div_ceil(2);
         // Squared distances along one direction.
         let squares: [[f32; SIDE]; QUARTER_SIDE_MAX] = core::array::from_fn(|pin| {
             core::array::from_fn(|sensor| {
                 let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
-                let off_mm =
-                    middle(sensor, SIDE) * self.sensor_spacing_mm - middle(pin, self.side) * self.spacing_mm;
+                let off_mm = middle(sensor, SIDE) * self.sensor_spacing_mm - middle(pin, self.side) * self.spacing_mm;
                 off_mm * off_mm
             })
         });
@@ -192,12 +158,67 @@ impl Square {
         there
     }
 
-    /// The pin of the first quarter whose mirror image a pin is, and which of its images.
-    fn image(&self, pin: usize) -> (usize, usize) {
+    /// The number of a pin as an image: four times the pin of the first quarter, and which of its images it is.
+    fn image(&self, pin: usize) -> usize {
         let (side, half) = (self.side.max(1), self.side.div_ceil(2));
         let (row, column) = (pin / side, pin % side);
         let (row, rows) = if row < half { (row, 0) } else { (side - 1 - row, 2) };
         let (column, columns) = if column < half { (column, 0) } else { (side - 1 - column, 1) };
-        (row * half + column, rows | columns)
+        FOUR * (row * half + column) + rows + columns
+    }
+}
+
+/// One frame: as [`SensorSpace`](crate::sensor_space::SensorSpace), in sums and differences of the sensors.
+struct System<'a> {
+    /// The response to each pin of the first quarter.
+    quarter: &'a [Block],
+    /// The images that are pins.
+    there: Set,
+    /// Those whose products are in `product`.
+    included: Set,
+    product: &'a mut Blocks,
+    /// Its factor.
+    lower: &'a mut Blocks,
+    wanted: Block,
+    v: &'a mut Block,
+    /// The forces of each pin of the quarter and of its images.
+    x: &'a mut [[f32; FOUR]],
+}
+
+impl System<'_> {
+    /// The pins that are wrong in a set that presses, and the number of multiplications.
+    fn solve(&mut self, pressing: &Set) -> (Set, u32) {
+        let s = SENSORS as u32;
+        let mut multiply_adds = s * s * s / 6 + s * s + s * self.quarter.len() as u32;
+        for (n, pin) in self.quarter.iter().enumerate() {
+            let (before, now) = (self.included.four(n), pressing.four(n));
+            if before != now {
+                let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
+                let weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
+                multiply_adds += add(self.product, pin, &weights);
+            }
+        }
+        self.included = *pressing;
+        (*self.lower, *self.v) = (*self.product, self.wanted);
+        // It has the constant on its diagonal: only settings that are impossible make it fail.
+        match factor(self.lower) {
+            Some(()) => solve(self.lower, self.v),
+            None => *self.v = [[f32::NAN; FOUR]; FOUR],
+        }
+        let mut largest = 0.0f32;
+        for (x, pin) in self.x.iter_mut().zip(self.quarter) {
+            *x = sums(core::array::from_fn(|s| dot(&pin[s], &self.v[s])));
+            for x in x {
+                // By comparison: for the greater one of two a function is called.
+                largest = if x.abs() > largest { x.abs() } else { largest };
+            }
+        }
+        let (zero, mut wrong) = (ZERO * largest, Set::NONE);
+        for (n, x) in self.x.iter().enumerate() {
+            let pressing = pressing.four(n);
+            let is_wrong = |image: usize| if pressing >> image & 1 != 0 { x[image] < -zero } else { x[image] > zero };
+            wrong.put_four(n, (0..FOUR).map(|image| u32::from(is_wrong(image)) << image).sum());
+        }
+        (wrong.and(&self.there), multiply_adds)
     }
 }
