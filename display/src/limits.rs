@@ -63,15 +63,15 @@ impl Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
     quantum_n: f32,
-    steps: f32,
-    levels: f32,
+    steps: u16,
+    levels: u16,
 }
 
 impl Steps {
     /// Of limits that are possible: [`Pins::new`] says whether they are.
     #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
-        Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: f32::from(limits.levels) }
+        Self { quantum_n: limits.quantum_n(), steps: limits.steps() as u16, levels: limits.levels }
     }
 
     /// Force of one level, newtons.
@@ -82,19 +82,11 @@ impl Steps {
     /// Level after an update, from a level towards a wanted force, newtons. What is no number is no force.
     #[inline(never)]
     pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
-        let wanted = if wanted_n > 0.0 { wanted_n / self.quantum_n } else { 0.0 };
-        let from = f32::from(from);
-        let from = if from < self.levels { from } else { self.levels };
-        // Greatest and least by comparison: neither is ever NaN.
-        let wanted = libm::roundf(if wanted < self.levels { wanted } else { self.levels });
-        let (least, most) = (from - self.steps, from + self.steps);
-        (if wanted < least {
-            least
-        } else if wanted > most {
-            most
-        } else {
-            wanted
-        }) as u16
+        // To the nearest level; beyond the numbers to the next one, and NaN to 0.
+        let wanted = (wanted_n / self.quantum_n + 0.5) as u16;
+        let from = from.min(self.levels);
+        let (least, most) = (from.saturating_sub(self.steps), from.saturating_add(self.steps).min(self.levels));
+        wanted.max(least).min(most)
     }
 }
 

@@ -112,17 +112,25 @@ impl Square {
         // Of numbers the sum is one, and of what is none it is none.
         let sum: f32 = wanted.iter().chain(&*x).sum();
         let forces = lower.get_mut(..self.side * self.side)?;
-        for (pin, force) in forces.iter_mut().enumerate() {
-            let image = self.image(pin);
-            let x = x.get(image).copied().unwrap_or_default();
-            *force = if found.pressing.has(image) && x > 0.0 { x } else { 0.0 };
+        for (n, x) in x.as_chunks::<FOUR>().0.iter().enumerate() {
+            let (row, column) = (n / half.max(1), n % half.max(1));
+            let rows = [row, self.side - 1 - row].map(|row| row * self.side);
+            let columns = [column, self.side - 1 - column];
+            let (there, pressing) = (there.four(n), found.pressing.four(n));
+            for (image, x) in x.iter().enumerate() {
+                if there >> image & 1 != 0
+                    && let Some(force) = forces.get_mut(rows[image / 2] + columns[image % 2])
+                {
+                    *force = if pressing >> image & 1 != 0 && *x > 0.0 { *x } else { 0.0 };
+                }
+            }
         }
         sum.is_finite().then_some(Solution { forces, pivots, is_optimal, multiply_adds })
     }
 
     /// The response of each sensor to each pin of the first quarter.
     fn fill(&self, quarter: &mut [Block]) {
-        let half = self.side.div_ceil(2);
+        let (half, response) = (self.side.div_ceil(2), strain_by_square(self.depth_mm, self.poisson));
         // Squared distances along one direction.
         let squares: [[f32; SIDE]; QUARTER_SIDE_MAX] = core::array::from_fn(|pin| {
             core::array::from_fn(|sensor| {
@@ -133,7 +141,6 @@ impl Square {
         });
         for (row, along_rows) in squares.iter().enumerate().take(half) {
             for (column, along_columns) in squares.iter().enumerate().take(row + 1) {
-                let response = |square| strain_by_square(square, self.depth_mm, self.poisson);
                 let pin = by_sums(&along_rows.map(|y| along_columns.map(|x| response(y + x))));
                 // Exchanged rows and columns have the same distances.
                 for (at, pin) in [(row * half + column, pin), (column * half + row, transposed(&pin))] {
@@ -156,15 +163,6 @@ impl Square {
             there.put_four(n, rows & columns);
         }
         there
-    }
-
-    /// The number of a pin as an image: four times the pin of the first quarter, and which of its images it is.
-    fn image(&self, pin: usize) -> usize {
-        let (side, half) = (self.side.max(1), self.side.div_ceil(2));
-        let (row, column) = (pin / side, pin % side);
-        let (row, rows) = if row < half { (row, 0) } else { (side - 1 - row, 2) };
-        let (column, columns) = if column < half { (column, 0) } else { (side - 1 - column, 1) };
-        FOUR * (row * half + column) + rows + columns
     }
 }
 
