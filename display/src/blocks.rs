@@ -21,20 +21,26 @@ pub(crate) fn diagonal(value: f32) -> Blocks {
     blocks
 }
 
-/// Adds the products of values with themselves, the block of s and t times weight s ^ t. Gives the number of multiplications.
-pub(crate) fn add(matrix: &mut Blocks, values: &Block, weights: &[f32; FOUR]) -> u32 {
+/// Adds the products of each of some values with themselves, the block of s and t times their weight s ^ t. Gives the number of
+/// multiplications.
+pub(crate) fn add(matrix: &mut Blocks, values: &[Block], weights: &[[f32; FOUR]]) -> u32 {
     let mut multiply_adds = 0;
-    for (s, left) in values.iter().enumerate() {
-        for (t, right) in values.iter().enumerate().take(s + 1) {
-            let weight = weights[(s ^ t) % FOUR];
-            if weight == 0.0 {
-                continue;
+    for s in 0..FOUR {
+        for t in 0..=s {
+            // In registers until the last of the values: most of the time is spent here.
+            let mut block = matrix[triangle(s) + t];
+            for (values, weights) in values.iter().zip(weights) {
+                let weight = weights[(s ^ t) % FOUR];
+                if weight == 0.0 {
+                    continue;
+                }
+                let (left, right) = (values[s].map(|value| weight * value), values[t]);
+                for i in 0..FOUR {
+                    (0..FOUR).for_each(|j| block[i][j] += left[i] * right[j]);
+                }
+                multiply_adds += (FOUR * FOUR) as u32;
             }
-            for (row, value) in matrix[triangle(s) + t].iter_mut().zip(left) {
-                let value = weight * value;
-                row.iter_mut().zip(right).for_each(|(element, other)| *element += value * other);
-            }
-            multiply_adds += (FOUR * FOUR) as u32;
+            matrix[triangle(s) + t] = block;
         }
     }
     multiply_adds
@@ -126,7 +132,7 @@ mod tests {
             (0..16).for_each(|i| full[i][i] = f64::from(0.3f32));
             for _ in 0..20 {
                 let values: Block = core::array::from_fn(|_| core::array::from_fn(|_| draw()));
-                assert_eq!(add(&mut matrix, &values, &[1.0; 4]), 160);
+                assert_eq!(add(&mut matrix, &[values], &[[1.0; 4]]), 160);
                 let values = values.as_flattened();
                 for i in 0..16 {
                     (0..16).for_each(|j| full[i][j] += f64::from(values[i]) * f64::from(values[j]));
@@ -156,7 +162,7 @@ mod tests {
     #[test]
     fn a_weight_of_zero_leaves_its_blocks() {
         let mut matrix = diagonal(0.0);
-        assert_eq!(add(&mut matrix, &[[1.0; 4]; 4], &[2.0, 0.0, -1.0, 0.0]), 16 * 6);
+        assert_eq!(add(&mut matrix, &[[[1.0; 4]; 4]], &[[2.0, 0.0, -1.0, 0.0]]), 16 * 6);
         for s in 0..4 {
             for t in 0..=s {
                 let expected = [2.0, 0.0, -1.0, 0.0][s ^ t];

@@ -188,14 +188,13 @@ impl System<'_> {
     fn solve(&mut self, pressing: &Set) -> (Set, u32) {
         let s = SENSORS as u32;
         let mut multiply_adds = s * s * s / 6 + s * s + s * self.quarter.len() as u32;
-        for (n, pin) in self.quarter.iter().enumerate() {
+        // How often each image counts more than before, as sums; the forces' place is free until they are known.
+        for (n, weights) in self.x.iter_mut().enumerate() {
             let (before, now) = (self.included.four(n), pressing.four(n));
-            if before != now {
-                let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
-                let weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
-                multiply_adds += add(self.product, pin, &weights);
-            }
+            let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
+            *weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
         }
+        multiply_adds += add(self.product, self.quarter, self.x);
         self.included = *pressing;
         (*self.lower, *self.v) = (*self.product, self.wanted);
         // It has the constant on its diagonal: only settings that are impossible make it fail.

@@ -14,7 +14,7 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 /// How much even forces are preferred: as `ridgetone pins` has it.
 const REGULARISATION: f32 = 0.01;
 /// Systems that an update solves at most. 6 x 6 pins then stay below 200,000 instructions, and 10 x 10 below 330,000.
-const PIVOTS_MAX: u32 = 3;
+const PIVOTS_MAX: u32 = 8;
 /// Microseconds of a time that is kept: a power of two.
 const TICK_US: u64 = 1024;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
