@@ -12,13 +12,14 @@ pub(crate) type Block = [[f32; FOUR]; FOUR];
 /// The blocks on and below the diagonal, row by row. Those on it are whole.
 pub(crate) type Blocks = [Block; triangle(FOUR)];
 
-/// The same number in the whole diagonal.
-pub(crate) fn diagonal(value: f32) -> Blocks {
-    let mut blocks = Blocks::default();
+/// Makes a matrix that has the same number in its whole diagonal, and nothing else.
+pub(crate) fn set_diagonal(matrix: &mut Blocks, value: f32) {
+    matrix.fill([[0.0; FOUR]; FOUR]);
     for s in 0..FOUR {
-        (0..FOUR).for_each(|i| blocks[triangle(s) + s][i][i] = value);
+        if let Some(block) = matrix.get_mut(triangle(s) + s) {
+            block.iter_mut().enumerate().for_each(|(i, row)| row[i % FOUR] = value);
+        }
     }
-    blocks
 }
 
 /// Adds the products of each of some values with themselves, the block of s and t times their weight s ^ t. Gives the number of
@@ -27,23 +28,34 @@ pub(crate) fn add(matrix: &mut Blocks, values: &[Block], weights: &[[f32; FOUR]]
     let mut multiply_adds = 0;
     for s in 0..FOUR {
         for t in 0..=s {
+            let Some(place) = matrix.get_mut(triangle(s) + t) else { continue };
             // In registers until the last of the values: most of the time is spent here.
-            let mut block = matrix[triangle(s) + t];
+            let mut block = *place;
             for (values, weights) in values.iter().zip(weights) {
                 let weight = weights[(s ^ t) % FOUR];
                 if weight == 0.0 {
                     continue;
                 }
-                let (left, right) = (values[s].map(|value| weight * value), values[t]);
-                for i in 0..FOUR {
-                    (0..FOUR).for_each(|j| block[i][j] += left[i] * right[j]);
-                }
+                let (right, [a, b, c, d], [i, j, k, l]) = (&values[t], &values[s], &mut block);
+                add_row(i, weight * a, right);
+                add_row(j, weight * b, right);
+                add_row(k, weight * c, right);
+                add_row(l, weight * d, right);
                 multiply_adds += (FOUR * FOUR) as u32;
             }
-            matrix[triangle(s) + t] = block;
+            *place = block;
         }
     }
     multiply_adds
+}
+
+/// Without a loop, which a build for size leaves rolled.
+#[inline(always)]
+fn add_row([a, b, c, d]: &mut [f32; FOUR], times: f32, [e, f, g, h]: &[f32; FOUR]) {
+    *a += times * e;
+    *b += times * f;
+    *c += times * g;
+    *d += times * h;
 }
 
 /// The Cholesky factor in its place; its diagonal holds reciprocals. None if the matrix is not positive definite.
@@ -51,7 +63,7 @@ pub(crate) fn factor(matrix: &mut Blocks) -> Option<()> {
     for s in 0..FOUR {
         for t in 0..=s {
             // Of the block's row, and of that of the diagonal block above it.
-            let (before, block) = matrix.split_at_mut(triangle(s) + t);
+            let (before, block) = matrix.split_at_mut_checked(triangle(s) + t)?;
             let block = block.first_mut()?;
             for (left, above) in before.get(triangle(s)..)?.iter().zip(before.get(triangle(t)..)?) {
                 for (row, left) in block.iter_mut().zip(left) {
@@ -117,6 +129,12 @@ pub(crate) fn dot([a, b, c, d]: &[f32; FOUR], [e, f, g, h]: &[f32; FOUR]) -> f32
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn diagonal(value: f32) -> Blocks {
+        let mut matrix = [[[7.0; FOUR]; FOUR]; triangle(FOUR)];
+        set_diagonal(&mut matrix, value);
+        matrix
+    }
 
     /// A matrix of products and a diagonal, and its solution by elimination in f64.
     #[test]

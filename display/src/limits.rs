@@ -40,7 +40,7 @@ impl Limits {
         within("levels", f32::from(self.levels), 1.0, f64::from(u16::MAX))?;
         within("slew_n_s", self.slew_n_s, 1e-3, 1e6)?;
         // More steps than levels would be as many.
-        if self.steps() < 1.0 {
+        if self.steps() == 0 {
             let quantum_n = self.quantum_n();
             return Err(Error::Frozen { quantum_n, step_n: self.slew_n_s / self.update_hz });
         }
@@ -53,9 +53,9 @@ impl Limits {
     }
 
     /// Whole levels by which an update may change a force.
-    fn steps(&self) -> f32 {
+    fn steps(&self) -> u16 {
         // A millionth more: a slew of just one level an update is meant to be possible.
-        libm::floorf(self.slew_n_s / self.update_hz / self.quantum_n() * 1.000_001).min(f32::from(self.levels))
+        ((self.slew_n_s / self.update_hz / self.quantum_n() * 1.000_001) as u16).min(self.levels)
     }
 }
 
@@ -71,7 +71,7 @@ impl Steps {
     /// Of limits that are possible: [`Pins::new`] says whether they are.
     #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
-        Self { quantum_n: limits.quantum_n(), steps: limits.steps() as u16, levels: limits.levels }
+        Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: limits.levels }
     }
 
     /// Force of one level, newtons.

@@ -4,7 +4,7 @@
 //! so the gradient of a pin that rests is -c a'v: one product a'v is the force of a pin that presses, and the sign for one that rests.
 
 use crate::nonnegative::{Found, exchange};
-use crate::packed::{dot, factor, solve, triangle};
+use crate::packed::{dot, factor, largest, solve, triangle};
 use crate::set::Set;
 
 /// What counts as zero, over the largest product. With 16 sensors f32 rounds by less.
@@ -28,7 +28,13 @@ pub(crate) fn add(matrix: &mut [f32], row: &[f32], times: f32) {
     for (i, value) in row.iter().enumerate() {
         let (line, below) = rest.split_at_mut(i + 1);
         let value = times * value;
-        line.iter_mut().zip(row).for_each(|(element, other)| *element += value * other);
+        let (fours, last) = line.as_chunks_mut::<4>();
+        let (other_fours, _) = row.as_chunks::<4>();
+        for (elements, others) in fours.iter_mut().zip(other_fours) {
+            elements.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
+        }
+        let others = row.get(4 * fours.len()..).unwrap_or_default();
+        last.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
         rest = below;
     }
 }
@@ -45,8 +51,7 @@ impl SensorSpace<'_> {
     ) -> Found {
         let found = exchange(x.len(), pressing, pivots_max, |pressing| {
             let multiply_adds = self.products(map, wanted, pressing, x);
-            let largest = x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
-            let zero = ZERO * largest;
+            let zero = ZERO * largest(x);
             let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero } else { x[i] > zero };
             (Set::of(x.len(), is_wrong), multiply_adds)
         });

@@ -1,10 +1,10 @@
 //! A square display over a square array, computed anew in each frame: for a chip whose memory is somebody else's in between.
 
-use crate::blocks::{Block, Blocks, FOUR, add, diagonal, dot, factor, solve};
+use crate::blocks::{Block, Blocks, FOUR, add, dot, factor, set_diagonal, solve};
 use crate::half_space::strain_by_square;
 use crate::matching::{PINS_MAX, Solution};
 use crate::nonnegative::{Found, exchange};
-use crate::packed::triangle;
+use crate::packed::{largest, triangle};
 use crate::sensor_space::ZERO;
 use crate::set::Set;
 use crate::symmetry::{by_sums, sums, transposed};
@@ -15,7 +15,6 @@ const SENSORS: usize = SIDE * SIDE;
 
 /// Most pins on a side, and on a side of the first quarter.
 const PINS_SIDE_MAX: usize = PINS_MAX.isqrt();
-const QUARTER_SIDE_MAX: usize = PINS_SIDE_MAX.div_ceil(2);
 
 /// Elements of a symmetric matrix of the sensors.
 const ELEMENTS: usize = triangle(FOUR) * SENSORS;
@@ -104,13 +103,13 @@ impl Square {
             v: memory.as_chunks_mut().0.first_chunk_mut()?,
             x: x.as_chunks_mut().0,
         };
-        *system.product = diagonal(self.regularisation * (squares / (self.side * self.side) as f32));
+        set_diagonal(system.product, self.regularisation * (squares / (self.side * self.side) as f32));
         let begin = pressing.0.and(&there);
         let found = exchange(FOUR * half * half, begin, self.pivots_max, |pressing| system.solve(pressing));
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
         pressing.0 = found.pressing;
-        // Of numbers the sum is one, and of what is none it is none.
-        let sum: f32 = wanted.iter().chain(&*x).sum();
+        // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is in every force.
+        let mut sum = 0.0;
         let forces = lower.get_mut(..self.side * self.side)?;
         for (n, x) in x.as_chunks::<FOUR>().0.iter().enumerate() {
             let (row, column) = (n / half.max(1), n % half.max(1));
@@ -118,6 +117,7 @@ impl Square {
             let columns = [column, self.side - 1 - column];
             let (there, pressing) = (there.four(n), found.pressing.four(n));
             for (image, x) in x.iter().enumerate() {
+                sum += x;
                 if there >> image & 1 != 0
                     && let Some(force) = forces.get_mut(rows[image / 2] + columns[image % 2])
                 {
@@ -125,22 +125,23 @@ impl Square {
                 }
             }
         }
-        sum.is_finite().then_some(Solution { forces, pivots, is_optimal, multiply_adds })
+        f32::is_finite(sum).then_some(Solution { forces, pivots, is_optimal, multiply_adds })
     }
 
     /// The response of each sensor to each pin of the first quarter.
     fn fill(&self, quarter: &mut [Block]) {
         let (half, response) = (self.side.div_ceil(2), strain_by_square(self.depth_mm, self.poisson));
-        // Squared distances along one direction.
-        let squares: [[f32; SIDE]; QUARTER_SIDE_MAX] = core::array::from_fn(|pin| {
-            core::array::from_fn(|sensor| {
-                let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
-                let off_mm = middle(sensor, SIDE) * self.sensor_spacing_mm - middle(pin, self.side) * self.spacing_mm;
-                off_mm * off_mm
-            })
-        });
-        for (row, along_rows) in squares.iter().enumerate().take(half) {
-            for (column, along_columns) in squares.iter().enumerate().take(row + 1) {
+        let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
+        // Squared distances of the sensors along one direction.
+        let along = |pin: usize| {
+            let pin_mm = middle(pin, self.side) * self.spacing_mm;
+            let square = |off_mm: f32| off_mm * off_mm;
+            core::array::from_fn::<f32, SIDE, _>(|n| square(middle(n, SIDE) * self.sensor_spacing_mm - pin_mm))
+        };
+        for row in 0..half {
+            let along_rows = along(row);
+            for column in 0..=row {
+                let along_columns = along(column);
                 let pin = by_sums(&along_rows.map(|y| along_columns.map(|x| response(y + x))));
                 // Exchanged rows and columns have the same distances.
                 for (at, pin) in [(row * half + column, pin), (column * half + row, transposed(&pin))] {
@@ -196,21 +197,17 @@ impl System<'_> {
         }
         multiply_adds += add(self.product, self.quarter, self.x);
         self.included = *pressing;
-        (*self.lower, *self.v) = (*self.product, self.wanted);
+        self.lower.copy_from_slice(self.product);
+        *self.v = self.wanted;
         // It has the constant on its diagonal: only settings that are impossible make it fail.
         match factor(self.lower) {
             Some(()) => solve(self.lower, self.v),
             None => *self.v = [[f32::NAN; FOUR]; FOUR],
         }
-        let mut largest = 0.0f32;
         for (x, pin) in self.x.iter_mut().zip(self.quarter) {
             *x = sums(core::array::from_fn(|s| dot(&pin[s], &self.v[s])));
-            for x in x {
-                // By comparison: for the greater one of two a function is called.
-                largest = if x.abs() > largest { x.abs() } else { largest };
-            }
         }
-        let (zero, mut wrong) = (ZERO * largest, Set::NONE);
+        let (zero, mut wrong) = (ZERO * largest(self.x.as_flattened()), Set::NONE);
         for (n, x) in self.x.iter().enumerate() {
             let pressing = pressing.four(n);
             let is_wrong = |image: usize| if pressing >> image & 1 != 0 { x[image] < -zero } else { x[image] > zero };

@@ -15,21 +15,20 @@ pub(crate) fn sums<T: Copy + Add<Output = T> + Sub<Output = T>>([a, b, c, d]: [T
 }
 
 /// Values of 4 x 4 sensors, row by row, as sums: a row for each sum, with the four places of the first quarter of the array.
-pub(crate) fn by_sums(sensors: &Block) -> Block {
+pub(crate) fn by_sums([first, second, third, fourth]: &Block) -> Block {
+    let halves =
+        |[a, b, c, d]: &[f32; FOUR], [e, f, g, h]: &[f32; FOUR]| [sums([*a, *d, *e, *h]), sums([*b, *c, *f, *g])];
+    let ([a, b], [c, d]) = (halves(first, fourth), halves(second, third));
     let mut by_sums = Block::default();
-    for place in 0..FOUR {
-        let (row, column) = (place / 2, place % 2);
-        let images = [[row, column], [row, 3 - column], [3 - row, column], [3 - row, 3 - column]];
-        let sums = sums(images.map(|[row, column]| sensors[row][column]));
-        by_sums.iter_mut().zip(sums).for_each(|(by_sum, sum)| by_sum[place] = sum);
+    for (by_sum, (((a, b), c), d)) in by_sums.iter_mut().zip(a.into_iter().zip(b).zip(c).zip(d)) {
+        *by_sum = [a, b, c, d];
     }
     by_sums
 }
 
 /// The sums if rows and columns of the array are exchanged.
-pub(crate) fn transposed(sums: &Block) -> Block {
-    const OTHER: [usize; FOUR] = [0, 2, 1, 3];
-    OTHER.map(|sum| OTHER.map(|place| sums[sum][place]))
+pub(crate) fn transposed([a, b, c, d]: &Block) -> Block {
+    [a, c, b, d].map(|[e, f, g, h]| [*e, *g, *f, *h])
 }
 
 #[cfg(test)]

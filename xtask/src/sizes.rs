@@ -36,7 +36,7 @@ pub const EMULATED: Budgets = Budgets {
         ("ridgetone_proto", 8_950),
         ("microfft", 5_960),
         ("ridgetone_feel", 3_120),
-        ("ridgetone_display", 4_600),
+        ("ridgetone_display", 46_000),
         (CONSTANTS, 4_150),
         (OTHER, 10_250),
     ],
@@ -73,7 +73,7 @@ const FLASH: [(&str, u64); 9] = [
     ("ridgetone_proto", 9_420),
     ("microfft", 5_930),
     ("ridgetone_feel", 3_090),
-    ("ridgetone_display", 4_600),
+    ("ridgetone_display", 46_000),
     (CONSTANTS, 3_980),
     (OTHER, 9_280),
 ];
