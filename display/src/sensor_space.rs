@@ -25,16 +25,17 @@ pub(crate) struct SensorSpace<'a> {
 /// Adds the products of a pin's row with itself, times a factor: 1 or -1.
 pub(crate) fn add(matrix: &mut [f32], row: &[f32], times: f32) {
     let mut rest = matrix;
+    let (fours, last) = row.as_chunks::<4>();
     for (i, value) in row.iter().enumerate() {
         let (line, below) = rest.split_at_mut(i + 1);
         let value = times * value;
-        let (fours, last) = line.as_chunks_mut::<4>();
-        let (other_fours, _) = row.as_chunks::<4>();
-        for (elements, others) in fours.iter_mut().zip(other_fours) {
+        let (line_fours, line_last) = line.as_chunks_mut::<4>();
+        // What is left of the line belongs to the next four of the row.
+        let next = fours.get(line_fours.len()).map_or(last, |four| &four[..]);
+        for (elements, others) in line_fours.iter_mut().zip(fours) {
             elements.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
         }
-        let others = row.get(4 * fours.len()..).unwrap_or_default();
-        last.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
+        line_last.iter_mut().zip(next).for_each(|(element, other)| *element += value * other);
         rest = below;
     }
 }
