@@ -83,6 +83,7 @@ impl Driver {
             t_us: due.t_us,
             taxels: due.taxels,
             limited: 0,
+            skipped: due.skipped,
             is_optimal,
             level_n: steps.quantum_n(),
             levels: Vec::new(),
