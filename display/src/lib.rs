@@ -17,6 +17,7 @@
 #![allow(clippy::neg_cmp_op_on_partial_ord)]
 
 mod afterimage;
+mod blocks;
 mod error;
 mod grid;
 pub mod half_plane;
@@ -29,6 +30,7 @@ mod packed;
 mod sensor_space;
 mod set;
 mod square;
+mod symmetry;
 
 pub use afterimage::Afterimage;
 pub use error::Error;

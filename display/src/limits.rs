@@ -40,7 +40,7 @@ impl Limits {
         within("levels", f32::from(self.levels), 1.0, f64::from(u16::MAX))?;
         within("slew_n_s", self.slew_n_s, 1e-3, 1e6)?;
         // More steps than levels would be as many.
-        if self.steps() < 1.0 {
+        if self.steps() == 0 {
             let quantum_n = self.quantum_n();
             return Err(Error::Frozen { quantum_n, step_n: self.slew_n_s / self.update_hz });
         }
@@ -53,9 +53,9 @@ impl Limits {
     }
 
     /// Whole levels by which an update may change a force.
-    fn steps(&self) -> f32 {
+    fn steps(&self) -> u16 {
         // A millionth more: a slew of just one level an update is meant to be possible.
-        libm::floorf(self.slew_n_s / self.update_hz / self.quantum_n() * 1.000_001).min(f32::from(self.levels))
+        ((self.slew_n_s / self.update_hz / self.quantum_n() * 1.000_001) as u16).min(self.levels)
     }
 }
 
@@ -63,15 +63,15 @@ impl Limits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
     quantum_n: f32,
-    steps: f32,
-    levels: f32,
+    steps: u16,
+    levels: u16,
 }
 
 impl Steps {
     /// Of limits that are possible: [`Pins::new`] says whether they are.
     #[inline(never)]
     pub fn new(limits: &Limits) -> Self {
-        Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: f32::from(limits.levels) }
+        Self { quantum_n: limits.quantum_n(), steps: limits.steps(), levels: limits.levels }
     }
 
     /// Force of one level, newtons.
@@ -82,19 +82,11 @@ impl Steps {
     /// Level after an update, from a level towards a wanted force, newtons. What is no number is no force.
     #[inline(never)]
     pub fn towards(&self, from: u16, wanted_n: f32) -> u16 {
-        let wanted = if wanted_n > 0.0 { wanted_n / self.quantum_n } else { 0.0 };
-        let from = f32::from(from);
-        let from = if from < self.levels { from } else { self.levels };
-        // Greatest and least by comparison: neither is ever NaN.
-        let wanted = libm::roundf(if wanted < self.levels { wanted } else { self.levels });
-        let (least, most) = (from - self.steps, from + self.steps);
-        (if wanted < least {
-            least
-        } else if wanted > most {
-            most
-        } else {
-            wanted
-        }) as u16
+        // To the nearest level; beyond the numbers to the next one, and NaN to 0.
+        let wanted = (wanted_n / self.quantum_n + 0.5) as u16;
+        let from = from.min(self.levels);
+        let (least, most) = (from.saturating_sub(self.steps), from.saturating_add(self.steps).min(self.levels));
+        wanted.max(least).min(most)
     }
 }
 

@@ -4,7 +4,7 @@
 //! section 4; after Portugal, Judice and Vicente (1994). Each pivot solves for the smaller one of the two sets: for the pins that
 //! press, with G, or for those that rest, with its inverse. So no system has more than half of the unknowns.
 
-use crate::packed::{at, factor, solve, triangle};
+use crate::packed::{at, factor, largest, solve, triangle};
 use crate::set::Set;
 
 /// What does not change from frame to frame.
@@ -78,7 +78,6 @@ pub(crate) fn solve_from(
     pivots_max: u32,
 ) -> Found {
     let n = x.len();
-    let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, value| most.max(value.abs()));
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
     let found = exchange(n, pressing, pivots_max, |pressing| {
         let multiply_adds = pivot(program, pressing, (free, b), (x, y));

@@ -15,10 +15,16 @@ pub(crate) fn at(matrix: &[f32], i: usize, j: usize) -> f32 {
 /// exponent. `libm` takes ten times the instructions where it may not use the processor's own.
 pub(crate) fn inverse_root(x: f32) -> f32 {
     let mut root = f32::from_bits(0x5f37_59df_u32.wrapping_sub(x.to_bits() >> 1));
-    for _ in 0..4 {
+    for _ in 0..3 {
         root *= 1.5 - 0.5 * x * root * root;
     }
     root
+}
+
+/// The greatest absolute value; what is no number does not count.
+pub(crate) fn largest(values: &[f32]) -> f32 {
+    // By comparison: `f32::max` is a call where the processor has no instruction for it.
+    values.iter().fold(0.0, |most, value| if value.abs() > most { value.abs() } else { most })
 }
 
 pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {

@@ -4,7 +4,7 @@
 //! so the gradient of a pin that rests is -c a'v: one product a'v is the force of a pin that presses, and the sign for one that rests.
 
 use crate::nonnegative::{Found, exchange};
-use crate::packed::{dot, factor, solve, triangle};
+use crate::packed::{dot, factor, largest, solve, triangle};
 use crate::set::Set;
 
 /// What counts as zero, over the largest product. With 16 sensors f32 rounds by less.
@@ -25,10 +25,17 @@ pub(crate) struct SensorSpace<'a> {
 /// Adds the products of a pin's row with itself, times a factor: 1 or -1.
 pub(crate) fn add(matrix: &mut [f32], row: &[f32], times: f32) {
     let mut rest = matrix;
+    let (fours, last) = row.as_chunks::<4>();
     for (i, value) in row.iter().enumerate() {
         let (line, below) = rest.split_at_mut(i + 1);
         let value = times * value;
-        line.iter_mut().zip(row).for_each(|(element, other)| *element += value * other);
+        let (line_fours, line_last) = line.as_chunks_mut::<4>();
+        // What is left of the line belongs to the next four of the row.
+        let next = fours.get(line_fours.len()).map_or(last, |four| &four[..]);
+        for (elements, others) in line_fours.iter_mut().zip(fours) {
+            elements.iter_mut().zip(others).for_each(|(element, other)| *element += value * other);
+        }
+        line_last.iter_mut().zip(next).for_each(|(element, other)| *element += value * other);
         rest = below;
     }
 }
@@ -45,8 +52,7 @@ impl SensorSpace<'_> {
     ) -> Found {
         let found = exchange(x.len(), pressing, pivots_max, |pressing| {
             let multiply_adds = self.products(map, wanted, pressing, x);
-            let largest = x.iter().fold(0.0f32, |most, x| most.max(x.abs()));
-            let zero = ZERO * largest;
+            let zero = ZERO * largest(x);
             let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero } else { x[i] > zero };
             (Set::of(x.len(), is_wrong), multiply_adds)
         });

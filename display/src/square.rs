@@ -1,21 +1,23 @@
 //! A square display over a square array, computed anew in each frame: for a chip whose memory is somebody else's in between.
 
+use crate::blocks::{Block, Blocks, FOUR, add, dot, factor, set_diagonal, solve};
 use crate::half_space::strain_by_square;
 use crate::matching::{PINS_MAX, Solution};
 use crate::nonnegative::{Found, exchange};
-use crate::packed::{at, dot, factor, solve, triangle};
-use crate::sensor_space::{ZERO, add};
+use crate::packed::{largest, triangle};
+use crate::sensor_space::ZERO;
 use crate::set::Set;
+use crate::symmetry::{by_sums, sums, transposed};
 
 /// Sensors on a side of the array, and all of them.
 const SIDE: usize = 4;
 const SENSORS: usize = SIDE * SIDE;
 
-/// What is done to a sensor's number to mirror nothing, its place in the row, its row, or both.
-const MIRRORS: [usize; 4] = [0, 3, 12, 15];
+/// Most pins on a side, and on a side of the first quarter.
+const PINS_SIDE_MAX: usize = PINS_MAX.isqrt();
 
-/// A symmetric matrix of the sensors, packed.
-type Products = [f32; triangle(SENSORS)];
+/// Elements of a symmetric matrix of the sensors.
+const ELEMENTS: usize = triangle(FOUR) * SENSORS;
 
 /// The pins that press: where the next frame begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,7 +39,8 @@ impl Default for Pressing {
 /// 4 x 4 sensors, and as many pins on each side as wanted, around the same middle on a half space.
 ///
 /// [`Matching`](crate::Matching) keeps 8 kB from frame to frame. This keeps 16 bytes: a frame computes the response of a quarter of the pins,
-/// and the other three mirror it.
+/// and the other three are its mirror images. In sums and differences of sensors that are mirror images the response of an image is the same
+/// up to signs, and most products of the images cancel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Square {
     /// Pins on a side, 1 to 10.
@@ -57,9 +60,9 @@ pub struct Square {
 }
 
 impl Square {
-    /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 788 (3 kB) for 10.
+    /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 836 (3.3 kB) for 10.
     pub const fn floats(side: usize) -> usize {
-        side.div_ceil(2) * side.div_ceil(2) * SENSORS + 2 * triangle(SENSORS) + SENSORS + side * side
+        side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + 2 * ELEMENTS + SENSORS
     }
 
     /// Forces whose strains are the nearest to the wanted ones, row by row. `wanted` are strains times Young's modulus, newtons per square
@@ -75,116 +78,141 @@ impl Square {
         wanted: &[f32; SENSORS],
         pressing: &mut Pressing,
     ) -> Option<Solution<'a>> {
-        let (half, pins) = (self.side.div_ceil(2), self.side * self.side);
-        if pins == 0 || pins > PINS_MAX {
+        if self.side == 0 || self.side > PINS_SIDE_MAX {
             return None;
         }
-        let memory = memory.get_mut(..Self::floats(self.side))?;
+        let half = self.side.div_ceil(2);
         let (quarter, memory) = memory.split_at_mut_checked(half * half * SENSORS)?;
-        let quarter = quarter.as_chunks_mut::<SENSORS>().0;
-        let (product, memory) = memory.split_first_chunk_mut::<{ triangle(SENSORS) }>()?;
-        let (lower, memory) = memory.split_first_chunk_mut::<{ triangle(SENSORS) }>()?;
-        let (v, x) = memory.split_first_chunk_mut::<SENSORS>()?;
+        let (x, memory) = memory.split_at_mut_checked(half * half * FOUR)?;
+        let (product, memory) = memory.split_first_chunk_mut::<ELEMENTS>()?;
+        let (lower, memory) = memory.split_first_chunk_mut::<ELEMENTS>()?;
+        let quarter = quarter.as_chunks_mut().0.as_chunks_mut().0;
         self.fill(quarter);
-        let quarter = &*quarter;
-        // Of all pins first: the mean square of what a pin does.
-        self.sum(quarter, (product, lower));
-        let trace: f32 = (0..SENSORS).map(|i| product[triangle(i) + i]).sum();
-        let constant = self.regularisation * (trace / pins as f32);
-        // From all, or from none: what is fewer to take away or to add.
-        let mut included = Set::of(pins, |_| true);
-        if 2 * pressing.0.count() <= pins {
-            (*product, included) = ([0.0; triangle(SENSORS)], Set::NONE);
-        }
-        (0..SENSORS).for_each(|i| product[triangle(i) + i] += constant);
-        let found = exchange(pins, pressing.0, self.pivots_max, |pressing| {
-            included.flip_all(pressing);
-            for pin in (0..pins).filter(|pin| included.has(*pin)) {
-                let (responses, mirror) = self.response(quarter, pin);
-                add(product, &mirrored(responses, MIRRORS[mirror % SIDE]), if pressing.has(pin) { 1.0 } else { -1.0 });
-            }
-            let changed = included.count() as u32;
-            included = *pressing;
-            (*lower, *v) = (*product, *wanted);
-            // It has the constant on its diagonal.
-            if factor(lower, SENSORS, 0.0).is_err() {
-                v.fill(0.0);
-            } else {
-                solve(lower, v);
-            }
-            // Mirror images of v, for those of the pins.
-            let images = MIRRORS.map(|mirror| mirrored(v, mirror));
-            let mut largest = 0.0f32;
-            for (pin, x) in x.iter_mut().enumerate() {
-                let (responses, mirror) = self.response(quarter, pin);
-                *x = dot(responses, &images[mirror % SIDE]);
-                largest = largest.max(x.abs());
-            }
-            let zero = ZERO * largest;
-            let is_wrong =
-                |pin: usize| x.get(pin).is_some_and(|x| if pressing.has(pin) { *x < -zero } else { *x > zero });
-            let s = SENSORS as u32;
-            (Set::of(pins, is_wrong), changed * s * (s + 1) / 2 + s * s * s / 6 + s * s + s * pins as u32)
-        });
+        let there = self.there();
+        let squares = |(n, pin): (usize, &Block)| {
+            there.four(n).count_ones() as f32 * pin.iter().map(|four| dot(four, four)).sum::<f32>()
+        };
+        let squares: f32 = quarter.iter().enumerate().map(squares).sum();
+        let mut system = System {
+            quarter,
+            there,
+            included: Set::NONE,
+            product: product.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
+            lower: lower.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
+            wanted: by_sums(wanted.as_chunks().0.as_array()?),
+            v: memory.as_chunks_mut().0.first_chunk_mut()?,
+            x: x.as_chunks_mut().0,
+        };
+        set_diagonal(system.product, self.regularisation * (squares / (self.side * self.side) as f32));
+        let begin = pressing.0.and(&there);
+        let found = exchange(FOUR * half * half, begin, self.pivots_max, |pressing| system.solve(pressing));
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
         pressing.0 = found.pressing;
-        // Of numbers the sum is one, and of what is none it is none.
-        let sum: f32 = wanted.iter().chain(&*x).sum();
-        for (pin, x) in x.iter_mut().enumerate() {
-            if !found.pressing.has(pin) || *x < 0.0 {
-                *x = 0.0;
+        // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is in every force.
+        let mut sum = 0.0;
+        let forces = lower.get_mut(..self.side * self.side)?;
+        for (n, x) in x.as_chunks::<FOUR>().0.iter().enumerate() {
+            let (row, column) = (n / half.max(1), n % half.max(1));
+            let rows = [row, self.side - 1 - row].map(|row| row * self.side);
+            let columns = [column, self.side - 1 - column];
+            let (there, pressing) = (there.four(n), found.pressing.four(n));
+            for (image, x) in x.iter().enumerate() {
+                sum += x;
+                if there >> image & 1 != 0
+                    && let Some(force) = forces.get_mut(rows[image / 2] + columns[image % 2])
+                {
+                    *force = if pressing >> image & 1 != 0 && *x > 0.0 { *x } else { 0.0 };
+                }
             }
         }
-        sum.is_finite().then_some(Solution { forces: x, pivots, is_optimal, multiply_adds })
+        f32::is_finite(sum).then_some(Solution { forces, pivots, is_optimal, multiply_adds })
     }
 
     /// The response of each sensor to each pin of the first quarter.
-    fn fill(&self, quarter: &mut [[f32; SENSORS]]) {
-        let half = self.side.div_ceil(2);
-        // Squared distance along one direction.
-        let square = |pin: usize, sensor: usize| {
-            let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
-            let off_mm = middle(sensor, SIDE) * self.sensor_spacing_mm - middle(pin, self.side) * self.spacing_mm;
-            off_mm * off_mm
+    fn fill(&self, quarter: &mut [Block]) {
+        let (half, response) = (self.side.div_ceil(2), strain_by_square(self.depth_mm, self.poisson));
+        let middle = |n: usize, count: usize| n as f32 - 0.5 * (count as f32 - 1.0);
+        // Squared distances of the sensors along one direction.
+        let along = |pin: usize| {
+            let pin_mm = middle(pin, self.side) * self.spacing_mm;
+            let square = |off_mm: f32| off_mm * off_mm;
+            core::array::from_fn::<f32, SIDE, _>(|n| square(middle(n, SIDE) * self.sensor_spacing_mm - pin_mm))
         };
-        for (pin, responses) in quarter.iter_mut().enumerate() {
-            let (row, column) = (pin / half.max(1), pin % half.max(1));
-            for (sensor, response) in responses.iter_mut().enumerate() {
-                let square = square(row, sensor / SIDE) + square(column, sensor % SIDE);
-                *response = strain_by_square(square, self.depth_mm, self.poisson);
-            }
-        }
-    }
-
-    /// The response of each sensor to the pin of the first quarter whose mirror image a pin is, and which of [`MIRRORS`] it takes.
-    fn response<'a>(&self, quarter: &'a [[f32; SENSORS]], pin: usize) -> (&'a [f32; SENSORS], usize) {
-        let (side, half) = (self.side.max(1), self.side.div_ceil(2));
-        let (row, column) = (pin / side, pin % side);
-        let (row, rows) = if row < half { (row, 0) } else { (side - 1 - row, 2) };
-        let (column, columns) = if column < half { (column, 0) } else { (side - 1 - column, 1) };
-        (quarter.get(row * half + column).unwrap_or(&[0.0; SENSORS]), rows | columns)
-    }
-
-    /// The products of all rows with themselves: those of a quarter, and their mirror images. `part` has as much room.
-    fn sum(&self, quarter: &[[f32; SENSORS]], (all, part): (&mut Products, &mut Products)) {
-        let half = self.side.div_ceil(2).max(1);
-        // A pin in the middle is its own image.
-        let share = |n: usize| if 2 * n + 1 == self.side { 0.5 } else { 1.0 };
-        part.fill(0.0);
-        for (pin, responses) in quarter.iter().enumerate() {
-            add(part, responses, share(pin / half) * share(pin % half));
-        }
-        for i in 0..SENSORS {
-            for j in 0..=i {
-                if let Some(element) = all.get_mut(triangle(i) + j) {
-                    *element = MIRRORS.iter().map(|mirror| at(part, i ^ mirror, j ^ mirror)).sum();
+        for row in 0..half {
+            let along_rows = along(row);
+            for column in 0..=row {
+                let along_columns = along(column);
+                let pin = by_sums(&along_rows.map(|y| along_columns.map(|x| response(y + x))));
+                // Exchanged rows and columns have the same distances.
+                for (at, pin) in [(row * half + column, pin), (column * half + row, transposed(&pin))] {
+                    if let Some(place) = quarter.get_mut(at) {
+                        *place = pin;
+                    }
                 }
             }
         }
     }
+
+    /// The images that are pins: one in the middle of an odd row or column is its own image.
+    fn there(&self) -> Set {
+        let half = self.side.div_ceil(2);
+        let mut there = Set::NONE;
+        for n in 0..half * half {
+            let is_middle = |n: usize| 2 * n + 1 == self.side;
+            let columns = if is_middle(n % half) { 0b0101 } else { 0b1111 };
+            let rows = if is_middle(n / half) { 0b0011 } else { 0b1111 };
+            there.put_four(n, rows & columns);
+        }
+        there
+    }
 }
 
-/// Values of the sensors in a mirror.
-fn mirrored(values: &[f32; SENSORS], mirror: usize) -> [f32; SENSORS] {
-    core::array::from_fn(|sensor| values[(sensor ^ mirror) % SENSORS])
+/// One frame: as [`SensorSpace`](crate::sensor_space::SensorSpace), in sums and differences of the sensors.
+struct System<'a> {
+    /// The response to each pin of the first quarter.
+    quarter: &'a [Block],
+    /// The images that are pins.
+    there: Set,
+    /// Those whose products are in `product`.
+    included: Set,
+    product: &'a mut Blocks,
+    /// Its factor.
+    lower: &'a mut Blocks,
+    wanted: Block,
+    v: &'a mut Block,
+    /// The forces of each pin of the quarter and of its images.
+    x: &'a mut [[f32; FOUR]],
+}
+
+impl System<'_> {
+    /// The pins that are wrong in a set that presses, and the number of multiplications.
+    fn solve(&mut self, pressing: &Set) -> (Set, u32) {
+        let s = SENSORS as u32;
+        let mut multiply_adds = s * s * s / 6 + s * s + s * self.quarter.len() as u32;
+        // How often each image counts more than before, as sums; the forces' place is free until they are known.
+        for (n, weights) in self.x.iter_mut().enumerate() {
+            let (before, now) = (self.included.four(n), pressing.four(n));
+            let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
+            *weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
+        }
+        multiply_adds += add(self.product, self.quarter, self.x);
+        self.included = *pressing;
+        self.lower.copy_from_slice(self.product);
+        *self.v = self.wanted;
+        // It has the constant on its diagonal: only settings that are impossible make it fail.
+        match factor(self.lower) {
+            Some(()) => solve(self.lower, self.v),
+            None => *self.v = [[f32::NAN; FOUR]; FOUR],
+        }
+        for (x, pin) in self.x.iter_mut().zip(self.quarter) {
+            *x = sums(core::array::from_fn(|s| dot(&pin[s], &self.v[s])));
+        }
+        let (zero, mut wrong) = (ZERO * largest(self.x.as_flattened()), Set::NONE);
+        for (n, x) in self.x.iter().enumerate() {
+            let pressing = pressing.four(n);
+            let is_wrong = |image: usize| if pressing >> image & 1 != 0 { x[image] < -zero } else { x[image] > zero };
+            wrong.put_four(n, (0..FOUR).map(|image| u32::from(is_wrong(image)) << image).sum());
+        }
+        (wrong.and(&self.there), multiply_adds)
+    }
 }

@@ -1,10 +1,12 @@
-//! A bump that moves over 4 x 4 sensors: the frames of the benchmark of a display, and the firmware's updates of one; the same on the chip
-//! and here.
+//! What moves over 4 x 4 sensors: the frames of the benchmark of a display, and the firmware's updates of one; the same on the chip and
+//! here.
 
+use ridgetone::pins::Due;
 use ridgetone::pins::strains::{PLACES, UNIT_PITCH_MM};
-use ridgetone::pins::{Driver, Due};
 use ridgetone_display::{Error, Grid, Matching, Quantity};
 use ridgetone_proto::settings::{PinDisplay, Settings};
+use ridgetone_proto::telemetry::Pins;
+use serde::{Deserialize, Serialize};
 
 /// Sensors, 4 x 4, 3 mm apart.
 const SIDE: usize = 4;
@@ -44,19 +46,56 @@ pub fn settings(side: u8) -> Settings {
     Settings { pins: PinDisplay { rate_hz: 20, side, spacing_mm, ..PinDisplay::DEFAULT }, ..Settings::DEFAULT }
 }
 
-/// One update of the firmware: a bump 1 mm wide, 0.1 mm farther in each, from 4 mm before the middle on. Gives the number of pins that are
-/// limited, and the sum of all levels.
-pub fn update(driver: &mut Driver, memory: &mut [f32], settings: &Settings, frame: u32) -> (u32, u32) {
-    let at_mm = -4.0 + 0.1 * frame as f32;
-    let place = |n: usize| 0.5 * UNIT_PITCH_MM as f32 * (n as f32 - 1.5);
-    let mut pressed = [0.0; SIDE * SIDE];
-    for (n, taxel) in PLACES.as_flattened().iter().enumerate() {
-        let (x, y) = (place(n % SIDE) - at_mm, place(n / SIDE));
-        if let Some(code) = pressed.get_mut(*taxel) {
-            *code = 20_000.0 * libm::expf(-(x * x + y * y));
+/// What presses in the firmware's updates, from one to the next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Load {
+    /// A bump 1 mm wide, 0.1 mm farther in each, through the middle along the columns: a mirror image of itself.
+    Along,
+    /// The same with a slope of one in three, beside the middle.
+    Across,
+    /// A bump 1 mm wide that goes round and round, up to 1.5 mm farther in each.
+    Fast,
+    /// An image that has nothing to do with the one before.
+    Unrelated,
+}
+
+impl Load {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Along, Self::Across, Self::Fast, Self::Unrelated];
+
+    /// Pressure at a place of the array, from 0 to 1, in an update.
+    fn pressure(self, place: usize, frame: u32) -> f32 {
+        if self == Self::Unrelated {
+            // Of a hash of both: multiplied, shifted, multiplied.
+            let bits = (frame << 4 | place as u32).wrapping_add(1).wrapping_mul(0x9e37_79b1);
+            return ((bits ^ bits >> 15).wrapping_mul(0x85eb_ca77) >> 8) as f32 / 16_777_216.0;
         }
+        let along_mm = 0.1 * frame as f32 - 4.0;
+        let [x_mm, y_mm] = match self {
+            Self::Fast => [2.0 * libm::sinf(0.7 * frame as f32), 1.5 * libm::cosf(0.9 * frame as f32)],
+            Self::Across => [along_mm, 0.3 + along_mm / 3.0],
+            Self::Along | Self::Unrelated => [along_mm, 0.0],
+        };
+        let at_mm = |n: usize| 0.5 * UNIT_PITCH_MM as f32 * (n as f32 - 1.5);
+        let (x, y) = (at_mm(place % SIDE) - x_mm, at_mm(place / SIDE) - y_mm);
+        libm::expf(-(x * x + y * y))
     }
-    let due = Due::new(u64::from(frame), u16::MAX, pressed);
-    let pins = driver.update(&due, memory, settings);
-    (pins.limited.into(), pins.levels.iter().map(|level| u32::from(*level)).sum())
+
+    /// What falls due in an update.
+    pub fn due(self, frame: u32) -> Due {
+        let mut pressed = [0.0; SIDE * SIDE];
+        for (place, taxel) in PLACES.as_flattened().iter().enumerate() {
+            if let Some(code) = pressed.get_mut(*taxel) {
+                *code = 20_000.0 * self.pressure(place, frame);
+            }
+        }
+        Due::new(50_000 * u64::from(frame), u16::MAX, pressed)
+    }
+}
+
+/// What must be the same on the chip and here: pins that are limited, whether the forces are the best, and the levels.
+pub fn summary(pins: &Pins) -> (u32, u32) {
+    // Each level counts by its place.
+    let hash = |hash: u32, level: &u8| hash.wrapping_mul(31).wrapping_add(u32::from(*level));
+    (u32::from(pins.limited) << 1 | u32::from(pins.is_optimal), pins.levels.iter().fold(0, hash))
 }

@@ -4,6 +4,7 @@
 //! [`Job`]s, and behind each its items: frames of a fit and of a baseline ([`Frame`]), conversions of a detection
 //! ([`conversion`]). The job `End` comes last. The file `results` has every [`Measured`], in the order of the jobs.
 
+use crate::moving_bump::Load;
 use ads1258::Conversion;
 use ridgetone::frame::TimedConversion;
 pub use ridgetone_proto::telemetry::longest_packet;
@@ -69,6 +70,7 @@ pub enum Job {
     /// The firmware's updates of such a display, which keeps nothing from one to the next but where its pins are.
     Update {
         side: u8,
+        load: Load,
         frames: u32,
     },
 }

@@ -3,5 +3,5 @@
 mod json;
 mod text;
 
-pub use json::{JsonLines, json, serializable};
+pub use json::{JsonLines, PinForces, json, serializable};
 pub use text::{given, outcome, text};

@@ -12,6 +12,9 @@ mod stylus_board;
 #[cfg(target_os = "linux")]
 #[path = "link/with_a_board.rs"]
 mod with_a_board;
+#[cfg(target_os = "linux")]
+#[path = "link/with_the_image.rs"]
+mod with_the_image;
 
 use common::{assert_one_line, directory, json_lines, ridgetone, run, text};
 use ridgetone_host::input::Input;
@@ -20,7 +23,25 @@ use ridgetone_host::replay;
 use ridgetone_proto::settings::Settings;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
 use std::process::Stdio;
+
+/// A hand at 100 mm/s, with counts of 5 um.
+#[cfg(target_os = "linux")]
+const SPEED_MM_S: f64 = 100.0;
+#[cfg(target_os = "linux")]
+fn counts(t_s: f64) -> i64 {
+    (SPEED_MM_S / 0.005 * t_s) as i64
+}
+
+/// A recording of the telemetry of the demo's touch.
+fn recorded_touch(folder: &tempfile::TempDir) -> PathBuf {
+    let path = folder.path().join("touch.rec");
+    let input = Input::default().open().expect("a scene");
+    let outcome = replay::run(input, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
+    recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
+    path
+}
 
 fn last(lines: &[Value]) -> &Value {
     lines.last().expect("a report")
@@ -30,10 +51,7 @@ fn last(lines: &[Value]) -> &Value {
 #[test]
 fn two_ends_find_each_other_over_a_network() {
     let folder = directory();
-    let path = folder.path().join("touch.rec");
-    let input = Input::default().open().expect("a scene");
-    let outcome = replay::run(input, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
-    recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
+    let path = recorded_touch(&folder);
     let impairments =
         ["--delay-ms", "40", "--jitter-ms", "10", "--loss", "5%", "--doubled", "5%", "--damaged", "5%", "--json"];
     let mut finger = ridgetone()

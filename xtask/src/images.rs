@@ -96,6 +96,10 @@ impl Image {
         let Self { package, name, binary, profile, .. } = self;
         let mut cargo = toolchain.cargo(subcommand);
         cargo.args(["--quiet", "--profile", profile, "--package", package, "--bin", binary, "--features", name]);
+        if self == PINS {
+            // The whole program is optimised at link time as the package with `main` is: here as the firmware's.
+            cargo.args(["--config", "profile.image.package.ridgetone-eval.opt-level=\"s\""]);
+        }
         cargo
     }
 }

@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::machine::Counter;
 use ridgetone::pins::{Driver, MEMORY as UPDATE_FLOATS};
 use ridgetone_display::Matching;
-use ridgetone_eval::moving_bump::{FLOATS, matching, settings, step, update};
+use ridgetone_eval::moving_bump::{FLOATS, matching, settings, step, summary};
 
 use ridgetone_eval::workload::{Job, Measured};
 
@@ -28,12 +28,13 @@ fn main() -> ! {
                         files.write(Measured::Pins { instructions, multiply_adds, bits })?;
                     }
                 }
-                Job::Update { side, frames } => {
+                Job::Update { side, load, frames } => {
                     let (settings, mut driver) = (settings(side), Driver::new());
                     for frame in 0..frames {
-                        let (instructions, (limited, levels)) =
-                            counter.measure(|| update(&mut driver, MEMORY, &settings, frame));
-                        files.write(Measured::Pins { instructions, multiply_adds: limited, bits: levels })?;
+                        let due = load.due(frame);
+                        let (instructions, pins) = counter.measure(|| driver.update(&due, MEMORY, &settings));
+                        let (multiply_adds, bits) = summary(&pins);
+                        files.write(Measured::Pins { instructions, multiply_adds, bits })?;
                     }
                 }
                 // Other images do the others.

@@ -1,7 +1,7 @@
 //! What a frame of a display costs on the emulated Cortex-M4F.
 
 use crate::bench::emulated::{Jobs, next};
-use crate::moving_bump::{FLOATS, matching, settings, step, update};
+use crate::moving_bump::{FLOATS, Load, matching, settings, step, summary};
 use crate::page::{Table, grouped};
 use crate::workload::Job;
 use anyhow::{Context, Result, ensure};
@@ -15,9 +15,6 @@ const BAR: u32 = 200_000;
 /// Sides of the displays.
 const SIDES: [u8; 4] = [4, 6, 8, 10];
 
-/// Largest display whose every update of the firmware is within the bar.
-const UPDATE_SIDE_MOST: u8 = 6;
-
 /// Frames of each: the bump has gone from one side to the other.
 const FRAMES: u32 = 80;
 
@@ -25,7 +22,9 @@ const FRAMES: u32 = 80;
 pub fn run(elf: &Path) -> Result<()> {
     let mut jobs = Jobs::default();
     SIDES.iter().for_each(|side| jobs.add(Job::Pins { side: *side, frames: FRAMES }, [(); 0]));
-    SIDES.iter().for_each(|side| jobs.add(Job::Update { side: *side, frames: FRAMES }, [(); 0]));
+    for side in SIDES {
+        Load::ALL.iter().for_each(|load| jobs.add(Job::Update { side, load: *load, frames: FRAMES }, [(); 0]));
+    }
     let mut measured = jobs.run(elf)?.into_iter();
     let columns = "pins|frames|instructions, mean|instructions, worst";
     let mut table = Table::new(1, &format!("{columns}|multiplications, worst"));
@@ -46,19 +45,22 @@ pub fn run(elf: &Path) -> Result<()> {
         most = most.max(costs.worst);
     }
     // The firmware's, with all that an update takes: strains, response, forces, limits.
-    let mut updates = Table::new(1, &columns.replace("frames", "updates of the firmware"));
+    let mut updates = Table::new(2, &format!("{}|optimal, %", columns.replace("frames", "load|updates of the firmware")));
     for side in SIDES {
-        let (settings, mut driver, mut memory) = (settings(side), Driver::new(), vec![0.0; FLOATS]);
-        let mut costs = Costs::default();
-        for frame in 0..FRAMES {
-            let (instructions, multiply_adds, bits) = next!(measured, Pins { instructions, multiply_adds, bits });
-            let here = update(&mut driver, &mut memory, &settings, frame);
-            ensure!(here == (multiply_adds, bits), "{side} x {side} pins, update {frame}: the chip has other levels");
-            costs.add(instructions);
-        }
-        updates.row(&costs.row(side));
-        // More pins take more in their worst update: docs/touch-at-a-distance.md reports that the bar is not met there.
-        if side <= UPDATE_SIDE_MOST {
+        for load in Load::ALL {
+            let (settings, mut driver, mut memory) = (settings(side), Driver::new(), vec![0.0; FLOATS]);
+            let (mut costs, mut optimal) = (Costs::default(), 0);
+            for frame in 0..FRAMES {
+                let (instructions, multiply_adds, bits) = next!(measured, Pins { instructions, multiply_adds, bits });
+                let here = driver.update(&load.due(frame), &mut memory, &settings);
+                let is_same = summary(&here) == (multiply_adds, bits);
+                ensure!(is_same, "{side} x {side} pins, {load:?}, update {frame}: the chip has other levels");
+                costs.add(instructions);
+                optimal += u32::from(here.is_optimal);
+            }
+            let [side, frames, mean, worst] = costs.row(side);
+            let optimal = format!("{:.0}", 100.0 * f64::from(optimal) / f64::from(FRAMES));
+            updates.row(&[side, format!("{load:?}").to_lowercase(), frames, mean, worst, optimal]);
             most = most.max(costs.worst);
         }
     }

@@ -13,8 +13,9 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 
 /// How much even forces are preferred: as `ridgetone pins` has it.
 const REGULARISATION: f32 = 0.01;
-/// Systems that an update solves at most. 6 x 6 pins then stay below 200,000 instructions, and 10 x 10 below 330,000.
-const PIVOTS_MAX: u32 = 3;
+/// Systems that an update solves at most: 10 x 10 pins then stay below 200,000 instructions (`cargo xtask distance --chip`), and nearly all
+/// updates are optimal.
+const PIVOTS_MAX: u32 = 8;
 /// Microseconds of a time that is kept: a power of two.
 const TICK_US: u64 = 1024;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
@@ -82,6 +83,7 @@ impl Driver {
             t_us: due.t_us,
             taxels: due.taxels,
             limited: 0,
+            skipped: due.skipped,
             is_optimal,
             level_n: steps.quantum_n(),
             levels: Vec::new(),
@@ -201,6 +203,15 @@ mod tests {
         assert!(most_n(1_250_000, display) <= 1.0001);
         most_n(1_300_000, display);
         assert!(most_n(1_350_000, PinDisplay { side: 5, ..display }) <= 1.0001);
+    }
+
+    /// The least slew that settings may have is that of a display which can move, by both crates' greatest force.
+    #[test]
+    fn greatest_forces_are_those_of_the_settings() {
+        for (force_n, stroke_mm) in [(2.0, 4.0), (2.0, 1.5), (0.3, 4.0), (100.0, 1e-3)] {
+            let display = PinDisplay { force_n, stroke_mm, ..PinDisplay::DEFAULT };
+            assert_eq!(limits(&display).greatest_n(), display.greatest_n());
+        }
     }
 
     /// Twice the strain, twice the forces, in whole levels; and the modulus is a factor too.

@@ -13,6 +13,8 @@ pub struct Due {
     good: u16,
     /// Those of them whose values count.
     pub taxels: u16,
+    /// Updates that fell due after the last one that was taken, and were not taken in time; 255 for more.
+    pub skipped: u8,
     /// Means over a block of frames, less the level without touch, codes; zero without touch.
     pub pressed: Values,
 }
@@ -20,7 +22,7 @@ pub struct Due {
 impl Due {
     /// One in which these taxels count.
     pub const fn new(t_us: u64, taxels: u16, pressed: Values) -> Self {
-        Self { t_us, good: taxels, taxels, pressed }
+        Self { t_us, good: taxels, taxels, skipped: 0, pressed }
     }
 }
 
@@ -73,9 +75,10 @@ impl Sampler {
     #[inline(never)]
     fn fall_due(&mut self, t_us: u64, (pressed, alive): (Values, u16)) {
         // An update that was not taken in time is lost, but not which taxels were bad before it.
-        let before = self.due.as_ref().map_or(u16::MAX, |due| due.good);
+        let (before, skipped) =
+            self.due.as_ref().map_or((u16::MAX, 0), |due| (due.good, due.skipped.saturating_add(1)));
         let good = core::mem::replace(&mut self.good, u16::MAX) & before;
-        self.due = Some(Due { t_us, good, taxels: good & alive, pressed });
+        self.due = Some(Due { t_us, good, taxels: good & alive, skipped, pressed });
     }
 
     /// Whether an update waits.
@@ -141,7 +144,7 @@ mod tests {
             sampler.step(frame as u32 + 1, frame, || ([0.0; TAXELS], if frame < 5 { 0 } else { u16::MAX }));
         }
         assert!(sampler.is_due());
-        assert_eq!(sampler.take().map(|due| (due.t_us, due.taxels)), Some((9, !4)));
+        assert_eq!(sampler.take().map(|due| (due.t_us, due.taxels, due.skipped)), Some((9, !4, 1)));
         assert_eq!(sampler.take(), None);
     }
 

@@ -19,8 +19,8 @@ use ridgetone_stylus::parameters::Parameters;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when it has changed by more than
-three standard deviations of the difference, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
+The stylus' end sends the place of its hand 250 times a second; the finger's end sends the texture when its board reports another
+one, and four times a second. It prints each second what was sent, lost and late, the texture, and how far the stimulus
 is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
 
 A stylus' board (the image stylus-f405) has an encoder under a real hand and makes the vibration itself. It gets limits and law of the

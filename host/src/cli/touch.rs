@@ -23,8 +23,8 @@ use std::time::Duration;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 It prints the address of a page; open that in a browser of this computer, or give --open. Press a mouse's button, a finger or a pen
-on the texture, and move: a voice coil or a headphone plays what is felt. A finger's texture is a new one when it has changed by more
-than three standard deviations of the difference; the emulated finger waits while nobody looks. A recording is one of telemetry.
+on the texture, and move: a voice coil or a headphone plays what is felt. A finger's texture is a new one when its board reports one, which
+has changed by more than three standard deviations; the emulated finger waits while nobody looks. A recording is one of telemetry.
 
 With -o it writes the vibration of a hand that nobody moves instead: out.wav, out.ahap, or - for raw samples of 16 bits, little endian,
 48,000 a second, one channel.

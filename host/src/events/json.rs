@@ -110,7 +110,7 @@ enum Body<'a> {
     },
     Feel(JsonFeel),
     Texture(JsonTexture),
-    Pins(JsonPins),
+    Pins(PinForces),
 }
 
 /// Whether a slide or an episode of a fault begins or is over.
@@ -197,33 +197,32 @@ impl From<&Texture> for JsonTexture {
     }
 }
 
-/// Forces of a display, as `ridgetone pins --json` has them.
-#[derive(Serialize)]
-struct JsonPins {
-    t_s: f64,
-    rows: usize,
-    columns: usize,
-    forces_n: Vec<f32>,
-    level_n: f32,
-    limited: u8,
-    is_optimal: bool,
-    taxels: u16,
+/// Forces of a display, the board's and those that `ridgetone pins` computes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PinForces {
+    /// Device time, seconds.
+    pub t_s: f64,
+    pub rows: usize,
+    pub columns: usize,
+    /// Row by row, newtons.
+    pub forces_n: Vec<f32>,
+    /// Force of a level, newtons.
+    pub level_n: f32,
+    /// Pins whose wanted force is beyond the display's limits.
+    pub limited: usize,
+    /// Updates that were left out before this one.
+    pub skipped: u8,
+    pub is_optimal: bool,
+    /// Bit k: taxel k counts.
+    pub taxels: u16,
 }
 
-impl From<&Pins> for JsonPins {
+impl From<&Pins> for PinForces {
     fn from(pins: &Pins) -> Self {
-        let Pins { t_us, taxels, limited, is_optimal, level_n, .. } = *pins;
-        let side = pins.side();
-        Self {
-            t_s: seconds(t_us),
-            rows: side,
-            columns: side,
-            forces_n: pins.forces_n().collect(),
-            level_n,
-            limited,
-            is_optimal,
-            taxels,
-        }
+        let Pins { t_us, taxels, limited, skipped, is_optimal, level_n, .. } = *pins;
+        let (side, limited) = (pins.side(), limited.into());
+        let forces_n = pins.forces_n().collect();
+        Self { t_s: seconds(t_us), rows: side, columns: side, forces_n, level_n, limited, skipped, is_optimal, taxels }
     }
 }
 
@@ -489,10 +488,11 @@ mod tests {
     #[test]
     fn pins_have_their_forces_in_newtons() {
         let levels = [0, 4, 250, 1].iter().copied().collect();
-        let pins = Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, is_optimal: true, level_n: 0.25, levels };
+        let pins =
+            Pins { t_us: 2_500_000, taxels: 0xf0ff, limited: 1, skipped: 2, is_optimal: true, level_n: 0.25, levels };
         assert_eq!(
             json(&Packet { sequence: 4, event: Event::Pins(pins) }).unwrap(),
-            r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"is_optimal":true,"taxels":61695}"#
+            r#"{"type":"pins","sequence":4,"t_s":2.5,"rows":2,"columns":2,"forces_n":[0.0,1.0,62.5,0.25],"level_n":0.25,"limited":1,"skipped":2,"is_optimal":true,"taxels":61695}"#
         );
     }
 

@@ -172,7 +172,8 @@ fn pins(e: &Pins) -> String {
     let side = e.side();
     let (sum, most) = e.forces_n().fold((0.0f32, 0.0f32), |(sum, most), n| (sum + n, most.max(n)));
     let limited = if e.limited > 0 { format!("; {} beyond the greatest force", e.limited) } else { String::new() };
-    format!("{side} x {side}, {sum:.3} N in all, {most:.3} N at most{limited}")
+    let skipped = if e.skipped > 0 { format!("; {} updates left out before", e.skipped) } else { String::new() };
+    format!("{side} x {side}, {sum:.3} N in all, {most:.3} N at most{limited}{skipped}")
 }
 
 fn fault(e: &Fault) -> String {

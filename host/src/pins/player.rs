@@ -1,6 +1,7 @@
 //! A board's packets to the forces of a display, update by update.
 
 use super::skin::{Skin, strains, volts_per_strain};
+use crate::events::PinForces;
 use crate::frame::Frame;
 use crate::static_image::{SIDE, UNIT_PITCH_MM};
 use anyhow::Result;
@@ -69,21 +70,15 @@ impl Memory {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename = "pins")]
 pub struct Update {
-    /// Device time, seconds.
-    pub t_s: f64,
-    pub rows: usize,
-    pub columns: usize,
-    /// Row by row, newtons.
-    pub forces_n: Vec<f32>,
+    /// What a board that computes them reports too.
+    #[serde(flatten)]
+    pub pins: PinForces,
     /// Strain in the sensor, 4 x 4 row by row.
     pub sensor_strain: Vec<f32>,
     /// Strain that the finger feels at the same places: what the pins make, and what it has kept.
     pub felt_strain: Vec<f32>,
     /// The part of it that it has kept.
     pub kept_strain: Vec<f32>,
-    /// Pins whose force is beyond the display's limits.
-    pub limited: usize,
-    pub is_optimal: bool,
 }
 
 impl Update {
@@ -164,10 +159,11 @@ impl<'a> Player<'a> {
         let sums = std::mem::take(&mut self.sums);
         let volts = sums.map(|(sum, count)| (count > 0).then(|| (sum / f64::from(count)) as f32));
         self.updated_s = Some(frame.t_s);
-        self.update(frame.t_s, since_s, strains(&volts, self.setup.volts_per_strain)).map(Some)
+        let taxels = (0..TAXELS).filter(|taxel| volts[*taxel].is_some()).fold(0, |bits, taxel| bits | 1 << taxel);
+        self.update(frame.t_s, since_s, (strains(&volts, self.setup.volts_per_strain), taxels)).map(Some)
     }
 
-    fn update(&mut self, t_s: f64, since_s: f64, sensor: [f32; SENSORS]) -> Result<Update> {
+    fn update(&mut self, t_s: f64, since_s: f64, (sensor, taxels): ([f32; SENSORS], u16)) -> Result<Update> {
         // Matching has the unit of stress: newtons per square millimetre.
         let per_strain = (self.setup.gain * self.setup.modulus_mpa) as f32;
         let mut wanted = sensor.map(|strain| per_strain * strain);
@@ -177,7 +173,7 @@ impl<'a> Player<'a> {
         let solution = self.matching.forces(&wanted)?;
         let is_optimal = solution.is_optimal;
         let limited = self.display.advance(since_s.min(1e3) as f32, solution.forces)?.unwrap_or(0);
-        self.felt(t_s, since_s, sensor, limited, is_optimal)
+        self.felt(since_s, sensor, PinForces { limited, is_optimal, taxels, ..self.pins(t_s) })
     }
 
     /// Nothing has come for so long: the pins go down. Gives an update while they do.
@@ -187,18 +183,27 @@ impl<'a> Player<'a> {
         }
         self.display.release(dt_s.clamp(0.0, 1e3) as f32)?;
         let t_s = self.updated_s.unwrap_or(0.0);
-        self.felt(t_s, dt_s, [0.0; SENSORS], 0, true).map(Some)
+        self.felt(dt_s, [0.0; SENSORS], self.pins(t_s)).map(Some)
+    }
+
+    /// The forces of the pins as they are, for no strain.
+    fn pins(&self, t_s: f64) -> PinForces {
+        let Setup { pins, limits, .. } = &self.setup;
+        PinForces {
+            t_s,
+            rows: pins.rows(),
+            columns: pins.columns(),
+            forces_n: self.display.forces_n().to_vec(),
+            level_n: limits.greatest_n() / f32::from(limits.levels),
+            limited: 0,
+            skipped: 0,
+            is_optimal: true,
+            taxels: 0,
+        }
     }
 
     /// What the finger feels of the pins as they are; then time passes.
-    fn felt(
-        &mut self,
-        t_s: f64,
-        dt_s: f64,
-        sensor: [f32; SENSORS],
-        limited: usize,
-        is_optimal: bool,
-    ) -> Result<Update> {
+    fn felt(&mut self, dt_s: f64, sensor: [f32; SENSORS], pins: PinForces) -> Result<Update> {
         let mut felt = vec![0.0; SENSORS];
         self.matching.felt(self.display.forces_n(), &mut felt)?;
         let at_once = felt.clone();
@@ -209,16 +214,7 @@ impl<'a> Player<'a> {
             afterimage.advance(dt_s.clamp(0.0, 1e3), &at_once)?;
         }
         let strain = |values: Vec<f32>| values.into_iter().map(|value| value / self.setup.modulus_mpa as f32).collect();
-        Ok(Update {
-            t_s,
-            rows: self.setup.pins.rows(),
-            columns: self.setup.pins.columns(),
-            forces_n: self.display.forces_n().to_vec(),
-            sensor_strain: sensor.to_vec(),
-            felt_strain: strain(felt),
-            kept_strain: strain(kept),
-            limited,
-            is_optimal,
-        })
+        let (felt_strain, kept_strain) = (strain(felt), strain(kept));
+        Ok(Update { pins, sensor_strain: sensor.to_vec(), felt_strain, kept_strain })
     }
 }

@@ -28,16 +28,16 @@ pub fn draw(frame: &mut Frame<'_>, source: &str, update: Option<&Update>, player
         frame.render_widget(Line::raw("q quit"), keys);
         return;
     };
-    frame.render_widget(Line::raw(format!("ridgetone pins  {source}  {:.2} s", update.t_s)), top);
+    frame.render_widget(Line::raw(format!("ridgetone pins  {source}  {:.2} s", update.pins.t_s)), top);
     let boxes: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(middle);
     let gained: Vec<f32> = update.sensor_strain.iter().map(|strain| setup.gain as f32 * strain).collect();
     let greatest = |values: &[f32]| values.iter().fold(1e-6f32, |most, value| most.max(*value));
     // The same scale for both strains, so that equal shades are equal strains.
     let strain = greatest(&gained).max(greatest(&update.felt_strain));
-    let force = setup.limits.greatest_n().min(greatest(&update.forces_n).max(0.05));
+    let force = setup.limits.greatest_n().min(greatest(&update.pins.forces_n).max(0.05));
     for (place, title, values, columns, most, scale, decimals) in [
         (boxes[0], "strain in the sensor, %", &gained, 4, strain, 100.0, 2),
-        (boxes[1], "forces of the pins, N", &update.forces_n, update.columns, force, 1.0, 2),
+        (boxes[1], "forces of the pins, N", &update.pins.forces_n, update.pins.columns, force, 1.0, 2),
         (boxes[2], "strain in the finger, %", &update.felt_strain, 4, strain, 100.0, 2),
     ] {
         let lines: Vec<Line<'static>> =
@@ -67,14 +67,15 @@ fn cells(values: &[f32], columns: usize, most: f32, scale: f32, decimals: usize)
 /// What a person wants to know of an update, in a line.
 pub fn summary(update: &Update, gain: f64) -> String {
     let most = |values: &[f32]| values.iter().fold(f32::MIN, |most, value| most.max(*value));
-    let limited = if update.limited > 0 { format!(", {} pins at their limit", update.limited) } else { String::new() };
+    let limited =
+        if update.pins.limited > 0 { format!(", {} pins at their limit", update.pins.limited) } else { String::new() };
     format!(
         "{:8.3} s  sensor {:+.2} %  finger {:+.2} %, off by {:.2} % rms  pins {:.2} N at most, {:.2} N in all{limited}",
-        update.t_s,
+        update.pins.t_s,
         100.0 * gain * f64::from(most(&update.sensor_strain)),
         100.0 * most(&update.felt_strain),
         100.0 * update.error(gain),
-        most(&update.forces_n),
-        update.forces_n.iter().sum::<f32>(),
+        most(&update.pins.forces_n),
+        update.pins.forces_n.iter().sum::<f32>(),
     )
 }

@@ -60,14 +60,14 @@ fn a_pressed_half_is_felt_as_a_half() {
     let half = |values: &[f32], left: bool| -> f32 {
         values.iter().enumerate().filter(|(n, _)| (n % 4 < 2) == left).map(|(_, value)| value).sum()
     };
-    assert!(half(&last.forces_n, true) > 5.0 * half(&last.forces_n, false), "{last:?}");
-    assert!(last.is_optimal && last.limited == 0 && last.forces_n.iter().all(|n| *n >= 0.0));
+    assert!(half(&last.pins.forces_n, true) > 5.0 * half(&last.pins.forces_n, false), "{last:?}");
+    assert!(last.pins.is_optimal && last.pins.limited == 0 && last.pins.forces_n.iter().all(|n| *n >= 0.0));
     // An edge cannot be sharper than the layer lets it be.
     assert!(last.error(1.0) < 0.3 * 0.02, "{}: {last:?}", last.error(1.0));
     // A silent line lets the pins go, by the slew.
-    let before = last.forces_n.clone();
+    let before = last.pins.forces_n.clone();
     let released = player.silent(SILENCE_S).expect("time").expect("they press");
-    assert!(released.forces_n.iter().zip(&before).all(|(now, before)| now <= before));
+    assert!(released.pins.forces_n.iter().zip(&before).all(|(now, before)| now <= before));
     for _ in 0..20 {
         player.silent(0.05).expect("time");
     }
@@ -82,13 +82,13 @@ fn an_afterimage_needs_less_force() {
     let mut memory = Memory::new(&setup);
     let mut player = Player::new(setup, &mut memory).expect("a player");
     let updates = touched(&mut player);
-    let sum = |update: &Update| update.forces_n.iter().sum::<f32>();
+    let sum = |update: &Update| update.pins.forces_n.iter().sum::<f32>();
     // From 0.1 s of the touch on to its end.
     let begun_s = 241.0 * 4147e-6;
-    let first = updates.iter().find(|update| update.t_s > begun_s + 0.1).expect("an update");
+    let first = updates.iter().find(|update| update.pins.t_s > begun_s + 0.1).expect("an update");
     let last = updates.last().expect("an update");
     let ratio = f64::from(sum(last) / sum(first));
-    let [from_s, to_s] = [first, last].map(|update| update.t_s - begun_s);
+    let [from_s, to_s] = [first, last].map(|update| update.pins.t_s - begun_s);
     let expected = SUBJECTS[0].relaxation(to_s) / SUBJECTS[0].relaxation(from_s);
     assert!((ratio - expected).abs() < 0.04, "{ratio} {expected}");
     assert!(last.kept_strain.iter().any(|strain| *strain > 0.002));

@@ -148,12 +148,13 @@ const DIAGNOSTICS: [Field; 27] = [
     ("frames_unconfirmed", "integer", "", "lost at a receiver: frames given to a connection that broke"),
 ];
 
-const PINS: [Field; 7] = [
+const PINS: [Field; 8] = [
     ("rows", "integer", "", "rows of pins"),
     ("columns", "integer", "", "columns of pins, along the sliding direction"),
     ("forces_n", "number[]", "N", "forces, row by row"),
     ("level_n", "number", "N", "force of a level: forces are whole numbers of it"),
     ("limited", "integer", "", "pins whose wanted force is beyond the greatest"),
+    ("skipped", "integer", "", "updates that were left out before, as the fit took longer; 255 for more"),
     ("is_optimal", "boolean", "", "whether they are the best forces"),
     ("taxels", "integer", "", "taxels that count: bit k is taxel k"),
 ];

@@ -19,6 +19,7 @@ use rtic_core::Exclusive;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -118,8 +119,9 @@ impl Running {
     }
 }
 
-fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
-    let (bytes_in, bytes) = std::sync::mpsc::channel::<Vec<u8>>();
+/// What comes from the other end, as it comes.
+pub fn bytes_from(end: &File) -> Receiver<Vec<u8>> {
+    let (bytes_in, bytes) = channel();
     let mut reader = end.try_clone().expect("an end");
     std::thread::spawn(move || {
         let mut read = [0; 256];
@@ -132,6 +134,11 @@ fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
             }
         }
     });
+    bytes
+}
+
+fn run(end: &File, counts: fn(f64) -> i64, inner: &Inner) {
+    let bytes = bytes_from(end);
     let (mut board, begun, mut samples) = (Running::new(), Instant::now(), 0u32);
     // The counter of a board that starts is 0.
     let mut zero = 0;

@@ -2,27 +2,18 @@
 
 use super::common::{directory, json_lines, ridgetone, text};
 use super::stylus_board::{StylusBoard, Trace};
-use ridgetone_host::input::Input;
+use super::{SPEED_MM_S, counts, recorded_touch};
 use ridgetone_host::link::network::Impairments;
 use ridgetone_host::link::run::Report;
 use ridgetone_host::link::{BoardEnd, Ends, Link, Options};
 use ridgetone_host::port::{self, System, Wanted};
-use ridgetone_host::recording::{self, Keep};
-use ridgetone_host::replay;
 use ridgetone_host::touch::{Hand, Output};
-use ridgetone_proto::settings::Settings;
 use ridgetone_stimulus::{Actuator, Texture};
 use ridgetone_stylus::SAMPLE_HZ;
 use ridgetone_stylus::gate::State;
 use ridgetone_stylus::parameters::Parameters;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
-
-/// A hand at 100 mm/s, with counts of 5 um.
-const SPEED_MM_S: f64 = 100.0;
-fn counts(t_s: f64) -> i64 {
-    (SPEED_MM_S / 0.005 * t_s) as i64
-}
 
 /// Other limits than the default's, to see that they arrive.
 const ACTUATOR: Actuator = Actuator { voltage_v: 120.0, ..Actuator::PIEZO };
@@ -173,10 +164,7 @@ fn a_board_that_has_started_again_gets_all_again() {
 #[test]
 fn the_command_leaves_the_board_at_rest() {
     let folder = directory();
-    let path = folder.path().join("touch.rec");
-    let input = Input::default().open().expect("a scene");
-    let outcome = replay::run(input, Settings::DEFAULT, None, &mut |_| Ok(()), &mut |_, _| {}).expect("a run");
-    recording::create(&path, "a test", 0.0).expect("a file").keep(&outcome.serial, None).expect("kept");
+    let path = recorded_touch(&folder);
     let board = StylusBoard::new(counts);
     let run = ridgetone()
         .args(["link", "--finger", text(&path), "--stylus", &board.name, "--voltage-v", "120", "--json"])

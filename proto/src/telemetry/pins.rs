@@ -20,6 +20,8 @@ pub struct Pins {
     pub taxels: u16,
     /// Pins whose wanted force is beyond the greatest.
     pub limited: u8,
+    /// Updates that fell due after the last one and were left out, as the fit took longer: 255 for more.
+    pub skipped: u8,
     /// Whether the forces are those whose strains are the nearest. If not there was no time to find them, or no force can be computed.
     pub is_optimal: bool,
     /// Force of a level, newtons.

@@ -145,7 +145,9 @@ class Feel(Event):
 
 
 class Texture(Event):
-    """What is under the finger: once a touch, and again when it has changed by more than its standard deviation."""
+    """What is under the finger: once a touch, and again when it has changed by more than three standard deviations of the
+    difference.
+    """
 
     t_s: float
     plan: str | dict[str, Any]
@@ -166,6 +168,7 @@ class Pins(Event):
     forces_n: list[float]
     level_n: float
     limited: int
+    skipped: int
     is_optimal: bool
     taxels: int
 
