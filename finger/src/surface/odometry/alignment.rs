@@ -12,8 +12,10 @@ const LOWS: usize = 8;
 const BLOCK_US: u32 = 1_000_000;
 /// Time over which the quickest messages have to spread before a slope is taken from them, microseconds.
 const SLOPE_US: f32 = 3e6;
+/// Time between the two that give it, if it is taken from the third second on, microseconds.
+const EARLY_SLOPE_US: f32 = 1e6;
 /// Greatest difference of two clocks' rates: five times what crystals have.
-const FASTER_MOST: f32 = 500e-6;
+pub const FASTER_MOST: f32 = 500e-6;
 
 /// A quick message.
 #[derive(Clone, Copy, Debug)]
@@ -96,18 +98,20 @@ impl Alignment {
         let at = |low: &Low| {
             (low.t_us.wrapping_sub(latest.t_us) as i32 as f32, low.delay_us.wrapping_sub(latest.delay_us) as f32)
         };
-        let late = self.count.div_ceil(2);
+        let halves = self.count.div_ceil(2);
         let none = (0.0, f32::INFINITY);
         let (mut least, mut first_us) = ([none; 2], 0.0);
         for (back, (x, y)) in self.lows().map(at).enumerate() {
-            let least = &mut least[usize::from(back >= late)];
+            let least = &mut least[usize::from(back >= halves)];
             if y < least.1 {
                 *least = (x, y);
             }
             first_us = x;
         }
         let [late, early] = least;
-        let slope = if first_us > -SLOPE_US { 0.0 } else { (late.1 - early.1) / (late.0 - early.0) };
+        let apart_us = late.0 - early.0;
+        let is_known = first_us <= -SLOPE_US || halves > 1 && apart_us >= EARLY_SLOPE_US;
+        let slope = if is_known { (late.1 - early.1) / apart_us } else { 0.0 };
         let slope = slope.clamp(-FASTER_MOST, FASTER_MOST);
         (self.lows().map(at).fold(0.0, |delay, (x, y)| f32::min(delay, y - slope * x)), slope)
     }
@@ -169,6 +173,29 @@ mod tests {
                 let bound_us = 20e3 / rate_hz + 20.0;
                 assert!(worst_us < bound_us, "{ppm} ppm, {rate_hz} Hz: {worst_us} us");
             }
+        }
+    }
+
+    /// From the third second on the clocks' difference is known: until then it is off by what they drift apart.
+    #[test]
+    fn the_skew_is_known_after_two_seconds() {
+        for ppm in [-200.0, 200.0] {
+            let (mut alignment, mut state, mut worst_us) = (Alignment::new(), 7u64, [0f64; 2]);
+            for n in 0..1000u32 {
+                let robot_us = f64::from(n) * 4000.0;
+                let delay_us = 300.0 - 500.0 * (1.0 - noise(&mut state)).ln();
+                let (stamp, arrives) = (robot_us as u32, (board_us(robot_us, ppm) + delay_us) as u64 as u32);
+                if n == 0 {
+                    alignment.restart(stamp, arrives);
+                } else {
+                    alignment.take(stamp, alignment.delay_us(stamp, arrives));
+                }
+                let found = alignment.robot_us((board_us(robot_us, ppm) + 300.0) as u64 as u32).0;
+                let worst_us = &mut worst_us[usize::from(robot_us > 2.1e6)];
+                *worst_us = worst_us.max(f64::from(found.wrapping_sub(stamp) as i32).abs());
+            }
+            std::println!("{ppm} ppm: {worst_us:.0?} us off at most before and after");
+            assert!(worst_us[1] < 100.0 && worst_us[0] < 3000.0, "{ppm}: {worst_us:?}");
         }
     }
 

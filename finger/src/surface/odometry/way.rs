@@ -44,7 +44,7 @@ impl<'a> Way<'a> {
     #[inline(never)]
     pub fn new(track: &'a Track, mark: &Mark, lasts_us: u32, behind_us: u32) -> Option<Self> {
         let end_us = mark.end_us.wrapping_add(behind_us);
-        let start_us = end_us.wrapping_sub(libm::roundf(lasts_us as f32 * (1.0 + mark.faster)) as u32);
+        let start_us = end_us.wrapping_sub(libm::roundf(lasts_us as f32 * (1.0 + mark.faster())) as u32);
         let missing_us = (end_us.wrapping_sub(mark.newest.t_us) as i32).max(0) as u32;
         if !mark.is_some() || missing_us > STALE_US.min(lasts_us / 4) {
             return None;
@@ -73,7 +73,7 @@ impl<'a> Way<'a> {
 
     /// Place after a time of the board's clock, millimetres from an entry near the window's begin.
     pub fn place_mm(&self, after_us: u32) -> f32 {
-        let after_us = after_us as f32 + after_us as f32 * self.mark.faster;
+        let after_us = after_us as f32 + after_us as f32 * self.mark.faster();
         let mut segment = self.segment.get();
         if !(after_us >= segment.from_us && after_us <= segment.until_us) {
             segment = self.find(after_us, segment.number);
