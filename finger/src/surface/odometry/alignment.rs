@@ -195,7 +195,7 @@ mod tests {
                 *worst_us = worst_us.max(f64::from(found.wrapping_sub(stamp) as i32).abs());
             }
             std::println!("{ppm} ppm: {worst_us:.0?} us off at most before and after");
-            assert!(worst_us[1] < 100.0 && worst_us[0] < 3000.0, "{ppm}: {worst_us:?}");
+            assert!(worst_us[1] < 100.0 && worst_us[0] < 1000.0, "{ppm}: {worst_us:?}");
         }
     }
 
