@@ -39,8 +39,9 @@ const USABLE: u16 = ENTRIES as u16 - 4;
 
 /// Unit of the difference of the clocks' rates in a [`Mark`]: 0.1 us in a full ring; [`alignment::FASTER_MOST`] is 16,777 of it.
 const FASTER_UNIT: f32 = 1.0 / (1u32 << 25) as f32;
-/// The mean delay is that of so many messages, nearly.
-const DELAY_MESSAGES: f32 = 64.0;
+/// The delay of one message in so many is looked at, which takes some time; and the mean is that of so many of these, nearly.
+const DELAY_EVERY: u16 = 8;
+const DELAY_MESSAGES: f32 = 8.0;
 /// Standard deviation of the quickest messages' delay over the mean delay beyond theirs. Stamps and times of arrival show the one and
 /// not the other; what makes messages late, such as a scheduler or a bus, makes the quickest ones late by about as much.
 const DELAY_SHARE: f32 = 0.5;
@@ -174,8 +175,10 @@ impl Odometer {
                 counters.late.add(1);
             }
             self.alignment.take(t_us, delay_us);
-            let over_us = self.alignment.robot_us(sent_us).0.wrapping_sub(t_us) as i32;
-            self.over_us += (over_us.clamp(0, LATE_US) as f32 - self.over_us) * (1.0 / DELAY_MESSAGES);
+            if number.is_multiple_of(DELAY_EVERY) {
+                let over_us = self.alignment.robot_us(sent_us).0.wrapping_sub(t_us) as i32;
+                self.over_us += (over_us.clamp(0, LATE_US) as f32 - self.over_us) * (1.0 / DELAY_MESSAGES);
+            }
         }
         // Numbers that go back, or on by more than can have been sent since, are those of a program that has started again.
         let is_new_run = ahead < 0 || i32::from(ahead) > passed_us / 1000 + 32;

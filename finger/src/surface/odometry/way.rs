@@ -23,6 +23,8 @@ struct Segment {
     until_us: f32,
     /// Coefficients of the powers of the time since its begin: units of place, from the first entry.
     powers: [f32; 4],
+    /// Slope at its end; NaN of none.
+    to: f32,
 }
 
 /// Places after a moment, relative to an entry near it.
@@ -62,7 +64,7 @@ impl<'a> Way<'a> {
             first = first.wrapping_sub(1);
             entry = track.get(first);
         }
-        let none = Segment { number: first, from_us: 0.0, until_us: f32::NEG_INFINITY, powers: [0.0; 4] };
+        let none = Segment { number: first, from_us: 0.0, until_us: f32::NEG_INFINITY, powers: [0.0; 4], to: f32::NAN };
         let way =
             Self { track, mark: *mark, start_us, first, origin: entry.place, missing_us, segment: Cell::new(none) };
         // The newest entry alone leads nowhere.
@@ -113,12 +115,16 @@ impl<'a> Way<'a> {
 
     fn segment(&self, number: u16) -> Segment {
         let [begin, end] = [0, 1].map(|step| self.at(number.wrapping_add(step)));
-        let [from, to] = [0, 1].map(|step| self.slope(number.wrapping_add(step)));
+        // Frames are visited one after the other.
+        let last = self.segment.get();
+        let from =
+            if last.number.wrapping_add(1) == number && !last.to.is_nan() { last.to } else { self.slope(number) };
+        let to = self.slope(number.wrapping_add(1));
         let per_us = 1.0 / (end.0 - begin.0).max(1.0);
         let mean = (end.1 - begin.1) * per_us;
         let powers =
             [begin.1, from, (3.0 * mean - 2.0 * from - to) * per_us, (from + to - 2.0 * mean) * per_us * per_us];
-        Segment { number, from_us: begin.0, until_us: end.0, powers }
+        Segment { number, from_us: begin.0, until_us: end.0, powers, to }
     }
 
     /// Slope at an entry, units of place in a microsecond.
@@ -130,14 +136,18 @@ impl<'a> Way<'a> {
         let back = before.min((NODES - 1 - after.min(NODES - 1)).max(2));
         let ahead = after.min(NODES - 1 - back);
         let first = number.wrapping_sub(back);
-        let others = || (0..=back + ahead).filter(|at| *at != back).map(|at| self.at(first.wrapping_add(at)));
-        let (this_us, this) = self.at(number);
+        let mut nodes = [(0.0, 0.0); NODES as usize];
+        let nodes = nodes.get_mut(..=(back + ahead) as usize).unwrap_or_default();
+        nodes.iter_mut().zip(0..).for_each(|(node, at)| *node = self.at(first.wrapping_add(at)));
+        let Some(&(this_us, this)) = nodes.get(back as usize) else { return 0.0 };
         // The derivative of Lagrange's polynomial: a mean of the chords to the other entries.
         let mut slope = 0.0;
-        for (t_us, place) in others() {
-            let share = others().filter(|other| other.0 != t_us);
-            let share = share.fold(1.0, |share, (other_us, _)| share * (other_us - this_us) / (other_us - t_us));
-            slope += share * (place - this) / (t_us - this_us);
+        for (t_us, place) in nodes.iter().filter(|node| node.0 != this_us) {
+            let (mut over, mut under) = (place - this, t_us - this_us);
+            for (other_us, _) in nodes.iter().filter(|node| node.0 != this_us && node.0 != *t_us) {
+                (over, under) = (over * (other_us - this_us), under * (other_us - t_us));
+            }
+            slope += over / under;
         }
         slope
     }
