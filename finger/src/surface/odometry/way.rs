@@ -11,7 +11,7 @@ use core::cell::Cell;
 use ridgetone_proto::odometry::PLACE_PER_MM;
 
 /// Entries that give a slope.
-const NODES: u16 = 4;
+const NODES: u16 = 5;
 
 /// A cubic from one entry to the next.
 #[derive(Clone, Copy, Debug)]
