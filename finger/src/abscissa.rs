@@ -82,7 +82,7 @@ pub fn fit(
         span = span.with_interferer(interferer_hz / window.frame_rate_hz);
     }
     let place_mm: &dyn Fn(u32) -> f32 = match (motion, &by_robot) {
-        (_, Some(way)) => &|frame| way.place_mm((frame as f32 * frame_us) as u32),
+        (_, Some(way)) => &|frame| way.place_mm(frame as f32 * frame_us),
         (Motion::Profile(profile), None) => {
             let start_us = window.end_us.saturating_add(middle_us.into()).saturating_sub(lasts_us.into());
             let way = profile.way_from(start_us);

@@ -21,7 +21,7 @@ struct Segment {
     /// Time of its begin and of its end, microseconds from the window's begin.
     from_us: f32,
     until_us: f32,
-    /// Coefficients of the powers of the time since its begin: units of place, from the first entry.
+    /// Coefficients of the powers of the time since its begin: millimetres from the first entry.
     powers: [f32; 4],
     /// Slope at its end; NaN of none.
     to: f32,
@@ -32,6 +32,8 @@ struct Segment {
 pub struct Way<'a> {
     track: &'a Track,
     mark: Mark,
+    /// Microseconds of the robot's clock in one of the board's, less 1.
+    faster: f32,
     /// The robot's time at the window's begin.
     start_us: u32,
     /// Number of the latest entry that is not later than that.
@@ -65,8 +67,16 @@ impl<'a> Way<'a> {
             entry = track.get(first);
         }
         let none = Segment { number: first, from_us: 0.0, until_us: f32::NEG_INFINITY, powers: [0.0; 4], to: f32::NAN };
-        let way =
-            Self { track, mark: *mark, start_us, first, origin: entry.place, missing_us, segment: Cell::new(none) };
+        let way = Self {
+            track,
+            mark: *mark,
+            faster: mark.faster(),
+            start_us,
+            first,
+            origin: entry.place,
+            missing_us,
+            segment: Cell::new(none),
+        };
         // The newest entry alone leads nowhere.
         (first != mark.until.wrapping_sub(1)).then_some(way)
     }
@@ -79,8 +89,8 @@ impl<'a> Way<'a> {
     }
 
     /// Place after a time of the board's clock, millimetres from an entry near the window's begin.
-    pub fn place_mm(&self, after_us: u32) -> f32 {
-        let after_us = after_us as f32 + after_us as f32 * self.mark.faster();
+    pub fn place_mm(&self, after_us: f32) -> f32 {
+        let after_us = after_us + after_us * self.faster;
         let mut segment = self.segment.get();
         if !(after_us >= segment.from_us && after_us <= segment.until_us) {
             segment = self.find(after_us, segment.number);
@@ -88,7 +98,7 @@ impl<'a> Way<'a> {
         }
         let [a, b, c, d] = segment.powers;
         let t_us = after_us - segment.from_us;
-        (a + t_us * (b + t_us * (c + t_us * d))) * (1.0 / PLACE_PER_MM)
+        a + t_us * (b + t_us * (c + t_us * d))
     }
 
     /// The segment of a time; outside all of them the first or the last one.
@@ -124,6 +134,7 @@ impl<'a> Way<'a> {
         let mean = (end.1 - begin.1) * per_us;
         let powers =
             [begin.1, from, (3.0 * mean - 2.0 * from - to) * per_us, (from + to - 2.0 * mean) * per_us * per_us];
+        let powers = powers.map(|power| power * (1.0 / PLACE_PER_MM));
         Segment { number, from_us: begin.0, until_us: end.0, powers, to }
     }
 
@@ -168,7 +179,7 @@ mod tests {
     /// Slope of the way over the true one less 1, by least squares: the deviation of a period that is fitted to it.
     fn stretch(way: &Way, from_s: f64) -> (f64, f64) {
         let points: std::vec::Vec<_> = (0..600u32)
-            .map(|ms| (hand_mm(from_s + f64::from(ms) * 1e-3), f64::from(way.place_mm(1000 * ms))))
+            .map(|ms| (hand_mm(from_s + f64::from(ms) * 1e-3), f64::from(way.place_mm(1000.0 * ms as f32))))
             .collect();
         let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
         let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
@@ -221,7 +232,7 @@ mod tests {
             let mark = Mark { until, oldest: track.oldest(), newest, end_us: newest.t_us, ..Mark::NONE };
             let way = Way::new(&track, &mark, newest.t_us, 0).expect("a way");
             for t_us in (0..newest.t_us).step_by(5000) {
-                let off_mm = f64::from(way.place_mm(t_us)) - place(f64::from(t_us) * 1e-6);
+                let off_mm = f64::from(way.place_mm(t_us as f32)) - place(f64::from(t_us) * 1e-6);
                 assert!(off_mm.abs() < 3e-4, "{entries} entries, {t_us} us: {off_mm} mm");
             }
         }
