@@ -6,6 +6,7 @@
 use crate::input::Opened;
 use crate::replay;
 use anyhow::{Context, Result, bail, ensure};
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Array, Settings};
 use ridgetone_proto::telemetry::{Event, Packet, Span, TravelStatus};
 use serde::Serialize;
@@ -46,15 +47,28 @@ pub struct Calibration {
     pub gratings: Vec<Point>,
 }
 
-/// Measures gratings of different periods and fits the line. `pitch_mm` is the units' own pitch.
-pub fn run(gratings: Vec<Grating>, pitch_mm: f32) -> Result<Calibration> {
+/// Measures gratings of different periods with a scan plan and fits the line. `pitch_mm` is the units' own pitch.
+pub fn run(gratings: Vec<Grating>, pitch_mm: f32, plan: Plan) -> Result<Calibration> {
+    refuse_without_pairs(&plan)?;
     ensure!(gratings.len() >= GRATINGS_MIN, "{} gratings: {GRATINGS_MIN} at least are needed", gratings.len());
-    let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm)).collect::<Result<Vec<_>>>()?;
+    let points = gratings.into_iter().map(|grating| measure(grating, pitch_mm, plan)).collect::<Result<Vec<_>>>()?;
     line(points)
 }
 
+/// Refuses a plan that converts no pair of piezoresistors that respond alike, one in each column.
+fn refuse_without_pairs(plan: &Plan) -> Result<()> {
+    let Array { front, alike, .. } = Array::DEFAULT;
+    let has_pair = |mask: &u16| plan.inputs & mask & front != 0 && plan.inputs & mask & !front != 0;
+    let name = plan.name().unwrap_or("without a name");
+    ensure!(
+        alike.iter().any(has_pair),
+        "the plan {name} converts no two alike inputs, one in each column: choose paper, hand, texture or vibration"
+    );
+    Ok(())
+}
+
 /// The lag of a grating, as one of nominal pitch without the effect of the contact's ends would have it.
-fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result<Point> {
+fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32, plan: Plan) -> Result<Point> {
     let near = period_mm as f32;
     let array = Array {
         pitch_mm,
@@ -64,7 +78,7 @@ fn measure(Grating { name, period_mm, input }: Grating, pitch_mm: f32) -> Result
         period_most_mm: (PULLED_MOST * near).min(PITCHES_MOST * pitch_mm),
         ..Array::DEFAULT
     };
-    let settings = Settings { array, ..Settings::DEFAULT };
+    let settings = Settings { array, ..Settings::DEFAULT.with_plan(plan) };
     settings.validate().with_context(|| name.clone())?;
     let (mut first, mut lags, mut doubtful) = (true, Vec::new(), 0);
     let mut sink = |packet: &Packet| {
@@ -155,7 +169,12 @@ mod tests {
     fn lags_that_cannot_be_calibrated_are_refused() {
         let error = line(points(&[(3.0, 4.0), (3.0, 4.0), (3.01, 4.0)])).expect_err("no line");
         assert!(error.to_string().contains("too similar"), "{error}");
-        let error = run(Vec::new(), 2.3).expect_err("no line");
+        let error = run(Vec::new(), 2.3, Plan::PAPER).expect_err("no line");
         assert!(error.to_string().contains("0 gratings: 3 at least"), "{error}");
+        // One input has no other to lag behind; AIN0 and AIN1 are in the same column.
+        for plan in [Plan::SINGLE, Plan { inputs: 3, ..Plan::HAND }] {
+            let error = run(Vec::new(), 2.3, plan).expect_err("no pair");
+            assert!(error.to_string().contains("converts no two alike inputs"), "{error}");
+        }
     }
 }

@@ -44,6 +44,20 @@ fn under_a_long_contact_the_pitch_is_the_units_own() {
     assert!(found["edge_phase_rad"].as_f64().unwrap().abs() < 0.03, "{found}");
 }
 
+/// The phases that the columns show do not depend on how fast, and how many of, their inputs are converted.
+#[test]
+fn the_constants_are_those_of_every_plan_with_both_columns() {
+    let folder = directory();
+    let gratings = gratings(&folder, 28.0, "");
+    for plan in ["hand", "texture"] {
+        let found = &json_lines(&calibrate(&gratings, &["--plan", plan, "--json"]))[0];
+        let number = |name: &str| found[name].as_f64().expect("a number");
+        assert!((number("pitch_mm") - f64::from(Array::DEFAULT.pitch_mm)).abs() < 0.02, "{plan}: {found}");
+        assert!((number("edge_phase_rad") - f64::from(Array::DEFAULT.edge_phase_rad)).abs() < 0.05, "{plan}: {found}");
+    }
+    assert_one_line(&calibrate(&gratings, &["--plan", "single"]), 1, &["single", "one in each column"]);
+}
+
 #[test]
 fn it_is_printed_as_options() {
     let folder = directory();

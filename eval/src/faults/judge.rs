@@ -14,6 +14,9 @@ const SHARE: f64 = 0.005;
 /// The start of the complaint that no report followed a fault.
 pub const NOT_REPORTED: &str = "not reported";
 
+/// The end of the complaint that conversions arrived altered.
+pub const ALTERED: &str = "differ from the chip's";
+
 /// An episode may start this much before the injection, nanoseconds: two conversions, the tolerance of device time.
 const SLACK_NS: u64 = 400_000;
 
@@ -128,7 +131,7 @@ fn judge_conversions(plan: &Plan, ran: &Ran, health: &Health, judgement: &mut Ju
         judgement.complaints.push(format!("{made} conversions made, {taken} taken, {lost} reported as lost"));
     }
     if ran.altered > 0 {
-        judgement.complaints.push(format!("{} conversions differ from the chip's", ran.altered));
+        judgement.complaints.push(format!("{} conversions {ALTERED}", ran.altered));
     }
 }
 

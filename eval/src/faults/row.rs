@@ -2,7 +2,7 @@
 
 use super::counts::Counts;
 use super::family::Family;
-use super::judge::{Judgement, NOT_REPORTED};
+use super::judge::{ALTERED, Judgement, NOT_REPORTED};
 use ridgetone_proto::plan::Plan;
 use serde::Serialize;
 
@@ -93,8 +93,11 @@ impl Row {
             judgement.complaints.iter().map(|complaint| (*seed, complaint.clone())).collect::<Vec<_>>()
         };
         let mut complaints: Vec<_> = judgements.iter().flat_map(of_run).collect();
-        // Faults without a report are allowed in mixed runs: they come last.
-        complaints.sort_by_key(|(_, complaint)| complaint.starts_with(NOT_REPORTED));
+        // What is allowed comes last: faults without a report in mixed runs, and what arrives altered where it is read once.
+        complaints.sort_by_key(|(_, complaint)| match complaint {
+            complaint if complaint.ends_with(ALTERED) && !place.is_read_twice() => 2,
+            complaint => u8::from(complaint.starts_with(NOT_REPORTED)),
+        });
         let complaints = complaints.into_iter().map(|(seed, complaint)| format!("seed {seed}: {complaint}"));
         Self {
             name: family.name(),

@@ -36,6 +36,15 @@ const GONE_US: u32 = 60_000_000;
 /// Entries that a window may use, enough for a full ring of frames. The others are for those that come while it is fitted.
 const USABLE: u16 = ENTRIES as u16 - 4;
 
+/// Unit of the difference of the clocks' rates in a [`Mark`]: 0.1 us in a full ring; [`alignment::FASTER_MOST`] is 16,777 of it.
+const FASTER_UNIT: f32 = 1.0 / (1u32 << 25) as f32;
+/// The delay of one message in so many is looked at, which takes some time; and the mean is that of so many of these, nearly.
+const DELAY_EVERY: u16 = 8;
+const DELAY_MESSAGES: f32 = 8.0;
+/// Standard deviation of the quickest messages' delay over the mean delay beyond theirs. Stamps and times of arrival show the one and
+/// not the other; what makes messages late, such as a scheduler or a bus, makes the quickest ones late by about as much.
+const DELAY_SHARE: f32 = 0.5;
+
 /// What is known of the robot's motion when a window falls due.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mark {
@@ -47,17 +56,30 @@ pub struct Mark {
     newest: Entry,
     /// The robot's time at the window's end, microseconds.
     end_us: u32,
-    /// Microseconds of the robot's clock in one of the board's, less 1.
-    faster: f32,
+    /// Microseconds of the robot's clock in one of the board's, less 1, in units of [`FASTER_UNIT`].
+    faster: i16,
+    /// Standard deviation of the delay of the quickest messages, microseconds: all places may be that late.
+    delay_sigma_us: u16,
 }
 
 impl Mark {
     /// No robot streams.
-    pub const NONE: Self = Self { until: 0, oldest: 0, newest: Entry { t_us: 0, place: 0 }, end_us: 0, faster: 0.0 };
+    pub const NONE: Self =
+        Self { until: 0, oldest: 0, newest: Entry { t_us: 0, place: 0 }, end_us: 0, faster: 0, delay_sigma_us: 0 };
 
     /// Whether a robot streams.
     pub const fn is_some(&self) -> bool {
         self.until != self.oldest
+    }
+
+    /// Microseconds of the robot's clock in one of the board's, less 1.
+    fn faster(&self) -> f32 {
+        self.faster as f32 * FASTER_UNIT
+    }
+
+    /// Standard deviation of the delay of the quickest messages, seconds.
+    pub const fn delay_sigma_s(&self) -> f32 {
+        self.delay_sigma_us as f32 * 1e-6
     }
 }
 
@@ -80,12 +102,14 @@ pub struct Odometer {
     newest: Option<Newest>,
     /// Bit k: the message k numbers before the newest has arrived.
     arrived: u32,
+    /// Mean delay of the latest messages beyond that of the quickest ones, microseconds.
+    over_us: f32,
 }
 
 impl Odometer {
     /// Before the first message.
     pub const fn new() -> Self {
-        Self { alignment: Alignment::new(), newest: None, arrived: 0 }
+        Self { alignment: Alignment::new(), newest: None, arrived: 0, over_us: 0.0 }
     }
 
     /// Takes a message that was sent at a board time, microseconds, wrapping, but for a delay. The track is to last for `ring_us`.
@@ -107,6 +131,7 @@ impl Odometer {
         let ahead = number.wrapping_sub(newest.number) as i16;
         if begins {
             self.alignment.restart(t_us, sent_us);
+            self.over_us = 0.0;
         } else if ahead <= 0 && (ahead > -(u32::BITS as i16) || passed_us <= 0) {
             let bit = 1u32.checked_shl(ahead.unsigned_abs().into()).unwrap_or(0);
             let counter = if self.arrived & bit != 0 { &counters.doubled } else { &counters.late };
@@ -117,6 +142,10 @@ impl Odometer {
                 counters.late.add(1);
             }
             self.alignment.take(t_us, delay_us);
+            if number.is_multiple_of(DELAY_EVERY) {
+                let over_us = self.alignment.robot_us(sent_us).0.wrapping_sub(t_us) as i32;
+                self.over_us += (over_us.clamp(0, LATE_US) as f32 - self.over_us) * (1.0 / DELAY_MESSAGES);
+            }
         }
         // Numbers that go back, or on by more than can have been sent since, are those of a program that has started again.
         let is_new_run = ahead < 0 || i32::from(ahead) > passed_us / 1000 + 32;
@@ -159,7 +188,8 @@ impl Odometer {
         let (Some((until, newest)), Some(_)) = (track.newest(), self.newest) else { return Mark::NONE };
         let (end_us, faster) = self.alignment.robot_us(board_us);
         let oldest = until.wrapping_sub(USABLE.min(until.wrapping_sub(track.oldest())));
-        Mark { until, oldest, newest, end_us, faster }
+        let (faster, delay_sigma_us) = ((faster * (1.0 / FASTER_UNIT)) as i16, (self.over_us * DELAY_SHARE) as u16);
+        Mark { until, oldest, newest, end_us, faster, delay_sigma_us }
     }
 
     /// Forgets a robot that has been silent for a minute, `board_us` being now. To be called every few minutes at least.

@@ -65,6 +65,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             acquire::Drdy::Listen | acquire::Drdy::Midway => {}
             acquire::Drdy::Watch => check.store(true, Relaxed),
             acquire::Drdy::HealthRead => {
+                // The set-up that follows would hide a register that has changed.
+                acquisition.watch(platform.now_us(), diagnostics, wait);
                 acquisition.read_inputs(diagnostics, wait);
                 pin.unmute();
             }
@@ -101,7 +103,10 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
             *plan_bits = bits;
             acquisition.change(Plan::from_bits(bits), shared.platform.now_us(), diagnostics, wait);
             pin.unmute();
-        } else if is_health_due && acquisition.read_health(diagnostics, wait) {
+        } else if is_health_due {
+            // As behind the readings.
+            acquisition.watch(shared.platform.now_us(), diagnostics, wait);
+            let _ = acquisition.read_health(diagnostics, wait);
             pin.unmute();
         }
     }

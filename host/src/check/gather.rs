@@ -1,7 +1,7 @@
 //! The conversation with the board.
 
 use super::lengths::probes;
-use super::observations::{Exchanged, Kept, Observations, Watched};
+use super::observations::{Exchanged, Kept, Lent, Observations, Watched};
 use crate::events;
 use crate::feed::{Feed, FeedEvent, new_requests, request};
 use crate::output::Progress;
@@ -37,7 +37,7 @@ const HOPS_S: [f32; 2] = [0.3, 0.35];
 
 /// Talks to the board. What failed is in [`Observations::ended`]; settings are restored then too.
 pub fn gather(feed: &mut Feed, plan: Plan, progress: &mut Progress) -> Observations {
-    let mut talk = Talk { feed, requests: new_requests(), seen: Seen::default(), progress };
+    let mut talk = Talk { feed, requests: new_requests(), seen: Seen::default(), own: None, progress };
     let mut found = Observations::default();
     if let Err(error) = talk.run(plan, &mut found) {
         found.ended = Some(format!("{error:#}"));
@@ -82,6 +82,8 @@ struct Talk<'a> {
     feed: &'a mut Feed,
     requests: Requests,
     seen: Seen,
+    /// The greeting with the board's own settings, while the default plan is in force in place of theirs.
+    own: Option<Hello>,
     progress: &'a mut Progress,
 }
 
@@ -100,14 +102,47 @@ impl Talk<'_> {
             return Err(error.context(format!("{bytes} bytes received, {packets} packets understood")));
         }
         heard?;
-        if let Some(plan) = found.hello.as_ref().map(|hello| hello.settings.plan).filter(|plan| *plan != Scan::PAPER) {
-            let (inputs, rate_hz, name) =
-                (plan.channels(), plan.frame_rate_hz(), Scan::PAPER.name().unwrap_or_default());
-            bail!(
-                "the board's scan plan has {inputs} inputs at {rate_hz:.1} Hz, and the check is made for the plan `{name}`: \
-                 `ridgetone settings set plan={name}`, and back afterwards"
-            );
+        self.lend_plan(found)?;
+        let done = self.examine(plan, found);
+        // Also behind what failed, and after Ctrl-C.
+        self.return_plan(found);
+        done
+    }
+
+    /// Puts the default plan in force, for which frames, noise and mains are judged, if the board has another one.
+    fn lend_plan(&mut self, found: &mut Observations) -> Result<()> {
+        let Some(own) = found.hello.clone().filter(|hello| hello.settings.plan != Scan::PAPER) else { return Ok(()) };
+        let settings = own.settings.with_plan(Scan::PAPER);
+        (self.seen.hello, self.own) = (None, Some(own));
+        self.progress.show(format_args!("another scan plan"));
+        match self.request(Command::Set { settings, keep: false })? {
+            Outcome::Done => {}
+            refused => bail!("the default scan plan is refused: {}", events::outcome(&refused)),
         }
+        // The first report behind it may still count the other plan's conversions.
+        let from = self.seen.healths;
+        self.listen(|seen| seen.healths > from + 1)?;
+        found.health = self.seen.health;
+        Ok(())
+    }
+
+    /// Puts the board's own settings in force again.
+    fn return_plan(&mut self, found: &mut Observations) {
+        let Some(Hello { settings, .. }) = self.own.take() else { return };
+        let is_back = |seen: &Seen| seen.hello.as_ref().is_some_and(|hello| hello.settings == settings);
+        let failed = match is_back(&self.seen) {
+            true => None,
+            false => match self.request(Command::Set { settings, keep: false }) {
+                Ok(Outcome::Done) => None,
+                Ok(refused) => Some(events::outcome(&refused)),
+                Err(error) => Some(format!("{error:#}")),
+            },
+        };
+        found.lent = Some(Lent { plan: settings.plan, failed });
+    }
+
+    /// What is judged, with the default plan in force.
+    fn examine(&mut self, plan: Plan, found: &mut Observations) -> Result<()> {
         // Telemetry runs meanwhile as it does in use.
         self.request_frames(plan.length_s)?;
         let exchanged = found.exchanged.insert(Exchanged::default());
@@ -209,7 +244,7 @@ impl Talk<'_> {
     /// Stores changed settings, restarts the board, looks for them, and restores what was stored and what was in force.
     fn keep(&mut self) -> Result<Kept> {
         self.progress.show(format_args!("storing settings"));
-        let in_force = self.seen.hello.clone().context("the board did not greet")?;
+        let in_force = self.own.clone().or(self.seen.hello.clone()).context("the board did not greet")?;
         // What the flash holds shows after a restart only.
         let stored = match in_force.source {
             SettingsSource::Sent => self.restart()?,

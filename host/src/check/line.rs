@@ -1,14 +1,30 @@
 //! The line, the settings, and what was lost or faulty while the board was watched.
 
-use super::observations::{Observations, Watched};
-use super::verdict::{Check, TELEMETRY, TROUBLESHOOTING, Verdict, graded};
+use super::observations::{Lent, Observations, Watched};
+use super::verdict::{Check, PLANS, TELEMETRY, TROUBLESHOOTING, Verdict, graded};
 use crate::names::name;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::fault::FaultKind;
 use serde_json::json;
 
+/// Name of the plan that is judged.
+const DEFAULT: &str = "paper";
+
 pub fn checks(seen: &Observations) -> Vec<Check> {
-    vec![commands(seen), settings(seen), losses(seen), faults(seen)]
+    let mut checks = vec![commands(seen), settings(seen), losses(seen), faults(seen)];
+    checks.extend(seen.lent.as_ref().map(plan));
+    checks
+}
+
+/// Whether the board has its own plan again, if it has another one than that which is judged.
+fn plan(Lent { plan, failed }: &Lent) -> Check {
+    let own = plan.name().map_or_else(|| "the board's own plan".to_owned(), |name| format!("plan `{name}`"));
+    let (verdict, finding) = match failed {
+        None => (Verdict::Pass, format!("the board was checked with plan `{DEFAULT}`; {own} is in force again")),
+        Some(why) => (Verdict::Fail, format!("{own} is not in force again, but `{DEFAULT}`: {why}")),
+    };
+    let values = json!({ "plan": plan.name(), "checked_with": DEFAULT, "restored": failed.is_none() });
+    Check::new("plan", PLANS, verdict, finding, values)
 }
 
 fn commands(seen: &Observations) -> Check {

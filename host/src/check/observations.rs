@@ -1,6 +1,7 @@
 //! What a run of `check` saw of a board. Tests make their own.
 
 use crate::live::Counts;
+use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{Settings, TAXELS};
 use ridgetone_proto::telemetry::{Health, Hello, Raw};
 
@@ -15,6 +16,8 @@ pub struct Observations {
     pub watched: Option<Watched>,
     /// None if settings were not to be stored.
     pub kept: Option<Kept>,
+    /// None if the board has the default plan itself.
+    pub lent: Option<Lent>,
     /// Why the run ended early.
     pub ended: Option<String>,
 }
@@ -45,6 +48,15 @@ pub struct Watched {
     pub touches_us: Vec<(u64, Option<u64>)>,
     /// The board has started again by itself.
     pub has_restarted: bool,
+}
+
+/// The default plan was in force in place of the board's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lent {
+    /// The board's own plan.
+    pub plan: Plan,
+    /// Why it is not in force again.
+    pub failed: Option<String>,
 }
 
 /// Settings stored, the board restarted, and what was stored before restored.

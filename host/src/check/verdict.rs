@@ -43,6 +43,7 @@ pub struct Check {
 
 pub const WIRING: &str = "docs/book/1-wiring.md";
 pub const FIRST_RUN: &str = "docs/book/2-first-run.md";
+pub const PLANS: &str = "docs/book/3-speed-or-accuracy.md";
 pub const TELEMETRY: &str = "docs/book/4-telemetry.md";
 pub const TROUBLESHOOTING: &str = "docs/book/6-troubleshooting.md";
 

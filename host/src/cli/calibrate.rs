@@ -1,13 +1,15 @@
 //! `calibrate`: the array's constants from gratings of known period.
 
 use super::parse::positive;
+use super::settings::plan;
 use crate::calibrate::{self, Grating};
-use crate::input::{Input, Source, frame_rate_hz};
+use crate::input::{Input, Source, rate_of};
 use crate::output;
 use crate::samples::Samples;
 use crate::static_image::UNIT_PITCH_MM;
 use anyhow::Result;
 use clap::Args;
+use ridgetone_proto::plan::Plan;
 use std::path::PathBuf;
 
 #[derive(Args, Debug)]
@@ -25,6 +27,9 @@ pub struct CalibrateArgs {
     /// Pitch of the units themselves, mm.
     #[arg(long, value_name = "MM", default_value_t = UNIT_PITCH_MM as f32)]
     nominal: f32,
+    /// Scan plan of the board: paper, hand, texture or vibration [default: paper]. Recordings of another rate are resampled.
+    #[arg(long, value_name = "NAME", value_parser = plan)]
+    plan: Option<Plan>,
     /// One JSON object on one line instead of text.
     #[arg(long)]
     json: bool,
@@ -37,16 +42,17 @@ fn grating(text: &str) -> Result<(f64, PathBuf), String> {
 
 impl CalibrateArgs {
     pub(super) fn run(self) -> Result<()> {
+        let plan = self.plan.unwrap_or(Plan::PAPER);
         let open = |(period_mm, path): &(f64, PathBuf)| {
             let source = match path.extension().is_some_and(|extension| extension == "toml") {
-                true => Source::Scene(hal_mock::load_scene(path, frame_rate_hz())?),
+                true => Source::Scene(hal_mock::load_scene(path, rate_of(&plan))?),
                 false => Source::Trace { samples: Samples::file(path)?, rate_hz: None, volts_per_unit: 1.0 },
             };
-            let input = Input { source, ..Input::default() }.open()?;
+            let input = Input { source, ..Input::default() }.open_in(&plan)?;
             Ok(Grating { name: path.display().to_string(), period_mm: *period_mm, input })
         };
         let gratings = self.files.iter().map(open).collect::<Result<_>>()?;
-        let found = calibrate::run(gratings, self.nominal)?;
+        let found = calibrate::run(gratings, self.nominal, plan)?;
         let text = if self.json { serde_json::to_string(&found)? } else { found.to_string() };
         output::line(text.trim_end())
     }

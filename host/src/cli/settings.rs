@@ -49,7 +49,7 @@ pub struct SettingsOptions {
 }
 
 /// A plan by its name.
-fn plan(name: &str) -> Result<Plan, String> {
+pub fn plan(name: &str) -> Result<Plan, String> {
     let names = || Plan::NAMED.map(|(name, _)| name).join(", ");
     Plan::named(name).ok_or_else(|| format!("choose one of {}", names()))
 }

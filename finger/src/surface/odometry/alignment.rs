@@ -1,19 +1,24 @@
 //! The robot's clock against the board's, from the stamps of messages and the times at which they arrived.
 //!
 //! A message is some time under way, never less than the line takes. So the delays of many messages have a straight line as their
-//! lower bound, and the line's slope is the difference of the clocks' rates. Of each second only the quickest message is kept. The
+//! lower bound, and the line's slope is the difference of the clocks' rates. Of each second only the quickest message is kept, in the
+//! first seconds of each part of one. The
 //! slope is that from the quickest of the earlier ones to the quickest of the later ones (Paxson, "On calibrating measurements of
 //! packet transit times", SIGMETRICS 1998, section 5: the least delays of parts of a trace), and the line is as high as none of
 //! the delays is below it.
 
-/// Seconds whose quickest messages are kept.
+/// Blocks whose quickest messages are kept.
 const LOWS: usize = 8;
-/// Time from one of them to the next, at least, microseconds of the robot.
-const BLOCK_US: u32 = 1_000_000;
+/// Length of a block at first, microseconds of the robot. When all are full two become one, until a block is a second.
+const BLOCK_US: u32 = 125_000;
+/// How often.
+const DOUBLINGS: u8 = 3;
 /// Time over which the quickest messages have to spread before a slope is taken from them, microseconds.
 const SLOPE_US: f32 = 3e6;
+/// Time between the two that give it, if it is taken earlier, microseconds.
+const EARLY_SLOPE_US: f32 = 5e5;
 /// Greatest difference of two clocks' rates: five times what crystals have.
-const FASTER_MOST: f32 = 500e-6;
+pub const FASTER_MOST: f32 = 500e-6;
 
 /// A quick message.
 #[derive(Clone, Copy, Debug)]
@@ -29,25 +34,35 @@ struct Low {
 pub struct Alignment {
     /// The board's time less the stamp, of the first message.
     offset_us: u32,
-    /// The quickest message of each of the latest seconds; the latest of them is number `latest`, the one before that comes before
+    /// The quickest message of each of the latest blocks; the latest of them is number `latest`, the one before that comes before
     /// it, and so on around the end.
     lows: [Low; LOWS],
     /// How many there are.
-    count: usize,
-    latest: usize,
-    /// Stamp with which the latest of these seconds began.
+    count: u8,
+    latest: u8,
+    /// How often blocks have become twice as long.
+    doublings: u8,
+    /// Stamp with which the latest of these blocks began.
     block_us: u32,
 }
 
 impl Alignment {
     /// Before the first message.
     pub const fn new() -> Self {
-        Self { offset_us: 0, lows: [Low { t_us: 0, delay_us: 0 }; LOWS], count: 0, latest: 0, block_us: 0 }
+        Self {
+            offset_us: 0,
+            lows: [Low { t_us: 0, delay_us: 0 }; LOWS],
+            count: 0,
+            latest: 0,
+            doublings: 0,
+            block_us: 0,
+        }
     }
 
     /// Begins again with this message.
     pub fn restart(&mut self, t_us: u32, board_us: u32) {
-        (self.offset_us, self.count) = (board_us.wrapping_sub(t_us), 0);
+        self.offset_us = board_us.wrapping_sub(t_us);
+        (self.count, self.doublings) = (0, 0);
         self.take(t_us, 0);
     }
 
@@ -63,20 +78,37 @@ impl Alignment {
 
     /// Takes the delay of a message, which is later than all before.
     pub fn take(&mut self, t_us: u32, delay_us: i32) {
-        let begins = self.count == 0 || t_us.wrapping_sub(self.block_us) >= BLOCK_US;
+        let begins = self.count == 0 || t_us.wrapping_sub(self.block_us) >= BLOCK_US << self.doublings;
         if begins {
-            (self.count, self.latest, self.block_us) = ((self.count + 1).min(LOWS), (self.latest + 1) % LOWS, t_us);
+            if self.count == LOWS as u8 && self.doublings < DOUBLINGS {
+                self.double();
+            }
+            (self.count, self.latest, self.block_us) =
+                ((self.count + 1).min(LOWS as u8), (self.latest + 1) % LOWS as u8, t_us);
         }
-        if let Some(low) = self.lows.get_mut(self.latest)
+        if let Some(low) = self.lows.get_mut(self.latest as usize)
             && (begins || delay_us < low.delay_us)
         {
             *low = Low { t_us, delay_us };
         }
     }
 
+    /// Makes one block of two: of each pair the quicker message stays.
+    fn double(&mut self) {
+        let mut kept = self.lows;
+        // The oldest comes first.
+        kept.iter_mut().rev().zip(self.lows()).for_each(|(kept, low)| *kept = *low);
+        for (low, [one, other]) in self.lows.iter_mut().zip(kept.as_chunks().0) {
+            *low = if other.delay_us < one.delay_us { *other } else { *one };
+        }
+        (self.count, self.latest) = (LOWS as u8 / 2, LOWS as u8 / 2 - 1);
+        self.doublings += 1;
+    }
+
     /// The quickest messages, from the latest back.
     fn lows(&self) -> impl Iterator<Item = &Low> {
-        (0..self.count).filter_map(|back| self.lows.get((self.latest + LOWS - back) % LOWS))
+        let latest = self.latest as usize + LOWS;
+        (0..self.count as usize).filter_map(move |back| self.lows.get(latest.wrapping_sub(back) % LOWS))
     }
 
     /// The robot's time at a board time, microseconds, and how many microseconds of the robot's clock pass in one of the board's,
@@ -96,18 +128,20 @@ impl Alignment {
         let at = |low: &Low| {
             (low.t_us.wrapping_sub(latest.t_us) as i32 as f32, low.delay_us.wrapping_sub(latest.delay_us) as f32)
         };
-        let late = self.count.div_ceil(2);
+        let halves = self.count.div_ceil(2) as usize;
         let none = (0.0, f32::INFINITY);
         let (mut least, mut first_us) = ([none; 2], 0.0);
         for (back, (x, y)) in self.lows().map(at).enumerate() {
-            let least = &mut least[usize::from(back >= late)];
+            let least = &mut least[usize::from(back >= halves)];
             if y < least.1 {
                 *least = (x, y);
             }
             first_us = x;
         }
         let [late, early] = least;
-        let slope = if first_us > -SLOPE_US { 0.0 } else { (late.1 - early.1) / (late.0 - early.0) };
+        let apart_us = late.0 - early.0;
+        let is_known = first_us <= -SLOPE_US || halves > 1 && apart_us >= EARLY_SLOPE_US;
+        let slope = if is_known { (late.1 - early.1) / apart_us } else { 0.0 };
         let slope = slope.clamp(-FASTER_MOST, FASTER_MOST);
         (self.lows().map(at).fold(0.0, |delay, (x, y)| f32::min(delay, y - slope * x)), slope)
     }
@@ -169,6 +203,29 @@ mod tests {
                 let bound_us = 20e3 / rate_hz + 20.0;
                 assert!(worst_us < bound_us, "{ppm} ppm, {rate_hz} Hz: {worst_us} us");
             }
+        }
+    }
+
+    /// From the second second on the clocks' difference is known: until then it is off by what they drift apart.
+    #[test]
+    fn the_skew_is_known_after_a_second() {
+        for ppm in [-200.0, 200.0] {
+            let (mut alignment, mut state, mut worst_us) = (Alignment::new(), 7u64, [0f64; 2]);
+            for n in 0..1000u32 {
+                let robot_us = f64::from(n) * 4000.0;
+                let delay_us = 300.0 - 500.0 * (1.0 - noise(&mut state)).ln();
+                let (stamp, arrives) = (robot_us as u32, (board_us(robot_us, ppm) + delay_us) as u64 as u32);
+                if n == 0 {
+                    alignment.restart(stamp, arrives);
+                } else {
+                    alignment.take(stamp, alignment.delay_us(stamp, arrives));
+                }
+                let found = alignment.robot_us((board_us(robot_us, ppm) + 300.0) as u64 as u32).0;
+                let worst_us = &mut worst_us[usize::from(robot_us > 1.2e6)];
+                *worst_us = worst_us.max(f64::from(found.wrapping_sub(stamp) as i32).abs());
+            }
+            std::println!("{ppm} ppm: {worst_us:.0?} us off at most before and after");
+            assert!(worst_us[1] < 100.0 && worst_us[0] < 1000.0, "{ppm}: {worst_us:?}");
         }
     }
 

@@ -7,6 +7,7 @@ use crate::client::Client;
 use crate::output::Progress;
 use ridgetone_proto::boot::SettingsSource;
 use ridgetone_proto::command::Command;
+use ridgetone_proto::plan::Plan as Scan;
 use ridgetone_proto::settings::Settings;
 use ridgetone_proto::telemetry::{Decoder, Event, PROTOCOL};
 
@@ -165,16 +166,37 @@ fn a_board_that_restarts_while_it_is_watched_is_noticed() {
     assert!(losses.verdict == Fail && losses.finding.contains("1 restarts of the board"), "{findings:#?}");
 }
 
-/// Rates, noise and mains are judged for the default plan.
+/// Rates, noise and mains are judged for the default plan: it is in force meanwhile, and the board's own plan before and after.
 #[test]
-fn another_plan_is_refused_with_the_way_out() {
-    let fast = Settings::DEFAULT.with_plan(ridgetone_proto::plan::Plan::HAND);
-    let mut feed = Bench { in_force: Some(fast), ..Bench::default() }.feed();
+fn a_board_with_another_plan_is_checked_with_the_default_one_and_has_its_own_again() {
+    let fast = Settings { harmonics: 2, ..Settings::DEFAULT.with_plan(Scan::HAND) };
+    for (stored, in_force, stores) in
+        [(None, Some(fast), false), (None, Some(fast), true), (Some(fast), None, false), (Some(fast), None, true)]
+    {
+        let mut feed = Bench { stored, in_force, ..Bench::default() }.feed();
+        let seen = gather(&mut feed, Plan { length_s: 3.0, stores }, &mut Progress::default());
+        let report = Report::new(feed.name(), Inputs::Shorted, &seen);
+        assert!(report.failed().is_empty(), "{report}");
+        let plan = report.checks.iter().find(|check| check.name == "plan").expect("a finding");
+        assert!(plan.finding.contains("plan `hand` is in force again"), "{}", plan.finding);
+        let rate = report.checks.iter().find(|check| check.name == "frame_rate").expect("a finding");
+        assert!(rate.verdict == Verdict::Pass && rate.finding.starts_with("241.1"), "{}", rate.finding);
+        assert_eq!(Client::new(&mut feed).hello().unwrap().settings, fast, "{report}");
+    }
+}
+
+/// A board that has the default plan has nothing to put back.
+#[test]
+fn the_default_plan_is_not_reported() {
+    let mut feed = Bench::default().feed();
     let seen = gather(&mut feed, STORES, &mut Progress::default());
-    let ended = seen.ended.clone().expect("it ends");
-    assert!(
-        ended.contains("16 inputs at 1458.5 Hz") && ended.contains("`ridgetone settings set plan=paper`"),
-        "{ended}"
-    );
-    assert!(seen.watched.is_none() && !Report::new(feed.name(), Inputs::Shorted, &seen).failed().is_empty());
+    assert!(seen.lent.is_none() && Report::new(feed.name(), Inputs::Shorted, &seen).failed().is_empty());
+}
+
+#[test]
+fn a_plan_that_is_not_put_back_fails() {
+    let mut seen = Bench { in_force: Some(Settings::DEFAULT.with_plan(Scan::HAND)), ..Bench::default() }.observations();
+    seen.lent.as_mut().expect("another plan").failed = Some("no answer".into());
+    let report = Report::new("board".into(), Inputs::Shorted, &seen);
+    assert_eq!(report.failed(), ["plan"], "{report}");
 }
