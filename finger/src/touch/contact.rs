@@ -35,6 +35,9 @@ const AIM_BLOCKS: u32 = 8;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
 
+/// Share of the touch's first load that falls at once in a release: a skin that has crept since the contact stays behind.
+const FALLEN: f32 = 0.55;
+
 /// The state machine.
 #[derive(Clone, Debug)]
 pub struct ContactDetector {
@@ -54,6 +57,8 @@ pub struct ContactDetector {
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
+    /// Length of the load that the touch began with, in units of the noise.
+    first_load: f32,
     /// Level at which the taxels were still before the latest motion; none in one that was there before the spike was over.
     still_level: Option<Values>,
     /// Blocks until the direction that is no motion is measured anew.
@@ -79,6 +84,7 @@ impl ContactDetector {
             contact: 0,
             held: HeldLevel::new(),
             load: 0.0,
+            first_load: 0.0,
             still_level: None,
             aim_in: 0,
             planned: None,
@@ -221,7 +227,8 @@ impl ContactDetector {
                 let back = BACK_AT_IDLE * self.load;
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
-                if self.motion.still_quick >= STILL_BLOCKS && off < back && is_back(STILL_BLOCKS as usize - 1) {
+                let is_still = self.motion.still_quick >= STILL_BLOCKS;
+                if is_still && (self.has_fallen(mean) || off < back && is_back(STILL_BLOCKS as usize - 1)) {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -237,6 +244,13 @@ impl ContactDetector {
                 false
             }
         }
+    }
+
+    /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
+    /// skin creeps back to it.
+    fn has_fallen(&self, mean: &Values) -> bool {
+        let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
+        self.motion.along(before, mean) > FALLEN * self.first_load
     }
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
@@ -357,6 +371,9 @@ impl ContactDetector {
         }
         if ended == Ended::Spike || off > IS_LOAD * self.load {
             (self.held.level, self.load) = (level, off);
+        }
+        if ended == Ended::Spike {
+            self.first_load = libm::sqrtf(off);
         }
         self.aim(&level);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });

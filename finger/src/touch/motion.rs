@@ -362,6 +362,11 @@ impl Motion {
         distance(&self.noise.weights, a, b)
     }
 
+    /// How far it is from one level to another against the direction that is ignored, in units of one frame's noise.
+    pub fn along(&self, from: &Values, to: &Values) -> f32 {
+        self.pull.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (pull, (from, to))| sum + (from - to) * pull)
+    }
+
     /// How much more slow comparisons are than in white noise, at least one.
     pub fn wander(&self) -> f32 {
         greater(1.0, greater(self.typical[1], self.typical[3]) / self.taxels.count)
