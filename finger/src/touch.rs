@@ -8,6 +8,7 @@ pub mod contact;
 mod held;
 mod idle;
 pub(crate) mod image;
+mod loaded;
 pub(crate) mod motion;
 mod onset;
 mod phase;

@@ -12,6 +12,7 @@ use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
+use crate::touch::loaded::{Course, Judged, judge};
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, greater};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
@@ -52,6 +53,12 @@ pub struct ContactDetector {
     /// Idle level before the latest touch, if there was one: the skin creeps back to it.
     idle_before: Option<Values>,
     spike: Spike,
+    /// False while a finger is on something that was so before any level in the air was seen.
+    knows_idle: bool,
+    /// Of that finger's slides.
+    course: Course,
+    /// A contact spike has shown that the idle level is that in the air.
+    was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
     contact: u32,
     held: HeldLevel,
@@ -81,6 +88,9 @@ impl ContactDetector {
             idle: Idle::new(),
             idle_before: None,
             spike: Spike::new(),
+            knows_idle: true,
+            course: Course::new(),
+            was_in_air: false,
             contact: 0,
             held: HeldLevel::new(),
             load: 0.0,
@@ -107,7 +117,7 @@ impl ContactDetector {
     #[inline(never)]
     pub fn pressed(&self) -> (Values, u16) {
         let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
-        if self.is_touched() {
+        if self.is_touched() && self.knows_idle {
             let (mean, weights) = (self.motion.past().back(0), self.motion.weights());
             for c in 0..TAXELS {
                 pressed[c] = mean[c] - self.idle.level[c];
@@ -151,7 +161,9 @@ impl ContactDetector {
             cleaned = frame;
             &cleaned
         };
-        if matches!(self.phase, Phase::Spike(_)) {
+        if !self.knows_idle && matches!(self.phase, Phase::Slide(_)) {
+            self.course.add(values, self.motion.weights());
+        } else if matches!(self.phase, Phase::Spike(_)) {
             self.spike.follow(number, values, &self.idle.level, self.motion.weights());
         }
         let Some(block) = self.motion.push(values, squares) else { return };
@@ -212,14 +224,17 @@ impl ContactDetector {
                 false
             }
             Phase::Spike(since) => {
-                if number.wrapping_sub(since) >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS {
+                self.follow_motion(block, number);
+                let passed = number.wrapping_sub(since);
+                let is_due = passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+                if is_due && (self.was_in_air || self.is_contact(since, number, ring)) {
                     self.end_phase(Ended::Spike, number, ring, report);
                 }
                 false
             }
             Phase::Hold | Phase::Moving(_) => {
                 // The level of a hold changes slowly.
-                if self.motion.still.is_multiple_of(LOAD_BLOCKS) {
+                if self.knows_idle && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
                 let off = self.motion.distance(mean, &self.idle.level);
@@ -246,11 +261,39 @@ impl ContactDetector {
         }
     }
 
+    /// Whether what has changed since the block that ends with frame `since` is a contact. Else it is a slide of a finger that was on
+    /// something before, or it is unclear as yet.
+    fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
+        let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
+        let first = since.wrapping_sub(BLOCK_FRAMES - 1);
+        match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
+            Judged::Contact { has_spike } => {
+                self.was_in_air = has_spike;
+                return true;
+            }
+            Judged::Slide(course) => {
+                (self.knows_idle, self.course) = (false, course);
+                (self.load, self.contact) = (0.0, first.wrapping_sub(SPIKE_FRAMES));
+                self.held.restart();
+                self.still_level = Some(self.idle.level);
+                // The next block begins the slide.
+                self.phase = Phase::Moving(Moving::sliding_since(first));
+            }
+            Judged::Unclear => {}
+        }
+        false
+    }
+
+    /// Whether a finger whose idle level is not known has left the levels of its slide.
+    fn has_left(&self, level: &Values) -> bool {
+        !self.knows_idle && self.course.is_beside(level, self.motion.weights(), self.motion.taxels.count)
+    }
+
     /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
     /// skin creeps back to it.
     fn has_fallen(&self, mean: &Values) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
-        self.motion.along(before, mean) > FALLEN * self.first_load
+        self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load
     }
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
@@ -287,16 +330,20 @@ impl ContactDetector {
         }
     }
 
-    /// One block further in the slide that began at frame `start`.
-    fn slide(&mut self, start: u32, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) {
-        if self.planned.is_some() {
-            return;
-        }
+    fn follow_motion(&mut self, block: Block, number: u32) {
         if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
             && reached(sure, self.moving_until)
         {
             self.moving_until = sure;
         }
+    }
+
+    /// One block further in the slide that began at frame `start`.
+    fn slide(&mut self, start: u32, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) {
+        if self.planned.is_some() {
+            return;
+        }
+        self.follow_motion(block, number);
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
         let mut is_over = self.motion.still >= STILL_BLOCKS;
@@ -304,7 +351,7 @@ impl ContactDetector {
             let recent = self.motion.recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
             is_over |= off < BACK_AT_IDLE * self.load;
-            if off > IS_LOAD * self.load {
+            if self.knows_idle && off > IS_LOAD * self.load {
                 self.aim(&recent);
             }
         }
@@ -346,7 +393,7 @@ impl ContactDetector {
             Ended::Slide(start) => {
                 // Of a finger that is shaken in the air only that is known.
                 let frames = self.frames(ring);
-                let is_released = off < BACK_AT_IDLE * self.load;
+                let is_released = off < BACK_AT_IDLE * self.load || self.has_left(&level);
                 let end = if self.motion.still_quick < STILL_BLOCKS {
                     self.moving_until
                 } else if is_released {
@@ -362,11 +409,16 @@ impl ContactDetector {
         };
         if is_released {
             report(Change::Release(arrived.unwrap_or_else(|| self.frames(ring).arrival(&level, over))));
-            self.idle_before = Some(self.idle.level);
+            self.idle_before = self.knows_idle.then_some(self.idle.level);
+            self.knows_idle = true;
             self.idle.restart(level, &self.condition);
             self.planned = None;
             self.motion.ignore(None);
             self.enter(Phase::Idle);
+            return;
+        }
+        if !self.knows_idle {
+            self.begin_hold(Hold::AfterSlide);
             return;
         }
         if ended == Ended::Spike || off > IS_LOAD * self.load {
@@ -422,7 +474,9 @@ impl ContactDetector {
 
     fn begin_slide(&mut self, start: u32, report: &mut dyn FnMut(Change)) {
         self.end_hold(report);
-        self.moving_until = start;
+        if !reached(self.moving_until, start) {
+            self.moving_until = start;
+        }
         self.phase = Phase::Slide(start);
         report(Change::SlideStart(start));
     }
@@ -434,7 +488,7 @@ impl ContactDetector {
     }
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
-        if self.held.is_long_enough() {
+        if self.knows_idle && self.held.is_long_enough() {
             report(Change::HoldEnd {
                 held: &self.held,
                 span: (self.held.from, self.held.until),

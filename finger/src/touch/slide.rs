@@ -47,6 +47,11 @@ impl Moving {
         Self { since, quick: 0, faint: 0, any: 0 }
     }
 
+    /// One that has lasted long enough, since a block that begins with frame `since`.
+    pub const fn sliding_since(since: u32) -> Self {
+        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 0 }
+    }
+
     /// One block further.
     pub const fn with(self, block: Block) -> Self {
         Self {

@@ -1,0 +1,114 @@
+//! A start under load: the level that was taken for idle is that of a finger that rests on something.
+//!
+//! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the level before it is one of those that
+//! it comes by. A sine is off its mean by at most the root of two of its standard deviations, and what goes straight on is at its mean the
+//! root of three of them away from where it began.
+
+use crate::touch::chi_square::distance;
+use crate::touch::motion::greater;
+use crate::touch::onset::Frames;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// Frames after the first touch in which a contact is at its load: 33 ms.
+const EARLY_FRAMES: u32 = 8;
+/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels move on after it.
+const LATE_FRAMES: (u32, u32) = (24, 48);
+/// Most frames that are looked at.
+const LOOKED_AT: u32 = 76;
+/// Share of the later distance, squared, that a contact has at once. A tone above 10 Hz has it too.
+const AT_ONCE: f32 = 0.5;
+/// A level this far from the mean of a motion, squared, over the motion's mean square, is none of its levels. A sine has at most 2.
+const BESIDE_MOTION: f32 = 4.0;
+/// The same for a motion that begins slowly: what goes straight on has 3, which may be a gentle contact.
+const BESIDE_SLOW: f32 = 2.5;
+/// Share of a motion's mean square that its first half has too.
+const GOES_ON: f32 = 0.25;
+/// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact has one.
+const SPIKED: f32 = 1.5;
+/// Frames after which a motion that began slowly is judged, if it is not still before: 1 s.
+const JUDGED_AFTER: u32 = 241;
+
+/// Mean of a motion, and its squares about the mean.
+#[derive(Clone, Debug)]
+pub struct Course {
+    pub mean: Values,
+    squares: f32,
+    frames: f32,
+}
+
+impl Course {
+    pub const fn new() -> Self {
+        Self { mean: [0.0; TAXELS], squares: 0.0, frames: 0.0 }
+    }
+
+    /// Takes a frame (Welford's method).
+    #[inline(never)]
+    pub fn add(&mut self, values: &Values, weights: &Values) {
+        self.frames += 1.0;
+        let share = 1.0 / self.frames;
+        for c in 0..TAXELS {
+            let off = values[c] - self.mean[c];
+            self.mean[c] += off * share;
+            self.squares += off * (values[c] - self.mean[c]) * weights[c];
+        }
+    }
+
+    /// Mean square about the mean, that of the noise left out.
+    fn spread(&self, taxels: f32) -> f32 {
+        self.squares / greater(self.frames, 1.0) - taxels
+    }
+
+    /// Whether a level is none of those of the motion.
+    pub fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
+        self.frames > 0.0 && distance(weights, level, &self.mean) > BESIDE_MOTION * greater(self.spread(taxels), taxels)
+    }
+}
+
+/// What a change from the first level is.
+#[derive(Clone, Debug)]
+pub enum Judged {
+    /// A contact; with a spike it is sure that the finger was in the air before.
+    Contact { has_spike: bool },
+    /// A slide of a finger that was loaded before, and its course so far.
+    Slide(Course),
+    /// A slow motion, which goes on.
+    Unclear,
+}
+
+/// Judges the change from `level` in the frames from `first` to `last`.
+#[inline(never)]
+pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
+    let all = last.wrapping_sub(first);
+    let stride = all / LOOKED_AT + 1;
+    let (from, until) = if all < 2 * LATE_FRAMES.0 { (all / 2, all) } else { LATE_FRAMES };
+    let [mut whole, mut late, mut half] = [const { Course::new() }; 3];
+    let (mut early, mut place) = (0.0, [0.0; TAXELS]);
+    for at in (0..=all).step_by(stride as usize) {
+        let Some(values) = frames.condition.frame(frames.ring, first.wrapping_add(at), &mut place) else { continue };
+        if at < EARLY_FRAMES {
+            early = greater(early, distance(frames.weights, values, level));
+        }
+        whole.add(values, frames.weights);
+        if at >= from {
+            late.add(values, frames.weights);
+            if at < until {
+                half.add(values, frames.weights);
+            }
+        }
+    }
+    let taxels = frames.taxels.count;
+    let off = |course: &Course| distance(frames.weights, &course.mean, level);
+    let (spread, later) = (late.spread(taxels), off(&late) + late.spread(taxels));
+    let early = early - taxels;
+    if early > AT_ONCE * later {
+        let moves = off(&late) < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
+        return if moves { Judged::Slide(whole) } else { Judged::Contact { has_spike: early > SPIKED * later } };
+    }
+    let is_over = all >= JUDGED_AFTER || is_still;
+    match off(&whole) < BESIDE_SLOW * whole.spread(taxels) {
+        _ if !is_over => Judged::Unclear,
+        true => Judged::Slide(whole),
+        false => Judged::Contact { has_spike: false },
+    }
+}
