@@ -243,7 +243,7 @@ impl ContactDetector {
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
                 let is_still = self.motion.still_quick >= STILL_BLOCKS;
-                if is_still && (self.has_fallen(mean) || off < back && is_back(STILL_BLOCKS as usize - 1)) {
+                if is_still && (self.has_fallen(STILL_BLOCKS as usize - 1) || off < back && is_back(STILL_BLOCKS as usize - 1)) {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -261,11 +261,25 @@ impl ContactDetector {
         }
     }
 
+    /// Whether a level, which is `off` from idle, is in the air after a spike, which may be many times as high as the hold: only what
+    /// is next to idle is. Of a finger that is shaken all the time a longer mean shows where it is.
+    fn is_back_from_spike(&self, off: f32) -> bool {
+        let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+        let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
+        let off = if is_still || off < of_recent { off } else { of_recent };
+        let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
+        off < greater(at_idle, BACK_FROM_SPIKE * self.spike.height(self.motion.weights()))
+    }
+
     /// Whether what has changed since the block that ends with frame `since` is a contact. Else it is a slide of a finger that was on
     /// something before, or it is unclear as yet.
     fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
         let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
         let first = since.wrapping_sub(BLOCK_FRAMES - 1);
+        // A slide comes by the level before it, but does not stay there.
+        if (0..STILL_BLOCKS as usize).all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32)) {
+            return true;
+        }
         match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
             Judged::Contact { has_spike } => {
                 self.was_in_air = has_spike;
@@ -291,9 +305,11 @@ impl ContactDetector {
 
     /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
     /// skin creeps back to it.
-    fn has_fallen(&self, mean: &Values) -> bool {
+    fn has_fallen(&self, blocks: usize) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
-        self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load
+        [0, blocks].map(|back| self.motion.past().back(back)).iter().all(|mean| {
+            self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load
+        })
     }
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
@@ -371,18 +387,11 @@ impl ContactDetector {
         let mut arrived = None;
         let is_released = match ended {
             Ended::Spike => {
-                let height = self.spike.height(self.motion.weights());
-                // A spike may be many times as high as the hold: only what is next to idle is in the air.
-                // Of a finger that is shaken all the time a longer mean shows where it is.
-                let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-                let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
-                let off = if is_still || off < of_recent { off } else { of_recent };
-                let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
-                let is_released = off < greater(at_idle, BACK_FROM_SPIKE * height);
-                if !is_still {
+                let is_released = self.is_back_from_spike(off);
+                if self.motion.still_quick < SPIKE_STILL_BLOCKS {
                     self.still_level = None;
                 }
-                if is_released && height < self.motion.taxels.limit(TAP) {
+                if is_released && self.spike.height(self.motion.weights()) < self.motion.taxels.limit(TAP) {
                     self.enter(Phase::Idle);
                     return;
                 }

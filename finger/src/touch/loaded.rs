@@ -23,7 +23,7 @@ const BESIDE_MOTION: f32 = 4.0;
 /// The same for a motion that begins slowly: what goes straight on has 3, which may be a gentle contact.
 const BESIDE_SLOW: f32 = 2.5;
 /// Share of a motion's mean square that its first half has too.
-const GOES_ON: f32 = 0.25;
+const GOES_ON: f32 = 0.1;
 /// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact has one.
 const SPIKED: f32 = 1.5;
 /// Frames after which a motion that began slowly is judged, if it is not still before: 1 s.
