@@ -449,7 +449,7 @@ impl ContactDetector {
     fn follow_idle(&mut self, off: f32) {
         let Self { idle, motion, condition, .. } = self;
         if idle.follow(motion.past().back(0), off, (motion.weights(), motion.taxels), condition) {
-            motion.forget();
+            motion.forget(condition.drifts().then_some(&idle.slope));
         }
     }
 

@@ -312,10 +312,12 @@ impl Motion {
         }
     }
 
-    /// The noise, and what is typical, are to be learned anew.
-    pub fn forget(&mut self) {
+    /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block was taken for noise until now, or
+    /// there is none any more.
+    pub fn forget(&mut self, slope: Option<&Values>) {
         self.restart();
-        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; COMPARISONS], 2);
+        (self.learned, self.unfit) = ([0.0; COMPARISONS], 2);
+        self.noise.forget(slope);
     }
 
     /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its
@@ -445,6 +447,20 @@ impl Noise {
     /// That of an ideal chip, until there is better.
     pub const fn new() -> Self {
         Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
+    }
+
+    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone would be too little for some taxel.
+    fn forget(&mut self, slope: Option<&Values>) {
+        self.learned = if self.learned < KNOWN_BLOCKS { self.learned } else { KNOWN_BLOCKS };
+        let Some(slope) = slope else { return };
+        for c in 0..TAXELS {
+            // In a block it adds four squares of a quarter of the slope, and one of all of it to the difference of two means.
+            let square = slope[c] * slope[c];
+            let quick = self.quick_variance[c] - square * (1.0 / (2 * BLOCK_FRAMES * BLOCK_FRAMES) as f32);
+            self.quick_variance[c] = greater(quick, ROUNDING_VARIANCE);
+            self.slow_variance[c] = greater(self.slow_variance[c] - square * (BLOCK_FRAMES as f32 / 2.0), 0.0);
+            self.weights[c] = 1.0 / greater(self.quick_variance[c], self.slow_variance[c]);
+        }
     }
 
     /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`.
