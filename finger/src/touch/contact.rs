@@ -382,7 +382,7 @@ impl ContactDetector {
     fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
         let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle.level);
-        self.still_level = Some(level);
+        let before = self.still_level.replace(level);
         self.skips_block = true;
         let mut arrived = None;
         let is_released = match ended {
@@ -417,7 +417,11 @@ impl ContactDetector {
             }
         };
         if is_released {
-            report(Change::Release(arrived.unwrap_or_else(|| self.frames(ring).arrival(&level, over))));
+            let arrived = arrived.unwrap_or_else(|| match &before {
+                Some(before) if self.knows_idle && off >= BACK_AT_IDLE * self.load => self.frames(ring).fall(before, &level, over),
+                _ => self.frames(ring).arrival(&level, over),
+            });
+            report(Change::Release(arrived));
             self.idle_before = self.knows_idle.then_some(self.idle.level);
             self.knows_idle = true;
             self.idle.restart(level, &self.condition);

@@ -28,6 +28,8 @@ const MOST: f32 = 3.0;
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
+/// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the fall is noticed.
+const MOST_OF_FALL: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
 /// Most frames that are searched for its end: 0.25 s.
@@ -189,6 +191,20 @@ impl Frames<'_> {
             was_off = is_off;
         }
         last
+    }
+
+    /// The first of the frames up to `last` that have gone most of the way from one level to another along the load. What a skin
+    /// creeps back after the load is less.
+    #[inline(never)]
+    pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
+        let along = |level: &Values| (0..TAXELS).fold(0.0, |sum, c| sum + (level[c] - from[c]) * self.pull[c]);
+        let (most, mut place) = (MOST_OF_FALL * along(to), [0.0; TAXELS]);
+        let mut frames = (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back));
+        let before = frames.find(|frame| {
+            let values = self.condition.frame(self.ring, *frame, &mut place);
+            values.is_some_and(|values| along(values) > most)
+        });
+        before.map_or(last, |frame| frame.wrapping_add(1))
     }
 
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
