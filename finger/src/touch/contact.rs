@@ -276,8 +276,9 @@ impl ContactDetector {
     fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
         let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
         let first = since.wrapping_sub(BLOCK_FRAMES - 1);
-        // A slide comes by the level before it, but does not stay there.
-        if (0..STILL_BLOCKS as usize).all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32)) {
+        // A slide comes by the level before it, but does not stay there; a tap is short.
+        let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
+        if is_short && (0..STILL_BLOCKS as usize).all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32)) {
             return true;
         }
         match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {

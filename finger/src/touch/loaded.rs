@@ -1,8 +1,8 @@
 //! A start under load: the level that was taken for idle is that of a finger that rests on something.
 //!
 //! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the level before it is one of those that
-//! it comes by. A sine is off its mean by at most the root of two of its standard deviations, and what goes straight on is at its mean the
-//! root of three of them away from where it began.
+//! it comes by: a sine is off its mean by at most the root of two of its standard deviations. A slow contact presses all taxels alike,
+//! so that its way is straight; a slide takes each by its own phase.
 
 use crate::touch::chi_square::distance;
 use crate::touch::motion::greater;
@@ -20,8 +20,9 @@ const LOOKED_AT: u32 = 76;
 const AT_ONCE: f32 = 0.5;
 /// A level this far from the mean of a motion, squared, over the motion's mean square, is none of its levels. A sine has at most 2.
 const BESIDE_MOTION: f32 = 4.0;
-/// The same for a motion that begins slowly: what goes straight on has 3, which may be a gentle contact.
-const BESIDE_SLOW: f32 = 2.5;
+/// Share of a slow motion's mean square that is not along one direction: a gentle contact presses all taxels alike, and a slide takes
+/// each by its own phase.
+const BENT: f32 = 0.2;
 /// Share of a motion's mean square that its first half has too.
 const GOES_ON: f32 = 0.1;
 /// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact has one.
@@ -105,10 +106,17 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
         let moves = off(&late) < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
         return if moves { Judged::Slide(whole) } else { Judged::Contact { has_spike: early > SPIKED * later } };
     }
-    let is_over = all >= JUDGED_AFTER || is_still;
-    match off(&whole) < BESIDE_SLOW * whole.spread(taxels) {
-        _ if !is_over => Judged::Unclear,
-        true => Judged::Slide(whole),
-        false => Judged::Contact { has_spike: false },
+    if all < JUDGED_AFTER && !is_still {
+        return Judged::Unclear;
     }
+    let way: Values = core::array::from_fn(|c| (whole.mean[c] - level[c]) * frames.weights[c]);
+    let (mut along, mut count) = (0.0, 0.0);
+    for at in (0..=all).step_by(stride as usize) {
+        let Some(values) = frames.condition.frame(frames.ring, first.wrapping_add(at), &mut place) else { continue };
+        let off = (0..TAXELS).fold(0.0, |sum, c| sum + (values[c] - whole.mean[c]) * way[c]);
+        (along, count) = (along + off * off, count + 1.0);
+    }
+    let along = along / (count * off(&whole)) - 1.0;
+    let spread = whole.spread(taxels);
+    if spread - along > BENT * spread { Judged::Slide(whole) } else { Judged::Contact { has_spike: false } }
 }
