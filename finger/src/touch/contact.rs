@@ -74,6 +74,8 @@ pub struct ContactDetector {
     planned: Option<(u32, u32)>,
     /// Frame up to which the slide is known to have lasted.
     moving_until: u32,
+    by_slowest: bool,
+    is_slow: bool,
 }
 
 impl ContactDetector {
@@ -99,6 +101,8 @@ impl ContactDetector {
             aim_in: 0,
             planned: None,
             moving_until: 0,
+            by_slowest: false,
+            is_slow: false,
         }
     }
 
@@ -193,6 +197,7 @@ impl ContactDetector {
     #[inline(never)]
     fn step(&mut self, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) -> bool {
         let mean = self.motion.past().back(0);
+ extern crate std; if std::env::var("DBG").is_ok() {std::eprintln!("{number} {:?} {:?} q{} s{} sl{} off {} load {} left {} typ", self.phase, block, self.motion.still_quick, self.motion.still, self.motion.still_slowest, self.off_idle(mean), self.load, self.has_left(mean));}
         match self.phase {
             Phase::Learning(blocks) => {
                 self.follow_idle(self.off_idle(mean));
@@ -335,13 +340,15 @@ impl ContactDetector {
     /// One block further while something moves: it becomes a slide, or is still again.
     fn moving(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
         if moving.is_slide() {
+            self.is_slow = moving.is_slow();
             let left = match &self.still_level {
                 Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
                 None => self.contact.wrapping_add(HIDDEN_FRAMES),
             };
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
-        } else if self.motion.still >= STILL_BLOCKS {
-            self.enter(Phase::Hold);
+        } else if self.motion.still >= STILL_BLOCKS && self.motion.still_slowest >= STILL_BLOCKS {
+            self.phase = Phase::Hold;
+            self.motion.restart_short();
         } else {
             self.phase = Phase::Moving(moving);
         }
@@ -352,6 +359,7 @@ impl ContactDetector {
             && reached(sure, self.moving_until)
         {
             self.moving_until = sure;
+            self.by_slowest = !(Block { slowest: false, ..block }).moves();
         }
     }
 
@@ -363,7 +371,8 @@ impl ContactDetector {
         self.follow_motion(block, number);
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
-        let mut is_over = self.motion.still >= STILL_BLOCKS;
+        let mut is_over = self.motion.still >= STILL_BLOCKS
+            && (self.motion.still_slowest >= STILL_BLOCKS || !self.is_slow || !self.motion.is_weak());
         if self.aim_in == 0 {
             let recent = self.motion.recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
@@ -411,7 +420,7 @@ impl ContactDetector {
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(&frames, &self.motion, &level, self.moving_until, over)
+                    slide_end(&frames, &self.motion, &level, (self.moving_until, self.by_slowest), over)
                 };
                 report(Change::SlideEnd(start, end));
                 is_released

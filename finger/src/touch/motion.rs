@@ -71,12 +71,14 @@ pub struct Block {
     pub slow: bool,
     /// The latest blocks differ among each other, if only on the average.
     pub faint: bool,
+    /// It differs from the course of the last [`LONGEST_BLOCKS`].
+    pub slowest: bool,
 }
 
 impl Block {
     /// Whether it shows any change.
     pub const fn moves(&self) -> bool {
-        self.quick || self.slow || self.faint
+        self.quick || self.slow || self.faint || self.slowest
     }
 }
 
@@ -105,7 +107,10 @@ impl Apart {
 }
 
 /// Comparisons: within a block, with the one before, short, long, and of what averaged frames hide.
-const COMPARISONS: usize = 5;
+const COMPARISONS: usize = 6;
+const OCTETS: usize = 8;
+pub const LONGEST_BLOCKS: u32 = 47;
+pub const WEAK: Limit = limit(8.0, 360.0);
 /// Averages of them.
 const AVERAGES: usize = 4;
 
@@ -146,8 +151,9 @@ pub struct Motion {
     faint: [f32; AVERAGES],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
-    /// Blocks in a row without any.
+    /// Blocks in a row without any but the slowest.
     pub still: u32,
+    pub still_slowest: u32,
 }
 
 impl Motion {
@@ -174,14 +180,22 @@ impl Motion {
             faint: [0.0; AVERAGES],
             still_quick: 0,
             still: 0,
+            still_slowest: 0,
         }
     }
 
     /// Forgets the past but not the noise: the next block is compared with nothing.
     pub fn restart(&mut self) {
+        (self.past.octets_count, self.still_slowest, self.compared[5]) = (0, 0, 0.0);
+        self.restart_short();
+    }
+
+    pub fn restart_short(&mut self) {
+        let longest = self.compared[5];
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         let [_, with_past @ ..] = &mut self.compared;
         *with_past = [0.0; COMPARISONS - 1];
+        self.compared[5] = longest;
         self.faint = [0.0; AVERAGES];
         self.greatest_bend = 0.0;
     }
@@ -241,22 +255,24 @@ impl Motion {
             if_known(2 * SHORT, bend.square()) * (frames / 6.0),
             long,
             core::mem::take(&mut self.swing.sum),
+            if self.past.octets_count < 5 { 0.0 } else if self.past.octet_is_new { self.longest_bend() * (32.0 / 6.0) } else { self.compared[5] },
         ];
         let taxels = self.taxels;
         let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
         // Until it is known what is typical nothing swings.
         let typical_swing = if self.learned[4] >= KNOWN_BLOCKS { self.typical[4] } else { f32::INFINITY };
-        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing];
+        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing, moving];
         self.greatest_bend = greater(self.greatest_bend, long);
         let limit = |which: usize| {
             let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
-            if which == 3 { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
+            let limit = if which == 5 { greater(limit, OVER_TYPICAL * (2.0 * self.typical[3] - taxels.count)) } else { limit };
+            if which == 3 || which == 5 { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
         };
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
         let latest = [most(0), most(0) + BESIDE * most(1), most(2), most(4)];
-        let [within, beside, short, _, swing] = self.typical;
+        let [within, beside, short, _, swing, _] = self.typical;
         let typical = [within, within + BESIDE * beside, short, swing];
         let [one, both, third] = FAINT.map(|limit| taxels.limit(limit));
         let limits = [one, both, third, self.swing.faint_limit * typical_swing];
@@ -265,10 +281,12 @@ impl Motion {
             self.faint[which] += FAINT_SHARE * (latest[which] - self.faint[which]);
             faint |= self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
         }
+        extern crate std; if std::env::var("DBG").is_ok() {std::eprintln!("c {:.0?} lim {:.0} {:.0}", self.compared, limit(3), limit(5));}
         let now = over(0) || over(1) || over(4);
-        let block = Block { now, quick: now || over(2), slow: over(3), faint };
+        let block = Block { now, quick: now || over(2), slow: over(3), faint, slowest: over(5) };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
+        self.still_slowest = if block.slowest { 0 } else { self.still_slowest.saturating_add(1) };
+        self.still = if (Block { slowest: false, ..block }).moves() { 0 } else { self.still.saturating_add(1) };
         block
     }
 
@@ -283,6 +301,20 @@ impl Motion {
             bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
         }
         bend.square() * (1.0 / 16.0)
+    }
+
+    fn longest_bend(&self) -> f32 {
+        let o = |back: usize| &self.past.octets[self.past.latest_octet.wrapping_sub(back) % OCTETS];
+        let [a, b, c] = [o(0), o(2), o(4)];
+        let mut bend = Apart::NONE;
+        for taxel in 0..TAXELS {
+            bend.add(a[taxel] + c[taxel] - 2.0 * b[taxel], self.noise.weights[taxel], self.pull[taxel]);
+        }
+        bend.square() * (1.0 / 64.0)
+    }
+
+    pub fn is_weak(&self) -> bool {
+        self.greatest_bend < self.taxels.limit(WEAK)
     }
 
     /// The latest block was a still one: learns the noise from it.
@@ -497,6 +529,10 @@ pub struct Past {
     /// Sums of two blocks, none of which is in two of them.
     pairs: [Values; PAIRS],
     latest_pair: usize,
+    octets: [Values; OCTETS],
+    latest_octet: usize,
+    octet_is_new: bool,
+    octets_count: u32,
     /// Whether the latest block ended one.
     pair_is_new: bool,
     /// Place of the latest.
@@ -511,6 +547,10 @@ impl Past {
             blocks: [[0.0; TAXELS]; HISTORY],
             pairs: [[0.0; TAXELS]; PAIRS],
             latest_pair: 0,
+            octets: [[0.0; TAXELS]; OCTETS],
+            latest_octet: 0,
+            octet_is_new: false,
+            octets_count: 0,
             pair_is_new: false,
             latest: 0,
             count: 0,
@@ -525,6 +565,13 @@ impl Past {
             let pair = (self.latest_pair + 1) % PAIRS;
             self.pairs[pair] = core::array::from_fn(|c| mean[c] + before[c]);
             self.latest_pair = pair;
+        }
+        self.octet_is_new = self.pair_is_new && self.latest_pair % 4 == 0;
+        if self.octet_is_new {
+            self.latest_octet = (self.latest_octet + 1) % OCTETS;
+            let [a, b, c, d] = [0, 1, 2, 3].map(|back| *self.pair(back));
+            self.octets[self.latest_octet] = core::array::from_fn(|t| a[t] + b[t] + c[t] + d[t]);
+            self.octets_count += 1;
         }
         self.blocks[at] = mean;
         self.latest = at;

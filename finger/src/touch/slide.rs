@@ -2,7 +2,7 @@
 
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONGEST_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::Frames;
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
@@ -39,17 +39,19 @@ pub struct Moving {
     quick: u32,
     faint: u32,
     any: u32,
+    /// By the slowest alone.
+    slowest: u32,
 }
 
 impl Moving {
     /// Before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
-        Self { since, quick: 0, faint: 0, any: 0 }
+        Self { since, quick: 0, faint: 0, any: 0, slowest: 0 }
     }
 
     /// One that has lasted long enough, since a block that begins with frame `since`.
     pub const fn sliding_since(since: u32) -> Self {
-        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 0 }
+        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 0, slowest: 0 }
     }
 
     /// One block further.
@@ -57,14 +59,20 @@ impl Moving {
         Self {
             quick: self.quick + block.quick as u32,
             faint: self.faint + (block.quick || block.faint) as u32,
-            any: self.any + block.moves() as u32,
+            any: self.any + (block.quick || block.slow || block.faint) as u32,
+            slowest: self.slowest + block.moves() as u32,
             ..self
         }
     }
 
+    /// Whether only slow comparisons show that it lasts.
+    pub const fn is_slow(&self) -> bool {
+        self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
+    }
+
     /// Whether it has lasted long enough.
     pub const fn is_slide(&self) -> bool {
-        self.quick >= SLIDE_BLOCKS || self.faint >= FAINT_SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
+        !self.is_slow() || self.any >= SLOW_SLIDE_BLOCKS || self.slowest >= SLOW_LASTING_BLOCKS + LONGEST_BLOCKS
     }
 }
 
@@ -79,6 +87,7 @@ pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option
         Block { faint: true, .. } if is_averaged => FADED_BLOCKS,
         Block { faint: true, .. } => FAINT_BLOCKS,
         Block { slow: true, .. } => LONG_BLOCKS,
+        Block { slowest: true, .. } => LONGEST_BLOCKS,
         _ => return None,
     };
     Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
@@ -95,7 +104,12 @@ pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(
 /// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves
 /// any more. The slide moved until frame `moving_until` at least. The block that ends with frame `over`, the latest one,
 /// shows that it has ended. `level` is the mean of the last four blocks.
-pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until: u32, over: u32) -> u32 {
+pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, (moving_until, by_slowest): (u32, bool), over: u32) -> u32 {
+    if by_slowest {
+        let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
+        let last = over.wrapping_sub(2 * BLOCK_FRAMES);
+        return frames.rest(level, None, last, earliest, last.wrapping_sub(earliest) / 60 + 1);
+    }
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
