@@ -74,7 +74,9 @@ pub struct ContactDetector {
     planned: Option<(u32, u32)>,
     /// Frame up to which the slide is known to have lasted.
     moving_until: u32,
-    by_slowest: bool,
+    /// Only the longest comparison shows that.
+    until_is_loose: bool,
+    /// Only slow comparisons show that the slide lasts.
     is_slow: bool,
 }
 
@@ -101,7 +103,7 @@ impl ContactDetector {
             aim_in: 0,
             planned: None,
             moving_until: 0,
-            by_slowest: false,
+            until_is_loose: false,
             is_slow: false,
         }
     }
@@ -197,7 +199,6 @@ impl ContactDetector {
     #[inline(never)]
     fn step(&mut self, number: u32, block: Block, ring: Averages, report: &mut dyn FnMut(Change)) -> bool {
         let mean = self.motion.past().back(0);
- extern crate std; if std::env::var("DBG").is_ok() {std::eprintln!("{number} {:?} {:?} q{} s{} sl{} off {} load {} left {} typ", self.phase, block, self.motion.still_quick, self.motion.still, self.motion.still_slowest, self.off_idle(mean), self.load, self.has_left(mean));}
         match self.phase {
             Phase::Learning(blocks) => {
                 self.follow_idle(self.off_idle(mean));
@@ -270,7 +271,7 @@ impl ContactDetector {
     /// is next to idle is. Of a finger that is shaken all the time a longer mean shows where it is.
     fn is_back_from_spike(&self, off: f32) -> bool {
         let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-        let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
+        let of_recent = self.motion.distance(&self.motion.past().recent_mean(), &self.idle.level);
         let off = if is_still || off < of_recent { off } else { of_recent };
         let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
         off < greater(at_idle, BACK_FROM_SPIKE * self.spike.height(self.motion.weights()))
@@ -325,8 +326,8 @@ impl ContactDetector {
             // Right after something else it is the level at which that ended.
             let count = self.motion.past().count;
             if count > HELD_BACK {
-                let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
-                self.still_level = Some(self.motion.past().mean_of_four(skip));
+                let skip = count.saturating_sub(5).clamp(HELD_BACK, STILL_BACK);
+                self.still_level = Some(self.motion.past().earlier_four(skip));
             }
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
@@ -346,9 +347,9 @@ impl ContactDetector {
                 None => self.contact.wrapping_add(HIDDEN_FRAMES),
             };
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
-        } else if self.motion.still >= STILL_BLOCKS && self.motion.still_slowest >= STILL_BLOCKS {
+        } else if self.motion.still >= STILL_BLOCKS && self.motion.still_longest >= STILL_BLOCKS {
             self.phase = Phase::Hold;
-            self.motion.restart_short();
+            self.motion.restart_lately();
         } else {
             self.phase = Phase::Moving(moving);
         }
@@ -359,7 +360,7 @@ impl ContactDetector {
             && reached(sure, self.moving_until)
         {
             self.moving_until = sure;
-            self.by_slowest = !(Block { slowest: false, ..block }).moves();
+            self.until_is_loose = !block.moves_lately();
         }
     }
 
@@ -372,9 +373,9 @@ impl ContactDetector {
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
         let mut is_over = self.motion.still >= STILL_BLOCKS
-            && (self.motion.still_slowest >= STILL_BLOCKS || !self.is_slow || !self.motion.is_weak());
+            && (self.motion.still_longest >= STILL_BLOCKS || !self.is_slow || !self.motion.is_weak());
         if self.aim_in == 0 {
-            let recent = self.motion.recent_mean();
+            let recent = self.motion.past().recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
             is_over |= off < BACK_AT_IDLE * self.load;
             if self.knows_idle && off > IS_LOAD * self.load {
@@ -390,7 +391,7 @@ impl ContactDetector {
     /// what it was and what comes next.
     #[inline(never)]
     fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
-        let level = self.motion.past().mean_of_four(0);
+        let level = self.motion.past().mean_of_four();
         let off = self.motion.distance(&level, &self.idle.level);
         let before = self.still_level.replace(level);
         self.skips_block = true;
@@ -420,7 +421,7 @@ impl ContactDetector {
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(&frames, &self.motion, &level, (self.moving_until, self.by_slowest), over)
+                    slide_end(&frames, &self.motion, &level, (self.moving_until, self.until_is_loose), over)
                 };
                 report(Change::SlideEnd(start, end));
                 is_released

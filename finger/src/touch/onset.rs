@@ -33,7 +33,7 @@ const MOST_OF_FALL: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
 /// Most frames that are searched for its end: 0.25 s.
-const END_FRAMES: u32 = 60;
+pub const END_FRAMES: u32 = 60;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
 /// Frames before a release that may belong to it.
