@@ -254,7 +254,11 @@ impl ContactDetector {
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
                 }
-                if let Phase::Moving(moving) = self.phase {
+                if let Phase::Moving(mut moving) = self.phase {
+                    if block.quick && moving.is_creep() {
+                        self.note_still_level();
+                        moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
+                    }
                     self.moving(moving.with(block), ring, report);
                     return false;
                 }
@@ -323,12 +327,7 @@ impl ContactDetector {
     fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
         let moves = block.moves();
         if moves && self.rule == SlideRule::Found {
-            // Right after something else it is the level at which that ended.
-            let count = self.motion.past().count;
-            if count > HELD_BACK {
-                let skip = count.saturating_sub(5).clamp(HELD_BACK, STILL_BACK);
-                self.still_level = Some(self.motion.past().earlier_four(skip));
-            }
+            self.note_still_level();
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
@@ -336,6 +335,16 @@ impl ContactDetector {
             self.held.extend(number, &self.motion);
         }
         !moves
+    }
+
+    /// The level before a motion that the latest block shows.
+    fn note_still_level(&mut self) {
+        // Right after something else it is the level at which that ended.
+        let count = self.motion.past().count;
+        if count > HELD_BACK {
+            let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
+            self.still_level = Some(self.motion.past().mean_of_four(skip));
+        }
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
@@ -391,7 +400,7 @@ impl ContactDetector {
     /// what it was and what comes next.
     #[inline(never)]
     fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
-        let level = self.motion.past().mean_of_four();
+        let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle.level);
         let before = self.still_level.replace(level);
         self.skips_block = true;

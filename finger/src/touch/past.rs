@@ -94,17 +94,16 @@ impl Past {
         &self.eights[(self.latest_eight + EIGHTS - back) % EIGHTS]
     }
 
-    /// The mean of the latest four blocks.
-    pub fn mean_of_four(&self) -> Values {
-        let [a, b, c, d] = core::array::from_fn(|back| self.back(back));
+    /// The mean of four blocks, the latest `skip` left out; where that is further back than blocks are remembered, one fewer if these would
+    /// cut a pair.
+    pub fn mean_of_four(&self, skip: usize) -> Values {
+        if skip + 4 > HISTORY {
+            let back = (skip - usize::from(!self.pair_is_new)) / 2;
+            let (a, b) = (self.pair(back), self.pair(back + 1));
+            return core::array::from_fn(|taxel| (a[taxel] + b[taxel]) * 0.25);
+        }
+        let [a, b, c, d] = core::array::from_fn(|back| self.back(skip + back));
         core::array::from_fn(|taxel| (a[taxel] + b[taxel] + c[taxel] + d[taxel]) * 0.25)
-    }
-
-    /// The mean of four blocks, the latest `skip` left out, or one more where these would cut a pair.
-    pub fn earlier_four(&self, skip: usize) -> Values {
-        let back = (skip + usize::from(self.pair_is_new)) / 2;
-        let (a, b) = (self.pair(back), self.pair(back + 1));
-        core::array::from_fn(|taxel| (a[taxel] + b[taxel]) * 0.25)
     }
 
     /// Mean of the last [`PAIRS`], or of those since a restart.
@@ -134,9 +133,9 @@ mod tests {
                 continue;
             }
             let number = f32::from(number);
-            assert_eq!((past.back(0)[3], past.back(7)[3], past.mean_of_four()[3]), (number, number - 7.0, number - 1.5));
-            for skip in 2u8..=9 {
-                let off = number - f32::from(skip) - 1.5 - past.earlier_four(skip.into())[3];
+            assert_eq!((past.back(0)[3], past.back(7)[3], past.mean_of_four(4)[3]), (number, number - 7.0, number - 5.5));
+            for skip in 5u8..=9 {
+                let off = past.mean_of_four(skip.into())[3] - (number - f32::from(skip) - 1.5);
                 assert!(off == 0.0 || off == 1.0, "{skip}: {off}");
             }
             let (latest, oldest) = (past.eight(0)[3] / 8.0, past.eight(EIGHTS - 1)[3] / 8.0);

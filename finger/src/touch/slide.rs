@@ -67,6 +67,11 @@ impl Moving {
         }
     }
 
+    /// Whether it may be a skin that creeps: only the longest comparison shows it.
+    pub const fn is_creep(&self) -> bool {
+        self.any == 0
+    }
+
     /// Whether only slow comparisons show that it lasts.
     pub const fn is_slow(&self) -> bool {
         self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
