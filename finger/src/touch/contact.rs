@@ -12,7 +12,7 @@ use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
-use crate::touch::loaded::{Course, Judged, judge};
+use crate::touch::loaded::{Air, Judged, judge};
 use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, greater};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
@@ -50,13 +50,8 @@ pub struct ContactDetector {
     condition: Condition,
     motion: Motion,
     idle: Idle,
-    /// Idle level before the latest touch, if there was one: the skin creeps back to it.
-    idle_before: Option<Values>,
+    air: Air,
     spike: Spike,
-    /// False while a finger is on something that was so before any level in the air was seen.
-    knows_idle: bool,
-    /// Of that finger's slides.
-    course: Course,
     /// A contact spike has shown that the idle level is that in the air.
     was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
@@ -90,10 +85,8 @@ impl ContactDetector {
             condition: Condition::new(plan),
             motion: Motion::new(plan),
             idle: Idle::new(),
-            idle_before: None,
+            air: Air::Known(None),
             spike: Spike::new(),
-            knows_idle: true,
-            course: Course::new(),
             was_in_air: false,
             contact: 0,
             held: HeldLevel::new(),
@@ -123,7 +116,7 @@ impl ContactDetector {
     #[inline(never)]
     pub fn pressed(&self) -> (Values, u16) {
         let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
-        if self.is_touched() && self.knows_idle {
+        if self.is_touched() && self.air.is_known() {
             let (mean, weights) = (self.motion.past().back(0), self.motion.weights());
             for c in 0..TAXELS {
                 pressed[c] = mean[c] - self.idle.level[c];
@@ -167,10 +160,10 @@ impl ContactDetector {
             cleaned = frame;
             &cleaned
         };
-        if !self.knows_idle && matches!(self.phase, Phase::Slide(_)) {
-            self.course.add(values, self.motion.weights());
-        } else if matches!(self.phase, Phase::Spike(_)) {
-            self.spike.follow(number, values, &self.idle.level, self.motion.weights());
+        match self.phase {
+            Phase::Slide(_) => self.air.follow_slide(values, self.motion.weights()),
+            Phase::Spike(_) => self.spike.follow(number, values, &self.idle.level, self.motion.weights()),
+            _ => {}
         }
         let Some(block) = self.motion.push(values, squares) else { return };
         if core::mem::take(&mut self.skips_block) {
@@ -215,8 +208,9 @@ impl ContactDetector {
                     return true;
                 }
                 let idle = &self.idle.level;
-                let is_nearer = |before| self.motion.distance(mean, before) < self.motion.distance(idle, before);
-                if self.idle_before.as_ref().is_some_and(is_nearer) {
+                let is_nearer =
+                    |before: &Values| self.motion.distance(mean, before) < self.motion.distance(idle, before);
+                if matches!(&self.air, Air::Known(Some(before)) if is_nearer(before)) {
                     self.enter(Phase::CreepingBack);
                 } else {
                     self.spike = Spike::begin(number, idle, self.motion.weights(), ring, &self.condition);
@@ -240,7 +234,7 @@ impl ContactDetector {
             }
             Phase::Hold | Phase::Moving(_) => {
                 // The level of a hold changes slowly.
-                if self.knows_idle && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
+                if self.air.is_known() && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
                 let off = self.motion.distance(mean, &self.idle.level);
@@ -249,7 +243,9 @@ impl ContactDetector {
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
                 let is_still = self.motion.still_quick >= STILL_BLOCKS;
-                if is_still && (self.has_fallen(STILL_BLOCKS as usize - 1) || off < back && is_back(STILL_BLOCKS as usize - 1)) {
+                if is_still
+                    && (self.has_fallen(STILL_BLOCKS as usize - 1) || off < back && is_back(STILL_BLOCKS as usize - 1))
+                {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -288,7 +284,10 @@ impl ContactDetector {
         let first = since.wrapping_sub(BLOCK_FRAMES - 1);
         // A slide comes by the level before it, but does not stay there; a tap is short.
         let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
-        if is_short && (0..STILL_BLOCKS as usize).all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32)) {
+        if is_short
+            && (0..STILL_BLOCKS as usize)
+                .all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32))
+        {
             return true;
         }
         match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
@@ -297,7 +296,7 @@ impl ContactDetector {
                 return true;
             }
             Judged::Slide(course) => {
-                (self.knows_idle, self.course) = (false, course);
+                self.air = Air::Unknown(course);
                 (self.load, self.contact) = (0.0, first.wrapping_sub(SPIKE_FRAMES));
                 self.held.restart();
                 self.still_level = Some(self.idle.level);
@@ -311,16 +310,17 @@ impl ContactDetector {
 
     /// Whether a finger whose idle level is not known has left the levels of its slide.
     fn has_left(&self, level: &Values) -> bool {
-        !self.knows_idle && self.course.is_beside(level, self.motion.weights(), self.motion.taxels.count)
+        self.air.is_left(level, self.motion.weights(), self.motion.taxels.count)
     }
 
     /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
     /// skin creeps back to it.
     fn has_fallen(&self, blocks: usize) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
-        [0, blocks].map(|back| self.motion.past().back(back)).iter().all(|mean| {
-            self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load
-        })
+        [0, blocks]
+            .map(|back| self.motion.past().back(back))
+            .iter()
+            .all(|mean| self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load)
     }
 
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
@@ -387,7 +387,7 @@ impl ContactDetector {
             let recent = self.motion.past().recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
             is_over |= off < BACK_AT_IDLE * self.load;
-            if self.knows_idle && off > IS_LOAD * self.load {
+            if self.air.is_known() && off > IS_LOAD * self.load {
                 self.aim(&recent);
             }
         }
@@ -438,19 +438,20 @@ impl ContactDetector {
         };
         if is_released {
             let arrived = arrived.unwrap_or_else(|| match &before {
-                Some(before) if self.knows_idle && off >= BACK_AT_IDLE * self.load => self.frames(ring).fall(before, &level, over),
+                Some(before) if self.air.is_known() && off >= BACK_AT_IDLE * self.load => {
+                    self.frames(ring).fall(before, &level, over)
+                }
                 _ => self.frames(ring).arrival(&level, over),
             });
             report(Change::Release(arrived));
-            self.idle_before = self.knows_idle.then_some(self.idle.level);
-            self.knows_idle = true;
+            self.air = Air::Known(self.air.is_known().then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
             self.planned = None;
             self.motion.ignore(None);
             self.enter(Phase::Idle);
             return;
         }
-        if !self.knows_idle {
+        if !self.air.is_known() {
             self.begin_hold(Hold::AfterSlide);
             return;
         }
@@ -521,7 +522,7 @@ impl ContactDetector {
     }
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
-        if self.knows_idle && self.held.is_long_enough() {
+        if self.air.is_known() && self.held.is_long_enough() {
             report(Change::HoldEnd {
                 held: &self.held,
                 span: (self.held.from, self.held.until),

@@ -33,19 +33,19 @@ const JUDGED_AFTER: u32 = 241;
 /// Mean of a motion, and its squares about the mean.
 #[derive(Clone, Debug)]
 pub struct Course {
-    pub mean: Values,
+    mean: Values,
     squares: f32,
     frames: f32,
 }
 
 impl Course {
-    pub const fn new() -> Self {
+    const fn new() -> Self {
         Self { mean: [0.0; TAXELS], squares: 0.0, frames: 0.0 }
     }
 
     /// Takes a frame (Welford's method).
     #[inline(never)]
-    pub fn add(&mut self, values: &Values, weights: &Values) {
+    fn add(&mut self, values: &Values, weights: &Values) {
         self.frames += 1.0;
         let share = 1.0 / self.frames;
         for c in 0..TAXELS {
@@ -61,8 +61,35 @@ impl Course {
     }
 
     /// Whether a level is none of those of the motion.
-    pub fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
+    fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
         self.frames > 0.0 && distance(weights, level, &self.mean) > BESIDE_MOTION * greater(self.spread(taxels), taxels)
+    }
+}
+
+/// What is known of the level in the air.
+#[derive(Clone, Debug)]
+pub enum Air {
+    /// It is the idle level. Before the latest touch it was this one: the skin creeps back to it.
+    Known(Option<Values>),
+    /// The finger was on something when the detector began: the course of its slides.
+    Unknown(Course),
+}
+
+impl Air {
+    pub const fn is_known(&self) -> bool {
+        matches!(self, Self::Known(_))
+    }
+
+    /// Takes a frame of a slide.
+    pub fn follow_slide(&mut self, values: &Values, weights: &Values) {
+        if let Self::Unknown(course) = self {
+            course.add(values, weights);
+        }
+    }
+
+    /// Whether the finger has left the levels of its slides.
+    pub fn is_left(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
+        matches!(self, Self::Unknown(course) if course.is_beside(level, weights, taxels))
     }
 }
 

@@ -274,7 +274,11 @@ impl Motion {
             // Noise that wanders makes twice as much of means of eight blocks as of four.
             let of_wander = OVER_TYPICAL * (2.0 * self.typical[LONG_BEND] - taxels.count);
             let limit = if which == LONGEST { greater(limit, of_wander) } else { limit };
-            if which == LONG_BEND || which == LONGEST { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
+            if which == LONG_BEND || which == LONGEST {
+                greater(limit, CREEP_SHARE * self.greatest_bend)
+            } else {
+                limit
+            }
         };
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.

@@ -133,7 +133,10 @@ mod tests {
                 continue;
             }
             let number = f32::from(number);
-            assert_eq!((past.back(0)[3], past.back(7)[3], past.mean_of_four(4)[3]), (number, number - 7.0, number - 5.5));
+            assert_eq!(
+                (past.back(0)[3], past.back(7)[3], past.mean_of_four(4)[3]),
+                (number, number - 7.0, number - 5.5)
+            );
             for skip in 5u8..=9 {
                 let off = past.mean_of_four(skip.into())[3] - (number - f32::from(skip) - 1.5);
                 assert!(off == 0.0 || off == 1.0, "{skip}: {off}");

@@ -2,7 +2,7 @@
 
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONGEST_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::{END_FRAMES, Frames};
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
@@ -53,7 +53,7 @@ impl Moving {
 
     /// One that has lasted long enough, since a block that begins with frame `since`.
     pub const fn sliding_since(since: u32) -> Self {
-        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 0, longest: 0 }
+        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 1, longest: 0 }
     }
 
     /// One block further.
@@ -112,7 +112,13 @@ pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(
 /// any more. The slide moved until frame `moving_until` at least; if `is_loose`, only the longest comparison shows it, which says little of
 /// when. The block that ends with frame `over`, the latest one,
 /// shows that it has ended. `level` is the mean of the last four blocks.
-pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, (moving_until, is_loose): (u32, bool), over: u32) -> u32 {
+pub fn slide_end(
+    frames: &Frames,
+    motion: &Motion,
+    level: &Values,
+    (moving_until, is_loose): (u32, bool),
+    over: u32,
+) -> u32 {
     if is_loose {
         let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
         let last = over.wrapping_sub(2 * BLOCK_FRAMES);
