@@ -5,6 +5,8 @@
 //! starts when the held levels begin to change and ends when they stop. Both times are searched for in the ring, as soon
 //! as a block of frames shows that there is one to find.
 
+mod evidence;
+
 use crate::ring::reached;
 use crate::touch::averages::Averages;
 use crate::touch::change::Change;
@@ -12,12 +14,12 @@ use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
-use crate::touch::loaded::{Air, Judged, judge};
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, greater};
+use crate::touch::loaded::Air;
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
-use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SlideRule, TAXELS};
 use ridgetone_proto::telemetry::Hold;
@@ -35,9 +37,6 @@ const STILL_BACK: usize = 8;
 const AIM_BLOCKS: u32 = 8;
 /// From the contact to a slide that began before the spike was over, frames: 50 ms, within which a spike hides it.
 const HIDDEN_FRAMES: u32 = 12;
-
-/// Share of the touch's first load that falls at once in a release: a skin that has crept since the contact stays behind.
-const FALLEN: f32 = 0.55;
 
 /// The state machine.
 #[derive(Clone, Debug)]
@@ -242,10 +241,8 @@ impl ContactDetector {
                 let back = BACK_AT_IDLE * self.load;
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
-                let is_still = self.motion.still_quick >= STILL_BLOCKS;
-                if is_still
-                    && (self.has_fallen(STILL_BLOCKS as usize - 1) || off < back && is_back(STILL_BLOCKS as usize - 1))
-                {
+                let is_over = || off < back && is_back(STILL_BLOCKS as usize - 1);
+                if self.motion.still_quick >= STILL_BLOCKS && (is_over() || self.has_fallen()) {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
@@ -267,62 +264,6 @@ impl ContactDetector {
         }
     }
 
-    /// Whether a level, which is `off` from idle, is in the air after a spike, which may be many times as high as the hold: only what
-    /// is next to idle is. Of a finger that is shaken all the time a longer mean shows where it is.
-    fn is_back_from_spike(&self, off: f32) -> bool {
-        let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-        let of_recent = self.motion.distance(&self.motion.past().recent_mean(), &self.idle.level);
-        let off = if is_still || off < of_recent { off } else { of_recent };
-        let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
-        off < greater(at_idle, BACK_FROM_SPIKE * self.spike.height(self.motion.weights()))
-    }
-
-    /// Whether what has changed since the block that ends with frame `since` is a contact. Else it is a slide of a finger that was on
-    /// something before, or it is unclear as yet.
-    fn is_contact(&mut self, since: u32, number: u32, ring: Averages) -> bool {
-        let is_still = self.motion.still >= SPIKE_STILL_BLOCKS && number.wrapping_sub(since) > SPIKE_FRAMES;
-        let first = since.wrapping_sub(BLOCK_FRAMES - 1);
-        // A slide comes by the level before it, but does not stay there; a tap is short.
-        let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
-        if is_short
-            && (0..STILL_BLOCKS as usize)
-                .all(|back| self.is_back_from_spike(self.off_idle(self.motion.past().back(back)) / BLOCK_FRAMES as f32))
-        {
-            return true;
-        }
-        match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
-            Judged::Contact { has_spike } => {
-                self.was_in_air = has_spike;
-                return true;
-            }
-            Judged::Slide(course) => {
-                self.air = Air::Unknown(course);
-                (self.load, self.contact) = (0.0, first.wrapping_sub(SPIKE_FRAMES));
-                self.held.restart();
-                self.still_level = Some(self.idle.level);
-                // The next block begins the slide.
-                self.phase = Phase::Moving(Moving::sliding_since(first));
-            }
-            Judged::Unclear => {}
-        }
-        false
-    }
-
-    /// Whether a finger whose idle level is not known has left the levels of its slide.
-    fn has_left(&self, level: &Values) -> bool {
-        self.air.is_left(level, self.motion.weights(), self.motion.taxels.count)
-    }
-
-    /// Whether the load fell in the motion that has just passed, wherever the idle level may be by now: it may have drifted, and a
-    /// skin creeps back to it.
-    fn has_fallen(&self, blocks: usize) -> bool {
-        let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
-        [0, blocks]
-            .map(|back| self.motion.past().back(back))
-            .iter()
-            .all(|mean| self.has_left(mean) || self.motion.along(before, mean) > FALLEN * self.first_load)
-    }
-
     /// One block further in a hold, whose mean is `off` from idle. True if nothing moves.
     fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
         let moves = block.moves();
@@ -335,16 +276,6 @@ impl ContactDetector {
             self.held.extend(number, &self.motion);
         }
         !moves
-    }
-
-    /// The level before a motion that the latest block shows.
-    fn note_still_level(&mut self) {
-        // Right after something else it is the level at which that ended.
-        let count = self.motion.past().count;
-        if count > HELD_BACK {
-            let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
-            self.still_level = Some(self.motion.past().mean_of_four(skip));
-        }
     }
 
     /// One block further while something moves: it becomes a slide, or is still again.
@@ -364,6 +295,7 @@ impl ContactDetector {
         }
     }
 
+    /// Follows until when something moves.
     fn follow_motion(&mut self, block: Block, number: u32) {
         if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
             && reached(sure, self.moving_until)
