@@ -15,7 +15,7 @@ use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
 use crate::touch::loaded::Air;
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, length};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
@@ -58,7 +58,7 @@ pub struct ContactDetector {
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
-    /// Length of the load that the touch began with, in units of the noise.
+    /// Length of the load that the touch began with, codes: what is learned of the noise later does not change it.
     first_load: f32,
     /// Level at which the taxels were still before the latest motion; none in one that was there before the spike was over.
     still_level: Option<Values>,
@@ -391,7 +391,7 @@ impl ContactDetector {
             (self.held.level, self.load) = (level, off);
         }
         if ended == Ended::Spike {
-            self.first_load = libm::sqrtf(off);
+            self.first_load = length(core::array::from_fn(|c| level[c] - self.idle.level[c]));
         }
         self.aim(&level);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });

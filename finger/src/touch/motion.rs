@@ -403,6 +403,12 @@ impl Motion {
         self.pull.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (pull, (from, to))| sum + (from - to) * pull)
     }
 
+    /// What is so many codes long along that direction, in the same units.
+    pub fn in_noise(&self, codes: f32) -> f32 {
+        let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
+        codes * libm::sqrtf(square) / greater(length(self.load), 1.0)
+    }
+
     /// How much more slow comparisons are than in white noise, at least one.
     pub fn wander(&self) -> f32 {
         greater(1.0, greater(self.typical[1], self.typical[3]) / self.taxels.count)
@@ -454,6 +460,11 @@ impl Swing {
     fn add(&mut self, squares: &Values, weights: &Values) {
         self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
     }
+}
+
+/// Its length, codes.
+pub fn length(values: Values) -> f32 {
+    libm::sqrtf(values.iter().fold(0.0, |sum, value| sum + value * value))
 }
 
 /// Moves a level by a share of its way to another one.

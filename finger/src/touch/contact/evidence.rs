@@ -62,8 +62,8 @@ impl ContactDetector {
     /// skin creeps back to it.
     pub(super) fn has_fallen(&self) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
-        let is_down =
-            |level: &Values| self.has_left(level) || self.motion.along(before, level) > FALLEN * self.first_load;
+        let fall = FALLEN * self.motion.in_noise(self.first_load);
+        let is_down = |level: &Values| self.has_left(level) || self.motion.along(before, level) > fall;
         // What changes along the load alone is not quick: the oldest block counts too.
         [0, STILL_BLOCKS as usize - 1].iter().all(|back| is_down(self.motion.past().back(*back)))
     }
