@@ -3,7 +3,7 @@
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
-#[inline]
+#[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
     weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, (weight, (a, b))| sum + (a - b) * (a - b) * weight)
 }

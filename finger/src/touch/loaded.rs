@@ -55,18 +55,6 @@ impl Course {
         }
     }
 
-    /// Of both together (Chan, Golub and LeVeque's method).
-    fn and(&self, other: &Self, weights: &Values) -> Self {
-        let frames = self.frames + other.frames;
-        let share = other.frames / greater(frames, 1.0);
-        let apart = distance(weights, &other.mean, &self.mean);
-        Self {
-            mean: core::array::from_fn(|c| self.mean[c] + share * (other.mean[c] - self.mean[c])),
-            squares: self.squares + other.squares + apart * self.frames * share,
-            frames,
-        }
-    }
-
     /// Mean square about the mean, that of the noise left out.
     fn spread(&self, taxels: f32) -> f32 {
         self.squares / greater(self.frames, 1.0) - taxels
@@ -93,6 +81,7 @@ impl Air {
     }
 
     /// Takes a frame of a slide.
+    #[inline(never)]
     pub fn follow_slide(&mut self, values: &Values, weights: &Values) {
         if let Self::Unknown(course) = self {
             course.add(values, weights);
@@ -116,78 +105,75 @@ pub enum Judged {
     Unclear,
 }
 
+/// The frames that are looked at, of so many from a first one on.
+#[inline(never)]
+fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
+    let every = all / LOOKED_AT + 1;
+    let mut place = [0.0; TAXELS];
+    for at in (0..=all).filter(|at| *at < EARLY_FRAMES || at.is_multiple_of(every)) {
+        if let Some(values) = frames.condition.frame(frames.ring, first.wrapping_add(at), &mut place) {
+            take(at, values);
+        }
+    }
+}
+
 /// Judges the change from `level` in the frames from `first` to `last`.
 #[inline(never)]
 pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
+    let (weights, taxels) = (frames.weights, frames.taxels.count);
     let all = last.wrapping_sub(first);
     let (from, until) = if all < 2 * LATE_FRAMES.0 { (all / 2, all) } else { LATE_FRAMES };
-    let looked_at = || {
-        let every = all / LOOKED_AT + 1;
-        (0..=all)
-            .filter(move |at| *at < EARLY_FRAMES || at.is_multiple_of(every))
-            .map(|at| (at, first.wrapping_add(at)))
-    };
-    let [mut begin, mut half, mut end] = [const { Course::new() }; 3];
-    let (mut early, mut place) = (0.0, [0.0; TAXELS]);
-    for (at, frame) in looked_at() {
-        let Some(values) = frames.condition.frame(frames.ring, frame, &mut place) else { continue };
+    let (mut late, mut half, mut early) = (Course::new(), Course::new(), 0.0);
+    look_at(frames, first, all, &mut |at, values| {
         if at < EARLY_FRAMES {
-            early = greater(early, distance(frames.weights, values, level));
+            early = greater(early, distance(weights, values, level) - taxels);
         }
-        let course = match at {
-            at if at < from => &mut begin,
-            at if at < until => &mut half,
-            _ => &mut end,
-        };
-        course.add(values, frames.weights);
-    }
-    let late = half.and(&end, frames.weights);
-    let whole = begin.and(&late, frames.weights);
-    let taxels = frames.taxels.count;
-    let off = |course: &Course| distance(frames.weights, &course.mean, level);
-    let (spread, later) = (late.spread(taxels), off(&late) + late.spread(taxels));
-    let early = early - taxels;
-    if early > AT_ONCE * later {
-        let moves = off(&late) < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
-        return if moves { Judged::Slide(whole) } else { Judged::Contact { has_spike: early > SPIKED * later } };
+        if at >= from {
+            late.add(values, weights);
+            if at < until {
+                half.add(values, weights);
+            }
+        }
+    });
+    let (off, spread) = (distance(weights, &late.mean, level), late.spread(taxels));
+    if early > AT_ONCE * (off + spread) {
+        let moves = off < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
+        let has_spike = early > SPIKED * (off + spread);
+        return if moves { Judged::Slide(late) } else { Judged::Contact { has_spike } };
     }
     if all < JUDGED_AFTER && !is_still {
         return Judged::Unclear;
     }
-    let way: Values = core::array::from_fn(|c| (whole.mean[c] - level[c]) * frames.weights[c]);
+    // The part of the motion that is along the way from the level to its mean.
+    let way: Values = core::array::from_fn(|c| (late.mean[c] - level[c]) * weights[c]);
     let (mut along, mut count) = (0.0, 0.0);
-    for (_, frame) in looked_at() {
-        let Some(values) = frames.condition.frame(frames.ring, frame, &mut place) else { continue };
-        let off = (0..TAXELS).fold(0.0, |sum, c| sum + (values[c] - whole.mean[c]) * way[c]);
-        (along, count) = (along + off * off, count + 1.0);
-    }
-    let along = along / (count * off(&whole)) - 1.0;
-    let spread = whole.spread(taxels);
-    if spread - along > BENT * spread { Judged::Slide(whole) } else { Judged::Contact { has_spike: false } }
+    look_at(frames, first, all, &mut |at, values| {
+        if at >= from {
+            let off = (0..TAXELS).fold(0.0, |sum, c| sum + (values[c] - late.mean[c]) * way[c]);
+            (along, count) = (along + off * off, count + 1.0);
+        }
+    });
+    let along = along / greater(count * off, 1.0) - 1.0;
+    if spread - along > BENT * spread { Judged::Slide(late) } else { Judged::Contact { has_spike: false } }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Two parts put together are what all of it is at once, by the definition.
+    /// Against the definition, in f64.
     #[test]
-    fn parts_of_a_course_add_up() {
+    fn a_course_has_the_mean_and_the_mean_square_of_its_frames() {
         let value = |n: u16, c: usize| f32::from((n * 37 + 11 * c as u16) % 101) + f32::from(n);
         let weights: Values = core::array::from_fn(|c| 1.0 + c as f32);
-        let [mut one, mut other] = [const { Course::new() }; 2];
-        for n in 0..50 {
-            let part = if n < 20 { &mut one } else { &mut other };
-            part.add(&core::array::from_fn(|c| value(n, c)), &weights);
-        }
-        let both = one.and(&other, &weights);
+        let mut course = Course::new();
+        (0..50).for_each(|n| course.add(&core::array::from_fn(|c| value(n, c)), &weights));
         let mut squares = 0.0;
         for c in 0..TAXELS {
             let mean = (0..50).map(|n| f64::from(value(n, c))).sum::<f64>() / 50.0;
-            assert!((f64::from(both.mean[c]) - mean).abs() < 1e-3, "{c}");
+            assert!((f64::from(course.mean[c]) - mean).abs() < 1e-3, "{c}");
             squares += f64::from(weights[c]) * (0..50).map(|n| (f64::from(value(n, c)) - mean).powi(2)).sum::<f64>();
         }
-        assert!((f64::from(both.spread(16.0)) - (squares / 50.0 - 16.0)).abs() < 1e-4 * squares / 50.0);
-        assert_eq!(Course::new().and(&one, &weights).mean, one.mean);
+        assert!((f64::from(course.spread(16.0)) - (squares / 50.0 - 16.0)).abs() < 1e-4 * squares / 50.0);
     }
 }

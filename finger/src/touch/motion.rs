@@ -399,11 +399,13 @@ impl Motion {
     }
 
     /// How far it is from one level to another against the direction that is ignored, in units of one frame's noise.
+    #[inline(never)]
     pub fn along(&self, from: &Values, to: &Values) -> f32 {
         self.pull.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (pull, (from, to))| sum + (from - to) * pull)
     }
 
     /// What is so many codes long along that direction, in the same units.
+    #[inline(never)]
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
         codes * libm::sqrtf(square) / greater(length(self.load), 1.0)
