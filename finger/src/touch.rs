@@ -16,3 +16,4 @@ mod past;
 mod phase;
 mod slide;
 mod spike;
+mod values;

@@ -15,11 +15,12 @@ use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
 use crate::touch::loaded::Air;
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, length};
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
 use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SlideRule, TAXELS};
 use ridgetone_proto::telemetry::Hold;
@@ -212,7 +213,7 @@ impl ContactDetector {
                 if matches!(&self.air, Air::Known(Some(before)) if is_nearer(before)) {
                     self.enter(Phase::CreepingBack);
                 } else {
-                    self.spike = Spike::begin(number, idle, self.motion.weights(), ring, &self.condition);
+                    self.spike = Spike::begin(number, idle, &self.frames(ring));
                     self.enter(Phase::Spike(number));
                 }
                 false
@@ -391,7 +392,7 @@ impl ContactDetector {
             (self.held.level, self.load) = (level, off);
         }
         if ended == Ended::Spike {
-            self.first_load = length(core::array::from_fn(|c| level[c] - self.idle.level[c]));
+            self.first_load = length(&difference(&level, &self.idle.level));
         }
         self.aim(&level);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
@@ -399,7 +400,7 @@ impl ContactDetector {
 
     /// What is along the way from idle to this level is no motion.
     fn aim(&mut self, level: &Values) {
-        self.motion.ignore(Some(core::array::from_fn(|c| level[c] - self.idle.level[c])));
+        self.motion.ignore(Some(difference(level, &self.idle.level)));
     }
 
     /// The idle level follows the latest block, which is `off` from it.

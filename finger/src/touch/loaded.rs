@@ -4,7 +4,7 @@
 //! it comes by: a sine is off its mean by at most the root of two of its standard deviations. A slow contact presses all taxels alike,
 //! so that its way is straight; a slide takes each by its own phase.
 
-use crate::touch::chi_square::distance;
+use crate::touch::chi_square::{along, distance};
 use crate::touch::motion::greater;
 use crate::touch::onset::Frames;
 use ridgetone_proto::settings::TAXELS;
@@ -111,7 +111,7 @@ fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Val
     let every = all / LOOKED_AT + 1;
     let mut place = [0.0; TAXELS];
     for at in (0..=all).filter(|at| *at < EARLY_FRAMES || at.is_multiple_of(every)) {
-        if let Some(values) = frames.condition.frame(frames.ring, first.wrapping_add(at), &mut place) {
+        if let Some(values) = frames.values(first.wrapping_add(at), &mut place) {
             take(at, values);
         }
     }
@@ -146,15 +146,15 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
     }
     // The part of the motion that is along the way from the level to its mean.
     let way: Values = core::array::from_fn(|c| (late.mean[c] - level[c]) * weights[c]);
-    let (mut along, mut count) = (0.0, 0.0);
+    let (mut squares, mut count) = (0.0, 0.0);
     look_at(frames, first, all, &mut |at, values| {
         if at >= from {
-            let off = (0..TAXELS).fold(0.0, |sum, c| sum + (values[c] - late.mean[c]) * way[c]);
-            (along, count) = (along + off * off, count + 1.0);
+            let off = along(&way, &late.mean, values);
+            (squares, count) = (squares + off * off, count + 1.0);
         }
     });
-    let along = along / greater(count * off, 1.0) - 1.0;
-    if spread - along > BENT * spread { Judged::Slide(late) } else { Judged::Contact { has_spike: false } }
+    let straight = squares / greater(count * off, 1.0) - 1.0;
+    if spread - straight > BENT * spread { Judged::Slide(late) } else { Judged::Contact { has_spike: false } }
 }
 
 #[cfg(test)]

@@ -4,9 +4,10 @@
 //! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
 //! but not the straight creep of a skin that was just loaded.
 
-use crate::touch::chi_square::{Limit, Taxels, distance, limit};
+use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
+use crate::touch::values::length;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
@@ -398,17 +399,16 @@ impl Motion {
         distance(&self.noise.weights, a, b)
     }
 
-    /// How far it is from one level to another against the direction that is ignored, in units of one frame's noise.
-    #[inline(never)]
+    /// How far it is from one level to another along the direction that is ignored, in units of one frame's noise.
     pub fn along(&self, from: &Values, to: &Values) -> f32 {
-        self.pull.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (pull, (from, to))| sum + (from - to) * pull)
+        along(&self.pull, from, to)
     }
 
     /// What is so many codes long along that direction, in the same units.
     #[inline(never)]
     pub fn in_noise(&self, codes: f32) -> f32 {
         let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
-        codes * libm::sqrtf(square) / greater(length(self.load), 1.0)
+        codes * libm::sqrtf(square) / greater(length(&self.load), 1.0)
     }
 
     /// How much more slow comparisons are than in white noise, at least one.
@@ -462,11 +462,6 @@ impl Swing {
     fn add(&mut self, squares: &Values, weights: &Values) {
         self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
     }
-}
-
-/// Its length, codes.
-pub fn length(values: Values) -> f32 {
-    libm::sqrtf(values.iter().fold(0.0, |sum, value| sum + value * value))
 }
 
 /// Moves a level by a share of its way to another one.

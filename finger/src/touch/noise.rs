@@ -32,7 +32,9 @@ impl Noise {
         Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
     }
 
-    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone would be too little for some taxel.
+    /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone would be too little for
+    /// some taxel. The weights follow with the next block that teaches it.
+    #[inline(never)]
     pub fn forget(&mut self, slope: Option<&Values>) {
         self.learned = if self.learned < KNOWN_BLOCKS { self.learned } else { KNOWN_BLOCKS };
         let Some(slope) = slope else { return };
@@ -42,7 +44,6 @@ impl Noise {
             let quick = self.quick_variance[c] - square * (1.0 / (2 * BLOCK_FRAMES * BLOCK_FRAMES) as f32);
             self.quick_variance[c] = greater(quick, ROUNDING_VARIANCE);
             self.slow_variance[c] = greater(self.slow_variance[c] - square * (BLOCK_FRAMES as f32 / 2.0), 0.0);
-            self.weights[c] = 1.0 / greater(self.quick_variance[c], self.slow_variance[c]);
         }
     }
 

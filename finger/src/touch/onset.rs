@@ -4,9 +4,10 @@
 
 use crate::ring::reached;
 use crate::touch::averages::Averages;
-use crate::touch::chi_square::{Limit, Taxels, distance, limit};
+use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
+use crate::touch::values::{add, times};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -97,9 +98,15 @@ impl Extremes {
 }
 
 impl Frames<'_> {
+    /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the dearest search.
+    #[inline(never)]
+    pub fn values<'a>(&'a self, frame: u32, place: &'a mut Values) -> Option<&'a Values> {
+        self.condition.frame(self.ring, frame, place)
+    }
+
     fn is_off(&self, level: &Values, frame: u32) -> bool {
         let mut place = [0.0; TAXELS];
-        let values = self.condition.frame(self.ring, frame, &mut place);
+        let values = self.values(frame, &mut place);
         values.is_some_and(|values| distance(self.weights, values, level) > self.taxels.limit(DEPARTED))
     }
 
@@ -197,14 +204,15 @@ impl Frames<'_> {
     /// creeps back after the load is less.
     #[inline(never)]
     pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
-        let along = |level: &Values| (0..TAXELS).fold(0.0, |sum, c| sum + (level[c] - from[c]) * self.pull[c]);
-        let (most, mut place) = (MOST_OF_FALL * along(to), [0.0; TAXELS]);
-        let mut frames = (0..=SEARCH_FRAMES).map(|back| last.wrapping_sub(back));
-        let before = frames.find(|frame| {
-            let values = self.condition.frame(self.ring, *frame, &mut place);
-            values.is_some_and(|values| along(values) > most)
-        });
-        before.map_or(last, |frame| frame.wrapping_add(1))
+        let (most, mut place) = (MOST_OF_FALL * along(self.pull, from, to), [0.0; TAXELS]);
+        for back in 0..=SEARCH_FRAMES {
+            let frame = last.wrapping_sub(back);
+            let values = self.values(frame, &mut place);
+            if values.is_some_and(|values| along(self.pull, from, values) > most) {
+                return frame.wrapping_add(1);
+            }
+        }
+        last
     }
 
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
@@ -230,13 +238,12 @@ impl Frames<'_> {
     pub fn mean(&self, last: u32, frames: u32) -> Values {
         let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
         for frame in (0..frames).map(|back| last.wrapping_sub(back)) {
-            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
-                (0..TAXELS).for_each(|c| sum[c] += values[c]);
+            if let Some(values) = self.values(frame, &mut place) {
+                add(&mut sum, values);
                 count += 1.0;
             }
         }
-        let share = 1.0 / greater(count, 1.0);
-        sum.map(|sum| sum * share)
+        times(&sum, 1.0 / greater(count, 1.0))
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.

@@ -1,6 +1,7 @@
 //! Means of the latest blocks of frames, for the comparisons of [`crate::touch::motion`]: each block for a short while, sums of two
 //! for longer, and sums of eight for the longest.
 
+use crate::touch::values::{add, times};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -73,8 +74,8 @@ impl Past {
     #[inline(never)]
     fn add_eight(&mut self) {
         self.latest_eight = (self.latest_eight + 1) % EIGHTS;
-        let [a, b, c, d] = core::array::from_fn(|back| self.pair(back));
-        let sum = core::array::from_fn(|taxel| a[taxel] + b[taxel] + c[taxel] + d[taxel]);
+        let mut sum = *self.pair(0);
+        (1..PAIRS_OF_EIGHT).for_each(|back| add(&mut sum, self.pair(back)));
         self.eights[self.latest_eight] = sum;
         self.count_of_eights = (self.count_of_eights + 1).min(EIGHTS);
     }
@@ -96,14 +97,17 @@ impl Past {
 
     /// The mean of four blocks, the latest `skip` left out; where that is further back than blocks are remembered, one fewer if these would
     /// cut a pair.
+    #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
         if skip + 4 > HISTORY {
             let back = (skip - usize::from(!self.pair_is_new)) / 2;
-            let (a, b) = (self.pair(back), self.pair(back + 1));
-            return core::array::from_fn(|taxel| (a[taxel] + b[taxel]) * 0.25);
+            let mut sum = *self.pair(back);
+            add(&mut sum, self.pair(back + 1));
+            return times(&sum, 0.25);
         }
-        let [a, b, c, d] = core::array::from_fn(|back| self.back(skip + back));
-        core::array::from_fn(|taxel| (a[taxel] + b[taxel] + c[taxel] + d[taxel]) * 0.25)
+        let mut sum = *self.back(skip);
+        (skip + 1..skip + 4).for_each(|back| add(&mut sum, self.back(back)));
+        times(&sum, 0.25)
     }
 
     /// Mean of the last [`PAIRS`], or of those since a restart.
@@ -111,11 +115,8 @@ impl Past {
     pub fn recent_mean(&self) -> Values {
         let pairs = (self.count / 2).clamp(1, PAIRS);
         let mut sum = [0.0; TAXELS];
-        for pair in (0..pairs).map(|back| self.pair(back)) {
-            (0..TAXELS).for_each(|c| sum[c] += pair[c]);
-        }
-        let share = 0.5 / pairs as f32;
-        sum.map(|sum| sum * share)
+        (0..pairs).for_each(|back| add(&mut sum, self.pair(back)));
+        times(&sum, 0.5 / pairs as f32)
     }
 }
 

@@ -1,9 +1,8 @@
 //! The contact spike: the paper's equations 2 and 3.
 
-use crate::touch::averages::Averages;
 use crate::touch::chi_square::{Limit, limit};
-use crate::touch::condition::Condition;
 use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::onset::Frames;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -44,12 +43,12 @@ impl Spike {
 
     /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
     #[inline(never)]
-    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: Averages, condition: &Condition) -> Self {
+    pub fn begin(number: u32, idle: &Values, frames: &Frames) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
         let mut spike = Self { first, ..Self::new() };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
-            if let Some(values) = condition.frame(ring, number, &mut [0.0; TAXELS]) {
-                spike.follow(number, values, idle, weights);
+            if let Some(values) = frames.values(number, &mut [0.0; TAXELS]) {
+                spike.follow(number, values, idle, frames.weights);
             }
         }
         spike

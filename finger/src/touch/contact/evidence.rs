@@ -33,7 +33,7 @@ impl ContactDetector {
         // A slide comes by the level before it, but does not stay there; a tap is short.
         let is_short = number.wrapping_sub(since) < 2 * SPIKE_FRAMES;
         let off = |back| self.motion.distance(self.motion.past().back(back), &self.idle.level);
-        if is_short && (0..STILL_BLOCKS as usize).all(|back| self.is_back_from_spike(off(back))) {
+        if is_short && self.is_back_from_spike(greater(off(0), off(STILL_BLOCKS as usize - 1))) {
             return true;
         }
         match judge(&self.frames(ring), &self.idle.level, first, number, is_still) {
@@ -65,7 +65,7 @@ impl ContactDetector {
     pub(super) fn has_fallen(&self) -> bool {
         let (Phase::Moving(_), Some(before)) = (self.phase, &self.still_level) else { return false };
         let fall = FALLEN * self.motion.in_noise(self.first_load);
-        let is_down = |level: &Values| self.has_left(level) || self.motion.along(before, level) > fall;
+        let is_down = |level: &Values| self.has_left(level) || self.motion.along(level, before) > fall;
         // What changes along the load alone is not quick: the oldest block counts too.
         [0, STILL_BLOCKS as usize - 1].iter().all(|back| is_down(self.motion.past().back(*back)))
     }
