@@ -97,9 +97,9 @@ impl Square {
             quarter,
             there,
             included: Set::NONE,
-            product: product.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
-            lower: lower.as_chunks_mut().0.as_chunks_mut().0.as_mut_array()?,
-            wanted: by_sums(wanted.as_chunks().0.as_array()?),
+            product: product.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
+            lower: lower.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
+            wanted: by_sums(wanted.as_chunks().0.first_chunk()?),
             v: memory.as_chunks_mut().0.first_chunk_mut()?,
             x: x.as_chunks_mut().0,
         };

@@ -210,7 +210,7 @@ mod tests {
             Job::Intake,
             baseline,
             Job::Pins { side: 10, frames: 80 },
-            Job::Update { side: 4, frames: 80 },
+            Job::Update { side: 4, load: Load::Fast, frames: 80 },
         ] {
             assert_eq!(back(&job).0, job);
         }
