@@ -232,11 +232,13 @@ impl Plan {
         parts as u32 as f32 / self.parts()
     }
 
-    /// The window and the hop that are used unless others are set, seconds.
+    /// The window and the hop that are used unless others are set, seconds: a quarter of the window, in whole hundredths.
     pub const fn default_window(&self) -> (f32, f32) {
         let most_s = self.window_most_s();
         let window_s = if WINDOW_S < most_s { WINDOW_S } else { most_s };
         let hop_s = 0.25 * window_s;
+        // Up to whole hundredths: of the plan `hand` a fit along a robot's way takes 0.9 quarters of the window and more.
+        let hop_s = (100.0 * hop_s + 0.999) as u32 as f32 / 100.0;
         (window_s, if hop_s > HOP_LEAST_S { hop_s } else { HOP_LEAST_S })
     }
 
@@ -313,6 +315,7 @@ mod tests {
             // The ring holds as many samples of a few channels as of all.
             assert_eq!(plan.ring_frames() as usize * channels, RING_FRAMES * TAXELS, "{name}");
         }
+        assert_eq!(Plan::NAMED.map(|(_, plan)| plan.default_window().1), [0.25, 0.1, 0.05, 0.05, 0.05]);
         assert_eq!((Plan::PAPER.slots(), Plan::HAND.slots(), Plan::SINGLE.slots()), (21, 16, 1));
     }
 

@@ -38,7 +38,7 @@ impl Campaign {
     pub fn with_scan(injections: u64, seed: u64, only: Option<Family>, scan: Scan) -> Result<Self> {
         let place = match scan {
             Scan::PAPER => Place::Pc,
-            _ => Place::Plan(scan.name().context("only a plan with a name has a row")?),
+            _ => Place::Plan(scan.name().unwrap_or("of one's own")),
         };
         let families: Vec<_> = families(only).collect();
         // Runs without injections come on top.

@@ -9,7 +9,7 @@ use crate::faults::judge::Judgement;
 use crate::faults::lines;
 use crate::faults::row::{Delays, Place, Row};
 use clap::ValueEnum;
-use ridgetone_proto::plan::Plan as Scan;
+use ridgetone_proto::plan::{HealthReadings, Plan as Scan};
 
 /// More than a thousand injections: nothing wrong is reported as right, nothing is lost silently.
 #[test]
@@ -63,6 +63,17 @@ fn what_once_went_wrong_with_a_fast_plan_does_not() {
         let row = &campaign.rows[0];
         assert_eq!((row.runs, row.detected.map(|delays| delays.count)), (1, Some(row.injected)), "{row:?}");
         assert!(row.is_clean(), "{row:?}");
+    }
+}
+
+/// The plan `hand` with the health readings in every scan: what its own, between touches, do not see.
+#[test]
+fn a_fast_plan_with_health_in_every_scan_reports_supply_and_reference() {
+    let scan = Scan { health: HealthReadings::EveryScan, ..Scan::HAND };
+    assert!((scan.frame_rate_hz() / 1111.3 - 1.0).abs() < 1e-3, "{}", scan.frame_rate_hz());
+    for family in [Family::Supply, Family::Reference] {
+        let row = &Campaign::with_scan(60, 1, Some(family), scan).expect("a campaign").rows[0];
+        assert!(row.is_clean() && row.detected.map(|delays| delays.count) == Some(row.injected), "{row:?}");
     }
 }
 
