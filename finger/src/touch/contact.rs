@@ -52,7 +52,7 @@ pub struct ContactDetector {
     idle: Idle,
     air: Air,
     spike: Spike,
-    /// A contact spike has shown that the idle level is that in the air.
+    /// A contact spike, or a release after a slide, has shown that the idle level is that in the air.
     was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
     contact: u32,
@@ -377,6 +377,9 @@ impl ContactDetector {
                 _ => self.frames(ring).arrival(&level, over),
             });
             report(Change::Release(arrived));
+            // Nothing slides in the air: what it came back to after a slide is the air.
+            let has_slid = ended != Ended::Spike && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
+            self.was_in_air |= self.air.is_known() && has_slid;
             self.air = Air::Known(self.air.is_known().then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
             self.planned = None;

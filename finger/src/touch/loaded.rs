@@ -7,6 +7,7 @@
 use crate::touch::chi_square::{along, distance};
 use crate::touch::motion::greater;
 use crate::touch::onset::Frames;
+use crate::touch::values::{difference, multiply};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -145,7 +146,8 @@ pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: b
         return Judged::Unclear;
     }
     // The part of the motion that is along the way from the level to its mean.
-    let way: Values = core::array::from_fn(|c| (late.mean[c] - level[c]) * weights[c]);
+    let mut way = difference(&late.mean, level);
+    multiply(&mut way, weights);
     let (mut squares, mut count) = (0.0, 0.0);
     look_at(frames, first, all, &mut |at, values| {
         if at >= from {

@@ -74,9 +74,7 @@ impl Past {
     #[inline(never)]
     fn add_eight(&mut self) {
         self.latest_eight = (self.latest_eight + 1) % EIGHTS;
-        let mut sum = *self.pair(0);
-        (1..PAIRS_OF_EIGHT).for_each(|back| add(&mut sum, self.pair(back)));
-        self.eights[self.latest_eight] = sum;
+        self.eights[self.latest_eight] = self.sum_of_pairs(PAIRS_OF_EIGHT);
         self.count_of_eights = (self.count_of_eights + 1).min(EIGHTS);
     }
 
@@ -99,14 +97,13 @@ impl Past {
     /// cut a pair.
     #[inline(never)]
     pub fn mean_of_four(&self, skip: usize) -> Values {
+        let mut sum = [0.0; TAXELS];
         if skip + 4 > HISTORY {
             let back = (skip - usize::from(!self.pair_is_new)) / 2;
-            let mut sum = *self.pair(back);
-            add(&mut sum, self.pair(back + 1));
-            return times(&sum, 0.25);
+            (back..back + 2).for_each(|back| add(&mut sum, self.pair(back)));
+        } else {
+            (skip..skip + 4).for_each(|back| add(&mut sum, self.back(back)));
         }
-        let mut sum = *self.back(skip);
-        (skip + 1..skip + 4).for_each(|back| add(&mut sum, self.back(back)));
         times(&sum, 0.25)
     }
 
@@ -114,9 +111,14 @@ impl Past {
     #[inline(never)]
     pub fn recent_mean(&self) -> Values {
         let pairs = (self.count / 2).clamp(1, PAIRS);
+        times(&self.sum_of_pairs(pairs), 0.5 / pairs as f32)
+    }
+
+    #[inline(never)]
+    fn sum_of_pairs(&self, pairs: usize) -> Values {
         let mut sum = [0.0; TAXELS];
         (0..pairs).for_each(|back| add(&mut sum, self.pair(back)));
-        times(&sum, 0.5 / pairs as f32)
+        sum
     }
 }
 

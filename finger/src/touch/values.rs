@@ -1,5 +1,7 @@
 //! Sums over the values of a frame. Each is a function of its own, not inlined: unrolled at every call they would take kilobytes.
 
+use crate::touch::chi_square::along;
+use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// Adds other values.
@@ -20,6 +22,12 @@ pub fn times(values: &Values, times: f32) -> Values {
     values.map(|value| value * times)
 }
 
+/// Multiplies each by another one.
+#[inline(never)]
+pub fn multiply(values: &mut Values, by: &Values) {
+    values.iter_mut().zip(by).for_each(|(value, by)| *value *= by);
+}
+
 /// Values less others.
 #[inline(never)]
 pub fn difference(values: &Values, less: &Values) -> Values {
@@ -29,5 +37,5 @@ pub fn difference(values: &Values, less: &Values) -> Values {
 /// Their length.
 #[inline(never)]
 pub fn length(values: &Values) -> f32 {
-    libm::sqrtf(values.iter().fold(0.0, |sum, value| sum + value * value))
+    libm::sqrtf(along(values, &[0.0; TAXELS], values))
 }

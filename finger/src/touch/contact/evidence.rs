@@ -67,7 +67,8 @@ impl ContactDetector {
         let fall = FALLEN * self.motion.in_noise(self.first_load);
         let is_down = |level: &Values| self.has_left(level) || self.motion.along(level, before) > fall;
         // What changes along the load alone is not quick: the oldest block counts too.
-        [0, STILL_BLOCKS as usize - 1].iter().all(|back| is_down(self.motion.past().back(*back)))
+        let past = self.motion.past();
+        is_down(past.back(STILL_BLOCKS as usize - 1)) && is_down(past.back(0))
     }
 
     /// The level before a motion that the latest block shows.
