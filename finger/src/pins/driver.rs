@@ -28,7 +28,7 @@ pub struct Driver {
     /// Force of a level, newtons, and pins on a side; zeros before the first update.
     level_n: f32,
     side: u8,
-    /// Device time of the latest update, in units of [`TICK_US`]: its difference holds for 50 days.
+    /// Device time of the latest update that could move them, in units of [`TICK_US`]: its difference holds for 50 days.
     latest: u32,
     pressing: Pressing,
 }
@@ -40,18 +40,26 @@ impl Driver {
     }
 
     /// The pins where they are by now: a display has released those that have heard nothing for long, other pins have not pressed yet,
-    /// and of other levels the force stays.
+    /// and of other levels the force stays. Whether they may move: not before the time of an update has passed since they last could,
+    /// which another rate may ask for, nor where rounding to other levels has moved them.
     #[inline(never)]
-    fn go_on(&mut self, t_us: u64, side: u8, level_n: f32) {
+    fn go_on(&mut self, t_us: u64, rate_hz: u8, side: u8, level_n: f32) -> bool {
         let now = (t_us / TICK_US) as u32;
-        if side != self.side || u64::from(now.wrapping_sub(self.latest)) * TICK_US > PINS_SILENCE_US {
-            *self = Self::new();
+        let passed_us = u64::from(now.wrapping_sub(self.latest)) * TICK_US;
+        let is_due = (passed_us + TICK_US) * u64::from(rate_hz) >= 1_000_000;
+        let mut may_move = is_due;
+        if side != self.side || passed_us > PINS_SILENCE_US {
+            (*self, may_move) = (Self::new(), true);
         } else if level_n != self.level_n {
             let ratio = self.level_n / level_n;
-            // Rounded down, and at the highest level if there are not as many.
-            self.levels.iter_mut().for_each(|level| *level = (f32::from(*level) * ratio) as u8);
+            // To the nearest, and the highest one if there are not as many: half a level, which the slew allows.
+            self.levels.iter_mut().for_each(|level| *level = (f32::from(*level) * ratio + 0.5) as u8);
+            may_move = false;
         }
-        (self.latest, self.side, self.level_n) = (now, side, level_n);
+        (self.side, self.level_n) = (side, level_n);
+        // `new` has forgotten it.
+        self.latest = if is_due || self.latest == 0 { now } else { self.latest };
+        may_move
     }
 
     /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
@@ -59,10 +67,10 @@ impl Driver {
     // Not inlined: it runs between fits, which need the stack.
     #[inline(never)]
     pub fn update(&mut self, due: &Due, memory: &mut [f32], settings: &Settings) -> Pins {
-        let PinDisplay { side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
+        let PinDisplay { rate_hz, side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
         let limits = limits(&settings.pins);
         let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
-        self.go_on(due.t_us, side, steps.quantum_n());
+        let may_move = self.go_on(due.t_us, rate_hz, side, steps.quantum_n());
         let mpa_per_code = reading::volts(1, settings.vref_v) * mpa_per_v;
         // Strain times Young's modulus.
         let wanted = by_place(&of_pressure(&due.pressed, due.taxels)).map(|code| code * mpa_per_code);
@@ -90,7 +98,9 @@ impl Driver {
         };
         for (pin, level) in self.levels.iter_mut().take(side * side).enumerate() {
             let wanted_n = forces_n.get(pin).copied().unwrap_or(0.0);
-            *level = steps.towards(u16::from(*level), wanted_n) as u8;
+            // Where it is, it may be above a greatest force that is new.
+            let next_n = if may_move { wanted_n } else { f32::from(*level) * self.level_n };
+            *level = steps.towards(u16::from(*level), next_n) as u8;
             pins.limited += u8::from(wanted_n > greatest_n);
             // There is space for every pin.
             let _ = pins.levels.push(*level);
@@ -178,6 +188,34 @@ mod tests {
         }
     }
 
+    /// Another rate falls due at other frames, which may follow at once: pins do not move before an update of that rate is over.
+    #[test]
+    fn another_rate_is_no_step_beyond_the_slew() {
+        let settings = |rate_hz| {
+            let pins = PinDisplay { rate_hz, levels: 250, slew_n_s: 4.0, ..PinDisplay::DEFAULT };
+            Settings { pins, ..Settings::DEFAULT }
+        };
+        for (first, then) in [(50, 8), (8, 50), (20, 21)] {
+            let (mut driver, mut memory) = (Driver::new(), vec![0.0; MEMORY]);
+            let mut most_n = |t_us, rate_hz| {
+                let due = Due::new(t_us, u16::MAX, bump(1e6));
+                driver.update(&due, &mut memory, &settings(rate_hz)).forces_n().fold(0.0, f32::max)
+            };
+            let (mut t_us, mut before_n) = (1_000_000, 0.0);
+            for n in 0..20 {
+                let rate_hz = if n < 5 { first } else { then };
+                // The first update of the other rate comes 4.1 ms after the last one.
+                t_us += if n == 5 { 4_147 } else { 1_000_000u64.div_ceil(u64::from(rate_hz)) };
+                let now_n = most_n(t_us, rate_hz);
+                let passed_s = if n == 5 { 4.147e-3 } else { 1.0 / f32::from(rate_hz) };
+                let level_n = 0.0081;
+                assert!(now_n - before_n <= 4.0 * passed_s + level_n, "{first} {then} {n}: {before_n} {now_n}");
+                before_n = now_n;
+            }
+            assert!(before_n > 0.5, "{before_n}");
+        }
+    }
+
     /// What a display does while nothing is heard of it, and what other settings mean for where its pins are.
     #[test]
     fn pins_go_on_from_where_they_are() {
@@ -196,13 +234,14 @@ mod tests {
         assert_eq!(most_n(550_000, PinDisplay { levels: 20, ..display }), 2.0);
         assert_eq!(most_n(600_000, PinDisplay { levels: 250, ..display }), 2.0);
         assert_eq!(most_n(650_000, PinDisplay { force_n: 0.5, ..display }), 0.5);
-        // Back, it rises by no more than the slew: 1 N an update, and the level that rounding down has taken.
-        let risen_n = most_n(700_000, display);
-        assert!((1.4..=1.5001).contains(&risen_n), "{risen_n}");
+        // Back, it stays for an update, and rises by no more than the slew: 1 N an update.
+        assert!((most_n(700_000, display) - 0.5).abs() < 0.0051);
+        let risen_n = most_n(750_000, display);
+        assert!((1.4..=1.5051).contains(&risen_n), "{risen_n}");
         // What has heard nothing for more than half a second does not press, and neither do other pins.
-        assert!(most_n(1_250_000, display) <= 1.0001);
-        most_n(1_300_000, display);
-        assert!(most_n(1_350_000, PinDisplay { side: 5, ..display }) <= 1.0001);
+        assert!(most_n(1_300_000, display) <= 1.0001);
+        most_n(1_350_000, display);
+        assert!(most_n(1_400_000, PinDisplay { side: 5, ..display }) <= 1.0001);
     }
 
     /// The least slew that settings may have is that of a display which can move, by both crates' greatest force.

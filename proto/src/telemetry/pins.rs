@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 /// Most pins on a side.
 pub const PINS_SIDE_MAX: usize = 10;
 
-/// A display releases its pins if no event has come for so long, microseconds.
+/// A display releases its pins if no event has come for so long, microseconds. It has to: the board does not know what its line has lost, and
+/// goes on from where its pins are. A display that has released moves them by its own slew to the next event.
 pub const PINS_SILENCE_US: u64 = 500_000;
 
 /// Forces of a square display's pins, within the limits of [`PinDisplay`](crate::settings::PinDisplay): they press, at most
