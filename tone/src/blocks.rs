@@ -416,6 +416,9 @@ fn add_channel<const HALF: usize>(
     for i in 0..HALF {
         let (after, before) = ((after[i][c] - zero) * scale, (before[HALF - 1 - i][c] - zero) * scale);
         (even[i], odd[i]) = (after + before, after - before);
+    }
+    // A loop of its own: the compiler unrolls short ones only, and without that nothing stays in registers.
+    for i in 0..HALF {
         sum += even[i];
         along += odd[i] * centred.distance[i];
         // Of the sum and the difference, which are in registers anyway: twice those of both values.
