@@ -254,7 +254,7 @@ impl Fitter {
             }
         }
         let is_overtone = found.overtone.is_some_and(|nu| (summit.nu - nu).abs() < SAME_NU);
-        if (is_overtone || span.is_under_image(summit.nu, *harmonics_max as usize)) && fit.status == Status::Good {
+        if is_overtone && fit.status == Status::Good {
             fit.status = Status::Ambiguous;
         }
         fit.interferer = interferer.map(|interferer| interferer.cycles_per_frame(span.frames));

@@ -224,26 +224,13 @@ impl<'a> FrameSpan<'a> {
         apart
     }
 
-    /// Whether the image of a harmonic is too close to the fundamental to be distinguished from it, and so has a part of it.
-    pub(crate) fn is_under_image(&self, nu: f32, harmonics: usize) -> bool {
-        self.is_in_time() && (2..=harmonics).any(|h| 2.0 * (self.image(h as f32 * nu) - nu).abs() <= ROOM_CYCLES)
-    }
-
-    /// `nu` of the frame rate.
-    fn rate_nu(&self) -> f32 {
-        0.5 * self.frames as f32
-    }
-
-    /// Where a line is seen, below half the frame rate.
-    fn image(&self, nu: f32) -> f32 {
-        let rate = self.rate_nu();
-        (nu - rate * (nu / rate + 0.5) as u32 as f32).abs()
-    }
-
     /// Whether the image of a harmonic is apart from the baseline, from half the frame rate, and from the images of those below.
     fn is_apart(&self, nu: f32, harmonic: usize) -> bool {
-        let rate = self.rate_nu();
-        let image = |h: usize| self.image(h as f32 * nu);
+        let rate = 0.5 * self.frames as f32;
+        let image = |h: usize| {
+            let nu = h as f32 * nu;
+            (nu - rate * (nu / rate + 0.5) as u32 as f32).abs()
+        };
         let own = image(harmonic);
         self.is_in_time()
             && 2.0 * own > ROOM_BASELINE

@@ -87,21 +87,3 @@ fn overtones_above_half_the_frame_rate_make_no_lower_tone() {
         }
     }
 }
-
-/// Where an overtone's image lies on the fundamental nobody can part them: it is not good, unless a single harmonic is allowed.
-#[test]
-fn an_image_on_the_fundamental_is_not_good() {
-    for cycles in [48.02, 60.03, 79.97] {
-        let window = Window { frames: 240, cycles, harmonics: [1.0, 0.2, 0.2, 0.1], hum: (0.0, 0.0), noise: 0.001 };
-        let fit = window.fit(4);
-        assert_eq!(fit.status, Status::Ambiguous, "{cycles}: {fit:?}");
-        let pure = Window { harmonics: [1.0, 0.0, 0.0, 0.0], ..window };
-        let fit = pure.fit(1);
-        assert!(fit.status == Status::Good && pure.off(&fit).1 < 5.0, "{cycles}: {fit:?}");
-    }
-    for cycles in [47.0, 61.0, 79.0] {
-        let window = Window { frames: 240, cycles, harmonics: [1.0, 0.2, 0.2, 0.1], hum: (0.0, 0.0), noise: 0.001 };
-        let fit = window.fit(4);
-        assert!(fit.status == Status::Good && window.off(&fit).1 < 5.0, "{cycles}: {fit:?}");
-    }
-}

@@ -214,6 +214,8 @@ impl ContactDetector {
                     self.enter(Phase::CreepingBack);
                 } else {
                     self.spike = Spike::begin(number, idle, &self.frames(ring));
+                    // Of an earlier touch it may be anywhere: numbers wrap.
+                    self.moving_until = number;
                     self.enter(Phase::Spike(number));
                 }
                 false

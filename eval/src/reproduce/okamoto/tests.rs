@@ -124,6 +124,11 @@ fn the_page_says_what_its_table_says() {
             let [bound, firmware, good, _, share] = cells else { panic!("{row:?}") };
             let (Some(bound), Some(firmware), Some(share)) = (number(bound), number(firmware), number(share)) else { continue };
             let (good, windows) = counts(good);
+            // Ridges of 0.6 mm hide a grating of 0.5 mm: slides are seldom found, and a window or two say nothing. None is wrong and good.
+            if row[1] == "0.5" {
+                assert!(windows < 5.0, "{row:?}");
+                continue;
+            }
             let long = at == 1;
             // Of 14 windows a root mean square has an error of 19 %: a bound less two of them.
             assert!(good < 14.0 || (0.6..1.6).contains(&(firmware / bound)), "{row:?}");
