@@ -198,7 +198,9 @@ fn without_two_columns_there_is_nothing() {
     assert_eq!(travel(&fitted, &ARRAY).status, TravelStatus::Unique);
     let sure = lag(&fitted, &ARRAY).expect("a lag").sigma;
     for _ in 0..100 {
-        [0, 4].map(|taxel| fitted.fit.channels[taxel].phase_rad += 0.37);
+        for taxel in [0, 4] {
+            fitted.fit.channels[taxel].phase_rad += 0.37;
+        }
         let sigma = lag(&fitted, &ARRAY).expect("a lag").sigma;
         assert!((sigma / sure - 1.0).abs() < 1e-3, "{sigma} {sure}");
     }

@@ -1,7 +1,7 @@
 //! The place of every frame of a window, between the places that a robot has sent.
 //!
 //! From entry to entry it is a cubic: it runs through both places, and has at each the slope of the polynomial through the entry and
-//! its nearest neighbours, [`NODES`] in all. Three of them, a parabola, are not enough: its slopes are too low by a sixth of
+//! its nearest neighbours, `NODES` in all. Three of them, a parabola, are not enough: its slopes are too low by a sixth of
 //! (2 pi f h)^2 for a hand that goes to and fro f times a second, h from entry to entry, and ways by 0.05 % too short at f = 0.8 Hz and
 //! h = 77 ms.
 
