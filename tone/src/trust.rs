@@ -47,7 +47,9 @@ const CYCLES_BENT: f32 = 2.0;
 const FEW_CYCLES: f32 = 2.5;
 /// The same in noise that is surely not white and independent, for a line that does not stand out clearly.
 const CYCLES_COLOURED: f32 = 2.1;
-/// Density and coherence of such noise: white noise has more than [`COLOURED`] or [`SHARED`] in one of forty windows of two cycles.
+/// And where it only may be.
+const CYCLES_PERHAPS_COLOURED: f32 = 1.7;
+/// Density and coherence of noise that surely is: white noise has more than [`COLOURED`] or [`SHARED`] in one of forty windows of two cycles.
 const SURELY_COLOURED: f32 = 2.0;
 const SURELY_SHARED: f32 = 2.6;
 /// With residuals of this share of the tone's power, and so many times the noise, nothing is known of what they are.
@@ -108,8 +110,8 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
     let is_doubtful = cycles < CYCLES_DOUBTFUL && (is_common || contrast < LINE_CONTRAST) || is_bent;
     let is_short = is_doubtful
         || cycles
-            < if is_surely_other && contrast < UNSTEADY_CONTRAST {
-                CYCLES_COLOURED
+            < if !is_plain && contrast < UNSTEADY_CONTRAST {
+                if is_surely_other { CYCLES_COLOURED } else { CYCLES_PERHAPS_COLOURED }
             } else if evidence.spread > SPREAD && !evidence.is_curved {
                 CYCLES_SPREAD
             } else {
