@@ -163,7 +163,8 @@ impl BoardEnd {
 
     fn take_packet(&mut self, t_s: f64, Packet { sequence, event: Mark(event) }: Packet) -> Result<()> {
         // The number wraps every few minutes.
-        let is_first = sequence == 0 && self.sequence.replace(sequence) != Some(u16::MAX);
+        let before = self.sequence.replace(sequence);
+        let is_first = sequence == 0 && before != Some(u16::MAX);
         match event {
             Event::Hello(hello) => {
                 if is_first {

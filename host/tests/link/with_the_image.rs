@@ -32,7 +32,7 @@ struct Seen {
     ends: AtomicBool,
 }
 
-/// Runs the image until it is told to end; a millisecond at a time, and no faster than a clock.
+/// Runs the image until it gets a message to end: a millisecond at a time, and no faster than a clock.
 fn run_image(mut end: &File, seen: &Seen) {
     let image = Image::built(Board::StylusF405).unwrap_or_else(|error| panic!("{error}"));
     let mut rig = Rig::new(Board::StylusF405, &image, Constant::default(), Start::default()).expect("vectors");
