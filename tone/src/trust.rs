@@ -43,6 +43,12 @@ const COMMON_SPREAD: f32 = 0.1;
 const COMMON_REMAINDER: f32 = 0.02;
 /// Nor are as many beside a curved baseline: the third harmonic of half a cycle looks like them.
 const CYCLES_BENT: f32 = 2.0;
+/// Fewer channels say less of what is a tone's: a part of a cycle with overtones, and a curved baseline, look like more of them in one,
+/// and in several at once by chance. Half of all sixteen, and two.
+const CHANNELS_FEW: f32 = 8.0;
+const CHANNELS_PAIR: f32 = 2.0;
+/// The least cycles in one channel or two.
+const CYCLES_PAIR: f32 = 1.65;
 /// In fewer cycles than this a change of amplitude looks like movement: the limit is twice as high.
 const FEW_CYCLES: f32 = 2.5;
 /// The same in noise that is surely not white and independent, for a line that does not stand out clearly.
@@ -106,13 +112,21 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
     // One shape in time in all channels, or a weak one, may be a few swings of anything.
     let leaves = |share: f32| evidence.noise_ratio > NOISE_RATIO && evidence.remainder > share;
     let is_common = evidence.spread < COMMON_SPREAD && (contrast < CLEAR_CONTRAST || leaves(COMMON_REMAINDER));
-    let is_bent = evidence.is_curved && cycles < CYCLES_BENT && contrast < CLEAR_CONTRAST;
+    let (is_few, is_pair) = (channels < CHANNELS_FEW, channels <= CHANNELS_PAIR);
+    let bent_cycles = match () {
+        () if is_pair => CYCLES_DOUBTFUL,
+        () if is_few || contrast < CLEAR_CONTRAST => CYCLES_BENT,
+        () => 0.0,
+    };
+    let is_bent = evidence.is_curved && cycles < bent_cycles;
     let is_doubtful = cycles < CYCLES_DOUBTFUL && (is_common || contrast < LINE_CONTRAST) || is_bent;
     let is_short = is_doubtful
         || cycles
             < if !is_plain && contrast < UNSTEADY_CONTRAST {
                 if is_surely_other { CYCLES_COLOURED } else { CYCLES_PERHAPS_COLOURED }
-            } else if evidence.spread > SPREAD && !evidence.is_curved {
+            } else if is_pair {
+                CYCLES_PAIR
+            } else if evidence.spread > SPREAD && !evidence.is_curved && !is_few {
                 CYCLES_SPREAD
             } else {
                 CYCLES
@@ -125,5 +139,6 @@ pub fn trust(of: &Neighbourhood, evidence: &Evidence) -> (Status, f32) {
         () if is_short || leaves(MISFIT_REMAINDER) => Status::Ambiguous,
         () => Status::Good,
     };
+
     (status, libm::sqrtf(variance))
 }
