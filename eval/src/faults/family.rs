@@ -96,6 +96,11 @@ impl Family {
         self.facts().2
     }
 
+    /// Whether it changes bits of what is read: of the record itself, or where in it the code is.
+    pub const fn alters(self) -> bool {
+        matches!(self, Self::DoutFlip | Self::DinFlip | Self::RegisterFlip | Self::Mixed)
+    }
+
     /// A fault of this family, and how long it lasts, seconds.
     pub fn draw(self, draw: &mut Draw) -> (Fault, f64) {
         let bit = |draw: &mut Draw, from: u64| 1u8 << draw.whole(from, 7);

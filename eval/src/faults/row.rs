@@ -3,6 +3,7 @@
 use super::counts::Counts;
 use super::family::Family;
 use super::judge::{ALTERED, Judgement, NOT_REPORTED};
+use clap::ValueEnum;
 use ridgetone_proto::plan::Plan;
 use serde::Serialize;
 
@@ -138,7 +139,8 @@ impl Row {
     /// Whether everything is zero that must be.
     pub fn is_clean(&self) -> bool {
         // What is read once may arrive altered: nothing shows it.
-        let altered = if self.place.is_read_twice() { self.counts.altered } else { 0 };
+        let is_altered = Family::value_variants().iter().any(|family| family.alters() && family.name() == self.name);
+        let altered = if is_altered && !self.place.is_read_twice() { 0 } else { self.counts.altered };
         Counts { altered, ..self.counts }.is_clean(self.loss_is_known)
     }
 }

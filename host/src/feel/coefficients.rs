@@ -74,7 +74,15 @@ impl Coefficients {
         let found: Self = toml::from_str(&text).with_context(named)?;
         ensure!(found.window_s > 0.0 && found.window_s.is_finite(), "{}: window_s must be greater than 0", named());
         ensure!(!found.scores.is_empty(), "{}: no score: write for example [soft]", named());
-        for (name, Terms { covariance, .. }) in &found.scores {
+        for (name, terms) in &found.scores {
+            let Terms { constant, fa1, fa2, sa1, sa2, m, sigma, covariance } = terms;
+            let numbers = [constant, fa1, fa2, sa1, sa2, m, sigma].into_iter().chain(covariance.iter().flatten());
+            let is_finite = numbers.into_iter().all(|number| (*number as f32).is_finite());
+            ensure!(
+                is_finite && *sigma >= 0.0,
+                "{}: [{name}]: write finite numbers, and a sigma of 0 or more",
+                named()
+            );
             let is_square = covariance.len() == INDICES + 1 && covariance.iter().all(|row| row.len() == INDICES + 1);
             let order = NAMES.join(", ");
             ensure!(
@@ -132,6 +140,9 @@ mod tests {
             ("[soft]\nconstant = 1", "window_s"),
             ("window_s = 0\n[soft]", "greater than 0"),
             ("window_s = 1\n[soft]\nfa3 = 1", "fa3"),
+            ("window_s = 1\n[soft]\nconstant = nan", "finite"),
+            ("window_s = 1\n[soft]\nsa1 = 1e39", "finite"),
+            ("window_s = 1\n[soft]\nsigma = -1", "finite"),
             ("window_s = 1\n[soft]\ncovariance = [[1.0]]", "six rows"),
         ] {
             std::fs::write(&path, text).expect("written");

@@ -168,9 +168,9 @@ pub fn measure(samples: &Samples, options: &Options, progress: &mut dyn FnMut(u6
     })
 }
 
-/// Starts of windows that overlap by half or a little more and use all rows.
+/// Starts of windows that overlap by half or less, so that each counts as one of its own; two or more use all rows.
 fn starts(rows: usize, window: usize) -> Vec<usize> {
-    let steps = (rows - window).div_ceil(window / 2);
+    let steps = (rows - window) / (window / 2);
     (0..=steps).map(|step| (step * (rows - window)).checked_div(steps).unwrap_or(0)).collect()
 }
 
@@ -243,9 +243,9 @@ mod tests {
     #[test]
     fn windows_use_all_rows() {
         assert_eq!(starts(64, 64), [0]);
-        assert_eq!(starts(65, 64), [0, 1]);
+        assert_eq!(starts(95, 64), [0]);
         assert_eq!(starts(160, 64), [0, 32, 64, 96]);
-        assert_eq!(starts(150, 64), [0, 28, 57, 86]);
+        assert_eq!(starts(150, 64), [0, 43, 86]);
     }
 
     #[test]
