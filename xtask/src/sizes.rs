@@ -69,7 +69,7 @@ pub const STYLUS: Budgets = Budgets {
 const FLASH: [(&str, u64); 9] = [
     ("ridgetone_tone", 66_800),
     ("ridgetone", 49_800),
-    ("ridgetone_firmware", 8_830),
+    ("ridgetone_firmware", 8_900),
     ("ridgetone_proto", 9_420),
     ("microfft", 5_930),
     ("ridgetone_feel", 3_090),
