@@ -1,5 +1,7 @@
 //! `fit`: the joint fit alone, on any table of channels.
 
+mod bridge;
+
 use crate::grid::Grid;
 use crate::part::{Part, given_rate_hz};
 pub use crate::part::{Selection, columns, named};
@@ -121,13 +123,15 @@ pub fn fit(rows: &mut dyn RowReader, selection: &Selection, progress: &mut dyn F
     };
 
     let rate_share = grid.rate_sigma_hz / grid.rate_hz;
+    // What is bridged says nothing new.
+    let of_readings = (1.0 + scaled.bridged as f64 / scaled.readings.max(1) as f64).sqrt();
     // Places that are given need no time.
     let (abscissa, per_unit, scale_share) = match selection.place {
         Some(Column::Position(_)) => (Abscissa::Place, 1.0, 0.0),
         Some(Column::Speed(_)) => (Abscissa::Place, 1.0, rate_share),
         None => (Abscissa::Time, grid.rate_hz, rate_share),
     };
-    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit);
+    let (frequency, sigma) = (f64::from(found.frequency) * per_unit, f64::from(found.sigma) * per_unit * of_readings);
     let has_tone = found.status.has_tone();
     let beside = Beside {
         movement: has_tone.then(|| estimator::movement(&found, per_unit as f32)),
@@ -173,8 +177,9 @@ struct Scaled {
     zeros: Vec<f64>,
     /// File units per unit of `values`.
     units: Vec<f64>,
-    /// Valid values.
+    /// Readings of the file, and missing ones that those beside them stand for.
     readings: usize,
+    bridged: usize,
 }
 
 impl Scaled {
@@ -185,6 +190,7 @@ impl Scaled {
             zeros: Vec::new(),
             units: Vec::new(),
             readings: 0,
+            bridged: 0,
         };
         for (c, column) in columns.iter().enumerate() {
             let readings = || grid.places.iter().copied().zip(part.column(*column)).filter(|(_, v)| !v.is_nan());
@@ -194,10 +200,16 @@ impl Scaled {
             let span = greatest - least;
             // The fit leaves a constant channel out, whatever its unit.
             let unit = if span > f64::MIN_POSITIVE * SPAN_CODES { span / SPAN_CODES } else { 1.0 };
-            for (place, value) in readings() {
+            let mut known = vec![None; grid.slots()];
+            readings().for_each(|(place, value)| known[place] = Some(value));
+            // Of a row that is missing nothing is known.
+            let rows = |place: &usize| grid.places.binary_search(place).is_ok();
+            let bridged: Vec<_> = bridge::bridged(&known).into_iter().filter(|(place, _)| rows(place)).collect();
+            scaled.readings += readings().count();
+            scaled.bridged += bridged.len();
+            for (place, value) in readings().chain(bridged) {
                 scaled.values[place][c] = ((value - zero) / unit) as f32;
                 scaled.valid[place] |= 1 << c;
-                scaled.readings += 1;
             }
             scaled.zeros.push(zero);
             scaled.units.push(unit);

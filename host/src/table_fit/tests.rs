@@ -141,6 +141,33 @@ fn blank_cells_are_missing_readings_of_one_channel() {
     }
 }
 
+/// Blank cells at random, of tones up to an eighth of the rate.
+#[test]
+fn blank_cells_at_random_cost_what_they_are() {
+    for (share, frequency_hz) in [(0.03, 8.3), (0.1, 8.3), (0.1, 29.0), (0.25, 8.3)] {
+        let (mut good, mut held, mut sigma_ratio) = (0, 0, 0.0);
+        for seed in 0..100 {
+            let recorded = Recorded { frequency_hz, ..second(seed) };
+            // SplitMix64 of the cell's number.
+            let keeps = |row: usize, c: usize| {
+                let mut z = (seed * 100_000 + (row * 16 + c) as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+                z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+                z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
+                ((z ^ z >> 31) >> 11) as f64 / (1u64 << 53) as f64 >= share
+            };
+            let (found, whole) = (recorded.fit(keeps), recorded.fit(|_, _| true));
+            good += u32::from(found.status == Status::Good);
+            let (found_hz, sigma_hz) = found.tone.unwrap();
+            held += u32::from((found_hz - frequency_hz).abs() < 1.96 * sigma_hz);
+            sigma_ratio += sigma_hz / whole.tone.unwrap().1 / 100.0;
+        }
+        let expected = (1.0 / (1.0 - share)).sqrt();
+        assert!((0.9..1.25).contains(&(sigma_ratio / expected)), "{share}, {frequency_hz} Hz: {sigma_ratio}");
+        assert!((88..=99).contains(&held), "{share}, {frequency_hz} Hz: {held} of 100");
+        assert!(good >= 98, "{share}, {frequency_hz} Hz: {good} of 100");
+    }
+}
+
 #[test]
 fn no_more_is_read_than_the_part_needs() {
     use std::io::{BufReader, Read};
