@@ -305,7 +305,7 @@ impl Blocks {
                 shift = if frame == 0 { first } else { shift.next(&step) };
                 let is_whole = number < pass.whole_blocks;
                 let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
-                let missing = valid.iter().filter(|valid| **valid == 0).count();
+                let missing = if block.complete { 0 } else { valid.iter().filter(|valid| **valid == 0).count() };
                 // Along a path, and where most are missing, frame by frame; else a frame that is missing has a value as any
                 // other, and is taken out again.
                 let is_sparse = !in_time || !is_whole && missing > HALF;
