@@ -68,19 +68,13 @@ impl<'a> Abscissa<'a> {
 
     /// `u` of the frames of a block that begins with frame `first`; not of use behind the last of `frames`.
     pub fn block(&self, first: u32, frames: u32) -> [f32; BLOCK] {
-        let mut u = [0.0; BLOCK];
         match self {
-            Self::Time { start, step } => {
-                for (i, u) in u.iter_mut().enumerate() {
-                    *u = start + step * (first + i as u32) as f32;
-                }
-            }
+            Self::Time { start, step } => core::array::from_fn(|i| start + step * (first + i as u32) as f32),
             Self::Path { .. } => {
-                for (u, frame) in u.iter_mut().zip(first..frames) {
-                    *u = self.u(frame);
-                }
+                let mut u = [0.0; BLOCK];
+                u.iter_mut().zip(first..frames).for_each(|(u, frame)| *u = self.u(frame));
+                u
             }
         }
-        u
     }
 }

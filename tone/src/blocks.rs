@@ -56,7 +56,9 @@ pub struct Blocks {
     /// `u` of each block's centre.
     pub u: [f32; BLOCKS_MAX],
     /// Products of the basis with itself.
-    pub products: [[f32; PRODUCTS]; BLOCKS_MAX],
+    products: [[f32; PRODUCTS]; BLOCKS_MAX],
+    /// The first so many blocks have the products of the first one.
+    alike: u8,
     /// With the channels, which are in the order of the pass and in units of their scale, less their lines. Before there are
     /// blocks, other steps have their memory here.
     pub rows: [[Values; LOCAL]; BLOCKS_MAX],
@@ -85,16 +87,18 @@ struct Centred<const HALF: usize> {
 }
 
 impl<const HALF: usize> Centred<HALF> {
+    /// None; a constant is written in its place.
+    const NONE: Self = Self {
+        distance: [0.0; HALF],
+        cos: [[0.0; HALF]; LINES_MAX],
+        sin: [[0.0; HALF]; LINES_MAX],
+        products: [0.0; PRODUCTS],
+        lines: [[0.0; 2]; LINES_MAX],
+    };
+
     #[inline(never)]
-    fn new(nu: &[f32; LINES_MAX], lines: usize, step: f32) -> Self {
-        let none = [[0.0; HALF]; LINES_MAX];
-        let mut out = Self {
-            distance: [0.0; HALF],
-            cos: none,
-            sin: none,
-            products: [0.0; PRODUCTS],
-            lines: [[0.0; 2]; LINES_MAX],
-        };
+    fn fill(&mut self, nu: &[f32; LINES_MAX], lines: usize, step: f32) {
+        let out = self;
         for (i, distance) in out.distance.iter_mut().enumerate() {
             *distance = (i as f32 + 0.5) * step;
         }
@@ -116,7 +120,6 @@ impl<const HALF: usize> Centred<HALF> {
                 out.products[product(row + 1, 3 + 2 * m)] = twice(&out.sin[l], &out.sin[m]);
             }
         }
-        out
     }
 }
 
@@ -154,6 +157,8 @@ struct Pass<'p> {
     lines: usize,
     step: f32,
     frames_per_block: u32,
+    /// In time: those of which all frames are there.
+    whole_blocks: usize,
     /// `u` of frame 0.
     start: f32,
 }
@@ -164,6 +169,7 @@ impl Blocks {
         Self {
             u: [0.0; BLOCKS_MAX],
             products: [[0.0; PRODUCTS]; BLOCKS_MAX],
+            alike: 0,
             rows: [[[0.0; CHANNELS_MAX]; LOCAL]; BLOCKS_MAX],
             count: 0,
             are_intact: false,
@@ -174,6 +180,11 @@ impl Blocks {
             #[cfg(feature = "long-windows")]
             long: [0.0; POINTS_MAX + POINTS_MAX / 2],
         }
+    }
+
+    /// Products of the basis of block `b` with itself.
+    pub fn products(&self, b: usize) -> &[f32; PRODUCTS] {
+        &self.products[if b < self.alike as usize { 0 } else { b % BLOCKS_MAX }]
     }
 
     /// The pieces' memory, before there are blocks: behind that of a periodogram.
@@ -228,12 +239,14 @@ impl Blocks {
         let abscissa = span.abscissa();
         // Along a path, which may turn back, a block is not of frames that follow each other but of neighbours.
         self.count = if span.is_in_time() { span.frames.div_ceil(frames_per_block) as usize } else { most };
+        let whole_blocks = if span.is_in_time() { (span.frames / frames_per_block) as usize } else { 0 };
         let pass = Pass {
             statistics,
             nu,
             lines: line_count,
             step: abscissa.step().unwrap_or(0.0),
             frames_per_block,
+            whole_blocks,
             start: abscissa.u(0),
         };
         let mut sums = [(0.0, 0.0); BLOCKS_MAX];
@@ -245,8 +258,11 @@ impl Blocks {
                 }
             }
         }
+        self.alike = pass.whole_blocks as u8;
         for b in 0..self.count.min(BLOCKS_MAX) {
-            self.products[b] = [0.0; PRODUCTS];
+            if b == 0 || b >= self.alike as usize {
+                self.products[b] = [0.0; PRODUCTS];
+            }
             let used = self.rows[b].as_flattened_mut().get_mut(..(2 + 2 * line_count) * CHANNELS_MAX);
             used.unwrap_or_default().fill(0.0);
             let first = b as u32 * frames_per_block;
@@ -264,21 +280,18 @@ impl Blocks {
     }
 
     fn pass<const HALF: usize>(&mut self, span: &mut FrameSpan, pass: &Pass) -> Result<(), Overwritten> {
-        let centred = Centred::<HALF>::new(&pass.nu, pass.lines, pass.step);
+        let mut centred = Centred::<HALF>::NONE;
+        centred.fill(&pass.nu, pass.lines, pass.step);
         let (abscissa, frames, in_time) = (span.abscissa(), span.frames, span.is_in_time());
         let chunk = 2 * HALF as u32;
         let step = Shift::new(&pass.nu, pass.step * chunk as f32);
         let first = Shift::new(&pass.nu, -0.5 * pass.step * (pass.frames_per_block - chunk) as f32);
         let mut shift = first;
-        let whole_blocks = (frames / pass.frames_per_block.max(1)) as usize;
-        if in_time {
-            // Of a block whose frames are all there the products are those of any other.
-            let (mut whole, mut shift) = ([0.0; PRODUCTS], first);
-            for _ in 0..pass.frames_per_block / chunk {
-                add_products(&mut whole, &centred.products, &shift, pass.lines);
-                shift = shift.next(&step);
-            }
-            self.products.iter_mut().take(whole_blocks).for_each(|products| *products = whole);
+        // Of a block whose frames are all there the products are those of any other.
+        let chunks_of_first = if self.alike > 0 { pass.frames_per_block / chunk } else { 0 };
+        for _ in 0..chunks_of_first {
+            add_products(&mut self.products[0], &centred.products, &shift, pass.lines);
+            shift = shift.next(&step);
         }
         span.blocks(&pass.statistics.offset, &mut |block| {
             let chunks = block.values.as_chunks::<HALF>().0.as_chunks::<2>().0;
@@ -290,9 +303,9 @@ impl Blocks {
                 }
                 let frame = first_frame % pass.frames_per_block.max(1);
                 shift = if frame == 0 { first } else { shift.next(&step) };
-                let is_whole = in_time && number < whole_blocks;
+                let is_whole = number < pass.whole_blocks;
                 let valid = block.valid.get(start..start + chunk as usize).unwrap_or_default();
-                let missing = valid.iter().filter(|valid| **valid == 0).count();
+                let missing = if block.complete { 0 } else { valid.iter().filter(|valid| **valid == 0).count() };
                 // Along a path, and where most are missing, frame by frame; else a frame that is missing has a value as any
                 // other, and is taken out again.
                 let is_sparse = !in_time || !is_whole && missing > HALF;
@@ -336,6 +349,12 @@ impl Blocks {
         (basis[0], basis[1]) = (1.0, distance);
         for ([cos, sin], nu) in basis.as_chunks_mut::<2>().0.iter_mut().skip(1).zip(&pass.nu).take(pass.lines) {
             (*cos, *sin) = cos_sin(from_turns(nu * distance));
+        }
+        if number < self.alike as usize {
+            // Without a frame it is no longer as the others.
+            let like = self.products[0];
+            self.products.iter_mut().take(self.alike as usize).for_each(|products| *products = like);
+            self.alike = 0;
         }
         let mut products = &mut self.products[number][..];
         for (row, factor) in basis.iter().enumerate().take(size) {

@@ -10,7 +10,7 @@ use crate::blocks::{Blocks, Lines, product};
 use crate::covariance::{Covariance, may_share};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::normal::dot;
+use crate::normal::{dot, subtract};
 use crate::phase::{cos_sin, from_turns};
 use crate::solve::{Solution, WAVES};
 use crate::source::Values;
@@ -56,7 +56,7 @@ struct Series<'s> {
     /// The derivative of each wave by the frequency, times the channels' weights.
     weighted: [Values; WAVES],
     /// Its products with each unknown.
-    products: [[f32; WAVES]; UNKNOWNS_MAX],
+    products: [[f32; UNKNOWNS_MAX]; WAVES],
     /// Of each harmonic what white noise of unit weight adds to the score's variance; 0 where it is left out.
     powers: [f32; HARMONICS_MAX],
     /// The harmonic of which the residuals' correlation is taken: it says most of the frequency.
@@ -97,7 +97,7 @@ impl<'s> Series<'s> {
             of_amplitude: [0.0; BLOCKS_MAX],
             expected: [0.0; BLOCKS_MAX],
             weighted: [[0.0; CHANNELS_MAX]; WAVES],
-            products: [[0.0; WAVES]; UNKNOWNS_MAX],
+            products: [[0.0; UNKNOWNS_MAX]; WAVES],
             powers: [0.0; HARMONICS_MAX],
             main: 0,
             lags: [0.0; LAGS],
@@ -146,10 +146,8 @@ impl<'s> Series<'s> {
                 *weighted = solution.weights[c] * derivative;
                 self.powers[h] += *weighted * derivative;
             }
-            for (products, unknown) in self.products.iter_mut().zip(&solution.unknowns).take(solution.shape.unknowns())
-            {
-                products[wave % WAVES] = dot(weighted, unknown);
-            }
+            let products = self.products[wave % WAVES].iter_mut().zip(&solution.unknowns);
+            products.take(solution.shape.unknowns()).for_each(|(product, unknown)| *product = dot(weighted, unknown));
         }
     }
 
@@ -157,7 +155,7 @@ impl<'s> Series<'s> {
     #[inline(never)]
     fn add(&mut self, blocks: &Blocks, b: usize, solution: &Solution) {
         let (shape, b) = (&solution.shape, b % BLOCKS_MAX);
-        let (u, products, waves) = (blocks.u[b], &blocks.products[b], blocks.rows[b].as_chunks::<2>().0);
+        let (u, products, waves) = (blocks.u[b], blocks.products(b), blocks.rows[b].as_chunks::<2>().0);
         let (nu, count) = Lines { nu: solution.nu, ..blocks.lines }.all();
         let mut turns = [(1.0, 0.0); LINES_MAX];
         for (turn, nu) in turns.iter_mut().zip(nu).take(count) {
@@ -171,11 +169,11 @@ impl<'s> Series<'s> {
                 continue;
             }
             // What each unknown contributes to the block's sums with the line's cosine and sine.
-            let mut factors = [[0.0; 2]; UNKNOWNS_MAX];
-            for p in 0..2 {
+            let mut factors = [[0.0; UNKNOWNS_MAX]; 2];
+            for (p, factors) in factors.iter_mut().enumerate() {
                 let wave = 2 + 2 * h + p;
                 let own = |column: usize| products[product(wave.max(column), wave.min(column))];
-                (factors[0][p], factors[1][p]) = (own(0), u * own(0) + own(1));
+                (factors[0], factors[1]) = (own(0), u * own(0) + own(1));
                 for (line, (cos, sin)) in turns.iter().enumerate().take(count) {
                     let first = match line {
                         _ if line < shape.harmonics => shape.first_wave() + 2 * line,
@@ -184,12 +182,12 @@ impl<'s> Series<'s> {
                     };
                     let (with_cos, with_sin) = (own(2 + 2 * line), own(3 + 2 * line));
                     if let Some([of_cos, of_sin, ..]) = factors.get_mut(first..) {
-                        (of_cos[p], of_sin[p]) = (cos * with_cos - sin * with_sin, sin * with_cos + cos * with_sin);
+                        (*of_cos, *of_sin) = (cos * with_cos - sin * with_sin, sin * with_cos + cos * with_sin);
                     }
                 }
                 let of_curves = factors.iter_mut().skip(shape.first_curve()).zip(&curves);
                 for (factor, [value, along]) in of_curves.take(shape.curves) {
-                    factor[p] = value * own(0) + along * own(1);
+                    *factor = value * own(0) + along * own(1);
                 }
             }
             // Of the derivative by either wave with the rests of both.
@@ -197,9 +195,9 @@ impl<'s> Series<'s> {
             for (p, rests) in rests.iter_mut().enumerate() {
                 let weighted = &self.weighted[(2 * h + p) % WAVES];
                 *rests = [dot(weighted, &rows[0]), dot(weighted, &rows[1])];
-                for (products, [of_cos, of_sin]) in self.products.iter().zip(&factors).take(shape.unknowns()) {
-                    let product = products[(2 * h + p) % WAVES];
-                    *rests = [rests[0] - of_cos * product, rests[1] - of_sin * product];
+                for (rest, factors) in rests.iter_mut().zip(&factors) {
+                    let products = self.products[(2 * h + p) % WAVES].iter().zip(factors).take(shape.unknowns());
+                    *rest = products.fold(*rest, |rest, (product, factor)| rest - factor * product);
                 }
             }
             let [of_cos, of_sin] = rests;
@@ -223,16 +221,13 @@ impl<'s> Series<'s> {
         &mut self,
         [cosines, sines]: &[Values; 2],
         (cos, sin): (f32, f32),
-        factors: &[[f32; 2]; UNKNOWNS_MAX],
+        [of_cos, of_sin]: &[[f32; UNKNOWNS_MAX]; 2],
         solution: &Solution,
     ) {
         let (mut with_cos, mut with_sin) = (*cosines, *sines);
-        for (row, [of_cos, of_sin]) in solution.unknowns.iter().zip(factors).take(solution.shape.unknowns()) {
-            for ((with_cos, with_sin), unknown) in with_cos.iter_mut().zip(&mut with_sin).zip(row) {
-                *with_cos -= of_cos * unknown;
-                *with_sin -= of_sin * unknown;
-            }
-        }
+        let unknowns = solution.unknowns.get(..solution.shape.unknowns()).unwrap_or_default();
+        subtract(&mut with_cos, unknowns, of_cos, 1.0, solution.width);
+        subtract(&mut with_sin, unknowns, of_sin, 1.0, solution.width);
         let [mut zero_lag, mut one_lag, mut two_lags] = self.lags;
         for (c, latest) in self.latest.iter_mut().enumerate().take(solution.width) {
             let (with_cos, with_sin) = (with_cos[c], with_sin[c]);

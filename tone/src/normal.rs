@@ -58,34 +58,40 @@ impl Normal {
         }
     }
 
-    /// The same for the first `width` channels.
+    /// The same for the first `width` channels; behind them there are zeros.
     pub fn forward_rows(&self, x: &mut Rows, width: usize) {
-        let width = width.min(CHANNELS_MAX);
         for (i, row) in self.lower.iter().enumerate().take(self.size) {
             let (known, unknown) = x.split_at_mut(i);
             let Some(first) = unknown.first_mut() else { return };
-            for (known, factor) in known.iter().zip(row) {
-                for (first, known) in first[..width].iter_mut().zip(known) {
-                    *first -= factor * known;
-                }
-            }
-            first[..width].iter_mut().for_each(|first| *first *= row[i]);
+            subtract(first, known, row, row[i], width);
         }
     }
 
     /// Back substitution, for the first `width` channels: the solution.
     pub fn backward_rows(&self, x: &mut Rows, width: usize) {
-        let (width, size) = (width.min(CHANNELS_MAX), self.size.min(UNKNOWNS_MAX));
+        let size = self.size.min(UNKNOWNS_MAX);
         for i in (0..size).rev() {
             let (unknown, known) = x.split_at_mut(i + 1);
             let Some(last) = unknown.last_mut() else { return };
-            for (known, row) in known.iter().zip(self.lower.iter().take(size).skip(i + 1)) {
-                for (last, known) in last[..width].iter_mut().zip(known) {
-                    *last -= row[i] * known;
-                }
-            }
-            last[..width].iter_mut().for_each(|last| *last *= self.lower[i][i]);
+            let mut factors = [0.0; UNKNOWNS_MAX];
+            let below = self.lower.iter().take(size).skip(i + 1);
+            factors.iter_mut().zip(below).for_each(|(factor, row)| *factor = row[i]);
+            subtract(last, known.get(..size - i - 1).unwrap_or_default(), &factors, self.lower[i][i], width);
         }
+    }
+}
+
+/// Subtracts rows times factors from the first `width` channels of another, and multiplies these by `scale`. By fours, which stay in
+/// registers: what is behind the channels should be zeros.
+#[inline(never)]
+pub fn subtract(from: &mut Values, rows: &[Values], factors: &[f32], scale: f32, width: usize) {
+    for (i, four) in from.as_chunks_mut::<4>().0.iter_mut().enumerate().take(width.div_ceil(4)) {
+        let mut left = *four;
+        for (row, factor) in rows.iter().zip(factors) {
+            let row = &row.as_chunks::<4>().0[i % (CHANNELS_MAX / 4)];
+            left.iter_mut().zip(row).for_each(|(left, value)| *left -= factor * value);
+        }
+        *four = left.map(|left| left * scale);
     }
 }
 

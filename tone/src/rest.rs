@@ -9,7 +9,7 @@ use crate::solve::Solution;
 use crate::source::Overwritten;
 use crate::spectrum::{CHANNELS, Periodogram};
 use crate::statistics::{Channels, Statistics};
-use crate::waves::Waves;
+use crate::waves::{Waves, along};
 
 /// Fewest cycles in the window of a line: below, it is a baseline.
 const CYCLES_MIN: f32 = 1.0;
@@ -81,6 +81,7 @@ pub fn lines_between(
     let mut waves = Waves::new(span, statistics, solution, (nu, interferer));
     let turns = abscissa.step().map(|step| BETWEEN.map(|share| cos_sin(from_turns(share * nu * step))));
     let mut sums = [[[0.0; 2]; BETWEEN.len()]; CHANNELS];
+    let (mut cosines, mut sines) = ([0.0; BLOCK], [0.0; BLOCK]);
     span.blocks(&statistics.offset, &mut |block| {
         if block.first >= BETWEEN_FRAMES {
             return;
@@ -94,24 +95,13 @@ pub fn lines_between(
             }
         }
         for (line, share) in BETWEEN.iter().enumerate() {
-            let mut wave = [cos_sin(from_turns(share * nu * waves.u[0])); BLOCK];
-            for i in 1..BLOCK {
-                let (cos, sin) = wave[i - 1];
-                wave[i] = match turns {
-                    Some(turns) => {
-                        let (by_cos, by_sin) = turns[line];
-                        (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin)
-                    }
-                    None => cos_sin(from_turns(share * nu * waves.u[i])),
-                };
-            }
+            along(share * nu, turns.map(|turns| turns[line]), &waves.u, [&mut cosines, &mut sines]);
             for (sums, residuals) in sums.iter_mut().zip(&residuals).take(list.len()) {
-                let [mut with_cos, mut with_sin] = sums[line];
-                for (residual, (cos, sin)) in residuals.iter().zip(&wave) {
-                    with_cos += residual * cos;
-                    with_sin += residual * sin;
+                let [with_cos, with_sin] = &mut sums[line];
+                for (residual, (cos, sin)) in residuals.iter().zip(cosines.iter().zip(&sines)) {
+                    *with_cos += residual * cos;
+                    *with_sin += residual * sin;
                 }
-                sums[line] = [with_cos, with_sin];
             }
         }
     })?;

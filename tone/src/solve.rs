@@ -4,7 +4,7 @@
 use crate::blocks::{Blocks, LOCAL, Lines, PRODUCTS, product};
 use crate::curves::curves;
 use crate::limits::{BLOCKS_MAX, CHANNELS_MAX, CURVES_MAX, HARMONICS_MAX, LINES_MAX, UNKNOWNS_MAX};
-use crate::normal::{Matrix, Normal, Rows, dot};
+use crate::normal::{Matrix, Normal, Rows, dot, subtract};
 use crate::phase::{cos_sin, from_turns};
 use crate::source::Values;
 use crate::statistics::{Channels, Statistics};
@@ -54,14 +54,15 @@ impl Shape {
         self.first_wave() + 2 * self.harmonics
     }
 
-    /// The column of an unknown, where there are so many harmonics in front of an interferer's.
-    fn column(&self, unknown: usize, harmonics: usize) -> usize {
-        match unknown {
+    /// The columns of the unknowns, where there are so many harmonics in front of an interferer's.
+    #[inline(never)]
+    fn columns(&self, harmonics: usize) -> [usize; UNKNOWNS_MAX] {
+        core::array::from_fn(|unknown| match unknown {
             0 | 1 => unknown,
             _ if unknown < self.first_wave() => unknown + 2 * harmonics,
             _ if unknown < self.first_curve() => 2 + unknown - self.first_wave(),
             _ => CURVES + unknown - self.first_curve(),
-        }
+        })
     }
 }
 
@@ -138,13 +139,17 @@ impl Equations {
         (self.nu, self.lines, self.width, self.squares) = (nu, lines, blocks.width, blocks.squares);
         self.harmonics = blocks.lines.harmonics.min(lines);
         self.frames = 0.0;
-        self.products = [[0.0; UNKNOWNS_MAX]; UNKNOWNS_MAX];
-        self.rows = [[0.0; CHANNELS_MAX]; UNKNOWNS_MAX];
-        self.u_products = [[0.0; UNKNOWNS_MAX]; WAVES];
-        self.uu_products = [[0.0; WAVES]; WAVES];
-        self.u_rows = [[0.0; CHANNELS_MAX]; WAVES];
+        for (i, (products, row)) in self.products.iter_mut().zip(&mut self.rows).enumerate() {
+            if i < 2 + 2 * lines || i >= CURVES {
+                (*products, *row) = ([0.0; UNKNOWNS_MAX], [0.0; CHANNELS_MAX]);
+            }
+        }
+        let of_u = self.u_products.iter_mut().zip(&mut self.uu_products).zip(&mut self.u_rows);
+        for ((products, uu_products), row) in of_u.take(2 * lines) {
+            (*products, *uu_products, *row) = ([0.0; UNKNOWNS_MAX], [0.0; WAVES], [0.0; CHANNELS_MAX]);
+        }
         for b in 0..blocks.count.min(BLOCKS_MAX) {
-            self.add(blocks.u[b], &blocks.products[b], &blocks.rows[b], &all, curves);
+            self.add(blocks.u[b], blocks.products(b), &blocks.rows[b], &all, curves);
         }
     }
 
@@ -278,18 +283,17 @@ impl Equations {
 
     /// The factor of a shape's equations, and the channels behind forward substitution. The size is less than the shape's if
     /// f32 cannot separate all unknowns.
-    fn factor(&mut self, shape: &Shape, product_min: f32) {
+    fn factor(&mut self, shape: &Shape, columns: &[usize; UNKNOWNS_MAX], product_min: f32) {
         let size = shape.unknowns().min(UNKNOWNS_MAX);
         self.normal.size = size;
-        let columns: [usize; UNKNOWNS_MAX] = core::array::from_fn(|i| shape.column(i, self.harmonics));
-        let unknowns = self.normal.lower.iter_mut().zip(&mut self.solution.unknowns).zip(&columns);
+        let unknowns = self.normal.lower.iter_mut().zip(&mut self.solution.unknowns).zip(columns);
         for (i, ((lower, unknown), column)) in unknowns.enumerate().take(size) {
-            for (lower, other) in lower.iter_mut().zip(&columns).take(i + 1) {
+            for (lower, other) in lower.iter_mut().zip(columns).take(i + 1) {
                 let row = self.products.get(*column.max(other));
                 *lower = row.and_then(|row| row.get(*column.min(other))).map_or(0.0, |product| *product);
             }
             if let Some(row) = self.rows.get(*column) {
-                unknown.iter_mut().zip(row).take(self.width).for_each(|(unknown, value)| *unknown = *value);
+                unknown.copy_from_slice(row);
             }
         }
         // Folded onto half the frame rate an interferer has one phase only: of the other nothing is there to fit.
@@ -310,7 +314,8 @@ impl Equations {
     #[inline(never)]
     pub fn residuals(&mut self, shape: Shape, visit: &mut dyn FnMut(&Self, Shape, &Values)) {
         let waves = Shape { curves: 0, ..shape };
-        self.factor(&waves, LIKELIHOOD_PRODUCT_MIN);
+        let columns = waves.columns(self.harmonics);
+        self.factor(&waves, &columns, LIKELIHOOD_PRODUCT_MIN);
         let (normal, rows) = (&self.normal, &self.solution.unknowns);
         // Curves border the equations: each is one more right-hand side, and not another factor.
         let (width, curves) = (self.width.min(CHANNELS_MAX), shape.curves.min(CURVES_MAX));
@@ -318,8 +323,8 @@ impl Equations {
         let mut with_channels = [[0.0; CHANNELS_MAX]; CURVES_MAX];
         let mut with_curves = [[0.0; CURVES_MAX]; CURVES_MAX];
         for k in 0..curves {
-            for (i, border) in borders[k].iter_mut().enumerate().take(normal.size) {
-                *border = self.product(CURVES + k, waves.column(i, self.harmonics));
+            for (border, column) in borders[k].iter_mut().zip(&columns).take(normal.size) {
+                *border = self.product(CURVES + k, *column);
             }
             normal.forward(&mut borders[k]);
             with_channels[k] = self.rows[CURVES + k];
@@ -397,12 +402,13 @@ impl Equations {
     /// The solution for a shape. None if its equations are singular, or if it has no tone.
     #[inline(never)]
     pub fn solve(&mut self, shape: Shape, least: &Values) -> Option<()> {
-        self.factor(&shape, SOLUTION_PRODUCT_MIN);
+        let columns = shape.columns(self.harmonics);
+        self.factor(&shape, &columns, SOLUTION_PRODUCT_MIN);
         let size = shape.unknowns();
         let mut projections = [[0.0; UNKNOWNS_MAX]; WAVES];
         for (d, projection) in projections.iter_mut().enumerate().take(2 * shape.harmonics) {
-            for (i, projection) in projection.iter_mut().enumerate().take(size) {
-                *projection = self.u_product(d, shape.column(i, self.harmonics));
+            for (projection, column) in projection.iter_mut().zip(&columns).take(size) {
+                *projection = self.u_product(d, *column);
             }
         }
         let (normal, out) = (&self.normal, &mut self.solution);
@@ -425,9 +431,7 @@ impl Equations {
         let mut gradients = self.u_rows;
         for (projection, gradient) in projections.iter_mut().zip(&mut gradients).take(waves) {
             normal.forward(projection);
-            for (factor, row) in projection.iter().zip(&out.unknowns).take(size) {
-                gradient.iter_mut().zip(row).take(width).for_each(|(gradient, value)| *gradient -= factor * value);
-            }
+            subtract(gradient, out.unknowns.get(..size).unwrap_or_default(), projection, 1.0, width);
         }
         normal.backward_rows(&mut out.unknowns, self.width);
         let first = shape.first_wave();

@@ -16,6 +16,19 @@ fn middle(u: &[f32; PART]) -> f32 {
     0.5 * (u[0] + u[PART - 1])
 }
 
+/// Cosine and sine of a line at the places `u`; `turn` is by one frame, where all are as far apart.
+#[inline(never)]
+pub fn along(nu: f32, turn: Option<(f32, f32)>, u: &[f32; BLOCK], [cosines, sines]: [&mut [f32; BLOCK]; 2]) {
+    let (mut cos, mut sin) = cos_sin(from_turns(nu * u[0]));
+    for (i, (to_cos, to_sin)) in cosines.iter_mut().zip(sines).enumerate() {
+        (*to_cos, *to_sin) = (cos, sin);
+        (cos, sin) = match turn {
+            Some((by_cos, by_sin)) => (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin),
+            None => cos_sin(from_turns(nu * u[(i + 1) % BLOCK])),
+        };
+    }
+}
+
 /// A solution over a block of frames: `u`, cosine and sine of each line, and the curves about the middle of each part.
 pub struct Waves<'s> {
     statistics: &'s Statistics,
@@ -59,20 +72,15 @@ impl<'s> Waves<'s> {
     #[inline(never)]
     pub fn go(&mut self, u: [f32; BLOCK]) {
         self.u = u;
-        let (mut cos, mut sin) = cos_sin(from_turns(self.nu * u[0]));
-        for i in 0..BLOCK {
-            match self.turn {
-                Some((by_cos, by_sin)) if i > 0 => {
-                    (cos, sin) = (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin)
-                }
-                Some(_) => {}
-                None => (cos, sin) = cos_sin(from_turns(self.nu * u[i])),
+        let ([first_cos, cosines @ ..], [first_sin, sines @ ..]) = (&mut self.cos, &mut self.sin);
+        along(self.nu, self.turn, &u, [first_cos, first_sin]);
+        let (mut of_cos, mut of_sin) = (&*first_cos, &*first_sin);
+        for (cos, sin) in cosines.iter_mut().zip(sines).take(self.harmonics.saturating_sub(1)) {
+            for i in 0..BLOCK {
+                let (c, s) = (of_cos[i], of_sin[i]);
+                (cos[i], sin[i]) = (c * first_cos[i] - s * first_sin[i], s * first_cos[i] + c * first_sin[i]);
             }
-            let (mut c, mut s) = (cos, sin);
-            for h in 0..self.harmonics {
-                (self.cos[h % LINES_MAX][i], self.sin[h % LINES_MAX][i]) = (c, s);
-                (c, s) = (c * cos - s * sin, s * cos + c * sin);
-            }
+            (of_cos, of_sin) = (cos, sin);
         }
         if let (Some(interferer), Some(cos), Some(sin)) = (self.interferer, self.cos.last_mut(), self.sin.last_mut()) {
             for (i, u) in u.iter().enumerate() {
