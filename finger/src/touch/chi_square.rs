@@ -3,9 +3,15 @@
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
-#[inline]
+#[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
     weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, (weight, (a, b))| sum + (a - b) * (a - b) * weight)
+}
+
+/// How far it is from one level to another in a direction, which is weighted as the squares of a distance are.
+#[inline(never)]
+pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
+    direction.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (weight, (from, to))| sum + (to - from) * weight)
 }
 
 /// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is given for sixteen taxels; it
