@@ -107,7 +107,7 @@ impl Tracker {
                 return;
             }
             self.has_begun = true;
-            scheduler.reference = frame.codes.map(|code| code as f32);
+            scheduler.reference.iter_mut().zip(frame.codes).for_each(|(value, code)| *value = code as f32);
             clock.rate_from = Some(clock.latest);
             ring.change(plan, frame.number);
             averager.restart(frame.number);

@@ -2,7 +2,7 @@
 
 use crate::touch::averages::Averages;
 use crate::touch::motion::BLOCK_FRAMES;
-use crate::touch::values::{add_times, times};
+use crate::touch::values::{add_times, scale};
 use core::f32::consts::PI;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
@@ -80,7 +80,8 @@ impl Condition {
 
     /// The levels rise by this in each block from now on, or do not.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
-        self.rate = per_block.map(|slope| times(slope, 1.0 / BLOCK_FRAMES as f32));
+        self.rate = per_block.copied();
+        self.rate.iter_mut().for_each(|rate| scale(rate, 1.0 / BLOCK_FRAMES as f32));
         self.is_plain &= self.rate.is_none();
     }
 

@@ -404,6 +404,7 @@ impl ContactDetector {
     }
 
     /// What is along the way from idle to this level is no motion.
+    #[inline(never)]
     fn aim(&mut self, level: &Values) {
         self.motion.ignore(Some(difference(level, &self.idle.level)));
     }
@@ -453,6 +454,7 @@ impl ContactDetector {
         report(Change::SlideStart(start));
     }
 
+    #[inline(never)]
     fn begin_hold(&mut self, hold: Hold) {
         self.held.restart();
         self.held.hold = hold;

@@ -4,7 +4,7 @@
 //! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
 //! but not the straight creep of a skin that was just loaded.
 
-use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
+use crate::touch::chi_square::{Limit, Taxels, along, distance, limit, root};
 use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
 use crate::touch::past::{EIGHTS, Past};
 use crate::touch::values::length;
@@ -195,6 +195,8 @@ impl Motion {
     }
 
     /// The same, but for the longest comparison.
+    // One copy, as of what else is seldom: not inlined wherever something begins.
+    #[inline(never)]
     pub fn restart_lately(&mut self) {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
         self.compared[1..LONGEST].fill(0.0);
@@ -353,8 +355,7 @@ impl Motion {
         // A comparison with nothing says nothing.
         for ((compared, learned), typical) in self.compared.iter().zip(&mut self.learned).zip(&mut self.typical) {
             if *compared > 0.0 {
-                *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
-                *typical += (compared - *typical) / *learned;
+                average(*compared, learned, typical);
             }
         }
     }
@@ -442,13 +443,8 @@ struct Swing {
 impl Swing {
     const fn new(plan: &Plan) -> Self {
         let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
-        // Standard deviation over mean, by Newton's method: there is no root in a constant.
-        let square = if freedom > 0.0 { 2.0 / freedom } else { 0.0 };
-        let (mut root, mut step) = (0.5, 0);
-        while step < 12 {
-            root = 0.5 * (root + square / root);
-            step += 1;
-        }
+        // Standard deviation over mean.
+        let root = if freedom > 0.0 { root(2.0 / freedom) } else { 0.0 };
         let (limit, faint_limit) = (1.0 + SWINGING * root, 1.0 + SWINGING_FAINT * root);
         Self {
             limit: if limit > OVER_TYPICAL { limit } else { OVER_TYPICAL },
@@ -462,6 +458,14 @@ impl Swing {
     fn add(&mut self, squares: &Values, weights: &Values) {
         self.sum += squares.iter().zip(weights).fold(0.0, |sum, (square, weight)| sum + square * weight);
     }
+}
+
+/// Takes one more into an average of at most [`NOISE_BLOCKS`].
+// Not inlined: there would be six of it.
+#[inline(never)]
+fn average(value: f32, averaged: &mut f32, mean: &mut f32) {
+    *averaged += if *averaged < NOISE_BLOCKS { 1.0 } else { 0.0 };
+    *mean += (value - *mean) / *averaged;
 }
 
 /// Moves a level by a share of its way to another one.

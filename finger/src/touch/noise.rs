@@ -27,9 +27,9 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// That of an ideal chip, until there is better.
+    /// The weights of an ideal chip, until there is better. The first block alone makes the variances.
     pub const fn new() -> Self {
-        Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
+        Self { weights: [1.0; TAXELS], quick_variance: [0.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
     }
 
     /// Takes off what a drift by `slope` in each block has added. The noise of a few blocks alone would be too little for

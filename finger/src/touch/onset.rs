@@ -7,7 +7,7 @@ use crate::touch::averages::Averages;
 use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
-use crate::touch::values::{add, times};
+use crate::touch::values::{add, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -243,7 +243,8 @@ impl Frames<'_> {
                 count += 1.0;
             }
         }
-        times(&sum, 1.0 / greater(count, 1.0))
+        scale(&mut sum, 1.0 / greater(count, 1.0));
+        sum
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.

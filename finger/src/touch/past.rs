@@ -1,7 +1,7 @@
 //! Means of the latest blocks of frames, for the comparisons of [`crate::touch::motion`]: each block for a short while, sums of two
 //! for longer, and sums of eight for the longest.
 
-use crate::touch::values::{add, times};
+use crate::touch::values::{add, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -104,14 +104,17 @@ impl Past {
         } else {
             (skip..skip + 4).for_each(|back| add(&mut sum, self.back(back)));
         }
-        times(&sum, 0.25)
+        scale(&mut sum, 0.25);
+        sum
     }
 
     /// Mean of the last [`PAIRS`], or of those since a restart.
     #[inline(never)]
     pub fn recent_mean(&self) -> Values {
         let pairs = (self.count / 2).clamp(1, PAIRS);
-        times(&self.sum_of_pairs(pairs), 0.5 / pairs as f32)
+        let mut mean = self.sum_of_pairs(pairs);
+        scale(&mut mean, 0.5 / pairs as f32);
+        mean
     }
 
     #[inline(never)]

@@ -4,7 +4,7 @@ use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
 use crate::touch::onset::{END_FRAMES, Frames};
-use crate::touch::values::{difference, times};
+use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
 
@@ -132,7 +132,8 @@ pub fn slide_end(
     // The means of two times sixteen frames: only what their noise does not make is a creep.
     let is_creep =
         skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
-    let creep = times(&difference(level, &soon), 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
+    let mut creep = difference(level, &soon);
+    scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
     frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
 }
