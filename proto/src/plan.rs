@@ -1,5 +1,6 @@
 //! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames, windows and touches.
 
+use crate::division::divide;
 use crate::frame::{RING_FRAMES, TAXELS};
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use serde::{Deserialize, Serialize};
@@ -166,7 +167,7 @@ impl Plan {
 
     /// A conversion's period at the nominal clock, nanoseconds.
     pub const fn conversion_ns(&self) -> u32 {
-        (self.config().conversion_ticks() as u64 * 1_000_000_000 / CRYSTAL_CLOCK_HZ as u64) as u32
+        divide(self.config().conversion_ticks() as u64 * 1_000_000_000, CRYSTAL_CLOCK_HZ).0 as u32
     }
 
     /// Frames per second at the nominal clock.
