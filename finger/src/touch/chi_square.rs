@@ -5,7 +5,11 @@ use ridgetone_tone::Values;
 /// Squared distance of two levels, each taxel's times its weight.
 #[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
-    weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, (weight, (a, b))| sum + (a - b) * (a - b) * weight)
+    // Four at a time: one at a time takes a third more instructions, and this is what most blocks in the air and in a hold take most for.
+    let [weights, a, b] = [weights, a, b].map(|values| values.as_chunks::<4>().0);
+    weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, ([s, t, u, v], ([a, b, c, d], [e, f, g, h]))| {
+        sum + (a - e) * (a - e) * s + (b - f) * (b - f) * t + (c - g) * (c - g) * u + (d - h) * (d - h) * v
+    })
 }
 
 /// How far it is from one level to another in a direction, which is weighted as the squares of a distance are.

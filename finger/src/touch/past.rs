@@ -54,12 +54,12 @@ impl Past {
     }
 
     pub fn push(&mut self, mean: Values) {
-        let before = *self.back(0);
         let at = (self.latest + 1) % HISTORY;
         self.pair_is_new = !self.pair_is_new;
         if self.pair_is_new {
             let pair = (self.latest_pair + 1) % PAIRS;
-            self.pairs[pair] = core::array::from_fn(|c| mean[c] + before[c]);
+            self.pairs[pair] = mean;
+            add(&mut self.pairs[pair], &self.blocks[self.latest % HISTORY]);
             self.latest_pair = pair;
         }
         self.eight_is_new = self.pair_is_new && self.latest_pair.is_multiple_of(PAIRS_OF_EIGHT);
