@@ -234,3 +234,77 @@ fn a_drift_is_no_touch_and_hides_none() {
     let expected = [("contact", 2.0), ("start", 3.0), ("end", 5.0), ("release", 6.0)];
     assert_reported(&found, &expected, 0.02);
 }
+
+/// The level at the start is that of a finger that holds: no contact is reported, and the air is known from its release on.
+#[test]
+fn a_finger_that_is_on_something_at_the_start_slides_and_lifts() {
+    fn touch(t: f64, hz: f64, lag: f64) -> f64 {
+        let tone = |from_s: f64| 500.0 * (TAU * (hz * (t - from_s).clamp(0.0, 2.0) + lag)).sin();
+        let first = if t < 5.0 { 1000.0 + tone(2.0) } else { 0.0 };
+        let second = if (7.0..12.0).contains(&t) { load(t - 6.0, 99.0) + tone(9.0) } else { 0.0 };
+        first + second
+    }
+    let signals: [Signal; 3] = [
+        |t, sign, lag| sign * touch(t, 1.3, lag),
+        |t, sign, lag| sign * touch(t, 8.3, lag),
+        |t, sign, lag| sign * touch(t, 60.3, lag),
+    ];
+    for signal in signals {
+        let first = [("start", 2.0), ("end", 4.0), ("release", 5.0)];
+        let second = [("contact", 7.0), ("start", 9.0), ("end", 11.0), ("release", 12.0)];
+        assert_reported(&changes(14.0, 20.0, signal), &[&first[..], &second].concat(), 0.03);
+    }
+}
+
+/// Without a slide a release from a loaded start is taken for a contact; the next slide shows what is the air.
+#[test]
+fn a_loaded_start_without_a_slide_is_set_right_by_the_next_one() {
+    let found = changes(14.0, 20.0, |t, sign, lag| {
+        let tone = 500.0 * (TAU * (8.3 * (t - 5.0).clamp(0.0, 2.0) + lag)).sin();
+        let is_down = t < 1.0 || (3.0..8.0).contains(&t);
+        let second = if (10.0..12.0).contains(&t) { load(t - 9.0, 99.0) } else { 0.0 };
+        sign * (if is_down { 1000.0 + tone } else { 0.0 } + second)
+    });
+    let from_slide_on: Vec<_> = found.iter().copied().filter(|(_, at_s)| *at_s > 4.5).collect();
+    let expected = [("start", 5.0), ("end", 7.0), ("release", 8.0), ("contact", 10.0), ("release", 12.0)];
+    assert_reported(&from_slide_on, &expected, 0.03);
+}
+
+/// It changes the levels as slowly as a slide, but along one direction.
+#[test]
+fn a_gentle_first_contact_is_no_slide() {
+    let found = changes(8.0, 20.0, |t, sign, lag| {
+        let pressed = 0.5 - 0.5 * (TAU * (t - 1.0).clamp(0.0, 0.5)).cos();
+        if t < 5.0 { sign * (0.4 + lag) * 3000.0 * pressed } else { 0.0 }
+    });
+    let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["contact", "release"], "{found:?}");
+    assert!((1.0..1.6).contains(&found[0].1) && (found[1].1 - 5.0).abs() < 0.01, "{found:?}");
+}
+
+/// The skin creeps by one and a half loads, and back after the release: that is where the load falls.
+#[test]
+fn a_release_is_where_the_load_falls_though_the_skin_stays_behind() {
+    let found = changes(9.0, 20.0, |t, sign, _| {
+        let crept = |for_s: f64| 7500.0 * (1.0 - (-for_s.max(0.0) / 1.5).exp());
+        sign * (load(t, 5.0) + if t < 5.0 { crept(t - 1.0) } else { crept(4.0) * (-(t - 5.0) / 1.5).exp() })
+    });
+    assert_reported(&found, &[("contact", 1.0), ("release", 5.0)], 0.02);
+}
+
+#[test]
+fn half_of_a_load_less_is_no_release() {
+    let found = changes(9.0, 20.0, |t, sign, _| sign * load(t, 6.0) * if t < 3.0 { 1.0 } else { 0.5 });
+    assert_reported(&found, &[("contact", 1.0), ("release", 6.0)], 0.01);
+}
+
+/// A quarter of a cycle is all that a comparison over 0.25 s sees of it.
+#[test]
+fn a_tone_of_1_hz_as_strong_as_the_noise_is_one_slide() {
+    let found = changes(12.0, 100.0, |t, sign, lag| {
+        let tone = if load(t, 11.0) == 0.0 { 0.0 } else { 141.0 * (TAU * ((t - 3.0).clamp(0.0, 5.0) + lag)).sin() };
+        sign * (load(t, 11.0) + tone)
+    });
+    let expected = [("contact", 1.0), ("start", 3.0), ("end", 8.0), ("release", 11.0)];
+    assert_reported(&found, &expected, 0.3);
+}

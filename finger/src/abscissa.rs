@@ -81,24 +81,17 @@ pub fn fit(
     if interferer_hz > 0.0 {
         span = span.with_interferer(interferer_hz / window.frame_rate_hz);
     }
-    let place_mm: &dyn Fn(u32) -> f32 = match (motion, &by_robot) {
-        (_, Some(way)) => &|frame| way.place_mm(frame as f32 * frame_us),
+    let by_profile;
+    let place_mm: Option<&dyn Fn(u32) -> f32> = match (motion, &by_robot) {
+        (_, Some(way)) => Some(&|frame| way.place_mm(frame as f32 * frame_us)),
         (Motion::Profile(profile), None) => {
             let start_us = window.end_us.saturating_add(middle_us.into()).saturating_sub(lasts_us.into());
-            let way = profile.way_from(start_us);
-            &move |frame| way.place_mm((frame as f32 * frame_us) as u32)
+            by_profile = profile.way_from(start_us);
+            Some(&|frame| by_profile.place_mm((frame as f32 * frame_us) as u32))
         }
-        _ => {
-            let (per_unit, per_slot) = (window.frame_rate_hz, 1.0 / slots as f32);
-            let fit = fitter.fit(&mut span);
-            // By reference: a copy would lie on the stack beside it, during the fit.
-            let fit = fit.as_ref().map_err(|overwritten| *overwritten)?;
-            let abscissa = Abscissa::Time;
-            return Ok(Fitted { fit: fit.clone(), abscissa, per_unit, per_slot, slot: 0.0, scan, unplaced: 0 });
-        }
+        _ => None,
     };
     let last = last.saturating_sub(unplaced);
-    let per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
     let (mut later, mut at, mut inputs) = ([0.0; TAXELS], -middle_slot, scan.inputs);
     for later in &mut later {
         if inputs == 0 {
@@ -108,20 +101,31 @@ pub fn fit(
         at += (inputs & 1) as f32;
         inputs >>= 1;
     }
-    let mut fit = match span.along(place_mm) {
-        Some(span) => fitter.fit(&mut span.with_lateness(&later))?,
-        None => Fit::at_rest(window.frames),
+    // One place for the fit: a second one would lie on the stack beside it.
+    let mut fit = match place_mm {
+        None => fitter.fit(&mut span),
+        Some(place_mm) => match span.along(place_mm) {
+            Some(span) => fitter.fit(&mut span.with_lateness(&later)),
+            None => Ok(Fit::at_rest(window.frames)),
+        },
     };
-    if by_robot.is_some() {
-        let lasts_s = last as f32 / window.frame_rate_hz;
-        let share = stretch_per_s(place_mm, last, lasts_s) * window.odometry.delay_sigma_s();
-        let by_delay = share * fit.frequency;
-        fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay * by_delay);
+    let fit = fit.as_mut().map_err(|overwritten| *overwritten)?;
+    let (mut abscissa, mut per_unit, mut per_slot, mut slot) =
+        (Abscissa::Time, window.frame_rate_hz, 1.0 / slots as f32, 0.0);
+    if let Some(place_mm) = place_mm {
+        (abscissa, per_unit, slot) = (Abscissa::Place, 1.0, middle_slot);
+        per_slot = (place_mm(last) - place_mm(0)) / (last.max(1) * slots) as f32;
+        if by_robot.is_some() {
+            let lasts_s = last as f32 / window.frame_rate_hz;
+            let share = stretch_per_s(place_mm, last, lasts_s) * window.odometry.delay_sigma_s();
+            let by_delay = share * fit.frequency;
+            fit.sigma = libm::sqrtf(fit.sigma * fit.sigma + by_delay * by_delay);
+        }
     }
-    if by_robot.is_some_and(|way| !way.is_intact()) {
+    if by_robot.as_ref().is_some_and(|way| !way.is_intact()) {
         return Err(Overwritten);
     }
-    Ok(Fitted { fit, abscissa: Abscissa::Place, per_unit: 1.0, per_slot, slot: middle_slot, scan, unplaced })
+    Ok(Fitted { fit: fit.clone(), abscissa, per_unit, per_slot, slot, scan, unplaced })
 }
 
 /// Parts of a way by which its mean and its spread are measured.

@@ -11,6 +11,7 @@ use crate::frame::{Frame, Readings, TimedConversion};
 use crate::scan::{FIRST_INPUT, NEW, OWN, Order, SLOTS_MAX, Scan, own_of};
 use ads1258::Conversion;
 use heapless::Vec;
+use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 
@@ -308,7 +309,7 @@ impl Assembler {
         if scans > 0 {
             self.give(done);
             self.frame.number = self.frame.number.wrapping_add(scans);
-            self.frame.t_us = self.now_us.saturating_sub(slot as u64 * self.scan.conversion_ns as u64 / 1000);
+            self.frame.t_us = self.now_us.saturating_sub(divide(slot as u64 * self.scan.conversion_ns as u64, 1000).0);
             (self.frame.present, self.frame.good) = (0, 0);
         }
         self.is_open = true;
@@ -351,7 +352,7 @@ impl Assembler {
             // As many whole scans more as bring the count of slots nearest to the time that passed. Of a scan of one slot the
             // time is rounded itself.
             let rounding_ns = if slots == 1 { conversion_ns / 2 } else { 0 };
-            let by_time = ((passed_us as u64 * 1000 + rounding_ns as u64) / conversion_ns.max(1) as u64) as u32;
+            let by_time = divide(passed_us as u64 * 1000 + rounding_ns as u64, conversion_ns).0 as u32;
             let by_order = scans * slots + slot - before;
             scans += (by_time.saturating_sub(by_order) + slots / 2) / slots.max(1);
             // A chip that was set up again restarts its scan: by order there may be fewer.
@@ -368,7 +369,7 @@ impl Assembler {
     /// Whether so many steps of the scan fit the time that passed. After a chip stood still or restarted its scan, every
     /// later conversion is off the time that the fit assumes. After a single late time stamp the next one is on time.
     fn check_time(&mut self, passed_us: u32, steps: u32) {
-        let expected_us = (steps as u64 * self.scan.conversion_ns as u64 / 1000) as u32;
+        let expected_us = divide(steps as u64 * self.scan.conversion_ns as u64, 1000).0 as u32;
         let before = self.off_time.take();
         let late_us =
             (passed_us.wrapping_sub(expected_us) as i32).saturating_add(before.map_or(0, |before| before.late_us));

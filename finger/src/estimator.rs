@@ -67,28 +67,29 @@ impl Estimator {
         source: &mut dyn FrameSource,
         motion: Motion,
     ) -> Result<WindowFit, Overwritten> {
-        if !(self.settings.accuracy > 0.0) || window.span == Span::Slide {
-            return self.fit(window, source, motion).map(WindowFit::Done);
-        }
+        let (mut first, end) = (window.first, window.first.wrapping_add(window.frames));
+        let grows = self.settings.accuracy > 0.0 && window.span != Span::Slide;
         // An estimate's frames are not reused.
-        let end = window.first.wrapping_add(window.frames);
-        let is_reported = reached(self.reported_end, window.first) && reached(end, self.reported_end);
-        let first = if is_reported { self.reported_end } else { window.first };
-        let window = Window { first, frames: end.wrapping_sub(first), ..*window };
-        if window.frames < GROWING_FRAMES_MIN {
+        if grows && reached(self.reported_end, first) && reached(end, self.reported_end) {
+            first = self.reported_end;
+        }
+        let frames = end.wrapping_sub(first);
+        if grows && frames < GROWING_FRAMES_MIN {
             return Ok(WindowFit::Growing);
         }
-        let estimate = self.fit(&window, source, motion)?;
-        // The uncertainty of an unsteady tone counts its movement, which grows with the window.
-        let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
-            && estimate.sigma <= self.settings.accuracy * estimate.frequency;
-        // A window that is half a frame short cannot grow any more.
-        let window_s = window.frames as f32 / window.frame_rate_hz;
-        if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
-            return Ok(WindowFit::Growing);
+        let fitted = self.fit(&Window { first, frames, ..*window }, source, motion);
+        if grows && let Ok(WindowFit::Done(estimate)) = &fitted {
+            // The uncertainty of an unsteady tone counts its movement, which grows with the window.
+            let is_accurate = matches!(estimate.status, Status::Good | Status::Unsteady)
+                && estimate.sigma <= self.settings.accuracy * estimate.frequency;
+            // A window that is half a frame short cannot grow any more.
+            let window_s = frames as f32 / window.frame_rate_hz;
+            if !is_accurate && window_s < self.settings.window_s - 0.5 / window.frame_rate_hz {
+                return Ok(WindowFit::Growing);
+            }
+            self.reported_end = end;
         }
-        self.reported_end = end;
-        Ok(WindowFit::Done(estimate))
+        fitted
     }
 
     /// What a finger would feel in a window; None where the settings have no conversion, and of a whole slide.
@@ -112,14 +113,16 @@ impl Estimator {
         self.textures.take(estimate, overtones, window)
     }
 
-    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, motion: Motion) -> Result<Estimate, Overwritten> {
+    // Not inlined, as the next one.
+    #[inline(never)]
+    fn fit(&mut self, window: &Window, source: &mut dyn FrameSource, motion: Motion) -> Result<WindowFit, Overwritten> {
         let fitted = abscissa::fit(&mut self.fitter, window, source, self.settings.interferer_hz, motion);
         // By reference: a copy would lie on the stack beside it.
         let fitted = fitted.as_ref().map_err(|overwritten| *overwritten)?;
         // Kept where nothing else is between fits: the RAM is the ring's.
         let scratch = self.fitter.scratch().as_chunks_mut().0;
         scratch.iter_mut().zip(&fitted.fit.overtones).for_each(|(kept, overtone)| *kept = *overtone);
-        Ok(self.estimate(fitted, window))
+        Ok(WindowFit::Done(self.estimate(fitted, window)))
     }
 
     // Not inlined: a fit is the deepest of the stack, and what this takes of it is not there yet.

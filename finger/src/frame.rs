@@ -3,6 +3,7 @@
 use crate::ring::Ring;
 use crate::scan::{OWN, Scan};
 use ads1258::{Conversion, Status, reading};
+use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_tone::Values;
@@ -178,7 +179,7 @@ impl FrameClock {
             return t_us.wrapping_sub((t_us as u32).wrapping_sub(low) as u64);
         }
         let back = number.wrapping_sub(frame) as i32;
-        let away_us = back.unsigned_abs() as u64 * self.frame_ns as u64 / 1000;
+        let away_us = divide(back.unsigned_abs() as u64 * self.frame_ns as u64, 1000).0;
         if back < 0 { t_us.wrapping_add(away_us) } else { t_us.saturating_sub(away_us) }
     }
 }

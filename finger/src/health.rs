@@ -4,6 +4,7 @@ use crate::assembler::Assembler;
 use crate::faults::diagnostics::Diagnostics;
 use crate::frame::{FrameClock, Readings};
 use crate::ring::reached;
+use ridgetone_proto::division::divide;
 use ridgetone_proto::fault::FaultKind;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::telemetry::Health;
@@ -93,10 +94,10 @@ impl HealthReporter {
         }
         self.rate_from = (number, t_us, breaks);
         let (passed_us, nominal_us) =
-            (t_us.wrapping_sub(from_us), frames as u64 * assembler.scan().frame_ns() as u64 / 1000);
+            (t_us.wrapping_sub(from_us), divide(frames as u64 * assembler.scan().frame_ns() as u64, 1000).0);
         // Frame numbers may have wrapped in a longer time.
         let is_known = frames < 10 * self.health_frames && passed_us <= u32::MAX as u64 && breaks == from_breaks;
-        if is_known && passed_us.abs_diff(nominal_us) > nominal_us / RATE_SHARE {
+        if is_known && RATE_SHARE * passed_us.abs_diff(nominal_us) > nominal_us {
             diagnostics.fault(FaultKind::Clock, assembler.board_us);
         }
     }

@@ -4,7 +4,7 @@
 //! [`Window`]s, so both ways give the same numbers. Windows that are not fitted are counted in `hops_skipped`.
 
 use crate::detector::Detector;
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, WindowFit};
 use crate::frame::TimedConversion;
 use crate::ring::Ring;
 use crate::surface::odometry::Odometer;
@@ -108,7 +108,7 @@ impl Pipeline {
             emit(Event::Pins(pins));
         }
         for window in &windows {
-            if let Some(estimate) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
+            if let Ok(WindowFit::Done(estimate)) = fit(window, estimator, &mut &*ring, profile.as_ref(), shared) {
                 let texture = estimator.texture(&estimate, window);
                 emit(Event::Estimate(estimate));
                 if let Some(texture) = texture {

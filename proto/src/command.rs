@@ -1,5 +1,6 @@
 //! Commands of the PC, and the board's replies.
 
+use crate::framing;
 use crate::plan::Gives;
 use crate::profile::{After, Knot};
 use crate::settings::{Settings, SettingsError};
@@ -63,6 +64,15 @@ pub struct Request {
     pub number: u16,
     /// The command.
     pub command: Command,
+}
+
+impl Request {
+    /// Decodes one stuffed frame without its zero, in place; none if it is damaged.
+    // Compiled here, where all is as small as can be, and not with whoever calls it.
+    #[inline(never)]
+    pub fn decode(frame: &mut [u8]) -> Option<Self> {
+        framing::decode(frame)
+    }
 }
 
 /// The reply to a request.

@@ -37,6 +37,7 @@
 pub mod boot;
 pub mod command;
 pub mod crash;
+pub mod division;
 pub mod fault;
 mod frame;
 pub mod framing;

@@ -1,5 +1,6 @@
 //! A scan plan: which inputs the chip converts, how fast, and what follows from it for frames, windows and touches.
 
+use crate::division::divide;
 use crate::frame::{RING_FRAMES, TAXELS};
 use ads1258::{CRYSTAL_CLOCK_HZ, Config, DataRate, Delay, IdleMode, Mux, Sysred};
 use serde::{Deserialize, Serialize};
@@ -166,7 +167,7 @@ impl Plan {
 
     /// A conversion's period at the nominal clock, nanoseconds.
     pub const fn conversion_ns(&self) -> u32 {
-        (self.config().conversion_ticks() as u64 * 1_000_000_000 / CRYSTAL_CLOCK_HZ as u64) as u32
+        divide(self.config().conversion_ticks() as u64 * 1_000_000_000, CRYSTAL_CLOCK_HZ).0 as u32
     }
 
     /// Frames per second at the nominal clock.
@@ -249,22 +250,16 @@ impl Plan {
     }
 
     /// Checks that it can work. The error is the first rule that is broken.
-    // Inlined where it is called once.
-    #[inline]
     pub fn validate(&self) -> Result<(), PlanError> {
         let is_chopped_with_health = self.chop && self.health == HealthReadings::EveryScan;
-        for (field, value, least, greatest) in [
-            ("inputs", self.channels() as f32, 1.0, TAXELS as f32),
-            ("data_rate", self.data_rate as f32, 0.0, 3.0),
-            ("delay", self.delay as f32, 0.0, 7.0),
-            ("chop", is_chopped_with_health as u8 as f32, 0.0, 0.0),
-            ("frame_rate_hz", self.frame_rate_hz(), FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
-        ] {
-            if !(value >= least && value <= greatest) {
-                return Err(PlanError { field, value, bounds: (least, greatest) });
-            }
-        }
-        Ok(())
+        let values = [
+            self.channels() as f32,
+            self.data_rate as f32,
+            self.delay as f32,
+            is_chopped_with_health as u8 as f32,
+            self.frame_rate_hz(),
+        ];
+        within(&BOUNDS, &values)
     }
 
     /// All of it in 23 bits.
@@ -286,6 +281,30 @@ impl Plan {
             health: if bits >> 22 & 1 == 1 { HealthReadings::BetweenTouches } else { HealthReadings::EveryScan },
         }
     }
+}
+
+/// A field's name, its least and its greatest value.
+pub(crate) type Bounds = (&'static str, f32, f32);
+
+/// Of a plan, in the order of the values in [`Plan::validate`].
+const BOUNDS: [Bounds; 5] = [
+    ("inputs", 1.0, TAXELS as f32),
+    ("data_rate", 0.0, 3.0),
+    ("delay", 0.0, 7.0),
+    ("chop", 0.0, 0.0),
+    ("frame_rate_hz", FRAME_RATE_LEAST_HZ, FRAME_RATE_MOST_HZ),
+];
+
+/// Checks values. The error is the first one outside its bounds.
+#[inline(never)]
+pub(crate) fn within(bounds: &[Bounds], values: &[f32]) -> Result<(), PlanError> {
+    for (&(field, least, greatest), &value) in bounds.iter().zip(values) {
+        // A NaN is outside all bounds.
+        if !(value >= least && value <= greatest) {
+            return Err(PlanError { field, value, bounds: (least, greatest) });
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

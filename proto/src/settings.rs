@@ -1,6 +1,6 @@
 //! Settings, with units, bounds and the source of each default.
 
-use crate::plan::{Plan, PlanError};
+use crate::plan::{Bounds, Plan, PlanError, within};
 pub use crate::scan::{FRAME_RATE_HZ, RING_FRAMES, SCAN, TAXELS};
 use crate::telemetry::PINS_SIDE_MAX;
 use core::f32::consts::PI;
@@ -219,14 +219,18 @@ impl Settings {
     /// Checks every bound. The error is the first field outside its own.
     #[inline(never)]
     pub fn validate(&self) -> Result<(), SettingsError> {
-        let error = |field: &str, value, (least, greatest)| {
+        self.check().map_err(|PlanError { field, value, bounds: (least, greatest) }| {
             // A test shows that every name fits.
-            let field = String::try_from(field).unwrap_or_default();
-            Err(SettingsError { field, value, least, greatest })
-        };
-        if let Err(PlanError { field, value, bounds }) = self.plan.validate() {
-            return error(field, value, bounds);
-        }
+            SettingsError { field: String::try_from(field).unwrap_or_default(), value, least, greatest }
+        })
+    }
+
+    fn check(&self) -> Result<(), PlanError> {
+        self.plan.validate()?;
+        let most_s = self.plan.window_most_s();
+        let hop_most_s = if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S };
+        let windows = [("window_s", self.plan.window_least_s(), most_s), ("hop_s", HOP_LEAST_S, hop_most_s)];
+        within(&windows, &[self.window_s, self.hop_s])?;
         let Array { pitch_mm, edge_phase_rad, edge_phase_sigma_rad, period_least_mm, period_most_mm, .. } = self.array;
         let Array { may_go_forward, may_go_backward, alike, .. } = self.array;
         // A taxel in two masks would count twice. The error reports the mask of such taxels.
@@ -264,24 +268,11 @@ impl Settings {
             self.pins.force_n,
             self.pins.stroke_mm,
         ];
-        let order = (("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), period_most_mm);
+        within(&BOUNDS, &values)?;
         // With less than a level an update no pin would ever move; a millionth more, since the quotients are rounded.
         let least_n_s = 1.000_001 * self.pins.greatest_n() / self.pins.levels as f32 * self.pins.rate_hz as f32;
-        let slew = (("slew_n_s", least_n_s, 1e6), self.pins.slew_n_s);
-        let most_s = self.plan.window_most_s();
-        let windows = [
-            (("window_s", self.plan.window_least_s(), most_s), self.window_s),
-            (("hop_s", HOP_LEAST_S, if most_s > HOP_LEAST_MOST_S { most_s } else { HOP_LEAST_MOST_S }), self.hop_s),
-        ];
-        for ((field, least, greatest), value) in
-            windows.into_iter().chain(BOUNDS.into_iter().zip(values)).chain([order, slew])
-        {
-            // A NaN is outside all bounds.
-            if !(value >= least && value <= greatest) {
-                return error(field, value, (least, greatest));
-            }
-        }
-        Ok(())
+        let others = [("period_most_mm", period_least_mm, PERIOD_GREATEST_MM), ("slew_n_s", least_n_s, 1e6)];
+        within(&others, &[period_most_mm, self.pins.slew_n_s])
     }
 }
 
@@ -292,9 +283,9 @@ const HOP_LEAST_MOST_S: f32 = 1.0;
 /// Greatest possible spatial period, millimetres.
 const PERIOD_GREATEST_MM: f32 = 100.0;
 
-/// Names, least and greatest values, in the order of the values in [`Settings::validate`]. A table, because one call for
+/// Names, least and greatest values, in the order of the values in `Settings::check`. A table, because one call for
 /// each field takes a kilobyte of flash more.
-const BOUNDS: [(&str, f32, f32); 25] = [
+const BOUNDS: [Bounds; 25] = [
     ("harmonics", 1.0, 5.0),
     // With a tenth the fit calls the window too short; no crystal has a millionth.
     ("accuracy", 1e-6, 0.1),

@@ -4,6 +4,8 @@
 //! a reset of its own, the chip is up to five times as fast (SBAS297G, rate table), and its ids are those of another
 //! scan: then only an upper limit is known.
 
+use ridgetone_proto::division::divide;
+
 /// The chip's clock, at most, hertz (SBAS297G: 16 MHz).
 const CLOCK_MOST_HZ: u64 = 16_000_000;
 /// MUXMOD in CONFIG0: fixed channel.
@@ -28,7 +30,7 @@ pub struct Unseen {
 impl Unseen {
     /// None, in a scan with this period of a conversion, nanoseconds.
     pub const fn new(conversion_ns: u32) -> Self {
-        let gap_us = (conversion_ns as u64 * 228 / 100_000) as u32;
+        let gap_us = divide(conversion_ns as u64 * 228, 100_000).0 as u32;
         Self { gaps_us: 0, clock_share_us: conversion_ns / 20, gap_us }
     }
 

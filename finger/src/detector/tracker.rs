@@ -12,6 +12,7 @@ use crate::touch::averages::{Averager, Averages};
 use crate::touch::contact::ContactDetector;
 use crate::window::Window;
 use ads1258::reading;
+use ridgetone_proto::division::divide;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::scan::TAXELS;
 use ridgetone_proto::settings::Settings;
@@ -107,7 +108,7 @@ impl Tracker {
                 return;
             }
             self.has_begun = true;
-            scheduler.reference = frame.codes.map(|code| code as f32);
+            scheduler.reference.iter_mut().zip(frame.codes).for_each(|(value, code)| *value = code as f32);
             clock.rate_from = Some(clock.latest);
             ring.change(plan, frame.number);
             averager.restart(frame.number);
@@ -178,7 +179,7 @@ fn fill_gap(frame: &Frame, ring: &mut Ring) {
     let from_us = ring.t_us(ring.next().wrapping_sub(1)).unwrap_or(frame.t_us as u32);
     let passed_us = (frame.t_us as u32).wrapping_sub(from_us) as u64;
     for i in 1..=missing as u64 {
-        let after_us = (passed_us * i / (missing as u64 + 1)) as u32;
+        let after_us = divide(passed_us * i, missing + 1).0 as u32;
         ring.push(&[0.0; TAXELS], 0, from_us.wrapping_add(after_us));
     }
 }

@@ -5,6 +5,7 @@
 //! (`ridgetone_tone::FrameSpan::along`).
 
 use core::num::NonZeroU32;
+use ridgetone_proto::division::divide;
 use ridgetone_proto::profile::{After, KNOTS_MAX, Knot};
 
 /// Fastest speed, millimetres per second: as fast as [`ridgetone_proto::settings::SlideRule::Protocol`] may be.
@@ -81,7 +82,7 @@ impl Profile {
             // Behind the last knot the speed stays the same.
             None => start_us.min(last_us.into()) as u32,
             Some(round_us) if start_us >= first_us.into() => {
-                first_us + ((start_us - u64::from(first_us)) % u64::from(round_us.get())) as u32
+                first_us + divide(start_us - u64::from(first_us), round_us.get()).1
             }
             Some(round_us) => last_us - (first_us - start_us as u32 - 1) % round_us - 1,
         };

@@ -44,15 +44,13 @@ impl<S: Store> Fit<'_, S> {
             loop {
                 // It takes a small part of the time of a fit.
                 pins(estimator, detector, outbox, shared);
-                let Some(window) = windows.dequeue() else { break };
+                // By reference, as the estimate: a copy would lie on the stack beside it.
+                let Some(window) = &windows.dequeue() else { break };
                 let source = &mut Locked(&mut *ring);
-                let estimate = fit(&window, estimator, source, requests.profile(), shared);
-                if let Some(estimate) = estimate {
-                    report(outbox, &estimate, (&window, estimator), shared);
+                if let Ok(WindowFit::Done(estimate)) = &fit(window, estimator, source, requests.profile(), shared) {
+                    report(outbox, estimate, (window, estimator), shared);
                 }
-                if let Some(feel) = feel(&window, estimator, source, shared) {
-                    outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
-                }
+                report_feel(outbox, source, (window, estimator), shared);
             }
             if !requests.step(|| windows.ready(), estimator, detector, inbox, outbox, shared) {
                 break;
@@ -92,40 +90,50 @@ fn report<P: Platform>(
     });
 }
 
+// Not inlined, for the same reason.
+#[inline(never)]
+fn report_feel<P: Platform>(
+    outbox: &mut impl Mutex<T = Outbox<PACKETS>>,
+    source: &mut dyn FrameSource,
+    (window, estimator): (&Window, &mut Estimator),
+    shared: &Shared<P>,
+) {
+    if let Some(feel) = feel(window, estimator, source, shared) {
+        outbox.lock(|outbox| post(outbox, Event::Feel(feel), shared));
+    }
+}
+
 /// Fits a window. Before the estimate is qualified, the chip is checked, unless that was done since the window's end.
-/// None: nothing to report.
+/// Only what is done is to be reported.
 pub fn fit<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,
     source: &mut dyn FrameSource,
     profile: Option<&Profile>,
     shared: &Shared<P>,
-) -> Option<Estimate> {
+) -> Result<WindowFit, Overwritten> {
     let motion = profile.map_or(Motion::Odometry(&shared.track), Motion::Profile);
-    let outcome = estimator.run(window, source, motion);
+    // Qualified where it is: a copy would lie on the stack beside it.
+    let mut outcome = estimator.run(window, source, motion);
     shared.liveness.fits_done.bump();
-    match outcome {
-        Ok(WindowFit::Done(mut estimate)) => {
+    match &mut outcome {
+        Ok(WindowFit::Done(estimate)) => {
             if shared.check.load(Relaxed) {
                 shared.urgent.store(true, Relaxed);
                 P::pend(shared, Task::Drdy);
             }
-            qualify(&mut estimate, window, &shared.diagnostics);
+            qualify(estimate, window, &shared.diagnostics);
             if estimate.abscissa == Abscissa::Time && window.odometry.is_some() {
                 shared.diagnostics.odometry.windows_by_time.add(1);
             }
-            Some(estimate)
         }
-        Ok(WindowFit::Growing) => None,
-        Err(Overwritten) => {
-            shared.diagnostics.hops_skipped.add(1);
-            None
-        }
+        Ok(WindowFit::Growing) => {}
+        Err(Overwritten) => shared.diagnostics.hops_skipped.add(1),
     }
+    outcome
 }
 
 /// What a finger would feel in a window, behind its fit. None: nothing to report.
-#[inline(never)]
 pub fn feel<P: Platform>(
     window: &Window,
     estimator: &mut Estimator,

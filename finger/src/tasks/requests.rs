@@ -10,7 +10,6 @@ use crate::surface::profile::Profile;
 use core::ops::DerefMut;
 use core::sync::atomic::Ordering::Relaxed;
 use ridgetone_proto::command::{Command, Reply, Request};
-use ridgetone_proto::framing::decode;
 use ridgetone_proto::store::Store;
 use ridgetone_proto::telemetry::Event;
 use rtic_core::Mutex;
@@ -88,7 +87,7 @@ impl<S: Store> Requests<S> {
 #[inline(never)]
 fn take<P>(inbox: &mut impl Mutex<T = Inboxes>, shared: &Shared<P>) -> Option<Request> {
     let mut frame = inbox.lock(|inbox| inbox.requests.take())?;
-    let request = decode(&mut frame);
+    let request = Request::decode(&mut frame);
     if request.is_none() {
         shared.diagnostics.requests_damaged.add(1);
     }

@@ -3,9 +3,19 @@
 use ridgetone_tone::Values;
 
 /// Squared distance of two levels, each taxel's times its weight.
-#[inline]
+#[inline(never)]
 pub fn distance(weights: &Values, a: &Values, b: &Values) -> f32 {
-    weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, (weight, (a, b))| sum + (a - b) * (a - b) * weight)
+    // Four at a time: one at a time takes a third more instructions, and this is what most blocks in the air and in a hold take most for.
+    let [weights, a, b] = [weights, a, b].map(|values| values.as_chunks::<4>().0);
+    weights.iter().zip(a.iter().zip(b)).fold(0.0, |sum, ([s, t, u, v], ([a, b, c, d], [e, f, g, h]))| {
+        sum + (a - e) * (a - e) * s + (b - f) * (b - f) * t + (c - g) * (c - g) * u + (d - h) * (d - h) * v
+    })
+}
+
+/// How far it is from one level to another in a direction, which is weighted as the squares of a distance are.
+#[inline(never)]
+pub fn along(direction: &Values, from: &Values, to: &Values) -> f32 {
+    direction.iter().zip(from.iter().zip(to)).fold(0.0, |sum, (weight, (from, to))| sum + (to - from) * weight)
 }
 
 /// Limit for a sum over the taxels of a scan: so much for each taxel, and a margin. The margin is given for sixteen taxels; it
@@ -32,20 +42,26 @@ pub struct Taxels {
 impl Taxels {
     /// So many.
     pub const fn new(count: usize) -> Self {
-        let share = count as f32 / 16.0;
-        // Newton's method: there is no root in a constant.
-        let (mut root, mut step) = (1.0, 0);
-        while step < 8 {
-            root = 0.5 * (root + share / root);
-            step += 1;
-        }
-        Self { count: count as f32, root }
+        Self { count: count as f32, root: root(count as f32 / 16.0) }
     }
 
     /// The limit for them.
     #[inline(always)]
     pub fn limit(self, limit: Limit) -> f32 {
         limit.for_each * self.count + limit.margin_of_16 * self.root
+    }
+}
+
+/// The root of a number from 0 to 1, by Newton's method from above: there is no root in a constant.
+#[inline(never)]
+pub const fn root(square: f32) -> f32 {
+    let mut root = 1.0;
+    loop {
+        let next = 0.5 * (root + square / root);
+        if !(next < root) {
+            return root;
+        }
+        root = next;
     }
 }
 
@@ -58,5 +74,13 @@ mod tests {
         let limit = |taxels| Taxels::new(taxels).limit(limit(1.0, 45.0));
         assert_eq!((limit(16), limit(4)), (61.0, 26.5));
         assert!((limit(1) - 12.25).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_root_is_one() {
+        assert_eq!((root(0.0), root(1.0)), (0.0, 1.0));
+        for square in (1..1000).map(|n| n as f32 * 1e-3) {
+            assert!((root(square) * root(square) / square - 1.0).abs() < 4.0 * f32::EPSILON, "{square}");
+        }
     }
 }

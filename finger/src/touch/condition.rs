@@ -2,6 +2,7 @@
 
 use crate::touch::averages::Averages;
 use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::values::{add_times, scale};
 use core::f32::consts::PI;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
@@ -79,7 +80,8 @@ impl Condition {
 
     /// The levels rise by this in each block from now on, or do not.
     pub fn set_drift(&mut self, per_block: Option<&Values>) {
-        self.rate = per_block.map(|slope| slope.map(|slope| slope * (1.0 / BLOCK_FRAMES as f32)));
+        self.rate = per_block.copied();
+        self.rate.iter_mut().for_each(|rate| scale(rate, 1.0 / BLOCK_FRAMES as f32));
         self.is_plain &= self.rate.is_none();
     }
 
@@ -101,7 +103,7 @@ impl Condition {
         let number = if self.notch.is_some() { number.wrapping_sub(1) } else { number };
         if let Some(rate) = &self.rate {
             let passed = number.wrapping_sub(self.latest) as f32;
-            (0..TAXELS).for_each(|c| self.drifted[c] += rate[c] * passed);
+            add_times(&mut self.drifted, passed, rate);
             self.has_drifted = true;
         }
         self.latest = number;
@@ -141,9 +143,10 @@ impl Condition {
         }
         if let Some(rate) = &self.rate {
             let back = self.latest.wrapping_sub(number) as i32 as f32;
-            (0..TAXELS).for_each(|c| values[c] -= self.drifted[c] - rate[c] * back);
+            add_times(&mut values, -1.0, &self.drifted);
+            add_times(&mut values, back, rate);
         } else if self.has_drifted {
-            (0..TAXELS).for_each(|c| values[c] -= self.drifted[c]);
+            add_times(&mut values, -1.0, &self.drifted);
         }
         values
     }

@@ -5,6 +5,8 @@
 //! starts when the held levels begin to change and ends when they stop. Both times are searched for in the ring, as soon
 //! as a block of frames shows that there is one to find.
 
+mod evidence;
+
 use crate::ring::reached;
 use crate::touch::averages::Averages;
 use crate::touch::change::Change;
@@ -12,11 +14,13 @@ use crate::touch::condition::Condition;
 use crate::touch::held::{BACK_AT_IDLE, HELD_BACK, HeldLevel, IS_LOAD};
 use crate::touch::idle::Idle;
 use crate::touch::image::is_dead;
-use crate::touch::motion::{BLOCK_FRAMES, Block, Motion, greater};
+use crate::touch::loaded::Air;
+use crate::touch::motion::{BLOCK_FRAMES, Block, Motion};
 use crate::touch::onset::Frames;
 use crate::touch::phase::{Ended, Phase};
 use crate::touch::slide::{Moving, moved_until, planned, slide_end};
-use crate::touch::spike::{BACK_FROM_SPIKE, SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::spike::{SPIKE_FRAMES, SPIKE_STILL_BLOCKS, Spike, TAP};
+use crate::touch::values::{difference, length};
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::{SlideRule, TAXELS};
 use ridgetone_proto::telemetry::Hold;
@@ -46,14 +50,17 @@ pub struct ContactDetector {
     condition: Condition,
     motion: Motion,
     idle: Idle,
-    /// Idle level before the latest touch, if there was one: the skin creeps back to it.
-    idle_before: Option<Values>,
+    air: Air,
     spike: Spike,
+    /// A contact spike, or a release after a slide, has shown that the idle level is that in the air.
+    was_in_air: bool,
     /// Frame of the touch's spike: no slide begins before it.
     contact: u32,
     held: HeldLevel,
     /// Squared distance of the held level from idle, in units of the noise.
     load: f32,
+    /// Length of the load that the touch began with, codes: what is learned of the noise later does not change it.
+    first_load: f32,
     /// Level at which the taxels were still before the latest motion; none in one that was there before the spike was over.
     still_level: Option<Values>,
     /// Blocks until the direction that is no motion is measured anew.
@@ -62,6 +69,10 @@ pub struct ContactDetector {
     planned: Option<(u32, u32)>,
     /// Frame up to which the slide is known to have lasted.
     moving_until: u32,
+    /// Only the longest comparison shows that.
+    until_is_loose: bool,
+    /// Only slow comparisons show that the slide lasts.
+    is_slow: bool,
 }
 
 impl ContactDetector {
@@ -74,15 +85,19 @@ impl ContactDetector {
             condition: Condition::new(plan),
             motion: Motion::new(plan),
             idle: Idle::new(),
-            idle_before: None,
+            air: Air::Known(None),
             spike: Spike::new(),
+            was_in_air: false,
             contact: 0,
             held: HeldLevel::new(),
             load: 0.0,
+            first_load: 0.0,
             still_level: None,
             aim_in: 0,
             planned: None,
             moving_until: 0,
+            until_is_loose: false,
+            is_slow: false,
         }
     }
 
@@ -101,7 +116,7 @@ impl ContactDetector {
     #[inline(never)]
     pub fn pressed(&self) -> (Values, u16) {
         let (mut pressed, mut alive) = ([0.0; TAXELS], 0);
-        if self.is_touched() {
+        if self.is_touched() && self.air.is_known() {
             let (mean, weights) = (self.motion.past().back(0), self.motion.weights());
             for c in 0..TAXELS {
                 pressed[c] = mean[c] - self.idle.level[c];
@@ -145,8 +160,10 @@ impl ContactDetector {
             cleaned = frame;
             &cleaned
         };
-        if matches!(self.phase, Phase::Spike(_)) {
-            self.spike.follow(number, values, &self.idle.level, self.motion.weights());
+        match self.phase {
+            Phase::Slide(_) => self.air.follow_slide(values, self.motion.weights()),
+            Phase::Spike(_) => self.spike.follow(number, values, &self.idle.level, self.motion.weights()),
+            _ => {}
         }
         let Some(block) = self.motion.push(values, squares) else { return };
         if core::mem::take(&mut self.skips_block) {
@@ -191,11 +208,14 @@ impl ContactDetector {
                     return true;
                 }
                 let idle = &self.idle.level;
-                let is_nearer = |before| self.motion.distance(mean, before) < self.motion.distance(idle, before);
-                if self.idle_before.as_ref().is_some_and(is_nearer) {
+                let is_nearer =
+                    |before: &Values| self.motion.distance(mean, before) < self.motion.distance(idle, before);
+                if matches!(&self.air, Air::Known(Some(before)) if is_nearer(before)) {
                     self.enter(Phase::CreepingBack);
                 } else {
-                    self.spike = Spike::begin(number, idle, self.motion.weights(), ring, &self.condition);
+                    self.spike = Spike::begin(number, idle, &self.frames(ring));
+                    // Of an earlier touch it may be anywhere: numbers wrap.
+                    self.moving_until = number;
                     self.enter(Phase::Spike(number));
                 }
                 false
@@ -206,14 +226,17 @@ impl ContactDetector {
                 false
             }
             Phase::Spike(since) => {
-                if number.wrapping_sub(since) >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS {
+                self.follow_motion(block, number);
+                let passed = number.wrapping_sub(since);
+                let is_due = passed >= SPIKE_FRAMES || self.motion.still_quick >= SPIKE_STILL_BLOCKS;
+                if is_due && (self.was_in_air || self.is_contact(since, number, ring)) {
                     self.end_phase(Ended::Spike, number, ring, report);
                 }
                 false
             }
             Phase::Hold | Phase::Moving(_) => {
                 // The level of a hold changes slowly.
-                if self.motion.still.is_multiple_of(LOAD_BLOCKS) {
+                if self.air.is_known() && self.motion.still.is_multiple_of(LOAD_BLOCKS) {
                     self.load = self.motion.distance(&self.held.level, &self.idle.level);
                 }
                 let off = self.motion.distance(mean, &self.idle.level);
@@ -221,12 +244,17 @@ impl ContactDetector {
                 let back = BACK_AT_IDLE * self.load;
                 let is_back =
                     |blocks: usize| self.motion.distance(self.motion.past().back(blocks), &self.idle.level) < back;
-                if self.motion.still_quick >= STILL_BLOCKS && off < back && is_back(STILL_BLOCKS as usize - 1) {
+                let is_over = || off < back && is_back(STILL_BLOCKS as usize - 1);
+                if self.motion.still_quick >= STILL_BLOCKS && (is_over() || self.has_fallen()) {
                     self.end_hold(report);
                     self.end_phase(Ended::Hold, number, ring, report);
                     return false;
                 }
-                if let Phase::Moving(moving) = self.phase {
+                if let Phase::Moving(mut moving) = self.phase {
+                    if block.quick && moving.is_creep() {
+                        self.note_still_level();
+                        moving.since = number.wrapping_sub(BLOCK_FRAMES - 1);
+                    }
                     self.moving(moving.with(block), ring, report);
                     return false;
                 }
@@ -243,12 +271,7 @@ impl ContactDetector {
     fn hold(&mut self, number: u32, off: f32, block: Block) -> bool {
         let moves = block.moves();
         if moves && self.rule == SlideRule::Found {
-            // Right after something else it is the level at which that ended.
-            let count = self.motion.past().count;
-            if count > HELD_BACK {
-                let skip = count.saturating_sub(4).clamp(HELD_BACK, STILL_BACK);
-                self.still_level = Some(self.motion.past().mean_of_four(skip));
-            }
+            self.note_still_level();
             self.phase = Phase::Moving(Moving::since(number.wrapping_sub(BLOCK_FRAMES - 1)).with(block));
         } else if !moves && self.motion.still <= HELD_BACK as u32 {
             self.held.restart();
@@ -261,15 +284,27 @@ impl ContactDetector {
     /// One block further while something moves: it becomes a slide, or is still again.
     fn moving(&mut self, moving: Moving, ring: Averages, report: &mut dyn FnMut(Change)) {
         if moving.is_slide() {
+            self.is_slow = moving.is_slow();
             let left = match &self.still_level {
                 Some(level) => self.frames(ring).departure(level, moving.since, self.contact),
                 None => self.contact.wrapping_add(HIDDEN_FRAMES),
             };
             self.begin_slide(if reached(left, self.contact) { left } else { self.contact }, report);
-        } else if self.motion.still >= STILL_BLOCKS {
-            self.enter(Phase::Hold);
+        } else if self.motion.still >= STILL_BLOCKS && self.motion.still_longest >= STILL_BLOCKS {
+            self.phase = Phase::Hold;
+            self.motion.restart_lately();
         } else {
             self.phase = Phase::Moving(moving);
+        }
+    }
+
+    /// Follows until when something moves.
+    fn follow_motion(&mut self, block: Block, number: u32) {
+        if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
+            && reached(sure, self.moving_until)
+        {
+            self.moving_until = sure;
+            self.until_is_loose = !block.moves_lately();
         }
     }
 
@@ -278,19 +313,16 @@ impl ContactDetector {
         if self.planned.is_some() {
             return;
         }
-        if let Some(sure) = moved_until(block, number, self.condition.is_averaged())
-            && reached(sure, self.moving_until)
-        {
-            self.moving_until = sure;
-        }
+        self.follow_motion(block, number);
         // Still, or in the air: there a slide is over even if something goes on shaking the finger.
         self.aim_in = if self.aim_in > 0 { self.aim_in - 1 } else { AIM_BLOCKS - 1 };
-        let mut is_over = self.motion.still >= STILL_BLOCKS;
+        let mut is_over = self.motion.still >= STILL_BLOCKS
+            && (self.motion.still_longest >= STILL_BLOCKS || !self.is_slow || !self.motion.is_weak());
         if self.aim_in == 0 {
-            let recent = self.motion.recent_mean();
+            let recent = self.motion.past().recent_mean();
             let off = self.motion.distance(&recent, &self.idle.level);
             is_over |= off < BACK_AT_IDLE * self.load;
-            if off > IS_LOAD * self.load {
+            if self.air.is_known() && off > IS_LOAD * self.load {
                 self.aim(&recent);
             }
         }
@@ -305,23 +337,16 @@ impl ContactDetector {
     fn end_phase(&mut self, ended: Ended, over: u32, ring: Averages, report: &mut dyn FnMut(Change)) {
         let level = self.motion.past().mean_of_four(0);
         let off = self.motion.distance(&level, &self.idle.level);
-        self.still_level = Some(level);
+        let before = self.still_level.replace(level);
         self.skips_block = true;
         let mut arrived = None;
         let is_released = match ended {
             Ended::Spike => {
-                let height = self.spike.height(self.motion.weights());
-                // A spike may be many times as high as the hold: only what is next to idle is in the air.
-                // Of a finger that is shaken all the time a longer mean shows where it is.
-                let is_still = self.motion.still_quick >= SPIKE_STILL_BLOCKS;
-                let of_recent = self.motion.distance(&self.motion.recent_mean(), &self.idle.level);
-                let off = if is_still || off < of_recent { off } else { of_recent };
-                let at_idle = self.idle.touched(self.motion.taxels) * (1.0 / BLOCK_FRAMES as f32);
-                let is_released = off < greater(at_idle, BACK_FROM_SPIKE * height);
-                if !is_still {
+                let is_released = self.is_back_from_spike(off);
+                if self.motion.still_quick < SPIKE_STILL_BLOCKS {
                     self.still_level = None;
                 }
-                if is_released && height < self.motion.taxels.limit(TAP) {
+                if is_released && self.spike.height(self.motion.weights()) < self.motion.taxels.limit(TAP) {
                     self.enter(Phase::Idle);
                     return;
                 }
@@ -332,7 +357,7 @@ impl ContactDetector {
             Ended::Slide(start) => {
                 // Of a finger that is shaken in the air only that is known.
                 let frames = self.frames(ring);
-                let is_released = off < BACK_AT_IDLE * self.load;
+                let is_released = off < BACK_AT_IDLE * self.load || self.has_left(&level);
                 let end = if self.motion.still_quick < STILL_BLOCKS {
                     self.moving_until
                 } else if is_released {
@@ -340,38 +365,55 @@ impl ContactDetector {
                     arrived = Some(lifted);
                     frames.hold_before(lifted, start)
                 } else {
-                    slide_end(&frames, &self.motion, &level, self.moving_until, over)
+                    slide_end(&frames, &self.motion, &level, (self.moving_until, self.until_is_loose), over)
                 };
                 report(Change::SlideEnd(start, end));
                 is_released
             }
         };
         if is_released {
-            report(Change::Release(arrived.unwrap_or_else(|| self.frames(ring).arrival(&level, over))));
-            self.idle_before = Some(self.idle.level);
+            let arrived = arrived.unwrap_or_else(|| match &before {
+                Some(before) if self.air.is_known() && off >= BACK_AT_IDLE * self.load => {
+                    self.frames(ring).fall(before, &level, over)
+                }
+                _ => self.frames(ring).arrival(&level, over),
+            });
+            report(Change::Release(arrived));
+            // Nothing slides in the air: what it came back to after a slide is the air.
+            let has_slid = ended != Ended::Spike && (ended != Ended::Hold || self.held.hold == Hold::AfterSlide);
+            self.was_in_air |= self.air.is_known() && has_slid;
+            self.air = Air::Known(self.air.is_known().then_some(self.idle.level));
             self.idle.restart(level, &self.condition);
             self.planned = None;
             self.motion.ignore(None);
             self.enter(Phase::Idle);
             return;
         }
+        if !self.air.is_known() {
+            self.begin_hold(Hold::AfterSlide);
+            return;
+        }
         if ended == Ended::Spike || off > IS_LOAD * self.load {
             (self.held.level, self.load) = (level, off);
+        }
+        if ended == Ended::Spike {
+            self.first_load = length(&difference(&level, &self.idle.level));
         }
         self.aim(&level);
         self.begin_hold(if ended == Ended::Spike { Hold::BeforeSlide } else { Hold::AfterSlide });
     }
 
     /// What is along the way from idle to this level is no motion.
+    #[inline(never)]
     fn aim(&mut self, level: &Values) {
-        self.motion.ignore(Some(core::array::from_fn(|c| level[c] - self.idle.level[c])));
+        self.motion.ignore(Some(difference(level, &self.idle.level)));
     }
 
     /// The idle level follows the latest block, which is `off` from it.
     fn follow_idle(&mut self, off: f32) {
         let Self { idle, motion, condition, .. } = self;
         if idle.follow(motion.past().back(0), off, (motion.weights(), motion.taxels), condition) {
-            motion.forget();
+            motion.forget(condition.drifts().then_some(&idle.slope));
         }
     }
 
@@ -405,11 +447,14 @@ impl ContactDetector {
 
     fn begin_slide(&mut self, start: u32, report: &mut dyn FnMut(Change)) {
         self.end_hold(report);
-        self.moving_until = start;
+        if !reached(self.moving_until, start) {
+            self.moving_until = start;
+        }
         self.phase = Phase::Slide(start);
         report(Change::SlideStart(start));
     }
 
+    #[inline(never)]
     fn begin_hold(&mut self, hold: Hold) {
         self.held.restart();
         self.held.hold = hold;
@@ -417,7 +462,7 @@ impl ContactDetector {
     }
 
     fn end_hold(&mut self, report: &mut dyn FnMut(Change)) {
-        if self.held.is_long_enough() {
+        if self.air.is_known() && self.held.is_long_enough() {
             report(Change::HoldEnd {
                 held: &self.held,
                 span: (self.held.from, self.held.until),

@@ -30,7 +30,7 @@ pub struct Idle {
     /// Level of the latest block, codes, the drift that is known left out.
     pub level: Values,
     /// Its rise in a block, the drift that is known included.
-    slope: Values,
+    pub slope: Values,
     blocks: f32,
     /// Squared distance of a block from the line, of late.
     typical: f32,

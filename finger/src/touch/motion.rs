@@ -4,17 +4,16 @@
 //! of freedom for each taxel. First differences see quick changes. Second differences at longer distances see slow waves,
 //! but not the straight creep of a skin that was just loaded.
 
-use crate::touch::chi_square::{Limit, Taxels, distance, limit};
+use crate::touch::chi_square::{Limit, Taxels, along, distance, limit, root};
+use crate::touch::noise::{KNOWN_BLOCKS, NOISE_BLOCKS, Noise};
+use crate::touch::past::{EIGHTS, Past};
+use crate::touch::values::length;
 use ridgetone_proto::plan::Plan;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
 /// Frames of a block: 16.6 ms at 241 Hz.
 pub const BLOCK_FRAMES: u32 = 4;
-/// Blocks that are remembered: 0.27 s. A power of two, because their places wrap.
-const HISTORY: usize = 16;
-/// Pairs of blocks that are remembered: as long.
-const PAIRS: usize = HISTORY / 2;
 /// Distance of the short second difference, blocks: 33 ms.
 const SHORT: usize = 2;
 /// Distance of the long second difference, which is one of means of four blocks, blocks: 100 ms.
@@ -23,6 +22,11 @@ const LONG: usize = 6;
 pub const SHORT_BLOCKS: u32 = 2 * SHORT as u32;
 /// Blocks that the long comparison reaches back: 250 ms.
 pub const LONG_BLOCKS: u32 = 2 * LONG as u32 + 3;
+/// Blocks that the longest comparison reaches back: a second difference of means of eight blocks, at a distance of two of them, once in
+/// eight blocks. 0.66 to 0.78 s. It finds a tone of 1 Hz that is as weak as the noise.
+pub const LONGEST_BLOCKS: u32 = 8 * EIGHTS as u32 + 7;
+/// A motion of which no long comparison was above this is a weak one: the long one may miss parts of it. Eight times [`MOVING`].
+const WEAK: Limit = limit(8.0, 360.0);
 /// Blocks after which little is left of one in the averages of the quick comparisons: 116 ms.
 pub const FAINT_BLOCKS: u32 = 7;
 /// Share of the latest block in these averages.
@@ -37,8 +41,6 @@ const BESIDE: f32 = 5.0;
 const FAINT: [Limit; 3] = [limit(8.0, 42.0), limit(13.0, 62.0), limit(1.0, 14.0)];
 /// The same in noise that is not white. An average varies less than a block.
 const FAINT_OVER_TYPICAL: f32 = 1.3;
-/// Still blocks before [`Motion::typical`] is learned: until then the noise is hardly known, and so is what is typical.
-const KNOWN_BLOCKS: f32 = 8.0;
 /// A comparison above this is motion: 61 for 16 taxels, a chi-square's mean of 16 and eight of its standard deviations of
 /// 5.7. A day has 5 million blocks.
 const MOVING: Limit = limit(1.0, 45.0);
@@ -54,11 +56,8 @@ const CREEP_SHARE: f32 = 1e-3;
 const OVER_TYPICAL: f32 = 4.0;
 /// Taxels that bear a load, at least, if nothing along it is motion: one or two alone show a slide hardly otherwise.
 const LOADED_MIN: f32 = 2.5;
-/// Blocks over which the noise is averaged: 0.5 s, and of 4 s one of eight once it is known.
-const NOISE_BLOCKS: f32 = 32.0;
+/// Of blocks with known noise one of so many teaches it.
 const LEARN_EVERY: u32 = 8;
-/// Least variance of a frame, squared codes: that of rounding to whole codes. Less is luck.
-const ROUNDING_VARIANCE: f32 = 1.0 / 12.0;
 
 /// What one block of frames shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,11 +70,18 @@ pub struct Block {
     pub slow: bool,
     /// The latest blocks differ among each other, if only on the average.
     pub faint: bool,
+    /// It differs from the course of the last [`LONGEST_BLOCKS`].
+    pub longest: bool,
 }
 
 impl Block {
     /// Whether it shows any change.
     pub const fn moves(&self) -> bool {
+        self.moves_lately() || self.longest
+    }
+
+    /// Whether it shows one within the last [`LONG_BLOCKS`].
+    pub const fn moves_lately(&self) -> bool {
         self.quick || self.slow || self.faint
     }
 }
@@ -104,8 +110,10 @@ impl Apart {
     }
 }
 
-/// Comparisons: within a block, with the one before, short, long, and of what averaged frames hide.
-const COMPARISONS: usize = 5;
+/// Comparisons: within a block, with the one before, short, long, of what averaged frames hide, and the longest.
+const COMPARISONS: usize = 6;
+const LONG_BEND: usize = 3;
+const LONGEST: usize = 5;
 /// Averages of them.
 const AVERAGES: usize = 4;
 
@@ -146,8 +154,10 @@ pub struct Motion {
     faint: [f32; AVERAGES],
     /// Blocks in a row without a quick change, since the last restart.
     pub still_quick: u32,
-    /// Blocks in a row without any.
+    /// Blocks in a row without any but that of the longest comparison.
     pub still: u32,
+    /// Blocks in a row without that.
+    pub still_longest: u32,
 }
 
 impl Motion {
@@ -174,14 +184,22 @@ impl Motion {
             faint: [0.0; AVERAGES],
             still_quick: 0,
             still: 0,
+            still_longest: 0,
         }
     }
 
     /// Forgets the past but not the noise: the next block is compared with nothing.
     pub fn restart(&mut self) {
+        (self.past.count_of_eights, self.still_longest, self.compared[LONGEST]) = (0, 0, 0.0);
+        self.restart_lately();
+    }
+
+    /// The same, but for the longest comparison.
+    // One copy, as of what else is seldom: not inlined wherever something begins.
+    #[inline(never)]
+    pub fn restart_lately(&mut self) {
         (self.past.count, self.still_quick, self.still) = (0, 0, 0);
-        let [_, with_past @ ..] = &mut self.compared;
-        *with_past = [0.0; COMPARISONS - 1];
+        self.compared[1..LONGEST].fill(0.0);
         self.faint = [0.0; AVERAGES];
         self.greatest_bend = 0.0;
     }
@@ -233,7 +251,12 @@ impl Motion {
         } else if self.past.pair_is_new {
             self.long_bend() * (4.0 * frames / 6.0)
         } else {
-            self.compared[3]
+            self.compared[LONG_BEND]
+        };
+        let longest = match self.past.count_of_eights {
+            EIGHTS if self.past.eight_is_new => self.longest_bend() * (8.0 * frames / 6.0),
+            EIGHTS => self.compared[LONGEST],
+            _ => 0.0,
         };
         self.compared = [
             within,
@@ -241,22 +264,30 @@ impl Motion {
             if_known(2 * SHORT, bend.square()) * (frames / 6.0),
             long,
             core::mem::take(&mut self.swing.sum),
+            longest,
         ];
         let taxels = self.taxels;
         let (jumping, moving) = (taxels.limit(JUMPING), taxels.limit(MOVING));
         // Until it is known what is typical nothing swings.
         let typical_swing = if self.learned[4] >= KNOWN_BLOCKS { self.typical[4] } else { f32::INFINITY };
-        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing];
+        let limits = [jumping, moving, moving, moving, self.swing.limit * typical_swing, moving];
         self.greatest_bend = greater(self.greatest_bend, long);
         let limit = |which: usize| {
             let limit = greater(limits[which], OVER_TYPICAL * self.typical[which]);
-            if which == 3 { greater(limit, CREEP_SHARE * self.greatest_bend) } else { limit }
+            // Noise that wanders makes twice as much of means of eight blocks as of four.
+            let of_wander = OVER_TYPICAL * (2.0 * self.typical[LONG_BEND] - taxels.count);
+            let limit = if which == LONGEST { greater(limit, of_wander) } else { limit };
+            if which == LONG_BEND || which == LONGEST {
+                greater(limit, CREEP_SHARE * self.greatest_bend)
+            } else {
+                limit
+            }
         };
         let over = |which: usize| self.compared[which] > limit(which);
         // One block counts no more than a motion that it shows alone.
         let most = |which: usize| if over(which) { limit(which) } else { self.compared[which] };
         let latest = [most(0), most(0) + BESIDE * most(1), most(2), most(4)];
-        let [within, beside, short, _, swing] = self.typical;
+        let [within, beside, short, _, swing, _] = self.typical;
         let typical = [within, within + BESIDE * beside, short, swing];
         let [one, both, third] = FAINT.map(|limit| taxels.limit(limit));
         let limits = [one, both, third, self.swing.faint_limit * typical_swing];
@@ -266,9 +297,10 @@ impl Motion {
             faint |= self.faint[which] > greater(limits[which], FAINT_OVER_TYPICAL * typical[which]);
         }
         let now = over(0) || over(1) || over(4);
-        let block = Block { now, quick: now || over(2), slow: over(3), faint };
+        let block = Block { now, quick: now || over(2), slow: over(3), faint, longest: over(LONGEST) };
         self.still_quick = if block.quick { 0 } else { self.still_quick.saturating_add(1) };
-        self.still = if block.moves() { 0 } else { self.still.saturating_add(1) };
+        self.still_longest = if block.longest { 0 } else { self.still_longest.saturating_add(1) };
+        self.still = if block.moves_lately() { 0 } else { self.still.saturating_add(1) };
         block
     }
 
@@ -283,6 +315,23 @@ impl Motion {
             bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
         }
         bend.square() * (1.0 / 16.0)
+    }
+
+    /// How far means of eight blocks are off a straight course: the latest one, and two before it at a distance of two.
+    #[inline(never)]
+    fn longest_bend(&self) -> f32 {
+        let [near, middle, far] = [0, 2, 4].map(|back| self.past.eight(back));
+        let mut bend = Apart::NONE;
+        for taxel in 0..TAXELS {
+            let off = near[taxel] + far[taxel] - 2.0 * middle[taxel];
+            bend.add(off, self.noise.weights[taxel], self.pull[taxel]);
+        }
+        bend.square() * (1.0 / 64.0)
+    }
+
+    /// Whether the motion since the last restart is so weak that the long comparison may miss parts of it.
+    pub fn is_weak(&self) -> bool {
+        self.greatest_bend < self.taxels.limit(WEAK)
     }
 
     /// The latest block was a still one: learns the noise from it.
@@ -306,16 +355,17 @@ impl Motion {
         // A comparison with nothing says nothing.
         for ((compared, learned), typical) in self.compared.iter().zip(&mut self.learned).zip(&mut self.typical) {
             if *compared > 0.0 {
-                *learned += if *learned < NOISE_BLOCKS { 1.0 } else { 0.0 };
-                *typical += (compared - *typical) / *learned;
+                average(*compared, learned, typical);
             }
         }
     }
 
-    /// The noise, and what is typical, are to be learned anew.
-    pub fn forget(&mut self) {
+    /// What is typical is to be learned anew, and the noise soon: a drift by `slope` in each block was taken for noise until now, or
+    /// there is none any more.
+    pub fn forget(&mut self, slope: Option<&Values>) {
         self.restart();
-        (self.noise.learned, self.learned, self.unfit) = (0.0, [0.0; COMPARISONS], 2);
+        (self.learned, self.unfit) = ([0.0; COMPARISONS], 2);
+        self.noise.forget(slope);
     }
 
     /// Changes along this direction, if there is one, are no motion from now on: the finger presses more or less, or its
@@ -345,21 +395,21 @@ impl Motion {
         &self.past
     }
 
-    /// Mean of the last [`PAIRS`], or of those since a restart.
-    #[inline(never)]
-    pub fn recent_mean(&self) -> Values {
-        let pairs = (self.past.count / 2).clamp(1, PAIRS);
-        let mut sum = [0.0; TAXELS];
-        for pair in (0..pairs).map(|back| self.past.pair(back)) {
-            (0..TAXELS).for_each(|c| sum[c] += pair[c]);
-        }
-        let share = 0.5 / pairs as f32;
-        sum.map(|sum| sum * share)
-    }
-
     /// Squared distance of two levels, in units of one frame's noise.
     pub fn distance(&self, a: &Values, b: &Values) -> f32 {
         distance(&self.noise.weights, a, b)
+    }
+
+    /// How far it is from one level to another along the direction that is ignored, in units of one frame's noise.
+    pub fn along(&self, from: &Values, to: &Values) -> f32 {
+        along(&self.pull, from, to)
+    }
+
+    /// What is so many codes long along that direction, in the same units.
+    #[inline(never)]
+    pub fn in_noise(&self, codes: f32) -> f32 {
+        let square = distance(&self.noise.weights, &self.load, &[0.0; TAXELS]);
+        codes * libm::sqrtf(square) / greater(length(&self.load), 1.0)
     }
 
     /// How much more slow comparisons are than in white noise, at least one.
@@ -393,13 +443,8 @@ struct Swing {
 impl Swing {
     const fn new(plan: &Plan) -> Self {
         let freedom = (BLOCK_FRAMES * (plan.frames_averaged() - 1)) as f32 * plan.channels() as f32;
-        // Standard deviation over mean, by Newton's method: there is no root in a constant.
-        let square = if freedom > 0.0 { 2.0 / freedom } else { 0.0 };
-        let (mut root, mut step) = (0.5, 0);
-        while step < 12 {
-            root = 0.5 * (root + square / root);
-            step += 1;
-        }
+        // Standard deviation over mean.
+        let root = if freedom > 0.0 { root(2.0 / freedom) } else { 0.0 };
         let (limit, faint_limit) = (1.0 + SWINGING * root, 1.0 + SWINGING_FAINT * root);
         Self {
             limit: if limit > OVER_TYPICAL { limit } else { OVER_TYPICAL },
@@ -415,6 +460,14 @@ impl Swing {
     }
 }
 
+/// Takes one more into an average of at most [`NOISE_BLOCKS`].
+// Not inlined: there would be six of it.
+#[inline(never)]
+fn average(value: f32, averaged: &mut f32, mean: &mut f32) {
+    *averaged += if *averaged < NOISE_BLOCKS { 1.0 } else { 0.0 };
+    *mean += (value - *mean) / *averaged;
+}
+
 /// Moves a level by a share of its way to another one.
 pub fn approach(level: &mut Values, to: &Values, share: f32) {
     for (level, to) in level.iter_mut().zip(to) {
@@ -422,107 +475,7 @@ pub fn approach(level: &mut Values, to: &Values, share: f32) {
     }
 }
 
-/// What is known of the noise.
-#[derive(Clone, Debug)]
-pub struct Noise {
-    /// One over the variance of each taxel's frames, which is the greater of the two below.
-    pub weights: Values,
-    /// By the differences from frame to frame: right for white noise.
-    quick_variance: Values,
-    /// By the differences from block to block: larger where neighbouring frames share their noise, as those of a
-    /// recording that was interpolated do.
-    slow_variance: Values,
-    /// Blocks that the noise was learned from, at most [`NOISE_BLOCKS`].
-    learned: f32,
-}
-
-impl Noise {
-    /// That of an ideal chip, until there is better.
-    pub const fn new() -> Self {
-        Self { weights: [1.0; TAXELS], quick_variance: [1.0; TAXELS], slow_variance: [0.0; TAXELS], learned: 0.0 }
-    }
-
-    /// Learns from the latest block of `past`, whose squared changes from frame to frame are `squares`.
-    pub fn learn(&mut self, past: &Past, squares: &Values) {
-        if self.learned < NOISE_BLOCKS {
-            self.learned += 1.0;
-        }
-        let share = 1.0 / self.learned;
-        let mean = past.back(0);
-        let before = if past.count > 1 { past.back(1) } else { mean };
-        for c in 0..TAXELS {
-            // The difference of two neighbours has twice the variance of one frame; a mean of four has a quarter of it.
-            let quick_now = squares[c] * (1.0 / (2 * BLOCK_FRAMES) as f32);
-            let off = mean[c] - before[c];
-            let slow_now = off * off * (BLOCK_FRAMES as f32 / 2.0);
-            let quick = &mut self.quick_variance[c];
-            *quick += share * (greater(quick_now, ROUNDING_VARIANCE) - *quick);
-            let slow = &mut self.slow_variance[c];
-            *slow += share * (slow_now - *slow);
-            self.weights[c] = 1.0 / greater(*quick, *slow);
-        }
-    }
-}
-
 /// `f32::max` is a function call on the chip, because it heeds NaN.
 pub fn greater(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
-}
-
-/// Means of the latest blocks.
-#[derive(Clone, Debug)]
-pub struct Past {
-    blocks: [Values; HISTORY],
-    /// Sums of two blocks, none of which is in two of them.
-    pairs: [Values; PAIRS],
-    latest_pair: usize,
-    /// Whether the latest block ended one.
-    pair_is_new: bool,
-    /// Place of the latest.
-    latest: usize,
-    /// Blocks since the last restart, as far as they are remembered.
-    pub count: usize,
-}
-
-impl Past {
-    pub const fn new() -> Self {
-        Self {
-            blocks: [[0.0; TAXELS]; HISTORY],
-            pairs: [[0.0; TAXELS]; PAIRS],
-            latest_pair: 0,
-            pair_is_new: false,
-            latest: 0,
-            count: 0,
-        }
-    }
-
-    pub fn push(&mut self, mean: Values) {
-        let before = *self.back(0);
-        let at = (self.latest + 1) % HISTORY;
-        self.pair_is_new = !self.pair_is_new;
-        if self.pair_is_new {
-            let pair = (self.latest_pair + 1) % PAIRS;
-            self.pairs[pair] = core::array::from_fn(|c| mean[c] + before[c]);
-            self.latest_pair = pair;
-        }
-        self.blocks[at] = mean;
-        self.latest = at;
-        self.count = (self.count + 1).min(HISTORY - 1);
-    }
-
-    /// The block `back` blocks before the latest, at most [`HISTORY`] - 1. It may be older than a restart.
-    pub fn back(&self, back: usize) -> &Values {
-        &self.blocks[self.latest.wrapping_sub(back) % HISTORY]
-    }
-
-    /// The sum of a pair of blocks, `back` pairs before the latest pair.
-    fn pair(&self, back: usize) -> &Values {
-        &self.pairs[self.latest_pair.wrapping_sub(back) % PAIRS]
-    }
-
-    /// The mean of four blocks, the `skip` latest left out.
-    pub fn mean_of_four(&self, skip: usize) -> Values {
-        let [a, b, c, d] = [0, 1, 2, 3].map(|back| self.back(skip + back));
-        core::array::from_fn(|taxel| (a[taxel] + b[taxel] + c[taxel] + d[taxel]) * 0.25)
-    }
 }

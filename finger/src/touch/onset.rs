@@ -4,9 +4,10 @@
 
 use crate::ring::reached;
 use crate::touch::averages::Averages;
-use crate::touch::chi_square::{Limit, Taxels, distance, limit};
+use crate::touch::chi_square::{Limit, Taxels, along, distance, limit};
 use crate::touch::condition::Condition;
 use crate::touch::motion::{Apart, BLOCK_FRAMES, greater};
+use crate::touch::values::{add, scale};
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -28,10 +29,12 @@ const MOST: f32 = 3.0;
 const PAST: Limit = limit(5.0, 20.0);
 /// Frames that are searched for the moment of a release: 0.66 s.
 pub const SEARCH_FRAMES: u32 = 160;
+/// Share of the way to a level that is a fall: the skin creeps by about a quarter of it until the fall is noticed.
+const MOST_OF_FALL: f32 = 0.75;
 /// Frames that are searched for the start of a motion before the block that showed it, and behind.
 const START_FRAMES: (u32, u32) = (44, 16);
 /// Most frames that are searched for its end: 0.25 s.
-const END_FRAMES: u32 = 60;
+pub const END_FRAMES: u32 = 60;
 /// Frames of a hold between a slide and the release that show its level: 33 ms.
 const PLATEAU_FRAMES: u32 = 8;
 /// Frames before a release that may belong to it.
@@ -95,9 +98,15 @@ impl Extremes {
 }
 
 impl Frames<'_> {
+    /// A frame without hum and drift, if it is there. [`Self::speak`] has this inlined: it is the dearest search.
+    #[inline(never)]
+    pub fn values<'a>(&'a self, frame: u32, place: &'a mut Values) -> Option<&'a Values> {
+        self.condition.frame(self.ring, frame, place)
+    }
+
     fn is_off(&self, level: &Values, frame: u32) -> bool {
         let mut place = [0.0; TAXELS];
-        let values = self.condition.frame(self.ring, frame, &mut place);
+        let values = self.values(frame, &mut place);
         values.is_some_and(|values| distance(self.weights, values, level) > self.taxels.limit(DEPARTED))
     }
 
@@ -191,6 +200,21 @@ impl Frames<'_> {
         last
     }
 
+    /// The first of the frames up to `last` that have gone most of the way from one level to another along the load. What a skin
+    /// creeps back after the load is less.
+    #[inline(never)]
+    pub fn fall(&self, from: &Values, to: &Values, last: u32) -> u32 {
+        let (most, mut place) = (MOST_OF_FALL * along(self.pull, from, to), [0.0; TAXELS]);
+        for back in 0..=SEARCH_FRAMES {
+            let frame = last.wrapping_sub(back);
+            let values = self.values(frame, &mut place);
+            if values.is_some_and(|values| along(self.pull, from, values) > most) {
+                return frame.wrapping_add(1);
+            }
+        }
+        last
+    }
+
     /// The first frame behind a motion that is over in frame `last`, in which the taxels are at `level` and rise by `creep`
     /// each frame: the frames from there on speak least for motion. No earlier than `earliest`. Looks at one frame of `stride`.
     pub fn rest(&self, level: &Values, creep: Option<&Values>, last: u32, earliest: u32, stride: u32) -> u32 {
@@ -214,13 +238,13 @@ impl Frames<'_> {
     pub fn mean(&self, last: u32, frames: u32) -> Values {
         let (mut sum, mut count, mut place) = ([0.0; TAXELS], 0.0, [0.0; TAXELS]);
         for frame in (0..frames).map(|back| last.wrapping_sub(back)) {
-            if let Some(values) = self.condition.frame(self.ring, frame, &mut place) {
-                (0..TAXELS).for_each(|c| sum[c] += values[c]);
+            if let Some(values) = self.values(frame, &mut place) {
+                add(&mut sum, values);
                 count += 1.0;
             }
         }
-        let share = 1.0 / greater(count, 1.0);
-        sum.map(|sum| sum * share)
+        scale(&mut sum, 1.0 / greater(count, 1.0));
+        sum
     }
 
     /// The first frame of a hold that a release at frame `lifted` ended; that frame if there was none.

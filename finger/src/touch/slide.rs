@@ -2,8 +2,9 @@
 
 use crate::touch::chi_square::{Limit, limit};
 use crate::touch::condition::Condition;
-use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, Motion, SHORT_BLOCKS};
-use crate::touch::onset::Frames;
+use crate::touch::motion::{BLOCK_FRAMES, Block, FAINT_BLOCKS, LONG_BLOCKS, LONGEST_BLOCKS, Motion, SHORT_BLOCKS};
+use crate::touch::onset::{END_FRAMES, Frames};
+use crate::touch::values::{difference, scale};
 use ridgetone_proto::settings::SlideRule;
 use ridgetone_tone::Values;
 
@@ -17,6 +18,8 @@ const SLIDE_BLOCKS: u32 = LASTING_BLOCKS + SHORT_BLOCKS;
 const FAINT_SLIDE_BLOCKS: u32 = LASTING_BLOCKS + FAINT_BLOCKS;
 /// Blocks with any changes after which it is one.
 const SLOW_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONG_BLOCKS;
+/// Blocks with any changes, those of the longest comparison too, after which it is one.
+const LONGEST_SLIDE_BLOCKS: u32 = SLOW_LASTING_BLOCKS + LONGEST_BLOCKS;
 /// Blocks after which four times what is typical, in an average with a share of 0.2 for each, is less than 1.3 times: 4 to 1 + 3 x
 /// 0.8^n.
 const FADED_BLOCKS: u32 = 11;
@@ -35,16 +38,23 @@ const CREEPS: Limit = limit(1.0, 45.0);
 pub struct Moving {
     /// First frame of its first block.
     pub since: u32,
-    /// Blocks with quick changes, with those or faint ones, and with any.
+    /// Blocks with quick changes, with those or faint ones, and with any lately.
     quick: u32,
     faint: u32,
     any: u32,
+    /// And with any, that of the longest comparison included.
+    longest: u32,
 }
 
 impl Moving {
     /// Before its first block, which begins with frame `since`.
     pub const fn since(since: u32) -> Self {
-        Self { since, quick: 0, faint: 0, any: 0 }
+        Self { since, quick: 0, faint: 0, any: 0, longest: 0 }
+    }
+
+    /// One that has lasted long enough, since a block that begins with frame `since`.
+    pub const fn sliding_since(since: u32) -> Self {
+        Self { since, quick: SLIDE_BLOCKS, faint: 0, any: 1, longest: 0 }
     }
 
     /// One block further.
@@ -52,14 +62,25 @@ impl Moving {
         Self {
             quick: self.quick + block.quick as u32,
             faint: self.faint + (block.quick || block.faint) as u32,
-            any: self.any + block.moves() as u32,
+            any: self.any + block.moves_lately() as u32,
+            longest: self.longest + block.moves() as u32,
             ..self
         }
     }
 
+    /// Whether it may be a skin that creeps: only the longest comparison shows it.
+    pub const fn is_creep(&self) -> bool {
+        self.any == 0
+    }
+
+    /// Whether only slow comparisons show that it lasts.
+    pub const fn is_slow(&self) -> bool {
+        self.quick < SLIDE_BLOCKS && self.faint < FAINT_SLIDE_BLOCKS
+    }
+
     /// Whether it has lasted long enough.
     pub const fn is_slide(&self) -> bool {
-        self.quick >= SLIDE_BLOCKS || self.faint >= FAINT_SLIDE_BLOCKS || self.any >= SLOW_SLIDE_BLOCKS
+        !self.is_slow() || self.any >= SLOW_SLIDE_BLOCKS || self.longest >= LONGEST_SLIDE_BLOCKS
     }
 }
 
@@ -74,6 +95,7 @@ pub const fn moved_until(block: Block, number: u32, is_averaged: bool) -> Option
         Block { faint: true, .. } if is_averaged => FADED_BLOCKS,
         Block { faint: true, .. } => FAINT_BLOCKS,
         Block { slow: true, .. } => LONG_BLOCKS,
+        Block { longest: true, .. } => LONGEST_BLOCKS,
         _ => return None,
     };
     Some(number.wrapping_sub(BLOCK_FRAMES * (reach + 1) - 1))
@@ -88,9 +110,21 @@ pub fn planned(rule: SlideRule, contact: u32, condition: &Condition) -> Option<(
 }
 
 /// The first frame after a slide: where the taxels arrived at the course along which the skin creeps when nothing moves
-/// any more. The slide moved until frame `moving_until` at least. The block that ends with frame `over`, the latest one,
+/// any more. The slide moved until frame `moving_until` at least; if `is_loose`, only the longest comparison shows it, which says little of
+/// when. The block that ends with frame `over`, the latest one,
 /// shows that it has ended. `level` is the mean of the last four blocks.
-pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until: u32, over: u32) -> u32 {
+pub fn slide_end(
+    frames: &Frames,
+    motion: &Motion,
+    level: &Values,
+    (moving_until, is_loose): (u32, bool),
+    over: u32,
+) -> u32 {
+    if is_loose {
+        let earliest = moving_until.wrapping_sub(UNSURE_FRAMES);
+        let last = over.wrapping_sub(2 * BLOCK_FRAMES);
+        return frames.rest(level, None, last, earliest, last.wrapping_sub(earliest) / END_FRAMES + 1);
+    }
     // Blocks between the mean soon after the slide and that of the last four.
     let still = over.wrapping_sub(moving_until) / BLOCK_FRAMES;
     let skip = still.saturating_sub(SOON_BLOCKS + 4);
@@ -98,8 +132,8 @@ pub fn slide_end(frames: &Frames, motion: &Motion, level: &Values, moving_until:
     // The means of two times sixteen frames: only what their noise does not make is a creep.
     let is_creep =
         skip >= CREEP_BLOCKS && motion.distance(level, &soon) * (2 * BLOCK_FRAMES) as f32 > motion.taxels.limit(CREEPS);
-    let per_frame = 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32;
-    let creep: Values = core::array::from_fn(|c| (level[c] - soon[c]) * per_frame);
+    let mut creep = difference(level, &soon);
+    scale(&mut creep, 1.0 / (skip.max(1) * BLOCK_FRAMES) as f32);
     let middle = over.wrapping_sub(skip * BLOCK_FRAMES + 2 * BLOCK_FRAMES - 1);
     frames.rest(&soon, is_creep.then_some(&creep), middle, moving_until.wrapping_sub(UNSURE_FRAMES), 1)
 }

@@ -1,10 +1,8 @@
 //! The contact spike: the paper's equations 2 and 3.
 
-use crate::ring::reached;
-use crate::touch::averages::Averages;
 use crate::touch::chi_square::{Limit, limit};
-use crate::touch::condition::Condition;
 use crate::touch::motion::BLOCK_FRAMES;
+use crate::touch::onset::Frames;
 use ridgetone_proto::settings::TAXELS;
 use ridgetone_tone::Values;
 
@@ -32,23 +30,25 @@ pub const TAP: Limit = limit(900.0, 0.0);
 pub struct Spike {
     /// That deviation from the idle level, codes.
     peak: Values,
-    /// Its frame.
-    frame: [u32; TAXELS],
+    /// Its frame, counted from the first one that is looked at.
+    frame: [u8; TAXELS],
+    /// That one.
+    first: u32,
 }
 
 impl Spike {
     pub const fn new() -> Self {
-        Self { peak: [0.0; TAXELS], frame: [0; TAXELS] }
+        Self { peak: [0.0; TAXELS], frame: [0; TAXELS], first: 0 }
     }
 
     /// The first touch was in the block that ends with frame `number`: looks at that block and what is before it.
     #[inline(never)]
-    pub fn begin(number: u32, idle: &Values, weights: &Values, ring: Averages, condition: &Condition) -> Self {
+    pub fn begin(number: u32, idle: &Values, frames: &Frames) -> Self {
         let first = number.wrapping_sub(BLOCK_FRAMES - 1 + LOOK_BACK);
-        let mut spike = Self { peak: [0.0; TAXELS], frame: [first; TAXELS] };
+        let mut spike = Self { first, ..Self::new() };
         for number in (0..BLOCK_FRAMES + LOOK_BACK).map(|frames| first.wrapping_add(frames)) {
-            if let Some(values) = condition.frame(ring, number, &mut [0.0; TAXELS]) {
-                spike.follow(number, values, idle, weights);
+            if let Some(values) = frames.values(number, &mut [0.0; TAXELS]) {
+                spike.follow(number, values, idle, frames.weights);
             }
         }
         spike
@@ -57,16 +57,18 @@ impl Spike {
     /// Equation 3: takes the next frame.
     #[inline(never)]
     pub fn follow(&mut self, number: u32, values: &Values, idle: &Values, weights: &Values) {
+        // A spike is over after fewer frames than that.
+        let frame = number.wrapping_sub(self.first).min(u8::MAX.into()) as u8;
         for c in 0..TAXELS {
             let off = values[c] - idle[c];
             let higher = off.abs() - self.peak[c].abs();
             if higher > 0.0 {
                 // A touch without a spike is a step, whose highest frame is any: long after a peak only what stands
                 // clear of the noise is a higher one.
-                let late = number.wrapping_sub(self.frame[c]) > PEAK_FRAMES;
+                let late = u32::from(frame - self.frame[c]) > PEAK_FRAMES;
                 let clear = higher * higher * weights[c] > CLEAR * CLEAR && higher > CLEAR_SHARE * self.peak[c].abs();
                 if !late || clear {
-                    (self.peak[c], self.frame[c]) = (off, number);
+                    (self.peak[c], self.frame[c]) = (off, frame);
                 }
             }
         }
@@ -84,10 +86,10 @@ impl Spike {
         let mut best = highest;
         for c in 0..TAXELS {
             let less = height(highest) - height(c);
-            if less * less * weights[c] < CLEAR * CLEAR && reached(self.frame[best], self.frame[c]) {
+            if less * less * weights[c] < CLEAR * CLEAR && self.frame[c] <= self.frame[best] {
                 best = c;
             }
         }
-        (self.frame[best], best as u8, self.peak[best])
+        (self.first.wrapping_add(self.frame[best].into()), best as u8, self.peak[best])
     }
 }

@@ -1,0 +1,181 @@
+//! A start under load: the level that was taken for idle is that of a finger that rests on something.
+//!
+//! A contact is at its load at once and stays away from idle. A slide goes about its mean, and the level before it is one of those that
+//! it comes by: a sine is off its mean by at most the root of two of its standard deviations. A slow contact presses all taxels alike,
+//! so that its way is straight; a slide takes each by its own phase.
+
+use crate::touch::chi_square::{along, distance};
+use crate::touch::motion::greater;
+use crate::touch::onset::Frames;
+use crate::touch::values::{difference, multiply};
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// Frames after the first touch in which a contact is at its load: 33 ms.
+const EARLY_FRAMES: u32 = 8;
+/// Frames after which little is left of a spike: 100 ms; and those that show whether the levels move on after it.
+const LATE_FRAMES: (u32, u32) = (24, 48);
+/// Frames that are looked at, about: more would take too long.
+const LOOKED_AT: u32 = 40;
+/// Share of the later distance, squared, that a contact has at once. A tone above 10 Hz has it too.
+const AT_ONCE: f32 = 0.5;
+/// A level this far from the mean of a motion, squared, over the motion's mean square, is none of its levels. A sine has at most 2.
+const BESIDE_MOTION: f32 = 4.0;
+/// Share of a slow motion's mean square that is not along one direction: a gentle contact presses all taxels alike, and a slide takes
+/// each by its own phase.
+const BENT: f32 = 0.2;
+/// Share of a motion's mean square that its first half has too.
+const GOES_ON: f32 = 0.1;
+/// The highest of a contact's frames, squared, over the later ones, that is a spike: only a contact has one.
+const SPIKED: f32 = 1.5;
+/// Frames after which a motion that began slowly is judged, if it is not still before: 1 s.
+const JUDGED_AFTER: u32 = 241;
+
+/// Mean of a motion, and its squares about the mean.
+#[derive(Clone, Debug)]
+pub struct Course {
+    mean: Values,
+    squares: f32,
+    frames: f32,
+}
+
+impl Course {
+    const fn new() -> Self {
+        Self { mean: [0.0; TAXELS], squares: 0.0, frames: 0.0 }
+    }
+
+    /// Takes a frame (Welford's method).
+    #[inline(never)]
+    fn add(&mut self, values: &Values, weights: &Values) {
+        self.frames += 1.0;
+        let share = 1.0 / self.frames;
+        for c in 0..TAXELS {
+            let off = values[c] - self.mean[c];
+            self.mean[c] += off * share;
+            self.squares += off * (values[c] - self.mean[c]) * weights[c];
+        }
+    }
+
+    /// Mean square about the mean, that of the noise left out.
+    fn spread(&self, taxels: f32) -> f32 {
+        self.squares / greater(self.frames, 1.0) - taxels
+    }
+
+    /// Whether a level is none of those of the motion.
+    fn is_beside(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
+        self.frames > 0.0 && distance(weights, level, &self.mean) > BESIDE_MOTION * greater(self.spread(taxels), taxels)
+    }
+}
+
+/// What is known of the level in the air.
+#[derive(Clone, Debug)]
+pub enum Air {
+    /// It is the idle level. Before the latest touch it was this one: the skin creeps back to it.
+    Known(Option<Values>),
+    /// The finger was on something when the detector began: the course of its slides.
+    Unknown(Course),
+}
+
+impl Air {
+    pub const fn is_known(&self) -> bool {
+        matches!(self, Self::Known(_))
+    }
+
+    /// Takes a frame of a slide.
+    #[inline(never)]
+    pub fn follow_slide(&mut self, values: &Values, weights: &Values) {
+        if let Self::Unknown(course) = self {
+            course.add(values, weights);
+        }
+    }
+
+    /// Whether the finger has left the levels of its slides.
+    pub fn is_left(&self, level: &Values, weights: &Values, taxels: f32) -> bool {
+        matches!(self, Self::Unknown(course) if course.is_beside(level, weights, taxels))
+    }
+}
+
+/// What a change from the first level is.
+#[derive(Clone, Debug)]
+pub enum Judged {
+    /// A contact; with a spike it is sure that the finger was in the air before.
+    Contact { has_spike: bool },
+    /// A slide of a finger that was loaded before, and its course so far.
+    Slide(Course),
+    /// A slow motion, which goes on.
+    Unclear,
+}
+
+/// The frames that are looked at, of so many from a first one on.
+#[inline(never)]
+fn look_at(frames: &Frames, first: u32, all: u32, take: &mut dyn FnMut(u32, &Values)) {
+    let every = all / LOOKED_AT + 1;
+    let mut place = [0.0; TAXELS];
+    for at in (0..=all).filter(|at| *at < EARLY_FRAMES || at.is_multiple_of(every)) {
+        if let Some(values) = frames.values(first.wrapping_add(at), &mut place) {
+            take(at, values);
+        }
+    }
+}
+
+/// Judges the change from `level` in the frames from `first` to `last`.
+#[inline(never)]
+pub fn judge(frames: &Frames, level: &Values, first: u32, last: u32, is_still: bool) -> Judged {
+    let (weights, taxels) = (frames.weights, frames.taxels.count);
+    let all = last.wrapping_sub(first);
+    let (from, until) = if all < 2 * LATE_FRAMES.0 { (all / 2, all) } else { LATE_FRAMES };
+    let (mut late, mut half, mut early) = (Course::new(), Course::new(), 0.0);
+    look_at(frames, first, all, &mut |at, values| {
+        if at < EARLY_FRAMES {
+            early = greater(early, distance(weights, values, level) - taxels);
+        }
+        if at >= from {
+            late.add(values, weights);
+            if at < until {
+                half.add(values, weights);
+            }
+        }
+    });
+    let (off, spread) = (distance(weights, &late.mean, level), late.spread(taxels));
+    if early > AT_ONCE * (off + spread) {
+        let moves = off < BESIDE_MOTION * spread && half.spread(taxels) > GOES_ON * spread;
+        let has_spike = early > SPIKED * (off + spread);
+        return if moves { Judged::Slide(late) } else { Judged::Contact { has_spike } };
+    }
+    if all < JUDGED_AFTER && !is_still {
+        return Judged::Unclear;
+    }
+    // The part of the motion that is along the way from the level to its mean.
+    let mut way = difference(&late.mean, level);
+    multiply(&mut way, weights);
+    let (mut squares, mut count) = (0.0, 0.0);
+    look_at(frames, first, all, &mut |at, values| {
+        if at >= from {
+            let off = along(&way, &late.mean, values);
+            (squares, count) = (squares + off * off, count + 1.0);
+        }
+    });
+    let straight = squares / greater(count * off, 1.0) - 1.0;
+    if spread - straight > BENT * spread { Judged::Slide(late) } else { Judged::Contact { has_spike: false } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the definition, in f64.
+    #[test]
+    fn a_course_has_the_mean_and_the_mean_square_of_its_frames() {
+        let value = |n: u16, c: usize| f32::from((n * 37 + 11 * c as u16) % 101) + f32::from(n);
+        let weights: Values = core::array::from_fn(|c| 1.0 + c as f32);
+        let mut course = Course::new();
+        (0..50).for_each(|n| course.add(&core::array::from_fn(|c| value(n, c)), &weights));
+        let mut squares = 0.0;
+        for c in 0..TAXELS {
+            let mean = (0..50).map(|n| f64::from(value(n, c))).sum::<f64>() / 50.0;
+            assert!((f64::from(course.mean[c]) - mean).abs() < 1e-3, "{c}");
+            squares += f64::from(weights[c]) * (0..50).map(|n| (f64::from(value(n, c)) - mean).powi(2)).sum::<f64>();
+        }
+        assert!((f64::from(course.spread(16.0)) - (squares / 50.0 - 16.0)).abs() < 1e-4 * squares / 50.0);
+    }
+}

@@ -1,0 +1,43 @@
+//! Sums over the values of a frame. Each is a function of its own, not inlined: unrolled at every call they would take kilobytes.
+
+use crate::touch::chi_square::along;
+use core::hint::black_box;
+use ridgetone_proto::settings::TAXELS;
+use ridgetone_tone::Values;
+
+/// Adds other values.
+#[inline(never)]
+pub fn add(to: &mut Values, values: &Values) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to += value);
+}
+
+/// Adds so many times other values.
+#[inline(never)]
+pub fn add_times(to: &mut Values, times: f32, values: &Values) {
+    to.iter_mut().zip(values).for_each(|(to, value)| *to += times * value);
+}
+
+/// Multiplies all by one number.
+#[inline(never)]
+pub fn scale(values: &mut Values, by: f32) {
+    // The compiler must not know how many: unrolled it takes five times the flash.
+    values.iter_mut().take(black_box(TAXELS)).for_each(|value| *value *= by);
+}
+
+/// Multiplies each by another one.
+#[inline(never)]
+pub fn multiply(values: &mut Values, by: &Values) {
+    values.iter_mut().zip(by).for_each(|(value, by)| *value *= by);
+}
+
+/// Values less others.
+#[inline(never)]
+pub fn difference(values: &Values, less: &Values) -> Values {
+    core::array::from_fn(|c| values[c] - less[c])
+}
+
+/// Their length.
+#[inline(never)]
+pub fn length(values: &Values) -> f32 {
+    libm::sqrtf(along(values, &[0.0; TAXELS], values))
+}
