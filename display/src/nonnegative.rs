@@ -36,36 +36,37 @@ const TRIES: u32 = 3;
 /// What counts as zero, over the largest unknown, or over the largest right-hand side.
 const ZERO: f32 = 2e-6;
 
+/// What ends a search before its optimum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Most {
+    /// Systems.
+    pub(crate) pivots: u32,
+    /// Multiplications behind which no other system is begun.
+    pub(crate) multiply_adds: u32,
+}
+
 /// Exchanges pins until none is in the wrong set, from the set that pressed last. `solve` gives those that are wrong for a set, and the
 /// number of its multiplications.
-pub(crate) fn exchange(
-    pins: usize,
-    mut pressing: Set,
-    pivots_max: u32,
-    mut solve: impl FnMut(&Set) -> (Set, u32),
-) -> Found {
-    let (mut fewest, mut tries) = (pins + 1, TRIES);
-    let mut found = Found { pressing, pivots: 0, is_optimal: false, multiply_adds: 0 };
+pub(crate) fn exchange(mut pressing: Set, most: Most, mut solve: impl FnMut(&Set) -> (Set, u32)) -> Found {
+    let (mut fewest, mut tries, mut pivots, mut multiply_adds) = (usize::MAX, 0, 0, 0);
     loop {
-        let (wrong, multiply_adds) = solve(&pressing);
+        let (mut wrong, more) = solve(&pressing);
         let count = wrong.count();
-        found.pivots += 1;
-        found.multiply_adds += multiply_adds;
-        found.pressing = pressing;
-        if count == 0 || found.pivots >= pivots_max {
-            found.is_optimal = count == 0;
-            return found;
+        pivots += 1;
+        multiply_adds += more;
+        if count == 0 || pivots >= most.pivots || multiply_adds > most.multiply_adds {
+            return Found { pressing, pivots, is_optimal: count == 0, multiply_adds };
         }
         if count < fewest {
-            (fewest, tries) = (count, TRIES);
-            pressing.flip_all(&wrong);
-        } else if tries > 0 {
-            tries -= 1;
-            pressing.flip_all(&wrong);
-        } else {
-            // Murty's rule ends for certain.
-            (0..pins).rev().find(|pin| wrong.has(*pin)).into_iter().for_each(|pin| pressing.flip(pin));
+            (fewest, tries) = (count, TRIES + 1);
         }
+        if tries > 0 {
+            tries -= 1;
+        } else {
+            // Murty's rule, to exchange the first one alone, ends for certain.
+            wrong.keep_first();
+        }
+        pressing.flip_all(&wrong);
     }
 }
 
@@ -79,7 +80,8 @@ pub(crate) fn solve_from(
 ) -> Found {
     let n = x.len();
     let (zero_x, zero_y) = (ZERO * largest(free), ZERO * largest(b));
-    let found = exchange(n, pressing, pivots_max, |pressing| {
+    let most = Most { pivots: pivots_max, multiply_adds: u32::MAX };
+    let found = exchange(pressing, most, |pressing| {
         let multiply_adds = pivot(program, pressing, (free, b), (x, y));
         let is_wrong = |i: usize| if pressing.has(i) { x[i] < -zero_x } else { y[i] < -zero_y };
         (Set::of(n, is_wrong), multiply_adds)

@@ -50,6 +50,18 @@ impl Set {
         Self(core::array::from_fn(|word| self.0[word] & pins.0[word]))
     }
 
+    /// Takes all out but the one with the lowest number.
+    pub(crate) fn keep_first(&mut self) {
+        let mut keep = u32::MAX;
+        for word in &mut self.0 {
+            // Its lowest bit.
+            *word &= word.wrapping_neg() & keep;
+            if *word != 0 {
+                keep = 0;
+            }
+        }
+    }
+
     pub(crate) fn count(&self) -> usize {
         self.0.iter().map(|word| word.count_ones() as usize).sum()
     }
@@ -72,6 +84,11 @@ mod tests {
         set.put_four(24, 0b1001);
         assert_eq!((set.four(24), set.four(0), set.four(31)), (0b1001 | 0b1000, 0b0011, 0));
         assert_eq!(set.and(&Set::of(100, |pin| pin == 96)), Set::of(100, |pin| pin == 96));
+        for first in [0, 31, 32, 99, 127] {
+            let mut set = Set::of(128, |pin| pin == first || pin > first + 20);
+            set.keep_first();
+            assert_eq!(set, Set::of(128, |pin| pin == first));
+        }
     }
 
     extern crate std;

@@ -3,7 +3,7 @@
 use crate::blocks::{Block, Blocks, FOUR, add, dot, factor, set_diagonal, solve};
 use crate::half_space::strain_by_square;
 use crate::matching::{PINS_MAX, Solution};
-use crate::nonnegative::{Found, exchange};
+use crate::nonnegative::{Found, Most, exchange};
 use crate::packed::{largest, triangle};
 use crate::sensor_space::ZERO;
 use crate::set::Set;
@@ -55,14 +55,25 @@ pub struct Square {
     pub poisson: f32,
     /// Relative to the mean square of what a pin does, above 0: see [`Matching::new`](crate::Matching::new).
     pub regularisation: f32,
-    /// Systems to solve at most in a frame: it bounds the time. The next frame goes on where this one ended.
+    /// Systems to solve at most in a frame. The next frame goes on where this one ended.
     pub pivots_max: u32,
+    /// Multiplications of a frame behind which no other system is begun; with the one before it bounds the time, see
+    /// [`Self::multiply_adds`].
+    pub multiply_adds_max: u32,
 }
 
 impl Square {
     /// Values that the memory of [`Self::forces`] must hold for so many pins on a side: 836 (3.3 kB) for 10.
     pub const fn floats(side: usize) -> usize {
         side.div_ceil(2) * side.div_ceil(2) * (SENSORS + FOUR) + 2 * ELEMENTS + SENSORS
+    }
+
+    /// Multiplications of a system with so many pins on a side: least and greatest number. In between they go by the pins that have just
+    /// begun or ended to press.
+    pub const fn multiply_adds(side: usize) -> [u32; 2] {
+        let quarter = side.div_ceil(2) * side.div_ceil(2);
+        let least = multiply_adds(quarter);
+        [least, least + (ELEMENTS * quarter) as u32]
     }
 
     /// Forces whose strains are the nearest to the wanted ones, row by row. `wanted` are strains times Young's modulus, newtons per square
@@ -105,7 +116,8 @@ impl Square {
         };
         set_diagonal(system.product, self.regularisation * (squares / (self.side * self.side) as f32));
         let begin = pressing.0.and(&there);
-        let found = exchange(FOUR * half * half, begin, self.pivots_max, |pressing| system.solve(pressing));
+        let most = Most { pivots: self.pivots_max, multiply_adds: self.multiply_adds_max };
+        let found = exchange(begin, most, |pressing| system.solve(pressing));
         let Found { pivots, is_optimal, multiply_adds, .. } = found;
         pressing.0 = found.pressing;
         // Of numbers the sum is one, and of what is none it is none: a wanted value that is none is in every force.
@@ -167,6 +179,11 @@ impl Square {
     }
 }
 
+/// Multiplications of a system with so many pins in the first quarter, but for those that form its matrix.
+const fn multiply_adds(quarter: usize) -> u32 {
+    (SENSORS * SENSORS * SENSORS / 6 + SENSORS * SENSORS + SENSORS * quarter) as u32
+}
+
 /// One frame: as [`SensorSpace`](crate::sensor_space::SensorSpace), in sums and differences of the sensors.
 struct System<'a> {
     /// The response to each pin of the first quarter.
@@ -187,15 +204,13 @@ struct System<'a> {
 impl System<'_> {
     /// The pins that are wrong in a set that presses, and the number of multiplications.
     fn solve(&mut self, pressing: &Set) -> (Set, u32) {
-        let s = SENSORS as u32;
-        let mut multiply_adds = s * s * s / 6 + s * s + s * self.quarter.len() as u32;
         // How often each image counts more than before, as sums; the forces' place is free until they are known.
         for (n, weights) in self.x.iter_mut().enumerate() {
             let (before, now) = (self.included.four(n), pressing.four(n));
             let count = |image: u32| (now >> image & 1) as i32 - (before >> image & 1) as i32;
             *weights = sums([0, 1, 2, 3].map(count)).map(|weight| weight as f32);
         }
-        multiply_adds += add(self.product, self.quarter, self.x);
+        let multiply_adds = multiply_adds(self.quarter.len()) + add(self.product, self.quarter, self.x);
         self.included = *pressing;
         self.lower.copy_from_slice(self.product);
         *self.v = self.wanted;

@@ -16,6 +16,7 @@ fn display(side: usize) -> Square {
         poisson: 0.5,
         regularisation: 0.01,
         pivots_max: 20,
+        multiply_adds_max: u32::MAX,
     }
 }
 
@@ -153,4 +154,27 @@ fn eight_systems_a_frame_give_nearly_always_the_best_forces() {
         println!("{what}: {optimal} of 400 frames are optimal; the worst pin is off by {rms} of the greatest, rms");
         assert!(optimal >= 320 && rms < 0.03, "{what}: {optimal} of 400, {rms}");
     }
+}
+
+/// The time of a frame has a bound: by the systems, and by the multiplications behind which none is begun.
+#[test]
+fn a_frame_ends_when_its_multiplications_are_used_up() {
+    let [least, greatest] = Square::multiply_adds(10);
+    let mut memory = vec![0.0; Square::floats(10)];
+    let mut ended = 0;
+    for multiply_adds_max in [0, 3 * greatest, u32::MAX] {
+        let display = Square { multiply_adds_max, ..display(10) };
+        let mut before = Pressing::new();
+        for wanted in images() {
+            let found = display.forces(&mut memory, &wanted, &mut before).expect("forces");
+            assert!((found.pivots * least..=found.pivots * greatest).contains(&found.multiply_adds), "{found:?}");
+            assert!(found.multiply_adds <= multiply_adds_max.saturating_add(greatest), "{found:?}");
+            // It ends for one of three reasons.
+            let is_used_up = found.multiply_adds > multiply_adds_max;
+            assert!(found.is_optimal || is_used_up || found.pivots == display.pivots_max, "{found:?}");
+            assert!(multiply_adds_max > 0 || found.pivots == 1, "{found:?}");
+            ended += u32::from(is_used_up && !found.is_optimal);
+        }
+    }
+    assert!(ended > 40, "{ended}");
 }

@@ -4,6 +4,7 @@
 //! Moy et al., "Human Psychophysics for Teletaction System Design" (the author's text has the tables, the captions and the prose;
 //! its curves are lost).
 
+pub mod bars;
 mod charts;
 pub mod chip;
 pub mod experiment;

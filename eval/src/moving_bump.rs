@@ -57,24 +57,50 @@ pub enum Load {
     Fast,
     /// An image that has nothing to do with the one before.
     Unrelated,
+    /// All taxels alike, and in the next update none.
+    Even,
+    /// One taxel alone, another one in each.
+    Hot,
+    /// Pressed and pulled like the fields of a chessboard, the other way round in each.
+    Chessboard,
+    /// Each taxel is pressed or pulled as far as can be, by chance.
+    Extremes,
+    /// As `Unrelated`, while the display's limits and layer change each time.
+    Limits,
 }
 
 impl Load {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Along, Self::Across, Self::Fast, Self::Unrelated];
+    pub const ALL: [Self; 9] = [
+        Self::Along,
+        Self::Across,
+        Self::Fast,
+        Self::Unrelated,
+        Self::Even,
+        Self::Hot,
+        Self::Chessboard,
+        Self::Extremes,
+        Self::Limits,
+    ];
 
-    /// Pressure at a place of the array, from 0 to 1, in an update.
+    /// Pressure at a place of the array, from -1 to 1, in an update.
     fn pressure(self, place: usize, frame: u32) -> f32 {
-        if self == Self::Unrelated {
+        let drawn = || {
             // Of a hash of both: multiplied, shifted, multiplied.
             let bits = (frame << 4 | place as u32).wrapping_add(1).wrapping_mul(0x9e37_79b1);
-            return ((bits ^ bits >> 15).wrapping_mul(0x85eb_ca77) >> 8) as f32 / 16_777_216.0;
-        }
+            ((bits ^ bits >> 15).wrapping_mul(0x85eb_ca77) >> 8) as f32 / 16_777_216.0
+        };
+        let sign = |is_pressed| if is_pressed { 1.0 } else { -1.0 };
         let along_mm = 0.1 * frame as f32 - 4.0;
         let [x_mm, y_mm] = match self {
             Self::Fast => [2.0 * libm::sinf(0.7 * frame as f32), 1.5 * libm::cosf(0.9 * frame as f32)],
             Self::Across => [along_mm, 0.3 + along_mm / 3.0],
-            Self::Along | Self::Unrelated => [along_mm, 0.0],
+            Self::Along => [along_mm, 0.0],
+            Self::Unrelated | Self::Limits => return drawn(),
+            Self::Even => return (frame % 2) as f32,
+            Self::Hot => return if place as u32 == frame * 7 % 16 { 1.0 } else { 0.0 },
+            Self::Chessboard => return sign((place % SIDE + place / SIDE + frame as usize).is_multiple_of(2)),
+            Self::Extremes => return sign(drawn() < 0.5),
         };
         let at_mm = |n: usize| 0.5 * UNIT_PITCH_MM as f32 * (n as f32 - 1.5);
         let (x, y) = (at_mm(place % SIDE) - x_mm, at_mm(place / SIDE) - y_mm);
@@ -91,6 +117,22 @@ impl Load {
         }
         Due::new(50_000 * u64::from(frame), u16::MAX, pressed)
     }
+}
+
+/// Settings of a display in an update, by its own ones: other limits and another layer in each of [`Load::Limits`].
+pub fn settings_in(settings: &Settings, load: Load, frame: u32) -> Settings {
+    if load != Load::Limits {
+        return *settings;
+    }
+    let (of_three, of_four) = ((frame % 3) as f32, (frame % 4) as f32);
+    let pins = PinDisplay {
+        levels: 200 - 60 * (frame % 3) as u8,
+        force_n: 2.0 - 0.6 * of_three,
+        depth_mm: 0.5 + of_four,
+        spacing_mm: settings.pins.spacing_mm * (1.0 + of_three),
+        ..settings.pins
+    };
+    Settings { pins, ..*settings }
 }
 
 /// What must be the same on the chip and here: pins that are limited, whether the forces are the best, and the levels.

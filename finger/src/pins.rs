@@ -4,5 +4,5 @@ mod driver;
 mod sampler;
 pub mod strains;
 
-pub use driver::{Driver, MEMORY};
+pub use driver::{Driver, MEMORY, MULTIPLY_ADDS_MAX, PIVOTS_MAX};
 pub use sampler::{Due, Sampler};

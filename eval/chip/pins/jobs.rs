@@ -4,7 +4,7 @@ use crate::files::Files;
 use crate::machine::Counter;
 use ridgetone::pins::{Driver, MEMORY as UPDATE_FLOATS};
 use ridgetone_display::Matching;
-use ridgetone_eval::moving_bump::{FLOATS, matching, settings, step, summary};
+use ridgetone_eval::moving_bump::{FLOATS, matching, settings, settings_in, step, summary};
 
 use ridgetone_eval::workload::{Job, Measured};
 
@@ -31,7 +31,7 @@ fn main() -> ! {
                 Job::Update { side, load, frames } => {
                     let (settings, mut driver) = (settings(side), Driver::new());
                     for frame in 0..frames {
-                        let due = load.due(frame);
+                        let (due, settings) = (load.due(frame), settings_in(&settings, load, frame));
                         let (instructions, pins) = counter.measure(|| driver.update(&due, MEMORY, &settings));
                         let (multiply_adds, bits) = summary(&pins);
                         files.write(Measured::Pins { instructions, multiply_adds, bits })?;

@@ -33,6 +33,14 @@ pub const TABLE_1: [(Contact, f64, f64); 6] = [
 ];
 
 impl Contact {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Line => "line",
+            Self::Block => "block, 20 wide",
+            Self::Cylinder => "cylinder, 20 wide",
+        }
+    }
+
     /// Share of the load at a wave number, radians per millimetre.
     fn spectrum(self, k: f64) -> f64 {
         let half = k * HALF_WIDTH_MM;

@@ -1,15 +1,15 @@
 //! The tables of the page.
 
 use super::gratings::{Indices, SPACING_MM, figure_17d, figure_22};
-use super::layers::{Filter, RUBBER, TABLE_1, Contact, crossing, figure_12, figure_16, table_1};
+use super::layers::{Filter, RUBBER, TABLE_1, crossing, figure_12, figure_16, table_1};
 use super::matching::block;
 use crate::page::Table;
 use anyhow::Result;
 use ridgetone_display::SUBJECTS;
 use ridgetone_host::pins::Design;
 
-pub const NAMES: [&str; 9] =
-    ["table_1", "figure_8", "figure_12", "figure_16", "figures_17_18_19", "figure_22", "table_6", "design", "experiment"];
+pub const NAMES: [&str; 10] =
+    ["bars", "table_1", "figure_8", "figure_12", "figure_16", "figures_17_18_19", "figure_22", "table_6", "design", "experiment"];
 
 /// Finger 1.8 s after a ridge of 3 s (Table 6), subject by subject.
 pub const TABLE_6: [f64; 6] = [0.43, 0.74, 0.62, 0.61, 0.69, 0.66];
@@ -17,6 +17,7 @@ pub const TABLE_6: [f64; 6] = [0.43, 0.74, 0.62, 0.61, 0.69, 0.66];
 /// A table by its name.
 pub fn table(name: &str) -> Result<Option<String>> {
     Ok(Some(match name {
+        "bars" => crate::bar::table(&super::bars::bars()?),
         "table_1" => noise_without_shear(),
         "figure_8" => matching()?,
         "figure_12" => layers(),
@@ -33,13 +34,8 @@ pub fn table(name: &str) -> Result<Option<String>> {
 fn noise_without_shear() -> String {
     let mut table = Table::new(1, "contact|angle|paper, dB|here, dB|with a Poisson's ratio of 0.45, dB");
     for (contact, degrees, paper) in TABLE_1 {
-        let name = match contact {
-            Contact::Line => "line",
-            Contact::Block => "block, 20 wide",
-            Contact::Cylinder => "cylinder, 20 wide",
-        };
         let here = |poisson| format!("{:.2}", table_1(contact, degrees, poisson));
-        table.row(&[name.into(), format!("{degrees:.0}"), format!("{paper:.0}"), here(RUBBER), here(0.45)]);
+        table.row(&[contact.name().into(), format!("{degrees:.0}"), format!("{paper:.0}"), here(RUBBER), here(0.45)]);
     }
     table.end()
 }

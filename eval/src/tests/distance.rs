@@ -11,6 +11,13 @@ fn near(value: f64, wanted: f64, most: f64) -> bool {
 }
 
 #[test]
+fn every_bar_is_met() {
+    let bars = distance::bars::bars().expect("bars");
+    let missed: Vec<_> = bars.iter().filter(|bar| !bar.met).collect();
+    assert!(bars.len() > 30 && missed.is_empty(), "{missed:?}");
+}
+
+#[test]
 fn table_1_is_within_half_a_decibel() {
     for (contact, degrees, paper) in TABLE_1 {
         let here = table_1(contact, degrees, RUBBER);

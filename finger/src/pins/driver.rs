@@ -4,7 +4,7 @@ use crate::pins::Due;
 use crate::pins::strains::{UNIT_PITCH_MM, by_place, of_pressure};
 use ads1258::reading;
 use heapless::Vec;
-use ridgetone_display::{Limits, Pressing, Square, Steps};
+use ridgetone_display::{Limits, Pressing, Solution, Square, Steps};
 use ridgetone_proto::settings::{PinDisplay, Settings};
 use ridgetone_proto::telemetry::{PINS_SIDE_MAX, PINS_SILENCE_US, Pins};
 
@@ -13,9 +13,11 @@ pub const MEMORY: usize = Square::floats(PINS_SIDE_MAX);
 
 /// How much even forces are preferred: as `ridgetone pins` has it.
 const REGULARISATION: f32 = 0.01;
-/// Systems that an update solves at most: 10 x 10 pins then stay below 200,000 instructions (`cargo xtask distance --chip`), and nearly all
-/// updates are optimal.
-const PIVOTS_MAX: u32 = 8;
+/// Systems that an update solves at most, and multiplications behind which it begins no other: whatever is pressed, 10 x 10 pins then stay
+/// below 200,000 instructions (`cargo xtask distance --chip` counts), and nearly all updates are optimal.
+pub const PIVOTS_MAX: u32 = 8;
+/// As above.
+pub const MULTIPLY_ADDS_MAX: u32 = 26_000;
 /// Microseconds of a time that is kept: a power of two.
 const TICK_US: u64 = 1024;
 /// Poisson's ratio of the finger on the pins: as rubber, it keeps its volume.
@@ -62,29 +64,37 @@ impl Driver {
         may_move
     }
 
-    /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
-    /// valid; `memory` has [`MEMORY`] values, whose content does not matter.
-    // Not inlined: it runs between fits, which need the stack.
-    #[inline(never)]
-    pub fn update(&mut self, due: &Due, memory: &mut [f32], settings: &Settings) -> Pins {
-        let PinDisplay { rate_hz, side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
-        let limits = limits(&settings.pins);
-        let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
-        let may_move = self.go_on(due.t_us, rate_hz, side, steps.quantum_n());
+    /// The forces that the update wants, without the display's limits. It is the part that takes long.
+    #[inline(always)]
+    pub fn solve<'a>(&mut self, due: &Due, memory: &'a mut [f32], settings: &Settings) -> Option<Solution<'a>> {
+        let PinDisplay { side, spacing_mm, depth_mm, mpa_per_v, .. } = settings.pins;
         let mpa_per_code = reading::volts(1, settings.vref_v) * mpa_per_v;
         // Strain times Young's modulus.
         let wanted = by_place(&of_pressure(&due.pressed, due.taxels)).map(|code| code * mpa_per_code);
-        let side = usize::from(side);
         let display = Square {
-            side,
+            side: side.into(),
             spacing_mm,
             sensor_spacing_mm: (0.5 * UNIT_PITCH_MM) as f32,
             depth_mm,
             poisson: POISSON,
             regularisation: REGULARISATION,
             pivots_max: PIVOTS_MAX,
+            multiply_adds_max: MULTIPLY_ADDS_MAX,
         };
-        let solution = display.forces(memory, &wanted, &mut self.pressing);
+        display.forces(memory, &wanted, &mut self.pressing)
+    }
+
+    /// Moves the pins towards what is pressed. They go down where no force can be computed. `settings.pins` must be on and
+    /// valid; `memory` has [`MEMORY`] values, whose content does not matter.
+    // Not inlined: it runs between fits, which need the stack.
+    #[inline(never)]
+    pub fn update(&mut self, due: &Due, memory: &mut [f32], settings: &Settings) -> Pins {
+        let PinDisplay { rate_hz, side, .. } = settings.pins;
+        let limits = limits(&settings.pins);
+        let (steps, greatest_n) = (Steps::new(&limits), limits.greatest_n());
+        let may_move = self.go_on(due.t_us, rate_hz, side, steps.quantum_n());
+        let solution = self.solve(due, memory, settings);
+        let side = usize::from(side);
         let is_optimal = solution.as_ref().is_some_and(|solution| solution.is_optimal);
         let forces_n = solution.as_ref().map_or(&[][..], |solution| solution.forces);
         let mut pins = Pins {

@@ -156,7 +156,7 @@ events.addEventListener("state", ({ data }) => {
     chooseCondition();
   }
   if (state.texture && isChanged(["number", "texture", "share"])) {
-    $("period_mm").value = state.texture.period_mm;
+    $("period_mm").value = Number(state.texture.period_mm.toPrecision(5));
     sendTexture();
   }
   if (state.is_silent) send("lift");
@@ -182,7 +182,9 @@ function show() {
   put("source", state.source);
   const { texture } = state;
   put("period", texture ? `${texture.period_mm.toPrecision(5)} mm` : "none");
-  put("period-small", texture ? `± ${texture.period_sigma_mm.toPrecision(2)} mm · ${(100 * state.share).toFixed(0)} % of the amplitude` : "");
+  // Nobody knows a standard deviation of 0.
+  const sigma = texture?.period_sigma_mm ? `± ${texture.period_sigma_mm.toPrecision(2)} mm · ` : "";
+  put("period-small", texture ? `${sigma}${(100 * state.share).toFixed(0)} % of the amplitude` : "");
   put("speed", `${speed.toFixed(0)} mm/s`);
   put("frequency", texture ? `${(speed / texture.period_mm).toFixed(0)} Hz` : "-");
   // From the place to the sound: the wait, the added delay, and what the browser says of its output.

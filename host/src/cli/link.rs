@@ -24,7 +24,7 @@ one, and four times a second. It prints each second what was sent, lost and late
 is from the surface under the hand. A second without a message, or a silent finger, and the vibration fades.
 
 A stylus' board (the image stylus-f405) has an encoder under a real hand and makes the vibration itself. It gets limits and law of the
-actuator first, which the options below say; then textures; and is disabled at the end. A board that is silent for a second is
+actuator first, which the options above say; then textures; and is disabled at the end. A board that is silent for a second is
 reported, and stops by itself.
 
 The delay, the loss and the rest are made here, each way, and come on top of what a real network does. With udp: one end is another

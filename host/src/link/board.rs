@@ -18,6 +18,9 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::Duration;
 
+/// Packets in a row, at most, whose loss is no restart: those of a second, after which the board counts as silent.
+const LOST_MAX: u16 = 260;
+
 /// What the board does, in a report.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Doing {
@@ -162,9 +165,9 @@ impl BoardEnd {
     }
 
     fn take_packet(&mut self, t_s: f64, Packet { sequence, event: Mark(event) }: Packet) -> Result<()> {
-        // The number wraps every few minutes.
+        // The number wraps every few minutes, and the packets before may be lost.
         let before = self.sequence.replace(sequence);
-        let is_first = sequence == 0 && before != Some(u16::MAX);
+        let is_first = sequence == 0 && before.is_none_or(|before| before < u16::MAX - LOST_MAX);
         match event {
             Event::Hello(hello) => {
                 if is_first {
@@ -230,5 +233,62 @@ impl Doing {
             "stylus {}; {deadlines_missed} samples late, {packets_lost} packets lost, {packets_damaged} damaged, silent {silences} times",
             self.state.map_or("silent", name)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ridgetone_proto::boot::Boot;
+    use ridgetone_proto::telemetry::{Events, WIRE_MAX};
+    use ridgetone_stimulus::Actuator;
+    use ridgetone_stylus::SAMPLE_HZ;
+    use ridgetone_stylus::message::{Hello, Place};
+
+    /// A line that says nothing by itself.
+    struct Silent;
+
+    impl Source for Silent {
+        fn name(&self) -> String {
+            "a line".into()
+        }
+
+        fn next(&mut self, _: Duration) -> Result<Option<FeedEvent<Vec<u8>>>> {
+            Ok(None)
+        }
+
+        fn send(&mut self, _: &[u8]) -> Result<()> {
+            Ok(())
+        }
+    }
+
+    fn hear(end: &mut BoardEnd, sequence: u16, event: Event) {
+        let mut wire = [0; WIRE_MAX];
+        let used = Mark::<Event>::encode(&Packet { sequence, event: Mark(event) }, &mut wire).expect("it fits");
+        end.hear(1.0, &wire[..used]).expect("heard");
+    }
+
+    /// Counts of the hand after packets up to one number, then a greeting under number 0 and a place of so many counts.
+    fn counts(last: u16, counts: i32) -> Option<f64> {
+        let output = Output::new(Actuator::PIEZO, None).expect("an output");
+        let mut end = BoardEnd::new(Box::new(Silent), output, Parameters::DEFAULT, 1).expect("an end");
+        let place = |counts| Event::Place(Place { t_us: 0, counts, speed_mm_s: 0.0 });
+        hear(&mut end, last - 1, place(0));
+        hear(&mut end, last, place(1000));
+        let (version, parameters, boot) = ([0; 3], Parameters::DEFAULT, Boot::UNKNOWN);
+        hear(&mut end, 0, Event::Hello(Hello { protocol: PROTOCOL, version, sample_hz: SAMPLE_HZ, parameters, boot }));
+        hear(&mut end, 1, place(counts));
+        end.place_mm().map(|mm| (mm / end.count_mm).round())
+    }
+
+    /// The encoder of a board that has started counts from 0, where the hand is; that of one whose number wraps goes on.
+    #[test]
+    fn a_number_that_wraps_is_no_restart() {
+        for last in [u16::MAX, u16::MAX - 1, u16::MAX - LOST_MAX] {
+            assert_eq!(counts(last, 1200), Some(1200.0), "{last}");
+        }
+        for last in [1, 2000, u16::MAX - LOST_MAX - 1] {
+            assert_eq!(counts(last, 200), Some(1200.0), "{last}");
+        }
     }
 }
