@@ -162,7 +162,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     pub fn read_health(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) -> bool {
         let is_due = self.plan.health == HealthReadings::BetweenTouches && self.is_set_up && !self.is_health;
         if is_due {
-            self.count_unread(diagnostics);
             let _ = self.set_up(diagnostics, wait);
         }
         is_due
@@ -171,20 +170,8 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// Goes on with the plan's scan after [`Drdy::HealthRead`]. The caller unmutes DRDY after it.
     #[inline(never)]
     pub fn read_inputs(&mut self, diagnostics: &Diagnostics, wait: &mut impl DelayNs) {
-        self.count_unread(diagnostics);
         self.is_health = false;
         let _ = self.begin_scan(diagnostics, wait);
-    }
-
-    /// Stops the scan, and counts what the chip has finished since the latest conversion: nothing right after one, but in a storm an edge
-    /// may come just before a conversion ends.
-    fn count_unread(&mut self, diagnostics: &Diagnostics) {
-        if self.adc.stop(&mut self.start).is_ok()
-            && let Ok(unread) = self.adc.read()
-            && unread.status.is_new()
-        {
-            diagnostics.overruns.add(self.order.skipped(self.next, unread.status.0) + 1);
-        }
     }
 
     /// Begins a scan. It is tried again at once: a single bit error of the bus is no reason for a pause.
@@ -268,11 +255,6 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin> Acquisition<SPI, START,
     /// after a conversion: the next edge is furthest away.
     pub fn is_quiet(&self, now_us: u32) -> bool {
         self.muted || !self.is_set_up || now_us.wrapping_sub(self.latest_us) > QUIET_US
-    }
-
-    /// Whether edges are those of conversions: the health readings wait for the end of a storm, and until what it has hidden is counted.
-    pub fn is_calm(&self) -> bool {
-        self.storm_count == 0
     }
 
     /// Checks registers and silence, and restarts the chip on a fault. To be called twice a second at least, after

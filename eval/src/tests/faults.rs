@@ -55,14 +55,11 @@ fn what_once_went_wrong_does_not() {
 }
 
 /// The same with a plan whose conversions are read once: a register that changed shortly before the health readings, whose
-/// set-up hid it; a fixed channel, whose conversions during the check were not counted; a storm, in which the health readings
-/// began just before a conversion ended.
+/// set-up hid it; and a fixed channel, whose conversions during the check were not counted.
 #[test]
 fn what_once_went_wrong_with_a_fast_plan_does_not() {
-    let flips = [777_697, 777_398, 777_450, 778_449].map(|seed| (Family::RegisterFlip, seed));
-    let storms = [5_300_010, 5_300_044, 8_800_103].map(|seed| (Family::Storm, seed));
-    for (family, seed) in flips.into_iter().chain(storms) {
-        let campaign = Campaign::with_scan(1, seed, Some(family), Scan::HAND).expect("a campaign");
+    for seed in [777_697, 777_398, 777_450, 778_449] {
+        let campaign = Campaign::with_scan(1, seed, Some(Family::RegisterFlip), Scan::HAND).expect("a campaign");
         let row = &campaign.rows[0];
         assert_eq!((row.runs, row.detected.map(|delays| delays.count)), (1, Some(row.injected)), "{row:?}");
         assert!(row.is_clean(), "{row:?}");

@@ -80,9 +80,7 @@ impl<SPI: SpiDevice, START: OutputPin, RESET: OutputPin, PIN: DrdyPin> Drdy<'_, 
                 acquisition.watch(platform.now_us(), diagnostics, wait);
                 pin.unmute();
             }
-        } else if may_check && plan.load(Relaxed) != self.plan_bits
-            || edge == Some(true) && acquisition.is_calm() && health.load(Relaxed)
-        {
+        } else if may_check && (health.load(Relaxed) || plan.load(Relaxed) != self.plan_bits) {
             self.begin_scan(shared, wait);
         }
         shared.liveness.acquired.bump();
