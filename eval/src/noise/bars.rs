@@ -88,7 +88,7 @@ pub fn bars(cell: &Cell, what: What, is_shortest: bool) -> [Option<Bar>; 4] {
             } else {
                 at_most("clean, from 1.5 cycles on, 20 dB: not good, %", 0.5)
             };
-            // The bound knows a drift's length.
+            // For the bound a drift's size is unknown, though an answer may need none.
             let sigma = at_most("white noise: sigma, x bound", 1.03).filter(|_| is_clean);
             [bound, at_most("octave errors", 0.0), not_good.filter(|_| is_clean && cycles >= 1.5), sigma]
         }
