@@ -6,6 +6,7 @@ use crate::board::{self, BoardArgs};
 use crate::distance::{self, DistanceArgs};
 use crate::faults::{self, FaultsArgs};
 use crate::noise::{self, NoiseArgs};
+use crate::recordings::{self, RecordingsArgs};
 use crate::reproduce;
 use crate::reproduce::taken::Place;
 use crate::touch::{self, TouchArgs};
@@ -38,6 +39,8 @@ enum Command {
     Board(BoardArgs),
     /// Fit windows whose noise is not white, that hold no tone, or a tone and something else.
     Noise(NoiseArgs),
+    /// Fit recordings in stretches, and hold neighbouring good ones against each other.
+    Recordings(RecordingsArgs),
     /// Look for contacts, slides and releases in traces with known times.
     Touch(TouchArgs),
     /// Compute what a pin display does to a finger, beside a paper's figures.
@@ -141,6 +144,7 @@ pub fn main() -> ExitCode {
         Command::Bench(args) => run_bench(&args),
         Command::Board(args) => board::run(&args),
         Command::Noise(args) => run_noise(&args),
+        Command::Recordings(args) => recordings::run(&args),
         Command::Touch(args) => touch::run(&args),
         Command::Distance(args) => distance::run(&args),
         Command::Faults(args) => faults::run(&args),

@@ -10,6 +10,7 @@
 //! | cost beside accuracy | `trade` |
 //! | the boards' images on the register model | `board` |
 //! | noise that is not white, and what is no tone | `noise` |
+//! | recordings in stretches: whether neighbours agree | `recordings` |
 //! | touches against their truth | `touch` |
 //! | the paper's experiment | `reproduce` |
 //! | a pin display under a finger, beside another paper | `distance` |
@@ -35,7 +36,7 @@ macro_rules! on_the_pc {
     ($($module:ident)*) => { $(#[cfg(not(target_os = "none"))] mod $module;)* };
 }
 
-on_the_pc!(accuracy axis bar bench board bound commands distance draw faults noise page parallel plot reproduce setting simulated touch trade);
+on_the_pc!(accuracy axis bar bench board bound commands distance draw faults noise page parallel plot recordings reproduce setting simulated touch trade);
 
 #[cfg(test)]
 mod tests;

@@ -2,6 +2,7 @@
 //! answers, cell by cell, for docs/noise.md.
 
 mod autoregressions;
+mod bars;
 mod bound;
 mod cells;
 mod kinds;
@@ -19,6 +20,7 @@ pub use cells::WINDOWS_S;
 use cells::{Cell, Group, cells};
 pub use kinds::{Kind, kinds};
 use measure::{Answers, measure};
+use process::Noise;
 use ridgetone_host::output;
 use ridgetone_host::usage::UsageError;
 use serde::{Deserialize, Serialize};
@@ -31,6 +33,8 @@ const SEED: u64 = 20_000;
 
 const PAGE: &str = "noise.md";
 const DATA: &str = "noise.json";
+/// Of another seed than the page's, which shows how many of its figures are beyond their bars.
+const DATA_OF_ANOTHER_SEED: &str = "noise-other-seed.json";
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
@@ -40,6 +44,7 @@ Examples:
   cargo xtask noise --windows 20
   cargo xtask noise --seed 1 --group sigma
   cargo xtask noise --write docs
+  cargo xtask noise --seed 1 --write docs
   cargo xtask noise --render docs")]
 pub struct NoiseArgs {
     /// Windows of each cell.
@@ -54,7 +59,7 @@ pub struct NoiseArgs {
     /// Only cells whose name contains this.
     #[arg(long, value_name = "TEXT", conflicts_with = "write")]
     cell: Option<String>,
-    /// Folder with noise.md to fill in; noise.json is written beside it.
+    /// Folder with noise.md to fill in; noise.json is written beside it, with another seed than the page's noise-other-seed.json.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
     /// Recordings without a tone as CSV, of sixteen channels: cells with their noise are added.
@@ -84,6 +89,12 @@ impl Row {
         let snr = self.snr_db.filter(|_| several).map_or(String::new(), |db| format!(", {db} dB"));
         format!("{}{snr}", self.name)
     }
+
+    /// The cell that it is of; none if no cell has its name any more.
+    pub(crate) fn cell(&self) -> Option<Cell> {
+        let of = |cell: &Cell| (cell.group, cell.name, cell.recipe.tone.map(|tone| tone.snr_db));
+        cells(Some(Noise::Real(&[]))).into_iter().find(|cell| of(cell) == (self.group, self.name.as_str(), self.snr_db))
+    }
 }
 
 /// The answers of every cell, or of those of one group, or whose name contains a text; with noise of the recordings, where there
@@ -112,9 +123,9 @@ pub fn rows(windows: u32, seed: u64, of: (Option<&str>, Option<&str>), recording
     Ok(cells.iter().zip(answers).map(row).collect())
 }
 
-/// The page with its tables filled in.
-pub fn page(rows: &[Row], text: &str) -> Result<String> {
-    page::filled(text, |name| tables::table(rows, name))
+/// The page with its tables filled in, from the rows of its seed and from those of another.
+pub fn page(rows: &[Row], other_seed: &[Row], text: &str) -> Result<String> {
+    page::filled(text, |name| if name == tables::MISSED { Some(tables::missed(rows, other_seed)) } else { tables::table(rows, name) })
 }
 
 /// The rows that were measured last, from a folder; none where nothing was.
@@ -122,9 +133,14 @@ pub fn load(folder: &Path) -> Result<Vec<Row>> {
     page::load_measured(folder, DATA)
 }
 
+/// The same of another seed.
+pub fn load_other_seed(folder: &Path) -> Result<Vec<Row>> {
+    page::load_measured(folder, DATA_OF_ANOTHER_SEED)
+}
+
 /// Fills in the page of a folder from its data.
 fn render(folder: &Path) -> Result<()> {
-    page::render(folder, PAGE, |text| page(&load(folder)?, text))
+    page::render(folder, PAGE, |text| page(&load(folder)?, &load_other_seed(folder)?, text))
 }
 
 /// Does it, and gives the folder whose page it wrote.
@@ -137,12 +153,14 @@ pub fn run(args: &NoiseArgs) -> Result<Option<&Path>> {
     if let Some(folder) = &args.write {
         // A line for each row, so that a diff shows which changed.
         let json = serde_json::to_string(&rows)?.replace("},{\"group\"", "},\n{\"group\"");
-        output::whole_text(&folder.join(DATA), &(json + "\n"))?;
+        let data = if args.seed == SEED { DATA } else { DATA_OF_ANOTHER_SEED };
+        output::whole_text(&folder.join(data), &(json + "\n"))?;
         return render(folder).map(|()| Some(folder.as_path()));
     }
     let measured = |group: &Group| rows.iter().any(|row| row.group == *group);
     for name in Group::ALL.into_iter().filter(measured).flat_map(tables::names) {
         output::line(&format!("{name}\n{}\n", tables::table(&rows, &name).unwrap_or_default()))?;
     }
+    output::line(&format!("{}\n{}", tables::MISSED, tables::missed(&rows, &[])))?;
     Ok(None)
 }

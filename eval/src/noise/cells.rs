@@ -99,7 +99,10 @@ pub fn cells(real: Option<Noise>) -> Vec<Cell> {
         something("a second tone as strong", SINE, Extra::SecondTone),
         something("mains of 3 amplitudes at 49.5 Hz, 50 Hz given", RIDGES, Extra::Mains(3.0)),
         something("harmonics 1, 3, 5 of 0.3, 1, 0.4", [0.3, 0.0, 1.0, 0.0, 0.4], Extra::Nothing),
+        something("two tones as strong, 0.4 to 0.8 cycles a window apart", SINE, Extra::CloseTone(0.4, 0.8)),
         something("a fundamental of 0.05 of the second", [0.05, 1.0, 0.2, 0.1, 0.0], Extra::Nothing),
+        something("harmonics 1, 2, 4 of 0.03, 1, 0.4", [0.03, 1.0, 0.0, 0.4, 0.0], Extra::Nothing),
+        something("harmonics 1, 2, 4 of 0.02, 1, 0.4", [0.02, 1.0, 0.0, 0.4, 0.0], Extra::Nothing),
     ];
     cells.extend(real.map(|noise| without(REAL, noise, Extra::Nothing)));
     let real = real.map(|noise| (REAL, noise, Extra::Nothing));
@@ -136,6 +139,21 @@ pub fn cells(real: Option<Noise>) -> Vec<Cell> {
     for (name, cycles) in [("0.5", 0.5), ("0.6", 0.6), ("0.7", 0.7), ("0.8", 0.8), ("0.9", 0.9), ("1", 1.0), ("1.25", 1.25), ("1.5", 1.5)] {
         let tone = Tone { cycles: (cycles, cycles), ..tone(RIDGES, 20.0) };
         cells.push(with(Group::FewCycles, name, Noise::White, tone, Extra::Nothing));
+    }
+    for (name, cycles, channels) in [
+        ("0.4, four channels", 0.4, 4),
+        ("0.5, four channels", 0.5, 4),
+        ("0.7, four channels", 0.7, 4),
+        ("0.9, four channels", 0.9, 4),
+        ("2, four channels", 2.0, 4),
+        ("0.4, one channel", 0.4, 1),
+        ("0.5, one channel", 0.5, 1),
+        ("0.7, one channel", 0.7, 1),
+        ("0.9, one channel", 0.9, 1),
+        ("2, one channel", 2.0, 1),
+    ] {
+        let tone = Tone { cycles: (cycles, cycles), ..tone(RIDGES, 20.0) };
+        cells.push(with(Group::FewCycles, name, Noise::White, tone, Extra::Channels(channels)));
     }
     for (name, speed) in [
         ("wander of 0.5 %", Speed::Wander(0.005)),

@@ -4,7 +4,7 @@ use super::bound;
 use super::process::Noise;
 use super::window::{Recipe, Window};
 use crate::baselines::nls;
-use crate::accuracy::{Accuracy, Answer, NINETY_FIVE, Sample};
+use crate::accuracy::{Accuracy, Answer, NINETY_FIVE, Sample, rounded};
 use crate::draw::Draw;
 use anyhow::{Context, Result};
 use ridgetone_host::input::frame_rate_hz;
@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 const HARMONICS: u8 = 4;
 /// A good answer off by more than this share is wrong.
 const WRONG: f64 = 0.05;
+/// Of two tones one that is farther from both than so many of its sigmas: tones may be nearer to each other than 5 %.
+const WRONG_SIGMAS: f64 = 5.0;
 /// The opponent, which is a hundred times as slow, gets one window in so many.
 const NLS_EVERY: u64 = 10;
 
@@ -27,7 +29,7 @@ pub struct Answers {
     pub ambiguous: u32,
     #[serde(default)]
     pub unsteady: u32,
-    /// Good ones off by more than 5 %, or where there is no tone.
+    /// Good ones off by more than 5 %, or where there is no tone; of two tones, farther than five sigmas from both.
     pub wrong: u32,
     /// Good ones whose 95 % interval holds the mean frequency.
     pub covered: u32,
@@ -38,6 +40,12 @@ pub struct Answers {
     /// Those that name the second tone, within 5 %.
     #[serde(default)]
     pub second: u32,
+    /// Good or unsteady ones that do not name both of two tones; none where there is one.
+    #[serde(default)]
+    pub unnamed: Option<u32>,
+    /// Mean over the good ones of sigma over the bound, where there is one.
+    #[serde(default)]
+    pub sigma_over_bound: Option<f64>,
     /// 95 % intervals of those that are good or unsteady.
     #[serde(default)]
     pub movement: Movement,
@@ -109,8 +117,13 @@ impl Answers {
             is_near(other, second) && is_near(reported.frequency, mean)
                 || is_near(other, mean) && is_near(reported.frequency, second)
         };
-        self.second += u32::from(both.is_some_and(names));
-        if matches!(reported.status, Status::Good | Status::Unsteady) {
+        let names_both = both.is_some_and(names);
+        self.second += u32::from(names_both);
+        let is_sure = matches!(reported.status, Status::Good | Status::Unsteady);
+        if window.second.is_some() {
+            *self.unnamed.get_or_insert(0) += u32::from(is_sure && !names_both);
+        }
+        if is_sure {
             self.movement.add(reported, window);
         }
         if reported.status != Status::Good {
@@ -124,7 +137,14 @@ impl Answers {
         let holds = |truth: f64| u32::from((reported.frequency - truth).abs() <= reported.half_width);
         self.covered += holds(mean);
         self.covered_weighted += holds(weighted);
-        if is_near(reported.frequency, mean) {
+        let is_right = match window.second {
+            Some(second) => {
+                let off = (reported.frequency - mean).abs().min((reported.frequency - second).abs());
+                off <= WRONG_SIGMAS * reported.sigma
+            }
+            None => is_near(reported.frequency, mean),
+        };
+        if is_right {
             self.squares += ((reported.frequency - mean) / reported.sigma).powi(2);
         } else {
             self.wrong += 1;
@@ -190,6 +210,9 @@ pub fn measure(recipe: &Recipe, window_s: f64, windows: u32, seed: u64) -> Resul
     }
     for (answers, samples) in answers.iter_mut().zip(&samples) {
         answers.accuracy = (!samples.is_empty()).then(|| Accuracy::new(samples));
+        let good = samples.iter().filter_map(|sample| Some((sample.bound_hz, sample.answer.filter(|answer| !answer.ambiguous)?.sigma_hz?)));
+        let (sum, count) = good.fold((0.0, 0.0), |(sum, count), (bound_hz, sigma_hz)| (sum + sigma_hz / bound_hz, count + 1.0));
+        answers.sigma_over_bound = (count > 0.0).then(|| rounded(sum / count));
     }
     Ok(answers)
 }
@@ -210,6 +233,7 @@ mod tests {
         assert!(answers.covered >= 34 && answers.covered_weighted == answers.covered, "{answers:?}");
         assert!((0.7..1.3).contains(&answers.error_in_sigmas().expect("errors")), "{answers:?}");
         assert!((0.9..1.1).contains(&answers.over_bound().expect("a bound")), "{answers:?}");
+        assert!((0.98..1.05).contains(&answers.sigma_over_bound.expect("a bound")), "{answers:?}");
         assert_eq!((opponent.windows, opponent.good, opponent.wrong), (4, 4, 0), "{opponent:?}");
         assert_eq!(measure(&recipe, 1.0, 40, 7).expect("answers")[0], answers, "equal seeds");
         assert_ne!(measure(&recipe, 1.0, 40, 8).expect("answers")[0].squares, answers.squares, "other seeds");
@@ -224,8 +248,13 @@ mod tests {
             let mut answers = Answers::default();
             let movement = Default::default();
             answers.add(&Reported { status: Status::Good, frequency, sigma: 1e-3, half_width: 2e-3, second, movement }, &window);
-            answers.second
+            (answers.second, answers.unnamed.expect("two tones"), answers.wrong)
         };
-        assert_eq!([reported(0.03, Some(0.0505)), reported(0.05, Some(0.03)), reported(0.03, Some(0.04)), reported(0.03, None)], [1, 1, 0, 0]);
+        assert_eq!(reported(0.03, Some(0.0505)), (1, 0, 0));
+        assert_eq!(reported(0.05, Some(0.03)), (1, 0, 0));
+        assert_eq!(reported(0.03, Some(0.04)), (0, 1, 0));
+        assert_eq!(reported(0.0301, None), (0, 1, 0));
+        // Between both.
+        assert_eq!(reported(0.04, None), (0, 1, 1));
     }
 }

@@ -46,12 +46,16 @@ pub enum Extra {
     Decay,
     /// A second tone of equal strength, 1.2 to 2.8 times as fast but at no multiple.
     SecondTone,
+    /// A second tone of equal strength, faster by so many cycles a window.
+    CloseTone(f64, f64),
     /// Values are rounded to this share of the amplitude.
     Rounded(f64),
     /// Gains of the channels over four decades.
     Gains,
     /// Three channels that stay at one value, two that are noise alone.
     DeadChannels,
+    /// The others than the first so many stay at one value.
+    Channels(usize),
     /// Three channels that are clipped at a rail, two that stay there.
     Saturated,
     /// Mains hum of this size at [`MAINS_HZ`].

@@ -80,8 +80,12 @@ impl Recipe {
                 Speed::Chirp(_) => frequencies.get(..2).map(|first| first[1] - first[0]),
             };
             derivative = add_tone(&mut frames, &frequencies, &tone.harmonics, amplitude, self.extra, draw);
-            if self.extra == Extra::SecondTone {
-                let times = *[1.25, 1.4, 1.6, 2.4, 2.6].get(draw.whole(0, 4) as usize).unwrap_or(&1.4);
+            let times = match self.extra {
+                Extra::SecondTone => [1.25, 1.4, 1.6, 2.4, 2.6].get(draw.whole(0, 4) as usize).copied(),
+                Extra::CloseTone(least, most) => Some(1.0 + draw.even(least, most) / (mean * count as f64)),
+                _ => None,
+            };
+            if let Some(times) = times {
                 let second: Vec<f64> = frequencies.iter().map(|f| times * f).collect();
                 add_tone(&mut frames, &second, &tone.harmonics, amplitude, Extra::Nothing, draw);
                 window.second = Some(times * mean);
@@ -98,6 +102,7 @@ impl Recipe {
         let step = if let Extra::Rounded(share) = self.extra { (share * amplitude * CODES_PER_SIGMA).round() } else { 1.0 };
         let is_flat = |c: usize| match self.extra {
             Extra::DeadChannels => c < 3,
+            Extra::Channels(alive) => c >= alive,
             Extra::Saturated => (3..5).contains(&c),
             _ => false,
         };
@@ -131,8 +136,8 @@ impl Recipe {
 impl Extra {
     /// Whether what it adds is linear in unknowns, so that the bound counts it.
     fn has_bound(self) -> bool {
-        use Extra::{DeadChannels, Gains, LogCreep, Nothing, Relaxations, Rounded};
-        matches!(self, Nothing | Relaxations(..) | LogCreep(_) | Rounded(_) | Gains | DeadChannels)
+        use Extra::{Channels, DeadChannels, Gains, LogCreep, Nothing, Relaxations, Rounded};
+        matches!(self, Nothing | Relaxations(..) | LogCreep(_) | Rounded(_) | Gains | DeadChannels | Channels(_))
     }
 }
 

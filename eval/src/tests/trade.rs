@@ -4,9 +4,10 @@ use super::{from_root, read};
 use crate::accuracy::Accuracy;
 use crate::noise;
 use crate::page::load;
+use crate::setting::{Length, Setting};
 use crate::trade::plans::Row;
 use crate::trade::results::Trade;
-use crate::trade::{self, Windows};
+use crate::trade::{self, Cell, Windows};
 
 #[test]
 fn the_least_run_measures_every_choice_and_every_bar() {
@@ -17,7 +18,7 @@ fn the_least_run_measures_every_choice_and_every_bar() {
     assert!(trade.rows.iter().all(|row| row.accuracy.windows > 0));
     // Seven lines of Table 2 have a cycle in 0.2 s, all ten in the other five windows; three noises.
     assert_eq!(trade.bars.cells.len(), 3 * (7 + 5 * 10));
-    assert_eq!((trade.all_bars().len(), trade.chip.len()), (6, 0));
+    assert_eq!((trade.all_bars().len(), trade.chip.len()), (7, 0));
     // Of two windows in a setting, too: the fit is near the bound and the peak of a periodogram is not.
     let percent = |method: &str| {
         let row = trade.rows.iter().find(|row| row.method == method && row.window_s == 1.0 && row.channels == 16);
@@ -51,6 +52,17 @@ fn the_page_and_its_picture_are_what_their_data_give() {
     let not_met: Vec<_> = trade.all_bars().into_iter().filter(|bar| !bar.met).map(|bar| bar.bar).collect();
     let is_explained = |bar: &String| explained.iter().any(|start| bar.starts_with(start));
     assert!(not_met.iter().all(is_explained), "{not_met:?}");
+    // The text says where the error is above its bar.
+    let above = || trade.bars.cells.iter().filter(|cell| cell.is_above());
+    assert!(2 * above().filter(|cell| cell.setting.snr_db == 10.0).count() > above().count());
+    let is_short = |setting: Setting| matches!(setting.length, Length::Seconds(window_s) if window_s <= 0.6);
+    assert!(above().all(|cell| cell.setting.cycles() < 1.5 || is_short(cell.setting)));
+    for snr_db in [20.0, 40.0] {
+        let at = trade.bars.cells.iter().filter(|cell| cell.setting.snr_db == snr_db);
+        let ratio = |cell: &&Cell| cell.accuracy.error.map_or(0.0, |error| error.ratio);
+        let worst = at.max_by(|a, b| ratio(a).total_cmp(&ratio(b))).expect("a setting").setting;
+        assert!(worst.length == Length::Seconds(0.3) && (1.65..1.75).contains(&worst.cycles()), "{worst}");
+    }
     // The text says that fewer channels and a single harmonic cost accuracy and save instructions.
     for window_s in [0.2, 1.0] {
         let row = |harmonics, channels| trade.ridgetone(window_s, 4, harmonics, channels).expect("a row");
